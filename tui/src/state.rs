@@ -457,11 +457,16 @@ impl State {
             .map_or(&self.history, |frozen| &frozen.history)
     }
 
-    /// Returns the attempt that is chosen, or the newest that was judged or runs.
+    /// Returns the attempt that is chosen, or the newest of which something is known.
     #[must_use]
     pub fn chosen_trial(&self) -> Option<&TrialLine> {
-        let last = self.trials.len().checked_sub(1)?;
-        self.trials.get(self.ui.trial.unwrap_or(last).min(last))
+        let told =
+            |line: &TrialLine| line.verdict.is_some() || self.crops_of(line).next().is_some();
+        match self.ui.trial {
+            Some(at) => self.trials.get(at),
+            None => self.trials.iter().rev().find(|line| told(line)),
+        }
+        .or_else(|| self.trials.last())
     }
 
     /// Returns the crops of an attempt.

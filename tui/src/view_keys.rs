@@ -190,7 +190,11 @@ fn scroll(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
 /// Chooses the next or the previous attempt; after the last, the newest is followed.
 fn choose_trial(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
     let last = state.trials.len().checked_sub(1)?;
-    let at = ui.trial.unwrap_or(last);
+    let shown = state.chosen_trial()?;
+    let at = state
+        .trials
+        .iter()
+        .position(|line| std::ptr::eq(line, shown))?;
     let next = match code {
         KeyCode::Right => at + 1,
         _ => at.saturating_sub(1),

@@ -3,6 +3,7 @@
 
 mod free_clock;
 mod listing;
+mod opening;
 mod options;
 mod report;
 mod source;
@@ -43,6 +44,7 @@ use live::live_meter::LiveMeter;
 use live::participant_skin::ParticipantSkin;
 use live::refit::Refit;
 use live::screen_words;
+use opening::opening;
 use source::Source;
 
 pub use listing::recordings_in;
@@ -120,7 +122,12 @@ pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow:
         Refit::new(plan.assumed, profile, ParticipantSkin::default())
     };
     let (reports, report) = crossbeam_channel::bounded(1);
-    for event in opening(&plan) {
+    for event in opening(
+        plan.source.manifest(),
+        &plan.name,
+        plan.source.duration_s(),
+        &plan.rules,
+    ) {
         front.show(event);
     }
     let (clock, schedule): (Arc<dyn Clock>, _) = match plan.speed {
@@ -135,57 +142,6 @@ pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow:
     report
         .try_recv()
         .context("the replay ended without a report")
-}
-
-fn opening(plan: &Plan) -> Vec<tui::Event> {
-    let manifest = plan.source.manifest();
-    let half_m = plan.rules.central_m / 2.0;
-    let centre_m = manifest.plate.centre_m;
-    let hardware = manifest.hardware.as_ref();
-    let calibration = hardware.and_then(|hardware| hardware.calibration.as_ref());
-    let waiver = hardware.and_then(|hardware| {
-        let name = hardware.waived_by.as_ref()?;
-        let lines = hardware.waived.join(", ");
-        Some(tui::Event::Log {
-            level: LogLevel::Warning,
-            text: format!("hardware stops waived by {name}: {lines}"),
-        })
-    });
-    let loosened = hardware.and_then(|hardware| {
-        (!hardware.loosened.is_empty()).then(|| tui::Event::Log {
-            level: LogLevel::Warning,
-            text: format!("safety limits loosened: {}", hardware.loosened.join(", ")),
-        })
-    });
-    let unverified = hardware.map_or(&[][..], |hardware| &hardware.unverified);
-    let mut events = vec![
-        tui::Event::Session(tui::event::SessionHeader {
-            replayed: true,
-            participant: manifest
-                .participant
-                .as_ref()
-                .map(|participant| participant.id.clone()),
-            protocol: manifest.trial.as_ref().map(|trial| trial.protocol.clone()),
-            study: Some(format!("replay of {}", plan.name)),
-            calibration_label: calibration.map(|calibration| calibration.label.clone()),
-            uncalibrated: hardware.is_some_and(|hardware| hardware.uncalibrated),
-            simulated: false,
-            // A recording tells the plate's centre only.
-            plate_length_m: 2.0 * centre_m,
-            kept_m: Some((centre_m - half_m, centre_m + half_m)),
-        }),
-        tui::Event::Log {
-            level: LogLevel::Info,
-            text: format!("{:.2} s of {}", plan.source.duration_s(), plan.name),
-        },
-    ];
-    events.extend(waiver);
-    events.extend(loosened);
-    events.extend(unverified.iter().map(|text| tui::Event::Log {
-        level: LogLevel::Warning,
-        text: text.clone(),
-    }));
-    events
 }
 
 /// The task.

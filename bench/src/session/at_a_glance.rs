@@ -3,15 +3,15 @@
 use std::collections::VecDeque;
 
 use analysis::measurements::Measurements;
+use config::Effective;
 use live::exploration_crop::{ExplorationName, crop};
 use live::outlook::OutlookTracker;
 use protocols::selection::analyse_exploration;
-use protocols::{
-    Direction, Interval, IntervalKind, ParticipantView, SelectionRules, Session, TrialKey,
-};
+use protocols::{Direction, Interval, IntervalKind, ParticipantView, Protocol, Session, TrialKey};
 use recording::pipeline::Account;
 use recording::study::TrialLabel;
 
+use super::due_trial::DATA_DELAY_S;
 use super::wiring::Wiring;
 
 /// Time between two looks at what is left, s.
@@ -33,11 +33,11 @@ pub(super) struct AtAGlance {
 
 impl AtAGlance {
     /// An attempt begins.
-    pub(super) fn begin(&mut self, key: &TrialKey, practice: u32, now_s: f64) {
+    pub(super) fn begin(&mut self, key: &TrialKey, protocol: &Protocol, now_s: f64) {
         self.outlook.begin(now_s);
         self.waiting.clear();
         self.running = Some(ExplorationName {
-            trial: TrialLabel::new(key, practice).number,
+            trial: TrialLabel::new(key, protocol.trials.practice).number,
             practice: key.practice,
             attempt: key.attempt,
             exploration: 0,
@@ -67,20 +67,21 @@ impl AtAGlance {
         self.outlook.judged(now_s);
     }
 
-    /// Returns the crops of the explorations that ended by `until_s`, whose data are all in `record`.
+    /// Returns the crops of the explorations whose data are all in `record` at `now_s`.
     pub(super) fn decided(
         &mut self,
-        until_s: f64,
+        now_s: f64,
         record: &Measurements,
-        rules: impl Fn() -> SelectionRules,
+        (protocol, bench): (&Protocol, &Effective),
     ) -> Vec<tui::event::Crop> {
         let mut crops = Vec::new();
         while let Some((name, direction, span_s)) = self
             .waiting
-            .pop_front_if(|(.., (_, end_s))| *end_s <= until_s)
+            .pop_front_if(|(.., (_, end_s))| *end_s + DATA_DELAY_S <= now_s)
         {
+            let rules = protocol.selection_rules(bench.config().plate.centre_m);
             let series = record.series(span_s.0, span_s.1);
-            let analysis = analyse_exploration(&series.exploration(direction), &rules());
+            let analysis = analyse_exploration(&series.exploration(direction), &rules);
             let stretches = analysis.map_or_else(|_| Vec::new(), |analysis| analysis.stretches);
             crops.push(crop(name, direction, span_s, &series, &stretches));
         }

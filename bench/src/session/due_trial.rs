@@ -9,6 +9,10 @@ use protocols::{Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis,
 use recording::pipeline::Account;
 use recording::study::TrialLabel;
 
+/// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's
+/// delay, s.
+pub(super) const DATA_DELAY_S: f64 = 0.06;
+
 /// A completed trial whose last data are still on their way.
 pub(super) struct DueTrial {
     pub(super) key: TrialKey,

@@ -25,7 +25,7 @@ use tui::event::LogLevel;
 
 use super::at_a_glance::AtAGlance;
 use super::consent::{Answered, Consent};
-use super::due_trial::DueTrial;
+use super::due_trial::{DATA_DELAY_S, DueTrial};
 use super::how_ended::{HowEnded, pause};
 use super::operator_request::OperatorRequest;
 use super::questions::Questions;
@@ -71,10 +71,6 @@ pub struct SessionTask {
     report: Sender<Report>,
     glance: AtAGlance,
 }
-
-/// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's
-/// delay, s.
-const DATA_DELAY_S: f64 = 0.06;
 
 impl SessionTask {
     /// A session about to take its first step. `consent_by` is the operator who holds the signed consent, if anybody
@@ -266,12 +262,8 @@ impl SessionTask {
 
     /// Analyses a completed trial as soon as all of its data are here.
     fn analyse(&mut self) {
-        let until_s = self.audio_s - DATA_DELAY_S;
-        let rules = || {
-            let centre_m = self.bench.config().plate.centre_m;
-            self.machine.protocol().selection_rules(centre_m)
-        };
-        for crop in self.glance.decided(until_s, &self.record, rules) {
+        let by = (self.machine.protocol(), &*self.bench);
+        for crop in self.glance.decided(self.audio_s, &self.record, by) {
             self.wiring.front.show(tui::Event::Crop(crop));
         }
         let Some(due) = self
@@ -343,10 +335,7 @@ impl SessionTask {
                     self.wiring.drive.stop();
                     self.mask(false);
                 }
-                Action::Mark(interval) => {
-                    self.glance.mark(&interval);
-                    self.send(RecordingCommand::Interval(interval));
-                }
+                Action::Mark(interval) => self.send(RecordingCommand::Interval(interval)),
                 Action::EndTrial { end, .. } => self.end_trial(&end),
                 Action::AnalyseTrial { key, intervals } => {
                     self.due = Some(DueTrial {
@@ -412,8 +401,8 @@ impl SessionTask {
         if key.attempt > 1 {
             self.mark(EventKind::Redo, format!("attempt {}", key.attempt));
         }
-        let practice = self.machine.protocol().trials.practice;
-        self.glance.begin(key, practice, self.audio_s);
+        self.glance
+            .begin(key, self.machine.protocol(), self.audio_s);
         self.record = Measurements::default();
         self.collecting = true;
         self.account_at_begin = self.account;
@@ -466,6 +455,7 @@ impl SessionTask {
                     self.log(LogLevel::Warning, text);
                 }
             }
+            SessionEventKind::Marked { interval } => self.glance.mark(interval),
             SessionEventKind::SafetyTripped { reason } => {
                 self.mark(stop_kind(&self.safety), reason);
             }

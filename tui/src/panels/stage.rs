@@ -6,7 +6,7 @@ use ratatui::text::{Line, Span};
 
 use super::panel::rows;
 use super::session_phase;
-use crate::event::PhaseKind;
+use crate::event::{PhaseKind, SafetyState};
 use crate::participant_screen::{Instruction, ParticipantView};
 use crate::state::State;
 
@@ -53,6 +53,14 @@ fn say(state: &State) -> Option<String> {
         return None;
     }
     let view = state.participant.as_ref()?;
+    if state.phase.kind == PhaseKind::Finished {
+        return Some("“That was all. Thank you!”".to_owned());
+    }
+    if state.safety == Some(SafetyState::Tripped) {
+        return Some(
+            "“Lift your finger off the plate, please. We have to stop for a moment.”".to_owned(),
+        );
+    }
     Some(match view.instruction {
         Instruction::Wait => waiting(state),
         Instruction::Welcome => "“Welcome. Press the button when you are ready.”".to_owned(),
@@ -112,7 +120,8 @@ fn feedback(view: &ParticipantView) -> String {
 
 /// Returns what comes next.
 fn next(state: &State) -> Option<String> {
-    let outlook = state.outlook.as_ref()?;
+    let over = state.phase.kind == PhaseKind::Finished;
+    let outlook = state.outlook.as_ref().filter(|_| !over)?;
     let steps = [outlook.next.as_deref(), outlook.then.as_deref()];
     let words = steps
         .into_iter()

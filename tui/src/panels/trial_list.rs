@@ -29,7 +29,16 @@ pub(crate) fn render(state: &State, chosen: bool, area: Rect, buf: &mut Buffer) 
         return;
     }
     let last = state.trials.len() - 1;
-    let at = state.ui.trial.filter(|_| chosen).unwrap_or(last).min(last);
+    let at = state
+        .chosen_trial()
+        .filter(|_| chosen)
+        .and_then(|line| {
+            state
+                .trials
+                .iter()
+                .position(|other| std::ptr::eq(other, line))
+        })
+        .unwrap_or(last);
     let shown = usize::from(body.height).max(1);
     let first = state
         .trials

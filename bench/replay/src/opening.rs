@@ -1,0 +1,61 @@
+//! What a replay shows before its first sample: whose recording it is, on which bench.
+
+use protocols::SelectionRules;
+use recording::manifest::Manifest;
+use tui::event::LogLevel;
+
+/// Returns what the manifest of the recording `name` tells.
+pub(super) fn opening(
+    manifest: &Manifest,
+    name: &str,
+    duration_s: f64,
+    rules: &SelectionRules,
+) -> Vec<tui::Event> {
+    let half_m = rules.central_m / 2.0;
+    let centre_m = manifest.plate.centre_m;
+    let hardware = manifest.hardware.as_ref();
+    let calibration = hardware.and_then(|hardware| hardware.calibration.as_ref());
+    let waiver = hardware.and_then(|hardware| {
+        let name = hardware.waived_by.as_ref()?;
+        let lines = hardware.waived.join(", ");
+        Some(tui::Event::Log {
+            level: LogLevel::Warning,
+            text: format!("hardware stops waived by {name}: {lines}"),
+        })
+    });
+    let loosened = hardware.and_then(|hardware| {
+        (!hardware.loosened.is_empty()).then(|| tui::Event::Log {
+            level: LogLevel::Warning,
+            text: format!("safety limits loosened: {}", hardware.loosened.join(", ")),
+        })
+    });
+    let unverified = hardware.map_or(&[][..], |hardware| &hardware.unverified);
+    let mut events = vec![
+        tui::Event::Session(tui::event::SessionHeader {
+            replayed: true,
+            participant: manifest
+                .participant
+                .as_ref()
+                .map(|participant| participant.id.clone()),
+            protocol: manifest.trial.as_ref().map(|trial| trial.protocol.clone()),
+            study: Some(format!("replay of {}", name)),
+            calibration_label: calibration.map(|calibration| calibration.label.clone()),
+            uncalibrated: hardware.is_some_and(|hardware| hardware.uncalibrated),
+            simulated: false,
+            // A recording tells the plate's centre only.
+            plate_length_m: 2.0 * centre_m,
+            kept_m: Some((centre_m - half_m, centre_m + half_m)),
+        }),
+        tui::Event::Log {
+            level: LogLevel::Info,
+            text: format!("{:.2} s of {}", duration_s, name),
+        },
+    ];
+    events.extend(waiver);
+    events.extend(loosened);
+    events.extend(unverified.iter().map(|text| tui::Event::Log {
+        level: LogLevel::Warning,
+        text: text.clone(),
+    }));
+    events
+}

@@ -146,6 +146,7 @@ pub fn run(
     } = plan;
     let (config, simulated) = (effective.config(), apparatus.hardware.simulated);
     let opened_at = apparatus.hardware.clock.utc();
+    let wired = bench_facts::Wired::of(&apparatus.hardware.lines);
     let prompt = HoldPrompt {
         watchers: apparatus.watchers,
         plate_m: config.plate.length_m,
@@ -188,6 +189,7 @@ pub fn run(
     front.show(tui::Event::Bench(bench_facts::facts(
         &effective,
         (opened_at, simulated),
+        wired,
         &unverified,
     )));
     let notices = config.safety_notices(config.plate.resonance_hz);

@@ -109,9 +109,9 @@ impl Strip {
         used: Option<ValueAxis>,
     ) -> Option<ValueAxis> {
         let of = |live| {
-            self.series()
-                .iter()
-                .filter_map(move |(select, _)| select(live))
+            // An interval may be wide, and the plain ratio runs away: what they belong to has the axis.
+            let told = self.series().iter().filter(|(_, w)| *w != Weight::Faint);
+            told.filter_map(move |(select, _)| select(live))
         };
         let values: Vec<f64> = history.iter().flat_map(of).collect();
         let wanted = ValueAxis::robust(values, &self.always(force_band_n), self.floor());

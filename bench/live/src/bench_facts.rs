@@ -3,14 +3,41 @@
 use config::{CalibrationFile, Config, Effective, Provenance};
 use config::{HardwareStop, Quantity};
 use jiff::Timestamp;
+use sources::Lines;
 use tui::event::{BenchFacts, CalibrationFact, PartFact};
 
 const DAY_S: f64 = 86_400.0;
+
+/// Lines that the bench has, wherever they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wired {
+    /// The e-stop's loop.
+    pub estop: bool,
+    /// The participant's button.
+    pub button: bool,
+    /// The amplifier's enable line.
+    pub enable: bool,
+    /// The heartbeat.
+    pub heartbeat: bool,
+}
+
+impl Wired {
+    /// Returns which of the lines there are.
+    pub fn of(lines: &Lines) -> Self {
+        Self {
+            estop: lines.estop.is_some(),
+            button: lines.button.is_some(),
+            enable: lines.enable.is_some(),
+            heartbeat: lines.heartbeat.is_some(),
+        }
+    }
+}
 
 /// Returns calibrations, lines, sources and limits of the bench at `now`. Dates that a simulated clock wrote have no age.
 pub fn facts(
     bench: &Effective,
     (now, simulated): (Timestamp, bool),
+    wired: Wired,
     unverified: &[String],
 ) -> BenchFacts {
     let config = bench.config();
@@ -25,7 +52,7 @@ pub fn facts(
             now,
             simulated,
         ),
-        parts: parts(config),
+        parts: parts(config, wired),
         loosened: config.loosened(),
         unverified: unverified.to_vec(),
     }
@@ -80,14 +107,13 @@ fn calibrations(
     ]
 }
 
-fn parts(config: &Config) -> Vec<PartFact> {
+fn parts(config: &Config, is: Wired) -> Vec<PartFact> {
     let part = |name: &str, words: String, well: bool| PartFact {
         name: name.to_owned(),
         words,
         well,
     };
-    let (gpio, safety) = (&config.gpio, &config.safety);
-    let boxed = config.used_field_box().is_some();
+    let safety = &config.safety;
     let stop = |name: &str, line: HardwareStop, wired: bool| {
         let words = match (wired, safety.waiver_of(line)) {
             (_, Some(by)) => format!("waived by {by}"),
@@ -96,13 +122,9 @@ fn parts(config: &Config) -> Vec<PartFact> {
         };
         part(name, words, wired)
     };
-    let wired = |name: &str, line: Option<u8>, without: &str| {
-        let words = match line {
-            Some(_) => "wired".to_owned(),
-            None if boxed => "at the field box".to_owned(),
-            None => without.to_owned(),
-        };
-        part(name, words, line.is_some() || boxed)
+    let wired = |name: &str, wired: bool, without: &str| {
+        let words = if wired { "wired" } else { without };
+        part(name, words.to_owned(), wired)
     };
     let encoder = match &config.encoder {
         Some(encoder) => format!("{:?}", encoder.source).to_lowercase(),
@@ -110,16 +132,12 @@ fn parts(config: &Config) -> Vec<PartFact> {
     };
     let force = config.force.as_ref();
     vec![
-        stop("e-stop", HardwareStop::Estop, gpio.has_estop()),
-        stop(
-            "heartbeat",
-            HardwareStop::Heartbeat,
-            gpio.heartbeat.is_some() || boxed,
-        ),
-        wired("enable", gpio.enable, "not wired"),
+        stop("e-stop", HardwareStop::Estop, is.estop),
+        stop("heartbeat", HardwareStop::Heartbeat, is.heartbeat),
+        wired("enable", is.enable, "not wired"),
         wired(
             "button",
-            gpio.button,
+            is.button,
             "none: a finger at rest counts as ready",
         ),
         part(

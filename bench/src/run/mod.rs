@@ -65,6 +65,7 @@ pub fn run(
         fault_hand: _,
     } = apparatus;
     let simulated = hardware.simulated;
+    let wired = bench_facts::Wired::of(&hardware.lines);
     let effective = plan.bench.clone();
     let config = effective.config();
     let protocol = &plan.protocol.protocol;
@@ -182,6 +183,7 @@ pub fn run(
     front.show(tui::Event::Bench(bench_facts::facts(
         &effective,
         (clock.utc(), simulated),
+        wired,
         &plan.unverified,
     )));
     front.show(tui::Event::ForceBand {

@@ -18,9 +18,14 @@ const PAGES: [(Page, &str); 5] = [
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
+    // In place of the participant's screen, where a question waits.
+    let shown = match state.ui.page {
+        Page::Participant => Page::Run,
+        page => page,
+    };
     let mut spans = Vec::new();
     for (page, name) in PAGES {
-        let style = if page == state.ui.page {
+        let style = if page == shown {
             theme.chosen()
         } else {
             theme.faint()

@@ -10,7 +10,7 @@ use super::live_values::{TO_MICRO, TO_MILLI, signed};
 use super::panel::{note, rows, titled};
 use super::trial_list::name;
 use crate::event::Crop;
-use crate::plot::{self, Plot, Trace, ValueAxis};
+use crate::plot::{self, Plot, Trace, ValueAxis, put};
 use crate::state::{State, TrialLine};
 use crate::words::wrap;
 
@@ -193,7 +193,15 @@ fn chart(
     let body = Plot::body(area);
     if body.width > 12 && body.height > 1 {
         let columns = unit.chars().count() as u16;
-        buf.set_string(body.right() - columns, body.y, unit, theme.faint());
+        let from = body.right() - columns;
+        for (x, sign) in (from..).zip(unit.chars()) {
+            put(
+                buf,
+                (x, body.y),
+                sign.encode_utf8(&mut [0; 4]),
+                theme.faint(),
+            );
+        }
     }
 }
 

@@ -278,6 +278,8 @@ impl<'a> Begun<'a> {
         let passed = faults.is_empty();
         if passed {
             remarks.extend(part.put_into(&mut self.calibration));
+            let simulated = outcome.simulated_time;
+            self.calibration.set_simulated_time(C::NAME, simulated);
             for fault in rehearsed {
                 if !self.calibration.rehearsed.contains(&fault) {
                     self.calibration.rehearsed.push(fault);

@@ -59,7 +59,9 @@ impl Displays {
             return false;
         }
         self.lost = lost;
-        if let (None, Some(view)) = (&self.lost, self.view.take()) {
+        if self.lost.is_none()
+            && let Some(view) = self.view.clone()
+        {
             self.show(&view);
         }
         true

@@ -52,7 +52,7 @@ pub fn run(
     out: impl Write + Send + 'static,
 ) -> anyhow::Result<(DrillRecord, Vec<String>)> {
     let over = StopFlag::default();
-    stop_on_signals(&over)?;
+    let _listening = stop_on_signals(&over)?;
     let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if options.headless {
         (Box::new(Scripted::new(out)), None)
     } else {

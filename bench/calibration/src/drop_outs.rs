@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use anyhow::bail;
 use num_complex::Complex64;
 use signalgen::BlockHeader;
 
+use crate::broken_off::BrokenOff;
 use crate::capture::Capture;
 
 /// Number of frames that a phase of the carrier is read from.
@@ -45,11 +45,11 @@ impl DropOuts {
         self.xruns = xruns;
         self.step = (self.step.0 + new.0, self.step.1 + new.1);
         if lost > 0 {
-            bail!(
-                "{lost} frames lost, {} input and {} output xruns: a calibration needs every sample; give the sound card longer buffers (audio.buffer_frames) and calibrate again",
-                xruns.0,
-                xruns.1
-            );
+            return Err(BrokenOff(format!(
+                "{lost} frames lost, {} input and {} output xruns: a calibration needs every sample, and this computer was too busy; give the sound card longer buffers (audio.buffer_frames) and close what else runs",
+                xruns.0, xruns.1
+            ))
+            .into());
         }
         Ok(new != (0, 0))
     }
@@ -69,9 +69,10 @@ impl DropOuts {
             return Ok(());
         }
         let (input, output) = self.step;
-        bail!(
-            "{input} input and {output} output xruns broke off a tone, or may have: a calibration needs every sample; give the sound card longer buffers (audio.buffer_frames) and calibrate again"
-        )
+        Err(BrokenOff(format!(
+            "{input} input and {output} output xruns broke off a tone, or may have: a calibration needs every sample; give the sound card longer buffers (audio.buffer_frames) and close what else runs"
+        ))
+        .into())
     }
 
     /// Requires that a silence with an xrun in it was not listened to too often already.
@@ -82,9 +83,10 @@ impl DropOuts {
         self.silences += 1;
         if self.silences > SILENCES {
             let (input, output) = self.xruns;
-            bail!(
-                "{input} input and {output} output xruns, {SILENCES} of them in one silence: give the sound card longer buffers (audio.buffer_frames), close what else uses the sound server, and calibrate again"
-            );
+            return Err(BrokenOff(format!(
+                "{input} input and {output} output xruns, {SILENCES} of them in one silence: give the sound card longer buffers (audio.buffer_frames), and close what else uses the sound server"
+            ))
+            .into());
         }
         Ok(())
     }

@@ -23,6 +23,8 @@ pub struct Guided<F> {
     progress: CalibrationProgress,
     watched: MainReading,
     failed: Option<String>,
+    /// Why a step was broken off, while the operator is asked to go on.
+    broken_off: Option<String>,
     safety: Option<(SafetyState, bool)>,
     safety_shown_s: f64,
 }
@@ -58,6 +60,7 @@ impl<F: Front> Guided<F> {
             },
             watched: MainReading::default(),
             failed: None,
+            broken_off: None,
             safety: None,
             safety_shown_s: 0.0,
         };
@@ -69,6 +72,10 @@ impl<F: Front> Guided<F> {
         let progress = &self.progress;
         let instruction = match (&self.failed, &self.asked) {
             (Some(why), _) => format!("{why}. Nothing was written."),
+            (None, Some(Request::GoOn)) => {
+                let why = self.broken_off.as_deref().unwrap_or_default();
+                format!("{why}. {}", Request::GoOn.words())
+            }
             (None, Some(request)) => request.words(),
             (None, None) => progress.doing.clone(),
         };
@@ -149,7 +156,7 @@ fn watched(request: &Request) -> Option<MainReading> {
         Request::KnownAmplitude { .. } | Request::MoveVibrometer { .. } => {
             Some(MainReading::Amplitude)
         }
-        Request::Review => None,
+        Request::Review | Request::GoOn => None,
     }
 }
 
@@ -197,12 +204,21 @@ impl<F: Front> Operator for Guided<F> {
                     self.asked = None;
                     return Ok(Some(OperatorInput::Answer(answer)));
                 }
+                Action::Rearm => return Ok(Some(OperatorInput::Rearm)),
                 Action::EmergencyStop => return Ok(Some(OperatorInput::Stop)),
                 Action::Quit | Action::Interrupt => return Ok(Some(OperatorInput::Leave)),
                 _ => {}
             }
         }
         Ok(None)
+    }
+
+    fn broken_off(&mut self, why: &str, too_early: bool) -> bool {
+        self.progress.note = too_early.then(|| "Stopped still: x re-arms first.".to_owned());
+        self.broken_off = Some(why.to_owned());
+        self.asked = Some(Request::GoOn);
+        self.show_page();
+        true
     }
 
     fn failed(&mut self, why: &str) -> bool {

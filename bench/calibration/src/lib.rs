@@ -5,6 +5,7 @@
 //! [`judged::Calibrates`] judges what came out.
 
 mod admission;
+mod broken_off;
 pub mod calibration_figures;
 pub mod capture;
 pub mod channel_match;
@@ -25,8 +26,10 @@ mod recent;
 pub mod reference;
 pub mod reference_options;
 pub mod rig;
+mod rig_step;
 pub mod typed_table;
 pub mod unattended;
+mod watched_inputs;
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

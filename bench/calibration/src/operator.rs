@@ -103,6 +103,8 @@ pub enum Request {
     },
     /// Review the points: keep them, or name one to measure again.
     Review,
+    /// Remove what broke the step off; it is measured again.
+    GoOn,
 }
 
 /// Unit in which a number is typed, and whether it may be left out.
@@ -167,6 +169,9 @@ impl Request {
                 "Read the meter across the actuators, in {}, and type it; touch neither its leads nor the plate.",
                 reads.unit()
             ),
+            Self::GoOn => {
+                "The points so far are kept. Remove the cause and put everything back as it was for this step; Enter measures the step again.".to_owned()
+            }
             Self::Review => {
                 "Look at the points. Keep them, or measure one of them again.".to_owned()
             }
@@ -197,6 +202,7 @@ impl Request {
             | Self::RestFinger { .. }
             | Self::MoveVibrometer { .. }
             | Self::Connect(_)
+            | Self::GoOn
             | Self::Review => None,
         }
     }
@@ -222,6 +228,8 @@ pub enum OperatorInput {
     Leave,
     /// Stop the drive at once.
     Stop,
+    /// Release the latch of a trip.
+    Rearm,
 }
 
 /// Present readings: means over the time since the reading before.
@@ -310,6 +318,10 @@ pub trait Operator: Send {
     /// # Errors
     /// When the request cannot be fulfilled: the error says what to do.
     fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>>;
+
+    /// Reports that a step was broken off, and waits for [`Answer::Ready`]; `too_early` repeats the question because the
+    /// drive is not armed again yet. Returns whether somebody is there to go on.
+    fn broken_off(&mut self, why: &str, too_early: bool) -> bool;
 
     /// Reports that the measurement has failed; returns whether an operator reads it and will then quit.
     fn failed(&mut self, why: &str) -> bool;

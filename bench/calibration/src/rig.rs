@@ -12,18 +12,20 @@ use devices::drive_control::DriveControl;
 use devices::field_task::FieldReading;
 use devices::{Boot, DriveLedger, Hardware, OpenHardware};
 use jiff::Timestamp;
-use safety::{DriveReading, SafetyState, Signals, Trip};
-use signalgen::{BlockHeader, DrivePhase, InputReader, StreamDirection, Waveform};
+use safety::{SafetyState, Signals, Trip};
+use signalgen::{BlockHeader, DrivePhase, InputReader, StreamDirection};
 use tasks::{StopFlag, Task};
 
 use crate::admission::Admission;
+use crate::broken_off::BrokenOff;
 use crate::capture::{Capture, dwells, held_tone};
 use crate::drop_outs::DropOuts;
 use crate::known::Instrument;
 use crate::meter::Meter;
-use crate::operator::{Answer, Hands, LiveReading, Operator, OperatorInput};
+use crate::operator::{Hands, LiveReading, Operator, OperatorInput};
 use crate::procedure::{HELD_S, NextStep, Procedure, StepOutcome};
-use crate::recent::Recent;
+use crate::rig_step::{HeldTone, Step};
+use crate::watched_inputs::WatchedInputs;
 
 /// A completed measurement.
 pub struct Outcome<P> {
@@ -33,6 +35,8 @@ pub struct Outcome<P> {
     pub identity: Identity,
     /// Date of the measurement.
     pub date: Timestamp,
+    /// Whether the date is of simulated time.
+    pub simulated_time: bool,
     /// Time for which the plate was driven, s.
     pub driven_s: f64,
     /// Number of xruns, none of which cost a sample of what was measured.
@@ -78,10 +82,7 @@ pub fn run<P: Procedure>(
         ramp_frames: admission.ramp_frames(),
         admission,
         channels: open.input.channels(),
-        drive_channel: usize::from(config.channels.drive.index),
-        pickup_channel: usize::from(config.channels.pickup.index),
-        drive_volts_per_unit: config.channels.drive.volts_per_unit,
-        pickup_metres_per_unit: config.channels.pickup.metres_per_unit,
+        watched: WatchedInputs::new(config, open.input.channels()),
         tail_frames: (config.safety.loop_latency_s * rate_hz) as usize,
         held_frames: (HELD_S * rate_hz) as usize,
         expects_force: config.force.is_some(),
@@ -97,13 +98,12 @@ pub fn run<P: Procedure>(
         stop: stop.clone(),
         procedure: Some(procedure),
         step: Step::Settling,
+        begun: None,
         held: None,
         capture: Capture::default(),
         block: Vec::new(),
         meter: Meter::default(),
         drop_outs: DropOuts::default(),
-        recent: [(); 2].map(|()| Recent::new((READBACK_S * rate_hz) as usize)),
-        taken: 0,
         driven_frames: 0,
         last_audio: Instant::now(),
         done,
@@ -121,6 +121,7 @@ pub fn run<P: Procedure>(
         procedure,
         identity,
         date: clock.utc(),
+        simulated_time: clock.is_simulated(),
         driven_s,
         xruns,
     })
@@ -132,52 +133,14 @@ const SETTLE_S: f64 = 0.2;
 const HELD_MOST_S: f64 = 300.0;
 /// Period at which the operator is shown readings, s.
 const SHOW_S: f64 = 0.05;
-/// Span over which the read-back for the safety watch is averaged, s.
-const READBACK_S: f64 = 1e-3;
-/// Share of the command below which a read-back is no gain error: the carrier is gone.
-const VANISHED: f64 = 0.3;
 /// Time without audio that ends the calibration.
 const CARD_TIMEOUT: Duration = Duration::from_secs(10);
-
-enum Step {
-    Settling,
-    /// The tone before is ramping to silence.
-    SilencingTone {
-        next: Option<NextStep>,
-        quiet_frames: usize,
-    },
-    Listening {
-        until: usize,
-    },
-    Playing {
-        waveform: Box<Waveform>,
-        started: bool,
-        after: u32,
-        ended: Option<usize>,
-    },
-    Asking {
-        answer: Option<Answer>,
-    },
-    /// The measurement has failed; the operator reads why.
-    Failed(anyhow::Error),
-    Done,
-}
-
-/// A tone that sounds until a step needs another signal.
-struct HeldTone {
-    waveform: Waveform,
-    after: u32,
-    steady_frames: usize,
-}
 
 struct RigTask<P> {
     admission: Admission,
     ramp_frames: usize,
     channels: usize,
-    drive_channel: usize,
-    pickup_channel: usize,
-    drive_volts_per_unit: f64,
-    pickup_metres_per_unit: f64,
+    watched: WatchedInputs,
     tail_frames: usize,
     held_frames: usize,
     expects_force: bool,
@@ -194,15 +157,13 @@ struct RigTask<P> {
     stop: StopFlag,
     procedure: Option<P>,
     step: Step,
+    /// The step that was begun last, to begin it again.
+    begun: Option<NextStep>,
     held: Option<HeldTone>,
     capture: Capture,
     block: Vec<f32>,
     meter: Meter,
     drop_outs: DropOuts,
-    /// Drive and pickup.
-    recent: [Recent; 2],
-    /// Number of frames read so far.
-    taken: u64,
     driven_frames: u64,
     last_audio: Instant,
     done: Sender<(P, f64, u64)>,
@@ -215,9 +176,10 @@ impl<P: Procedure> RigTask<P> {
         if !silent {
             self.driven_frames += u64::from(header.frames);
         }
-        self.publish_readback(header.drive.frames, now_ns);
-        let watched = [self.drive_channel, self.pickup_channel];
-        self.meter.take(&self.block, self.channels, watched);
+        self.watched
+            .publish(&self.block, header, now_ns, &self.signals)?;
+        self.meter
+            .take(&self.block, self.channels, self.watched.channels());
         self.capture.samples.extend_from_slice(&self.block);
         let frames = self.frames();
         match &mut self.step {
@@ -261,36 +223,13 @@ impl<P: Procedure> RigTask<P> {
         Ok(())
     }
 
-    /// Publishes the peaks of the drive's read-back and of the pickup, whatever their frequency, for the safety watch.
-    fn publish_readback(&mut self, rendered: u64, now_ns: u64) {
-        self.taken += (self.block.len() / self.channels) as u64;
-        let watched = [self.drive_channel, self.pickup_channel];
-        for (recent, channel) in self.recent.iter_mut().zip(watched) {
-            recent.take(&self.block, self.channels, channel);
-        }
-        let [drive, pickup] = &self.recent;
-        // By the constants known so far; it warms the estimate.
-        if let Some(amplitude) = pickup.amplitude() {
-            let amplitude_m = amplitude * self.pickup_metres_per_unit;
-            self.signals.amplitude_m.set(amplitude_m);
-        }
-        if let Some(amplitude) = drive.amplitude() {
-            self.signals.readback.set(DriveReading {
-                volts: amplitude * self.drive_volts_per_unit,
-                // The middle of what was averaged.
-                sample: self.taken - drive.len() as u64 / 2,
-                ahead: rendered as i64 - self.taken as i64,
-                at_ns: now_ns,
-            });
-        }
-    }
-
     fn frames(&self) -> usize {
         self.capture.samples.len() / self.channels
     }
 
     /// Begins a step, once the tone before is silent.
     fn begin(&mut self, next: NextStep) -> anyhow::Result<()> {
+        self.begun = Some(next.clone());
         let goes_on = match (&self.held, &next) {
             (None, _) => true,
             (Some(held), NextStep::Sound(waveform, _)) => held.waveform == **waveform,
@@ -363,10 +302,11 @@ impl<P: Procedure> RigTask<P> {
         if let (Some(held), Step::Asking { answer: None }) = (&self.held, &self.step)
             && held.steady_frames as f64 > HELD_MOST_S * self.rate_hz
         {
-            bail!(
-                "timed out waiting {:.0} minutes for the operator's answer while the plate moved; the drive was stopped: calibrate again",
+            let why = format!(
+                "timed out waiting {:.0} minutes for the operator's answer while the plate moved; the drive was stopped",
                 HELD_MOST_S / 60.0
             );
+            return Err(BrokenOff(why).into());
         }
         match &self.step {
             Step::Settling if frames as f64 > SETTLE_S * self.rate_hz => {
@@ -382,11 +322,11 @@ impl<P: Procedure> RigTask<P> {
                 self.capture.dwells = dwells(
                     &self.capture,
                     &waveform,
-                    self.drive_channel,
+                    self.watched.drive,
                     self.ramp_frames,
                 )?;
                 self.drop_outs
-                    .require_whole(&self.capture, self.drive_channel)?;
+                    .require_whole(&self.capture, self.watched.drive)?;
                 self.captured().map(Some)
             }
             Step::Asking {
@@ -452,6 +392,8 @@ impl<P: Procedure> RigTask<P> {
                 (OperatorInput::Answer(_), _) => {}
                 (OperatorInput::Leave, _) => self.stop.raise(),
                 (OperatorInput::Stop, _) => self.drive.trip(Trip::Operator),
+                // Nothing is tripped here.
+                (OperatorInput::Rearm, _) => {}
             }
         }
         Ok(())
@@ -498,8 +440,8 @@ impl<P: Procedure> RigTask<P> {
             t_s: self.drop_outs.frames as f64 / self.rate_hz,
             normal_n: mean(normal),
             lateral_n: mean(lateral),
-            drive_v: drive * self.drive_volts_per_unit,
-            amplitude_m: pickup * self.pickup_metres_per_unit,
+            drive_v: drive * self.watched.volts_per_unit,
+            amplitude_m: pickup * self.watched.metres_per_unit,
             level: meter.level,
             known_m: meter.known_m,
             safety: safety.clone(),
@@ -514,29 +456,77 @@ impl<P: Procedure> RigTask<P> {
 
     fn work(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
         if let SafetyState::Tripped { trip } = safety {
-            if let Trip::Readback {
-                measured_v,
-                commanded_v: (_, high_v),
-            } = trip
-                && *measured_v < VANISHED * high_v
-            {
-                bail!(
-                    "the carrier does not come back: {high_v:.2} V were played and {measured_v:.3} V read; a sound layer of 48 kHz or less resamples it away (use a raw device such as hw:…), the amplifier is off, or a cable is out"
-                );
-            }
-            bail!("the safety watch stopped the calibration: {trip}");
+            return Err(BrokenOff::by(trip).into());
         }
         self.drive.poll(safety);
         self.take_in(now_ns)?;
+        self.require_card()?;
+        self.show(safety);
+        self.take_inputs()?;
+        self.advance()
+    }
+
+    /// Breaks the step off, with everything measured before it kept; returns whether somebody is there to go on.
+    fn break_off(&mut self, why: &BrokenOff) -> bool {
+        let why = why.to_string();
+        if !self.operator.broken_off(&why, false) {
+            return false;
+        }
+        self.held = None;
+        self.step = Step::BrokenOff {
+            why,
+            again: self.begun.clone(),
+        };
+        true
+    }
+
+    /// Waits for the operator to re-arm and to let the step begin again.
+    fn after_break(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
+        self.drive.poll(safety);
+        // Samples lost now would not have been used.
+        if let Err(error) = self.take_in(now_ns)
+            && !error.is::<BrokenOff>()
+        {
+            return Err(error);
+        }
+        self.require_card()?;
+        self.capture = Capture {
+            channels: self.channels,
+            ..Capture::default()
+        };
+        self.show(safety);
+        while let Some(wish) = self.operator.next_input()? {
+            let Step::BrokenOff { why, again } = &mut self.step else {
+                return Ok(());
+            };
+            let tripped = matches!(safety, SafetyState::Tripped { .. });
+            match wish {
+                OperatorInput::Rearm => {
+                    self.drive.rearm();
+                    self.operator.broken_off(why, false);
+                }
+                OperatorInput::Stop => self.drive.trip(Trip::Operator),
+                OperatorInput::Leave => self.stop.raise(),
+                OperatorInput::Answer(_) if tripped || self.drive.sounds() => {
+                    self.operator.broken_off(why, true);
+                }
+                OperatorInput::Answer(_) => match again.take() {
+                    Some(next) => self.begin(next)?,
+                    None => self.step = Step::Settling,
+                },
+            }
+        }
+        Ok(())
+    }
+
+    fn require_card(&self) -> anyhow::Result<()> {
         if self.last_audio.elapsed() > CARD_TIMEOUT {
             bail!(
                 "audio callbacks stopped: the sound card has delivered nothing for {} s",
                 CARD_TIMEOUT.as_secs()
             );
         }
-        self.show(safety);
-        self.take_inputs()?;
-        self.advance()
+        Ok(())
     }
 
     /// Keeps the screen of a failed measurement until the operator quits.
@@ -549,6 +539,7 @@ impl<P: Procedure> RigTask<P> {
             match wish {
                 OperatorInput::Stop => self.drive.trip(Trip::Operator),
                 OperatorInput::Leave | OperatorInput::Answer(_) => self.stop.raise(),
+                OperatorInput::Rearm => {}
             }
         }
         Ok(())
@@ -569,10 +560,19 @@ impl<P: Procedure> Task for RigTask<P> {
         if matches!(self.step, Step::Failed(_)) {
             return self.after_failure(&safety, now_ns);
         }
-        let Err(error) = self.work(&safety, now_ns) else {
+        let worked = match self.step {
+            Step::BrokenOff { .. } => self.after_break(&safety, now_ns),
+            _ => self.work(&safety, now_ns),
+        };
+        let Err(error) = worked else {
             return Ok(());
         };
         self.drive.disarm();
+        if let Some(why) = error.downcast_ref::<BrokenOff>()
+            && self.break_off(why)
+        {
+            return Ok(());
+        }
         if !self.operator.failed(&format!("{error:#}")) {
             return Err(error);
         }

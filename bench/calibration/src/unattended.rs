@@ -167,7 +167,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
             return Ok(None);
         };
         let done = match asked.request {
-            Request::Connect(_) | Request::Review => true,
+            Request::Connect(_) | Request::Review | Request::GoOn => true,
             // Nobody could be asked whether it was moved: only a simulated instrument moves by itself.
             Request::MoveVibrometer { .. } => true,
             Request::Load { .. } | Request::Unload => self.settled(asked),
@@ -199,6 +199,10 @@ impl<W: Write + Send> Operator for Unattended<W> {
         }
         self.asked = None;
         Ok(Some(OperatorInput::Answer(Answer::Ready)))
+    }
+
+    fn broken_off(&mut self, _: &str, _: bool) -> bool {
+        false
     }
 
     fn failed(&mut self, _why: &str) -> bool {

@@ -300,6 +300,9 @@ pub struct CalibrationFile {
     /// rehearsal, and never in force.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rehearsed: Vec<String>,
+    /// Parts that were measured in simulated time, such as `pickup`: a free-running simulation makes its dates up.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub simulated_time: Vec<String>,
     /// Bench that it was measured on.
     pub identity: Identity,
     /// Result of `calibrate pickup`; absent until it passes.
@@ -371,6 +374,7 @@ impl CalibrationFile {
         Self {
             format: FORMAT,
             rehearsed: Vec::new(),
+            simulated_time: Vec::new(),
             identity,
             pickup: None,
             plate: None,
@@ -468,18 +472,48 @@ impl CalibrationFile {
             && self.output.is_none()
     }
 
-    /// Returns the date of the oldest measurement; `None` when nothing was measured.
+    /// Returns whether the dates of a part, such as `pickup`, are of simulated time.
     #[must_use]
-    pub fn oldest(&self) -> Option<Timestamp> {
-        let dates = [
-            self.pickup.as_ref().map(|pickup| pickup.measured.date),
-            self.plate.as_ref().map(|plate| plate.measured.date),
-            self.force.as_ref().map(|force| force.measured.date),
-            self.channels
-                .as_ref()
-                .map(|channels| channels.measured.date),
+    pub fn is_in_simulated_time(&self, part: &str) -> bool {
+        self.simulated_time.iter().any(|named| named == part)
+    }
+
+    /// States whether a part, such as `pickup`, was measured in simulated time.
+    pub fn set_simulated_time(&mut self, part: &str, simulated: bool) {
+        self.simulated_time.retain(|named| named != part);
+        if simulated {
+            self.simulated_time.push(part.to_owned());
+            self.simulated_time.sort();
+        }
+    }
+
+    /// Returns whether anything that is dated was measured.
+    #[must_use]
+    pub fn is_dated(&self) -> bool {
+        self.dates().next().is_some()
+    }
+
+    /// Returns the date of the oldest measurement in simulated time, or in real time; `None` without one.
+    #[must_use]
+    pub fn oldest(&self, simulated: bool) -> Option<Timestamp> {
+        self.dates()
+            .filter(|(part, _)| self.is_in_simulated_time(part) == simulated)
+            .map(|(_, date)| date)
+            .min()
+    }
+
+    fn dates(&self) -> impl Iterator<Item = (&'static str, Timestamp)> {
+        let measured = [
+            ("pickup", self.pickup.as_ref().map(|of| of.measured.date)),
+            ("plate", self.plate.as_ref().map(|of| of.measured.date)),
+            ("force", self.force.as_ref().map(|of| of.measured.date)),
+            (
+                "channels",
+                self.channels.as_ref().map(|of| of.measured.date),
+            ),
         ];
-        dates.into_iter().flatten().min()
+        let dated = |(part, date): (_, Option<Timestamp>)| Some((part, date?));
+        measured.into_iter().filter_map(dated)
     }
 }
 

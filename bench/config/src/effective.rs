@@ -187,7 +187,11 @@ impl Effective {
     /// Returns the check of the volts against an independent meter, unless it is too old at `now` or dated in the future.
     #[must_use]
     pub fn checked_volts(&self, now: Timestamp) -> Option<&MeasuredOutput> {
-        let output = self.calibration.as_ref()?.calibration.output.as_ref()?;
+        let calibration = &self.calibration.as_ref()?.calibration;
+        let output = calibration.output.as_ref()?;
+        if calibration.is_in_simulated_time("output") {
+            return None;
+        }
         let age = now.duration_since(output.measured.date);
         let days = age.as_secs_f64() / 86_400.0;
         (age >= -AHEAD && days <= self.config.calibration.meter_max_age_days).then_some(output)
@@ -241,7 +245,8 @@ impl Effective {
     }
 
     /// Requires that the calibration in force was measured on the bench with these opened devices and is neither too
-    /// old nor dated in the future at `now`. An uncalibrated bench passes.
+    /// old nor dated in the future at `now`, which is in `simulated_time` or not: dates of the one say nothing about the
+    /// other. An uncalibrated bench passes.
     ///
     /// # Errors
     /// [`CalibrationError::OtherBench`] names what differs, [`CalibrationError::Date`] the age.
@@ -249,13 +254,17 @@ impl Effective {
         &self,
         input_device: String,
         output_device: String,
-        now: Timestamp,
+        (now, simulated_time): (Timestamp, bool),
     ) -> Result<(), CalibrationError> {
         let Some(in_force) = &self.calibration else {
             return Ok(());
         };
         let present = Identity::of(&self.config, input_device, output_device);
-        in_force.require(&present, now, self.config.calibration.max_age_days)
+        in_force.require(
+            &present,
+            (now, simulated_time),
+            self.config.calibration.max_age_days,
+        )
     }
 }
 
@@ -342,11 +351,16 @@ impl InForce {
     fn require(
         &self,
         present: &Identity,
-        now: Timestamp,
+        (now, simulated_time): (Timestamp, bool),
         max_age_days: f64,
     ) -> Result<(), CalibrationError> {
         self.calibration.identity.require(present)?;
-        let oldest = self.calibration.oldest().ok_or(WrongDate::Absent)?;
+        if !self.calibration.is_dated() {
+            return Err(WrongDate::Absent.into());
+        }
+        let Some(oldest) = self.calibration.oldest(simulated_time) else {
+            return Ok(());
+        };
         let age = now.duration_since(oldest);
         let days = age.as_secs_f64() / 86_400.0;
         if days > max_age_days {

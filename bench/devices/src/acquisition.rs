@@ -10,6 +10,7 @@ use impedance::clock_alignment::LowerEnvelope;
 use signalgen::{BlockHeader, InputReader};
 
 use crate::card_frames::CardFrames;
+use crate::card_pace::CardPace;
 use crate::field_task::FieldReading;
 use crate::flags::{FlagUpdate, Flags, InputFault};
 use crate::gauges::Gauges;
@@ -106,6 +107,7 @@ pub struct Acquisition {
     last_force_s: f64,
     last_position_s: f64,
     silence: Silence,
+    pace: CardPace,
     /// Frames rendered less those on the audio clock when the latest block arrived.
     ahead: i64,
 }
@@ -174,6 +176,7 @@ impl Acquisition {
             input,
             host,
             flags: Flags::new(pipeline.rate_hz()),
+            pace: CardPace::new(f64::from(pipeline.rate_hz())),
             warnings: Vec::new(),
             pipeline,
             clock: LowerEnvelope::default(),
@@ -563,7 +566,9 @@ impl Task for Acquisition {
         while let Some(header) = self.input.pop_block(&mut self.block) {
             self.silence.ended();
             // Read only now: the block may have arrived after `now_ns`, and no arrival may be stated early.
-            let arrival_s = self.host.now_ns() as f64 * 1e-9;
+            let arrival_ns = self.host.now_ns();
+            self.pace.take(&header, arrival_ns)?;
+            let arrival_s = arrival_ns as f64 * 1e-9;
             self.take_block(header, arrival_s, &mut batch)?;
         }
         if let Some((input, output)) = self.input.last_xruns() {

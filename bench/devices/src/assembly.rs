@@ -336,7 +336,7 @@ impl Bench {
         bench.require_calibration_holds(
             self.life.device(StreamDirection::Input),
             self.life.device(StreamDirection::Output),
-            self.life.clock().utc(),
+            (self.life.clock().utc(), self.life.clock().is_simulated()),
         )
     }
 

@@ -7,6 +7,8 @@ use signalgen::audio::{Host, Streams};
 use signalgen::{KillSwitch, StreamDirection};
 use tasks::{Clock, Panicked, Schedule, StopFlag, Task};
 
+use crate::signals::{Listening, stop_on_signals};
+
 /// An opened bench that has not run yet. From here on a panic first silences the drive, and signals request an orderly
 /// stop. Dropped without having run, it closes the streams.
 pub struct Life {
@@ -20,6 +22,8 @@ pub struct Life {
     schedule: Schedule,
     /// Value that must outlive the streams.
     guard: Box<dyn Send>,
+    /// Signals end this bench in good order.
+    listening: Listening,
 }
 
 impl Life {
@@ -33,7 +37,7 @@ impl Life {
     ) -> anyhow::Result<Self> {
         let (stop, panicked) = (StopFlag::default(), Arc::default());
         end_on_panic(kill.clone(), stop.clone(), Arc::clone(&panicked));
-        stop_on_signals(&stop)?;
+        let listening = stop_on_signals(&stop)?;
         Ok(Self {
             host,
             streams,
@@ -43,6 +47,7 @@ impl Life {
             clock,
             schedule,
             guard,
+            listening,
         })
     }
 
@@ -104,6 +109,7 @@ impl Life {
         drop(self.streams);
         drop(self.guard);
         let closed = close_screen();
+        drop(self.listening);
         let ended = ran.and(closed);
         if self.panicked.load(Ordering::Acquire) {
             return Err(match ended {
@@ -138,22 +144,4 @@ fn end_on_panic(kill: KillSwitch, stop: StopFlag, panicked: Arc<AtomicBool>) {
         ));
         before(info);
     }));
-}
-
-/// Raises `stop` when a signal asks the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT where
-/// there are any.
-///
-/// # Errors
-/// When a signal handler cannot be registered.
-pub fn stop_on_signals(stop: &StopFlag) -> anyhow::Result<()> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register(signal, stop.shared())?;
-    }
-    // The terminal was closed, or its key for the hardest stop was pressed.
-    #[cfg(unix)]
-    for signal in [signal_hook::consts::SIGHUP, signal_hook::consts::SIGQUIT] {
-        signal_hook::flag::register(signal, stop.shared())?;
-    }
-    Ok(())
 }

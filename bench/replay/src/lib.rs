@@ -101,7 +101,7 @@ impl Plan {
 /// When a file cannot be read on, or the terminal fails.
 pub fn run(plan: Plan, out: impl Write + Send + 'static) -> anyhow::Result<Report> {
     let stop = StopFlag::default();
-    devices::stop_on_signals(&stop)?;
+    let _listening = devices::stop_on_signals(&stop)?;
     if plan.headless {
         return replay(plan, Box::new(Headless::new(out)), &stop);
     }

@@ -11,6 +11,10 @@ pub trait Clock: Send + Sync {
     fn now_ns(&self) -> u64;
     /// Returns the calendar time, which advances with [`Clock::now_ns`] whatever happens to the computer's wall clock.
     fn utc(&self) -> Timestamp;
+    /// Returns whether the calendar time is made up by a simulation that runs free.
+    fn is_simulated(&self) -> bool {
+        false
+    }
 }
 
 /// Clock of the computer: its monotonic clock, and the date of its wall clock as read once, at the start.

@@ -136,7 +136,7 @@ fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() 
     let effective = |file: &CalibrationFile| Effective::under_calibration(config.clone(), file);
     assert_ne!(effective(&calibration).config(), &config);
     assert_eq!(effective(&calibration), effective(&without));
-    assert_eq!(calibration.oldest(), without.oldest());
+    assert_eq!(calibration.oldest(true), without.oldest(true));
 
     // A plate that is measured anew leaves no response of the one before.
     let printed = room.succeed(&["plate"]);

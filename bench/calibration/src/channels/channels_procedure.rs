@@ -7,7 +7,7 @@ use num_complex::Complex64;
 use signalgen::{ToneList, Waveform};
 
 use crate::capture::{Capture, Dwell};
-use crate::operator::{Cabling, CalibrationProgress, PointRead, Request};
+use crate::operator::{Answer, Cabling, CalibrationProgress, PointRead, Request};
 use crate::procedure::{NextStep, Procedure, StepOutcome};
 
 use super::channels_setup::{
@@ -259,7 +259,7 @@ impl ChannelsProcedure {
             ChannelsStage::ListeningAtLast => {
                 self.noise_on_bench = self.listen(capture, false)?;
                 self.stage = ChannelsStage::Measured;
-                Ok(NextStep::Done)
+                Ok(NextStep::Ask(Request::Review))
             }
             _ => Ok(NextStep::Done),
         }
@@ -271,7 +271,16 @@ impl Procedure for ChannelsProcedure {
         match outcome {
             StepOutcome::Began => self.ask(ChannelsStage::Patching, Cabling::AllInputs),
             StepOutcome::Captured(capture) => self.after_capture(&capture),
-            StepOutcome::Answered(..) => match self.stage {
+            StepOutcome::Answered(answer, _) => match self.stage {
+                ChannelsStage::Measured if answer == Answer::Ready => Ok(NextStep::Done),
+                // A rung rests on those before it: the ladder is climbed as a whole.
+                ChannelsStage::Measured => {
+                    self.ladders.clear();
+                    self.latencies.clear();
+                    self.rows.clear();
+                    self.warnings.clear();
+                    self.ask(ChannelsStage::Patching, Cabling::AllInputs)
+                }
                 ChannelsStage::Patching => {
                     self.stage = ChannelsStage::Listening;
                     Ok(NextStep::Listen(LISTEN_S))

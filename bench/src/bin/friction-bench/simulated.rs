@@ -336,6 +336,7 @@ fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses, aim: VibrometerAim
         Request::NameMass { .. }
         | Request::KnownAmplitude { .. }
         | Request::MeterReading { .. }
+        | Request::GoOn
         | Request::Review => {}
     })
 }
@@ -352,6 +353,10 @@ impl Clock for FreeClock {
 
     fn utc(&self) -> Timestamp {
         later(self.date, self.clock.now_ns())
+    }
+
+    fn is_simulated(&self) -> bool {
+        true
     }
 }
 

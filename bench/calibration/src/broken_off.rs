@@ -1,0 +1,52 @@
+//! A step that was broken off, and can be made again: what was measured before it stays.
+
+use safety::Trip;
+
+/// Share of the command below which a read-back is no gain error: the carrier is gone.
+const VANISHED: f64 = 0.3;
+
+/// Why a step was broken off.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub(super) struct BrokenOff(pub(super) String);
+
+impl BrokenOff {
+    /// Returns what a trip of the safety watch means for a calibration.
+    pub(super) fn by(trip: &Trip) -> Self {
+        Self(match trip {
+            Trip::Readback {
+                measured_v,
+                commanded_v: (_, high_v),
+            } if *measured_v < VANISHED * high_v => format!(
+                "the carrier does not come back: {high_v:.2} V were played and {measured_v:.3} V read; a sound layer of 48 kHz or less resamples it away (use a raw device such as hw:…), the amplifier is off, or a cable is out"
+            ),
+            Trip::ReadbackMissing => format!(
+                "the safety watch stopped the calibration: {trip}: this computer was too busy to look at the samples in time, or the sound card stalled; close what else runs"
+            ),
+            _ => format!("the safety watch stopped the calibration: {trip}"),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_busy_computer_and_a_carrier_that_is_gone_are_named() {
+        let words = BrokenOff::by(&Trip::ReadbackMissing).to_string();
+        assert!(words.contains("too busy"), "{words}");
+        let reads = |measured_v| {
+            let commanded_v = (4.9, 5.0);
+            let trip = Trip::Readback {
+                measured_v,
+                commanded_v,
+            };
+            BrokenOff::by(&trip).to_string()
+        };
+        assert!(reads(0.1).contains("does not come back"), "{}", reads(0.1));
+        assert!(reads(4.0).starts_with("the safety watch"), "{}", reads(4.0));
+        let words = BrokenOff::by(&Trip::Operator).to_string();
+        assert!(words.starts_with("the safety watch stopped"), "{words}");
+    }
+}

@@ -2,6 +2,7 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
+use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Widget;
 
@@ -48,14 +49,6 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     if state.safety == Some(SafetyState::Tripped) && state.calibration.is_none() {
         spans.push(Span::styled(" · x to re-arm", faint));
     }
-    if state.safety == Some(SafetyState::Tripped) {
-        // Seen from across the room.
-        buf.set_style(row, theme.alarm());
-        spans = spans
-            .into_iter()
-            .map(|span| span.style(theme.alarm()))
-            .collect();
-    }
     let line = Line::from(spans);
     let told = u16::try_from(line.width()).unwrap_or(u16::MAX);
     render_line(line, row, buf);
@@ -66,6 +59,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             ..row
         };
         flags.render(end, buf);
+    }
+    if state.safety == Some(SafetyState::Tripped) {
+        // Seen from across the room.
+        buf.set_style(row, Style::reset().patch(theme.alarm()));
     }
 }
 

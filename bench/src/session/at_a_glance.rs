@@ -75,10 +75,13 @@ impl AtAGlance {
         (protocol, bench): (&Protocol, &Effective),
     ) -> Vec<tui::event::Crop> {
         let mut crops = Vec::new();
-        while let Some((name, direction, span_s)) = self
+        let complete = |span_s: (f64, f64)| span_s.1 + DATA_DELAY_S <= now_s;
+        let complete = self
             .waiting
-            .pop_front_if(|(.., (_, end_s))| *end_s + DATA_DELAY_S <= now_s)
-        {
+            .iter()
+            .take_while(|(.., span_s)| complete(*span_s));
+        let count = complete.count();
+        for (name, direction, span_s) in self.waiting.drain(..count) {
             let rules = protocol.selection_rules(bench.config().plate.centre_m);
             let series = record.series(span_s.0, span_s.1);
             let analysis = analyse_exploration(&series.exploration(direction), &rules);

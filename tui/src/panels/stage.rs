@@ -49,9 +49,8 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
 
 /// Returns what to tell the participant.
 fn say(state: &State) -> Option<String> {
-    if state.session.protocol.is_none() {
-        return None;
-    }
+    // Where nobody takes part there is nobody to tell.
+    state.session.protocol.as_ref()?;
     let view = state.participant.as_ref()?;
     if state.phase.kind == PhaseKind::Finished {
         return Some("“That was all. Thank you!”".to_owned());

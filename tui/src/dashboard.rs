@@ -14,9 +14,9 @@ use crate::panels::{
     safety_line, session_phase, stage, strips, summary, tabs,
 };
 use crate::participant_screen;
-use crate::plain_signs::plain_signs;
 use crate::state::State;
 use crate::strip::Strip;
+use drawing::plain_signs::plain_signs;
 
 /// Smallest columns and rows for two columns of panels; a smaller screen shows a list.
 pub const TWO_COLUMNS: (u16, u16) = (78, 22);

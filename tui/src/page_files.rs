@@ -7,8 +7,8 @@ use std::path::Path;
 use ratatui::buffer::Buffer;
 
 use crate::page::Page;
-use crate::picture::{self, Paper};
-use crate::theme::Theme;
+use drawing::picture::{self, Paper};
+use drawing::theme::Theme;
 
 /// Most pages that are written into one folder.
 const MOST: u32 = 9999;

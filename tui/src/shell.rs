@@ -279,7 +279,7 @@ mod tests {
 
     use super::*;
     use crate::event::{PhaseKind, PhaseView};
-    use crate::theme::Theme;
+    use drawing::theme::Theme;
 
     /// Types one key a frame, then none.
     struct Typed(std::vec::IntoIter<char>);

@@ -17,8 +17,8 @@ use crate::frozen::Frozen;
 use crate::page::{HISTORY_S, Page, Window};
 use crate::participant_screen::ParticipantView;
 use crate::strip::{STRIPS, Strip};
-use crate::theme::Theme;
-use crate::value_axis::ValueAxis;
+use drawing::theme::Theme;
+use drawing::value_axis::ValueAxis;
 
 /// Largest number of live values kept: bounds memory at any rate.
 const HISTORY_MAX: usize = 4000;

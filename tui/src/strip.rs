@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::event::{ComplexImpedance, Live};
-use crate::value_axis::ValueAxis;
+use drawing::value_axis::ValueAxis;
 
 /// One strip. All share their time axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::sync::OnceLock;
 
-use crate::theme::Theme;
+use drawing::theme::Theme;
 
 /// The theme that was asked for.
 static ASKED: OnceLock<Theme> = OnceLock::new();

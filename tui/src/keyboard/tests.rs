@@ -5,7 +5,7 @@ use ratatui::crossterm::event::{KeyEvent, KeyModifiers};
 use super::*;
 use crate::calibration_page::{CalibrationPage, PointLine, Question};
 use crate::event::{AskedDetail, Event, PhaseKind, PhaseView, SafetyState, SessionHeader};
-use crate::theme::Theme;
+use drawing::theme::Theme;
 
 /// Every press that a terminal can tell of, as far as the table could take it.
 fn presses() -> impl Iterator<Item = Press> {

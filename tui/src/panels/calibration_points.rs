@@ -6,8 +6,8 @@ use ratatui::text::{Line, Span};
 
 use super::panel::{note, rows, titled};
 use crate::calibration_page::{CalibrationPage, Chart, PointLine, Question};
-use crate::plot::{Plot, Trace, ValueAxis, put};
 use crate::state::State;
+use drawing::plot::{Plot, Trace, ValueAxis, put};
 
 /// Draws the list of points, and the results below it.
 pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {

@@ -7,8 +7,8 @@ use ratatui::text::{Line, Span};
 
 use super::panel::{note, titled};
 use crate::event::{ComplexImpedance, ContactCurves};
-use crate::plot::{Plot, Trace, ValueAxis, put};
 use crate::state::State;
+use drawing::plot::{Plot, Trace, ValueAxis, put};
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;

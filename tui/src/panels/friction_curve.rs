@@ -8,8 +8,8 @@ use super::complex_plane::latest_curves;
 use super::live_values::TO_MICRO;
 use super::panel::{note, titled};
 use super::strips::missing_estimate;
-use crate::plot::{Plot, Trace, ValueAxis, put};
 use crate::state::State;
+use drawing::plot::{Plot, Trace, ValueAxis, put};
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;

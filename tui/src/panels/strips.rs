@@ -9,9 +9,9 @@ use ratatui::text::{Line, Span};
 use super::live_values::{live_style, number, signed, stale};
 use super::panel::{note, titled};
 use crate::event::{Live, NoEstimate, ValueAndStd};
-use crate::plot::{self, Plot, Trace};
 use crate::state::State;
 use crate::strip::{Select, Strip, Weight, magnitude, read};
+use drawing::plot::{self, Plot, Trace};
 
 /// Part of the sweep that is empty before its head.
 const GAP: f64 = 0.03;

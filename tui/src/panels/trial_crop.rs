@@ -10,9 +10,9 @@ use super::live_values::{TO_MICRO, TO_MILLI, signed};
 use super::panel::{note, rows, titled};
 use super::trial_list::name;
 use crate::event::Crop;
-use crate::plot::{self, Plot, Trace, ValueAxis, put};
 use crate::state::{State, TrialLine};
 use crate::words::wrap;
+use drawing::plot::{self, Plot, Trace, ValueAxis, put};
 
 /// Columns from which the explorations stand side by side.
 const SIDE_BY_SIDE: u16 = 76;

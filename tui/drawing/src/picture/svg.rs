@@ -20,7 +20,7 @@ const BASELINE: u32 = 12;
 ///
 /// ```
 /// use ratatui::{buffer::Buffer, layout::Rect, style::Style};
-/// use tui::picture::{Paper, svg};
+/// use drawing::picture::{Paper, svg};
 ///
 /// let mut screen = Buffer::empty(Rect::new(0, 0, 12, 1));
 /// screen.set_string(0, 0, "F < 5 N", Style::new().bold());

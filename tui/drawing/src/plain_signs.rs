@@ -5,7 +5,7 @@ use ratatui::buffer::Buffer;
 use crate::braille;
 
 /// Replaces every sign beyond ASCII by one that stands for it.
-pub(crate) fn plain_signs(buf: &mut Buffer) {
+pub fn plain_signs(buf: &mut Buffer) {
     for cell in &mut buf.content {
         let Some(sign) = cell.symbol().chars().next().filter(|c| !c.is_ascii()) else {
             continue;
@@ -15,7 +15,7 @@ pub(crate) fn plain_signs(buf: &mut Buffer) {
 }
 
 /// Returns the ASCII sign for `sign`.
-pub(crate) fn plain(sign: char) -> char {
+pub fn plain(sign: char) -> char {
     match sign {
         '\u{2800}'..='\u{28ff}' => {
             braille::plain(u8::try_from(u32::from(sign) - 0x2800).unwrap_or(u8::MAX))

@@ -10,14 +10,16 @@ const BEYOND: f64 = 0.5;
 /// A value axis with round limits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ValueAxis {
-    pub(crate) low: f64,
-    pub(crate) high: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
     step: f64,
 }
 
 impl ValueAxis {
     /// Returns the smallest axis of at most four round steps around `values`; `None` without a finite value.
-    pub(crate) fn around(values: impl Iterator<Item = f64>) -> Option<Self> {
+    pub fn around(values: impl Iterator<Item = f64>) -> Option<Self> {
         let (low, high) = values
             .filter(|v| v.is_finite() && v.abs() < 1e12)
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
@@ -45,7 +47,7 @@ impl ValueAxis {
 
     /// Returns an axis around the bulk of `values` and all of `always`: a spike does not flatten the rest, and what
     /// varies by less than `floor` is not blown up. `None` without a finite value.
-    pub(crate) fn robust(mut values: Vec<f64>, always: &[f64], floor: f64) -> Option<Self> {
+    pub fn robust(mut values: Vec<f64>, always: &[f64], floor: f64) -> Option<Self> {
         values.retain(|v| v.is_finite() && v.abs() < 1e12);
         values.sort_by(f64::total_cmp);
         let last = values.len().checked_sub(1)? as f64;
@@ -72,13 +74,13 @@ impl ValueAxis {
     }
 
     /// Whether `self`, in use, still suits what would have `wanted`: it holds it, and is not much too wide.
-    pub(crate) fn suits(self, wanted: Self) -> bool {
+    pub fn suits(self, wanted: Self) -> bool {
         let (span, needed) = (self.high - self.low, wanted.high - wanted.low);
         self.low <= wanted.low && self.high >= wanted.high && span <= 2.5 * needed
     }
 
     /// Returns both ends and the steps between them.
-    pub(crate) fn ticks(self) -> impl Iterator<Item = f64> {
+    pub fn ticks(self) -> impl Iterator<Item = f64> {
         let steps = ((self.high - self.low) / self.step).round() as u32;
         // Multiples of the step, so that zero is exactly zero.
         let first = (self.low / self.step).round();
@@ -86,7 +88,7 @@ impl ValueAxis {
     }
 
     /// Returns the label of `value`.
-    pub(crate) fn label(self, value: f64) -> String {
+    pub fn label(self, value: f64) -> String {
         let decimals = (-self.step.log10()).ceil().clamp(0.0, 6.0) as usize;
         // Adding zero turns −0 into 0.
         format!("{:.decimals$}", value + 0.0).replace('-', "−")

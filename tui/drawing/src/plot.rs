@@ -6,42 +6,49 @@ use ratatui::style::Style;
 
 use crate::braille::Dots;
 use crate::theme::Theme;
-pub(crate) use crate::value_axis::ValueAxis;
+pub use crate::value_axis::ValueAxis;
 
 /// Columns of the axis with its labels.
 const GUTTER: u16 = 7;
 
 /// A curve; `None` breaks it.
-pub(crate) struct Trace {
-    pub(crate) points: Vec<(f64, Option<f64>)>,
-    pub(crate) style: Style,
+pub struct Trace {
+    /// Its points by x.
+    pub points: Vec<(f64, Option<f64>)>,
+    /// Its style.
+    pub style: Style,
 }
 
 /// A span of x: kept ones are shaded, rejected ones hatched.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Span {
-    pub(crate) from: f64,
-    pub(crate) to: f64,
-    pub(crate) kept: bool,
+pub struct Span {
+    /// Where it begins.
+    pub from: f64,
+    /// Where it ends.
+    pub to: f64,
+    /// Whether it is kept.
+    pub kept: bool,
 }
 
 /// Curves over a common axis.
-pub(crate) struct Plot {
-    pub(crate) x: (f64, f64),
-    pub(crate) axis: ValueAxis,
+pub struct Plot {
+    /// Both ends of x.
+    pub x: (f64, f64),
+    /// The value axis.
+    pub axis: ValueAxis,
     /// A range of values to mark behind the curves.
-    pub(crate) band: Option<(f64, f64)>,
+    pub band: Option<(f64, f64)>,
     /// Spans of x to shade behind the curves.
-    pub(crate) spans: Vec<Span>,
+    pub spans: Vec<Span>,
     /// Places of x to mark before the curves.
-    pub(crate) cursors: Vec<f64>,
+    pub cursors: Vec<f64>,
     /// Later curves lie over earlier ones.
-    pub(crate) curves: Vec<Trace>,
+    pub curves: Vec<Trace>,
 }
 
 impl Plot {
     /// Returns the part of `area` that holds the curves: right of the axis.
-    pub(crate) fn body(area: Rect) -> Rect {
+    pub fn body(area: Rect) -> Rect {
         let gutter = GUTTER.min(area.width);
         Rect {
             x: area.x + gutter,
@@ -50,7 +57,8 @@ impl Plot {
         }
     }
 
-    pub(crate) fn render(&self, theme: Theme, area: Rect, buf: &mut Buffer) {
+    /// Draws axis, shades and curves.
+    pub fn render(&self, theme: Theme, area: Rect, buf: &mut Buffer) {
         let body = Self::body(area);
         if body.is_empty() {
             return;
@@ -75,7 +83,7 @@ impl Plot {
     }
 
     /// Returns the cell of a point within `body`; `None` when the point lies outside.
-    pub(crate) fn position(&self, (x, y): (f64, f64), body: Rect) -> Option<Position> {
+    pub fn position(&self, (x, y): (f64, f64), body: Rect) -> Option<Position> {
         if body.is_empty() {
             return None;
         }
@@ -174,7 +182,7 @@ impl Plot {
 }
 
 /// Replaces a cell, with its colours and modifiers.
-pub(crate) fn put(buf: &mut Buffer, position: impl Into<Position>, symbol: &str, style: Style) {
+pub fn put(buf: &mut Buffer, position: impl Into<Position>, symbol: &str, style: Style) {
     let position = position.into();
     buf[position].reset();
     buf[position].set_symbol(symbol).set_style(style);

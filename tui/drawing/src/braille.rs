@@ -8,14 +8,15 @@ use ratatui::style::Style;
 const BITS: [[u8; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
 
 /// A drawing of dots on a number of cells.
-pub(crate) struct Dots {
+pub struct Dots {
     columns: usize,
     cells: Vec<u8>,
     last: (f64, f64),
 }
 
 impl Dots {
-    pub(crate) fn new(columns: u16, rows: u16) -> Self {
+    /// Returns an empty drawing.
+    pub fn new(columns: u16, rows: u16) -> Self {
         let last = |cells: u16, dots: f64| (f64::from(cells) * dots - 1.0).max(0.0);
         Self {
             columns: columns.into(),
@@ -25,12 +26,12 @@ impl Dots {
     }
 
     /// Returns the column and the row of the last dot.
-    pub(crate) fn last(&self) -> (f64, f64) {
+    pub fn last(&self) -> (f64, f64) {
         self.last
     }
 
     /// Draws one dot; what lies outside is left out.
-    pub(crate) fn dot(&mut self, (x, y): (f64, f64)) {
+    pub fn dot(&mut self, (x, y): (f64, f64)) {
         let inside = (0.0..=self.last.0).contains(&x) && (0.0..=self.last.1).contains(&y);
         if !inside {
             return;
@@ -42,7 +43,7 @@ impl Dots {
     }
 
     /// Draws a line.
-    pub(crate) fn line(&mut self, from: (f64, f64), to: (f64, f64)) {
+    pub fn line(&mut self, from: (f64, f64), to: (f64, f64)) {
         let (dx, dy) = (to.0 - from.0, to.1 - from.1);
         let steps = dx.abs().max(dy.abs()).ceil().clamp(1.0, 4096.0) as u32;
         for step in 0..=steps {
@@ -52,7 +53,7 @@ impl Dots {
     }
 
     /// Puts the cells that have dots over what is drawn in `area`.
-    pub(crate) fn stamp(&self, area: Rect, style: Style, buf: &mut Buffer) {
+    pub fn stamp(&self, area: Rect, style: Style, buf: &mut Buffer) {
         let cells = area.positions().zip(&self.cells);
         for (position, bits) in cells.filter(|(_, bits)| **bits != 0) {
             let cell = &mut buf[position];
@@ -68,7 +69,7 @@ fn pattern(bits: u8) -> char {
 }
 
 /// Returns a sign of ASCII for a pattern of braille: by the height of its dots.
-pub(crate) fn plain(bits: u8) -> char {
+pub fn plain(bits: u8) -> char {
     let rows = BITS.map(|row| bits & (row[0] | row[1]) != 0);
     match rows {
         [false, false, false, false] => ' ',

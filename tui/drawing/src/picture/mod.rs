@@ -20,7 +20,7 @@ use ratatui::buffer::{Buffer, CellWidth};
 ///
 /// let mut screen = Buffer::empty(Rect::new(0, 0, 12, 2));
 /// screen.set_string(0, 0, "μ 0.42", Style::new());
-/// assert_eq!(tui::picture::text(&screen), "μ 0.42\n\n");
+/// assert_eq!(drawing::picture::text(&screen), "μ 0.42\n\n");
 /// ```
 #[must_use]
 pub fn text(screen: &Buffer) -> String {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Colours, or none.
 ///
 /// ```
-/// use tui::Theme;
+/// use drawing::theme::Theme;
 ///
 /// assert_eq!("high-contrast".parse::<Theme>(), Ok(Theme::HighContrast));
 /// assert!("blue".parse::<Theme>().is_err());
@@ -59,30 +59,34 @@ impl Theme {
         }
     }
 
-    pub(crate) fn good(self) -> Style {
+    /// Returns the style of what is well.
+    pub fn good(self) -> Style {
         self.paint(Color::Green, Color::LightGreen, Modifier::empty())
     }
 
-    pub(crate) fn warning(self) -> Style {
+    /// Returns the style of what should be looked at.
+    pub fn warning(self) -> Style {
         self.paint(Color::Magenta, Color::LightYellow, Modifier::BOLD)
     }
 
-    pub(crate) fn bad(self) -> Style {
+    /// Returns the style of what has failed.
+    pub fn bad(self) -> Style {
         self.paint(Color::Red, Color::LightRed, Modifier::BOLD)
     }
 
     /// Returns a filled style, visible across the room.
-    pub(crate) fn alarm(self) -> Style {
+    pub fn alarm(self) -> Style {
         let filled = Modifier::BOLD | Modifier::REVERSED;
         self.paint(Color::Red, Color::LightRed, filled)
     }
 
     /// Returns the style of a driven plate.
-    pub(crate) fn driving(self) -> Style {
+    pub fn driving(self) -> Style {
         self.first(Modifier::BOLD | Modifier::REVERSED)
     }
 
-    pub(crate) fn first_curve(self) -> Style {
+    /// Returns the style of the curve that matters most.
+    pub fn first_curve(self) -> Style {
         self.first(Modifier::BOLD)
     }
 
@@ -94,38 +98,41 @@ impl Theme {
         }
     }
 
-    pub(crate) fn second_curve(self) -> Style {
+    /// Returns the style of the curve beside it.
+    pub fn second_curve(self) -> Style {
         self.paint(Color::Magenta, Color::LightMagenta, Modifier::empty())
     }
 
-    pub(crate) fn faint(self) -> Style {
+    /// Returns the style of what stays in the background.
+    pub fn faint(self) -> Style {
         match self {
             Self::HighContrast => Style::new(),
             _ => Style::new().add_modifier(Modifier::DIM),
         }
     }
 
-    pub(crate) fn strong(self) -> Style {
+    /// Returns the style of names and of what matters.
+    pub fn strong(self) -> Style {
         Style::new().add_modifier(Modifier::BOLD)
     }
 
     /// Returns the style of what is chosen in a list.
-    pub(crate) fn chosen(self) -> Style {
+    pub fn chosen(self) -> Style {
         Style::new().add_modifier(Modifier::REVERSED)
     }
 
     /// Returns the style of a range behind a curve.
-    pub(crate) fn band(self) -> Style {
+    pub fn band(self) -> Style {
         self.paint(Color::Green, Color::Green, Modifier::DIM)
     }
 
     /// Returns the style of a kept span behind a curve.
-    pub(crate) fn kept(self) -> Style {
+    pub fn kept(self) -> Style {
         self.band()
     }
 
     /// Returns the style of a rejected span behind a curve.
-    pub(crate) fn rejected(self) -> Style {
+    pub fn rejected(self) -> Style {
         self.paint(Color::Red, Color::Red, Modifier::DIM)
     }
 

@@ -69,6 +69,22 @@ pub(crate) fn clean(buf: &mut Buffer) {
     }
 }
 
+/// Makes a minus of every hyphen that stands before a number.
+fn minus_signs(buf: &mut Buffer) {
+    let is_number = |cell: Option<&Cell>| {
+        cell.is_some_and(|cell| cell.symbol().starts_with(|c: char| c.is_ascii_digit()))
+    };
+    for at in 0..buf.content.len() {
+        if buf.content[at].symbol() != "-" || !is_number(buf.content.get(at + 1)) {
+            continue;
+        }
+        let before = at.checked_sub(1).and_then(|before| buf.content.get(before));
+        if before.is_none_or(|cell| matches!(cell.symbol(), " " | "(" | "[" | "=")) {
+            buf.content[at].set_symbol("\u{2212}");
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,21 +116,5 @@ mod tests {
         clean(&mut buf);
         let shown: String = buf.content.iter().map(|cell| cell.symbol()).collect();
         assert_eq!(shown, "\u{fffd}\u{fffd}b");
-    }
-}
-
-/// Makes a minus of every hyphen that stands before a number.
-fn minus_signs(buf: &mut Buffer) {
-    let is_number = |cell: Option<&Cell>| {
-        cell.is_some_and(|cell| cell.symbol().starts_with(|c: char| c.is_ascii_digit()))
-    };
-    for at in 0..buf.content.len() {
-        if buf.content[at].symbol() != "-" || !is_number(buf.content.get(at + 1)) {
-            continue;
-        }
-        let before = at.checked_sub(1).and_then(|before| buf.content.get(before));
-        if before.is_none_or(|cell| matches!(cell.symbol(), " " | "(" | "[" | "=")) {
-            buf.content[at].set_symbol("\u{2212}");
-        }
     }
 }

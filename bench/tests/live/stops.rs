@@ -147,6 +147,7 @@ impl Rig {
             notices,
             gauge,
             study_folder: temp.path().to_owned(),
+            session_bytes: 1_000_000_000,
             drive,
             readiness: Readiness::new(button),
             front: Box::new(Operator { seen: show, asked }),

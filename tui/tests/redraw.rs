@@ -3,10 +3,6 @@
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
 )]
-#![expect(
-    clippy::print_stdout,
-    reason = "measured numbers, for whoever asks with --nocapture"
-)]
 
 #[path = "../examples/dashboard/synthetic.rs"]
 #[allow(dead_code, reason = "other tests use the rest")]

@@ -25,6 +25,18 @@ pub struct Cli {
     pub printing: Printing,
 }
 
+impl Cli {
+    /// Reads the command line, or ends the program with what is wrong with it; the theme holds from here on.
+    #[must_use]
+    pub fn read() -> Self {
+        let cli = Self::parse();
+        if let Some(theme) = cli.printing.theme {
+            tui::choose_theme(theme);
+        }
+        cli
+    }
+}
+
 /// How much is printed beside the result.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Printing {
@@ -34,6 +46,9 @@ pub struct Printing {
     /// Print no progress on standard error; warnings and errors remain.
     #[arg(short, long, global = true)]
     pub quiet: bool,
+    /// Colours of the dashboard: default, light, high-contrast or monochrome; NO_COLOR comes before it.
+    #[arg(long, global = true, value_name = "THEME")]
+    pub theme: Option<tui::Theme>,
 }
 
 /// The subcommands.

@@ -167,7 +167,7 @@ impl ParticipantDisplay for TerminalDisplay {
     fn reconnect(&mut self) -> anyhow::Result<()> {
         // Let go of what is lost first, so that it is not restored over the new one.
         self.terminal = None;
-        let theme = tui::Theme::from_no_color(std::env::var_os("NO_COLOR").as_deref());
+        let theme = tui::chosen_theme();
         self.terminal = Some(tui::ParticipantDisplay::open(&self.path, theme)?);
         Ok(())
     }

@@ -28,3 +28,4 @@ pub mod session;
 pub mod shell_words;
 pub mod verbosity;
 pub mod verify;
+mod visit;

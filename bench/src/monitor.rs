@@ -25,7 +25,9 @@ use tasks::{StopFlag, Task};
 
 use crate::apparatus::{Apparatus, Watcher, pace};
 use crate::dates;
+use crate::visit::visit;
 use crate::{calibrate, rehearsed};
+use live::bench_facts;
 use live::interference::Interference;
 use live::live_meter::LiveMeter;
 use live::screen_words;
@@ -37,6 +39,8 @@ const MODULATION_INDEX: f64 = 0.95;
 const CONTACT_N: f64 = 0.1;
 /// The screen is fed this often, ns.
 const SCREEN_PERIOD_NS: u64 = 16_000_000;
+/// The trace of the last period is shown this often, ns.
+const PERIOD_EVERY_NS: u64 = 250_000_000;
 
 /// What to watch.
 pub struct Plan {
@@ -141,6 +145,8 @@ pub fn run(
         rehearsed,
     } = plan;
     let (config, simulated) = (effective.config(), apparatus.hardware.simulated);
+    let opened_at = apparatus.hardware.clock.utc();
+    let wired = bench_facts::Wired::of(&apparatus.hardware.lines);
     let prompt = HoldPrompt {
         watchers: apparatus.watchers,
         plate_m: config.plate.length_m,
@@ -180,6 +186,12 @@ pub fn run(
         ..tui::event::SessionHeader::default()
     }));
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
+    front.show(tui::Event::Bench(bench_facts::facts(
+        &effective,
+        (opened_at, simulated),
+        wired,
+        &unverified,
+    )));
     let notices = config.safety_notices(config.plate.resonance_hz);
     let rehearsed = rehearsed::notice(&rehearsed).into_iter();
     let forceless = config.forceless_in_words();
@@ -226,11 +238,14 @@ pub fn run(
         audio_s: 0.0,
         line_due_s: 1.0,
         screen_due_ns: 0,
+        period_due_ns: 0,
         safety: SafetyState::default(),
         driven: false,
         holds: config.safety.dead_man.is_some(),
         wanted: false,
         prompt,
+        // Lines tell of the free plate, and whoever promised a clear one has it.
+        visited: !headless && !clear_plate,
         ended,
     };
     let interference = Interference::new(bench.recording, config, config.plate.resonance_hz);
@@ -253,6 +268,18 @@ struct HoldPrompt {
 }
 
 impl HoldPrompt {
+    /// Shows the watchers a slider that comes and goes, and returns where it is, m.
+    fn visit(&mut self, now_s: f64) -> Option<f64> {
+        if self.watchers.is_empty() {
+            return None;
+        }
+        let view = visit(now_s, self.plate_m);
+        for watcher in &mut self.watchers {
+            watcher(&view, false, None);
+        }
+        view.slider_m
+    }
+
     /// Shows the watchers what to do, and returns the operator's words; `None` if both have been asked for it already.
     fn ask(&mut self, hold: Option<Hold>) -> Option<&'static str> {
         if self.said == hold {
@@ -300,6 +327,7 @@ struct MonitorTask {
     audio_s: f64,
     line_due_s: f64,
     screen_due_ns: u64,
+    period_due_ns: u64,
     safety: SafetyState,
     driven: bool,
     /// Whether a dead-man switch must be held.
@@ -307,6 +335,8 @@ struct MonitorTask {
     /// Whether the drive begins as soon as it is held.
     wanted: bool,
     prompt: HoldPrompt,
+    /// Whether a simulated finger comes and goes.
+    visited: bool,
     ended: Sender<bool>,
 }
 
@@ -455,9 +485,19 @@ impl Task for MonitorTask {
         self.line();
         if now_ns >= self.screen_due_ns {
             self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
-            if let Some(live) = self.meter.live(None) {
+            let slider_m = self
+                .visited
+                .then(|| self.prompt.visit(self.audio_s))
+                .flatten();
+            if let Some(live) = self.meter.live(slider_m) {
                 let live = screen_words::with_contact(live, &self.contact);
                 self.front.show(tui::Event::Live(live));
+            }
+            if self.screen_due_ns >= self.period_due_ns {
+                self.period_due_ns = self.screen_due_ns + PERIOD_EVERY_NS;
+                if let Some(period) = self.meter.period() {
+                    self.front.show(tui::Event::Period(period));
+                }
             }
         }
         if let Some(health) = self.meter.health(

@@ -2,24 +2,24 @@
 
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
-use ratatui::layout::{Constraint, Layout, Rect, Spacing};
+use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::Line;
 
 use crate::escape::clean;
-use crate::panels::impedance::ImpedancePart;
+use crate::page::Page;
+use crate::pages::{self, Room};
 use crate::panels::panel::{note, rows};
 use crate::panels::{
-    amplitude, asked_detail, calibration_layout, crop, drill, estimates, forces, help, impedance,
-    key_hints, log, new_carrier, plate_drawing, readings, safety_line, session_header,
-    session_phase, summary, system_health, trials,
+    asked_detail, calibration_layout, drill, help, key_hints, log, new_carrier, readings,
+    safety_line, session_phase, stage, strips, summary, tabs,
 };
 use crate::participant_screen;
-use crate::state::{Page, State};
+use crate::state::State;
+use crate::strip::Strip;
+use drawing::plain_signs::plain_signs;
 
 /// Smallest columns and rows for two columns of panels; a smaller screen shows a list.
 pub const TWO_COLUMNS: (u16, u16) = (78, 22);
-/// Smallest columns and rows for spaced panels.
-const WIDE: (u16, u16) = (120, 35);
 
 /// Draws the operator's screen, a pure function of `state`.
 ///
@@ -40,6 +40,9 @@ pub fn view(state: &State, frame: &mut Frame) {
     let area = frame.area();
     draw(state, area, frame.buffer_mut());
     clean(frame.buffer_mut());
+    if state.ui.ascii {
+        plain_signs(frame.buffer_mut());
+    }
 }
 
 /// Draws the screen into `area`.
@@ -59,8 +62,9 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
             preview(state, body, buf);
         }
         _ if area.width >= TWO_COLUMNS.0 && area.height >= TWO_COLUMNS.1 => {
-            two_columns(state, area, body, buf);
+            page(state, area, body, buf);
         }
+        (Page::Log, _) => log::whole(state, body, buf),
         _ => list(state, body, buf),
     }
     if state.ui.help {
@@ -79,51 +83,60 @@ fn preview(state: &State, body: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Draws the dashboard in two columns of panels.
-fn two_columns(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
-    let wide = area.width >= WIDE.0 && area.height >= WIDE.1;
-    let phase_rows = phase_rows(state, body.width, 3);
-    let [head, stand, estimated, _, body] = Layout::vertical([
+/// Draws the page that is chosen: its tabs, where the session stands, its panels.
+fn page(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
+    let room = Room::of(area.width, area.height);
+    let air = u16::from(room != Room::Little);
+    let least = match room {
+        Room::Little => stage::ROWS.0,
+        Room::Some | Room::Much => stage::ROWS.1,
+    };
+    // Where nobody takes part, there is nothing to say.
+    let stands = state.session.protocol.is_some() || state.outlook.is_some();
+    let stage_rows = match in_place_of_phase(state, body.width) {
+        Some(lines) => u16::try_from(lines.len())
+            .unwrap_or(least)
+            .clamp(1, least.max(3)),
+        None if stands => least,
+        None => 1,
+    };
+    let [head, stand, _, panels] = Layout::vertical([
         Constraint::Length(1),
-        Constraint::Length(phase_rows),
-        Constraint::Length(1),
-        Constraint::Length(u16::from(wide)),
+        Constraint::Length(stage_rows),
+        Constraint::Length(air),
         Constraint::Fill(1),
     ])
     .areas(body);
-    session_header::render(state, head, buf);
-    phase(state, stand, buf);
-    estimates::render(state, estimated, buf);
-    let (gap, shares) = if wide { (3, (3, 2)) } else { (2, (5, 4)) };
-    let [left, right] =
-        Layout::horizontal([Constraint::Fill(shares.0), Constraint::Fill(shares.1)])
-            .spacing(Spacing::Space(gap))
-            .areas(body);
+    tabs::render(state, head, buf);
+    match in_place_of_phase(state, stand.width) {
+        Some(lines) => rows(lines, stand, buf),
+        None => stage::render(state, stand, buf),
+    }
+    let zoom = state.ui.zoom;
+    match state.ui.page {
+        Page::Run if zoom > 0 => pages::run::enlarged(state, zoom, panels, buf),
+        Page::Impedance if zoom > 0 => pages::impedance::enlarged(state, zoom, panels, buf),
+        Page::Trials if zoom > 0 => crate::panels::trial_crop::render(state, panels, buf),
+        Page::Run | Page::Participant => pages::run::render(state, room, panels, buf),
+        Page::Impedance => pages::impedance::render(state, room, panels, buf),
+        Page::Trials => pages::trials::render(state, room, panels, buf),
+        Page::Bench => pages::bench::render(state, room, panels, buf),
+        Page::Log => logged(state, panels, buf),
+    }
+}
 
-    if let Some(lines) = &state.summary {
-        summary::render(state, lines, left, buf);
-    } else {
-        curves(state, wide, left, buf);
+/// Draws the log, and what a finished session came to.
+fn logged(state: &State, area: Rect, buf: &mut Buffer) {
+    let ended = state.summary.as_ref();
+    let ended_rows = ended
+        .map_or(0, |lines| lines.len() as u16 + 2)
+        .min(area.height / 2);
+    let [lines, end] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(ended_rows)]).areas(area);
+    log::whole(state, lines, buf);
+    if let Some(summary) = ended {
+        summary::render(state, summary, end, buf);
     }
-    let (air, log_rows) = if wide {
-        (1, Constraint::Fill(2))
-    } else {
-        (0, Constraint::Length(3))
-    };
-    let [list, last, machinery, lines] = Layout::vertical([
-        Constraint::Fill(3),
-        Constraint::Fill(6),
-        Constraint::Length(system_health::height(right.width) + air),
-        log_rows,
-    ])
-    .areas(right);
-    match &state.drill {
-        Some(drilled) => drill::render(state, drilled, list, buf),
-        None => trials::render(state, list, buf),
-    }
-    crop::render(state, last, buf);
-    system_health::render(state, machinery, buf);
-    log::render(state, lines, buf);
 }
 
 /// Returns the rows of the phase: one, or as many of `most` as a drill's instruction or a question takes.
@@ -148,24 +161,6 @@ fn in_place_of_phase(state: &State, columns: u16) -> Option<Vec<Line<'_>>> {
         (None, None, Some(proposal)) => Some(new_carrier::lines(state, proposal, columns)),
         (None, None, None) => None,
     }
-}
-
-/// Draws the left column: strip charts above the plate.
-fn curves(state: &State, wide: bool, area: Rect, buf: &mut Buffer) {
-    let plate_rows = if wide { 5 } else { 3 };
-    let [re, im, vibration, forces, drawing] = Layout::vertical([
-        Constraint::Fill(5),
-        Constraint::Fill(4),
-        Constraint::Fill(4),
-        Constraint::Fill(4),
-        Constraint::Length(plate_rows),
-    ])
-    .areas(area);
-    impedance::render(state, ImpedancePart::Re, re, buf);
-    impedance::render(state, ImpedancePart::Im, im, buf);
-    amplitude::render(state, vibration, buf);
-    forces::render(state, forces, buf);
-    plate_drawing::render(state, drawing, buf);
 }
 
 /// Draws the dashboard as a list, the most important first; what does not fit is left out.
@@ -194,6 +189,13 @@ fn list(state: &State, body: Rect, buf: &mut Buffer) {
         return;
     }
     readings::render(state, values, buf);
-    impedance::render(state, ImpedancePart::Re, strip, buf);
-    session_header::render(state, head, buf);
+    let which = usize::from(state.ui.zoom.saturating_sub(1));
+    let which = Strip::ALL.get(which).copied().unwrap_or(Strip::Amplitude);
+    let which = if state.ui.zoom == 0 {
+        Strip::Impedance
+    } else {
+        which
+    };
+    strips::render(state, which, strip, buf);
+    tabs::render(state, head, buf);
 }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use ratatui::buffer::Buffer;
+use ratatui::buffer::{Buffer, Cell};
 
 /// Returns `text` with every character escaped that a terminal would obey instead of showing it: controls, such as the
 /// one that begins a command to the terminal, and marks that turn the direction of writing. They become `\u001b` and
@@ -48,13 +48,39 @@ fn is_obeyed(c: char) -> bool {
 
 /// Replaces what a terminal would obey in every cell of a screen that is drawn.
 pub(crate) fn clean(buf: &mut Buffer) {
+    minus_signs(buf);
     for cell in &mut buf.content {
+        // Most cells are a blank or a letter.
+        if let [byte] = cell.symbol().as_bytes()
+            && (b' '..=b'~').contains(byte)
+        {
+            continue;
+        }
         if cell
             .symbol()
             .chars()
             .any(|c| is_obeyed(c) || c.is_control())
         {
             cell.set_symbol("\u{fffd}");
+        } else if cell.symbol() == "\u{b5}" {
+            // One character for micro and for friction, whoever wrote it.
+            cell.set_symbol("\u{3bc}");
+        }
+    }
+}
+
+/// Makes a minus of every hyphen that stands before a number.
+fn minus_signs(buf: &mut Buffer) {
+    let is_number = |cell: Option<&Cell>| {
+        cell.is_some_and(|cell| cell.symbol().starts_with(|c: char| c.is_ascii_digit()))
+    };
+    for at in 0..buf.content.len() {
+        if buf.content[at].symbol() != "-" || !is_number(buf.content.get(at + 1)) {
+            continue;
+        }
+        let before = at.checked_sub(1).and_then(|before| buf.content.get(before));
+        if before.is_none_or(|cell| matches!(cell.symbol(), " " | "(" | "[" | "=")) {
+            buf.content[at].set_symbol("\u{2212}");
         }
     }
 }

@@ -5,6 +5,11 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::bench_facts::{BenchFacts, CalibrationFact, PartFact};
+pub use crate::contact_view::{ContactCurves, FitView, NoEstimate, PeriodTrace};
+pub use crate::impedance_value::{ComplexImpedance, ValueAndStd};
+pub use crate::outlook::Outlook;
+
 use crate::calibration_page::{CalibrationPage, CalibrationReadings};
 use crate::drill_view::DrillView;
 use crate::participant_screen::ParticipantView;
@@ -42,10 +47,18 @@ pub enum Event {
     },
     /// The newest measured values, 30 to 200 times a second.
     Live(Live),
-    /// The crop of the last trial.
+    /// The crop of an exploration, as soon as its stretches are decided.
     Crop(Crop),
     /// The verdict on a trial.
     Verdict(TrialVerdict),
+    /// What is left of the session, and what comes next.
+    Outlook(Outlook),
+    /// What the fit of a trial gave.
+    Fit(FitView),
+    /// The impedance over the last period of the modulation.
+    Period(PeriodTrace),
+    /// Calibrations, lines and limits of the bench.
+    Bench(BenchFacts),
     /// The system's health, about once a second.
     Health(SystemHealth),
     /// The safety watch's state, on every change and at least once a second.
@@ -222,24 +235,6 @@ pub enum PhaseKind {
     Finished,
 }
 
-/// A complex mechanical impedance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ComplexImpedance {
-    /// Real part, N·s/m.
-    pub re_n_s_per_m: f64,
-    /// Imaginary part, N·s/m.
-    pub im_n_s_per_m: f64,
-}
-
-/// An estimate with its standard deviation, in the unit that the field's name gives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ValueAndStd {
-    /// Estimated value.
-    pub value: f64,
-    /// Standard deviation of the value.
-    pub std: f64,
-}
-
 /// The newest measured values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Live {
@@ -271,9 +266,36 @@ pub struct Live {
     pub plate_drift_hz: Option<ValueAndStd>,
     /// Peak drive voltage at the actuators, read back, V.
     pub drive_v: Option<f64>,
+    /// Measured friction coefficient, |lateral| over normal force; `None` unless the finger slides.
+    #[serde(default)]
+    pub measured_mu: Option<f64>,
+    /// Standard deviation of one component of the corrected Z_m, N·s/m: its noise floor.
+    #[serde(default)]
+    pub z_m_std_n_s_per_m: Option<f64>,
+    /// Z_p, the plate's own impedance, as it is tracked.
+    #[serde(default)]
+    pub z_p_n_s_per_m: Option<ComplexImpedance>,
+    /// Why Z_m is masked.
+    #[serde(default)]
+    pub masked: Option<Masked>,
+    /// Why gap and friction are not estimated.
+    #[serde(default)]
+    pub no_estimate: Option<NoEstimate>,
 }
 
-/// The crop of a trial: two evenly spaced series over its duration, and its stretches with their judgement.
+/// Why an impedance is masked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Masked {
+    /// The amplitude drowns in its noise.
+    BelowNoise,
+    /// Samples were clipped.
+    Clipped,
+    /// Samples were lost.
+    Lost,
+}
+
+/// The crop of an exploration: evenly spaced series over its duration, and its stretches with their judgement.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Crop {
     /// Number of the trial.
@@ -282,17 +304,29 @@ pub struct Crop {
     pub practice: bool,
     /// Number of the attempt, from 1.
     pub attempt: u32,
+    /// Number of the exploration within the trial, from 1.
+    pub exploration: u32,
+    /// Whether the finger slides from right to left.
+    pub leftwards: bool,
+    /// Start of the series on the audio clock, s.
+    pub start_s: f64,
     /// Duration that the series span, s.
     pub duration_s: f64,
-    /// Peak amplitude, m, evenly spaced; a few hundred values suffice.
-    pub amplitude_m: Vec<Option<f64>>,
+    /// Smallest and largest peak amplitude, m, within each of evenly spaced cells.
+    pub amplitude_m: Vec<Option<(f64, f64)>>,
     /// Normal force, N, evenly spaced.
     pub normal_n: Vec<Option<f64>>,
+    /// Lateral force, N, evenly spaced.
+    pub lateral_n: Vec<Option<f64>>,
+    /// Position of the finger, m, evenly spaced.
+    pub position_m: Vec<Option<f64>>,
+    /// Speed of the finger along the exploration, m/s, evenly spaced.
+    pub speed_m_per_s: Vec<Option<f64>>,
     /// Stretches, kept and rejected.
     pub stretches: Vec<CropStretch>,
 }
 
-/// One stretch of a trial that the selection kept or rejected.
+/// One stretch of an exploration that the selection kept or rejected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CropStretch {
     /// Start, counted from the start of the crop's series, s.
@@ -303,6 +337,9 @@ pub struct CropStretch {
     pub accepted: bool,
     /// Why the stretch is rejected.
     pub reason: Option<String>,
+    /// The kind of rejection, without its numbers.
+    #[serde(default)]
+    pub kind: Option<String>,
 }
 
 /// The verdict on a trial.
@@ -322,6 +359,15 @@ pub struct TrialVerdict {
     pub instances: u32,
     /// Mean normal force, N.
     pub mean_normal_n: Option<f64>,
+    /// Mean normal force of each exploration, N.
+    #[serde(default)]
+    pub normal_n: Vec<Option<f64>>,
+    /// How the attempt was settled, where it was not as the verdict says.
+    #[serde(default)]
+    pub settled: Option<String>,
+    /// Condition under test.
+    #[serde(default)]
+    pub condition: Option<String>,
     /// Whether the operator overruled the protocol's verdict; `accepted` is then the operator's.
     #[serde(default)]
     pub overruled: bool,
@@ -350,6 +396,18 @@ pub struct SystemHealth {
     pub speed: f64,
     /// Free space on the study's disk, bytes; `None` when nothing is recorded.
     pub disk_free_bytes: Option<u64>,
+    /// Number of sessions of this protocol that the disk has room for.
+    #[serde(default)]
+    pub disk_sessions: Option<u64>,
+    /// Readings of the force sensor that were lost, corrupt, repeated or out of order.
+    #[serde(default)]
+    pub force_faults: u64,
+    /// Readings of the encoder that had missed a state.
+    #[serde(default)]
+    pub encoder_skipped: u64,
+    /// Processor time of this program per second of the clock, in cores.
+    #[serde(default)]
+    pub cores: Option<f64>,
 }
 
 /// State of the safety watch.

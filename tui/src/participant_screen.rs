@@ -11,9 +11,9 @@ use ratatui::widgets::Widget;
 use serde::{Deserialize, Serialize};
 
 use crate::digits;
-use crate::plot::put;
-use crate::theme::Theme;
 use crate::words::wrap;
+use drawing::plot::put;
+use drawing::theme::Theme;
 
 /// The instruction to the participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]

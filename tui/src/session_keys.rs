@@ -5,7 +5,8 @@ use ratatui::crossterm::event::KeyCode;
 use crate::action::{Action, AttemptName};
 use crate::event::{PhaseKind, SafetyState};
 use crate::key_table::{Effect, KeyRow, Meaning, Press};
-use crate::state::{Page, State};
+use crate::page::Page;
+use crate::state::State;
 
 /// How far one press moves a replay, s.
 const SEEK_S: f64 = 5.0;
@@ -57,8 +58,8 @@ pub(crate) const HELP: &[KeyRow] = &[KeyRow {
 /// The keys of the dashboard, the most urgent first.
 pub(crate) const DASHBOARD: &[KeyRow] = &[
     KeyRow {
-        presses: &[Press::of('f')],
-        shown: "f",
+        presses: &[Press::of('t')],
+        shown: "t",
         here: |state| match state.new_carrier {
             Some(_) => Meaning::doing(
                 Action::TakeCarrier,
@@ -69,8 +70,8 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
         },
     },
     KeyRow {
-        presses: &[Press::of('k')],
-        shown: "k",
+        presses: &[Press::of('n')],
+        shown: "n",
         here: |state| match state.new_carrier {
             Some(_) => Meaning::doing(
                 Action::KeepCarrier,
@@ -145,9 +146,9 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
                 Some(Action::Seek { by_s })
             };
             let help = "back or forward by five seconds";
-            state
-                .session
-                .replayed
+            // They move something else there.
+            let taken = state.ui.frozen.is_some() || state.ui.page == Page::Trials;
+            (state.session.replayed && !taken)
                 .then(|| Meaning::viewing(seek, help, Some("seek")))?
         },
     },
@@ -175,42 +176,6 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
             } else {
                 Meaning::doing(Action::Quit, help, "quit")
             }
-        },
-    },
-    KeyRow {
-        presses: &[Press::key(KeyCode::Tab)],
-        shown: "tab",
-        here: |state| {
-            // They are read there.
-            if state.asked.is_some() || state.new_carrier.is_some() {
-                return Meaning::explaining("answer the question first");
-            }
-            let hint = match state.ui.page {
-                Page::Dashboard => "participant",
-                Page::Participant => "dashboard",
-            };
-            let turn = |_: &State, ui: &mut crate::state::Ui, _| {
-                ui.page = match ui.page {
-                    Page::Dashboard => Page::Participant,
-                    Page::Participant => Page::Dashboard,
-                };
-                None
-            };
-            Meaning::viewing(turn, "participant's screen, and back", Some(hint))
-        },
-    },
-    KeyRow {
-        presses: &[Press::of('+'), Press::of('='), Press::of('-')],
-        shown: "+ -",
-        here: |_| {
-            let zoom = |_: &State, ui: &mut crate::state::Ui, code| {
-                ui.window = match code {
-                    KeyCode::Char('-') => ui.window.wider(),
-                    _ => ui.window.narrower(),
-                };
-                None
-            };
-            Meaning::viewing(zoom, "shorter or longer time span of the charts", None)
         },
     },
 ];

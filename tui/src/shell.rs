@@ -3,25 +3,34 @@
 use std::io::{self, IsTerminal, Write};
 use std::mem::ManuallyDrop;
 use std::panic::PanicHookInfo;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use ratatui::backend::{Backend, CrosstermBackend};
+use ratatui::crossterm::style::Print;
 use ratatui::crossterm::{cursor, execute, terminal};
 use ratatui::{Frame, Terminal};
 
 use crate::action::Action;
 use crate::dashboard::view;
-use crate::event::Event;
+use crate::event::{Event, SafetyState};
+use crate::frame_writer::FrameWriter;
 use crate::keyboard::key;
+use crate::page_files;
 use crate::state::State;
 use crate::terminal_keys::{Keys, TerminalKeys};
-use crate::theme::Theme;
+use crate::terminal_kind::{is_ascii, theme};
 
 /// Time between two drawings.
 const FRAME: Duration = Duration::from_millis(33);
+/// Time between two rings of the bell while the bench is tripped and no key was pressed, s.
+const BELL_S: f64 = 5.0;
+/// Asks the terminal for presses of the mouse's buttons, of which the wheel is two; nothing on its movements.
+const MOUSE_ON: &str = "\x1b[?1000h\x1b[?1006h";
+const MOUSE_OFF: &str = "\x1b[?1006l\x1b[?1000l";
 
 /// Why the operator's screen could not go on.
 #[derive(Debug, thiserror::Error)]
@@ -48,28 +57,22 @@ fn failed(doing: &'static str) -> impl FnOnce(io::Error) -> ShellError {
 /// gone, or when nothing receives actions. Blocks the calling thread: what drives the plate must not wait for it.
 ///
 /// `events` should be bounded (`sync_channel` and `try_send`), so that a terminal that blocks costs no memory.
-/// `NO_COLOR` is respected. The terminal is restored on return, on error and when this thread panics; see
+/// `NO_COLOR` is respected, then [`choose_theme`](crate::choose_theme); a locale without UTF-8 is shown ASCII alone. The terminal is restored on return, on error and when this thread panics; see
 /// [`install_panic_hook`] for panics elsewhere and [`restore`] for signals.
 ///
 /// # Errors
 /// [`ShellError::NoTerminal`] when standard input or output is not a terminal, [`ShellError::Terminal`] when it fails
 /// later. The caller should treat the latter as the operator's absence and stop in an orderly way.
 pub fn run_operator(events: &Receiver<Event>, actions: &Sender<Action>) -> Result<(), ShellError> {
-    let theme = Theme::from_no_color(std::env::var_os("NO_COLOR").as_deref());
     let _screen = OperatorScreen::enter()?;
-    let terminal =
-        Terminal::new(CrosstermBackend::new(io::stdout())).map_err(failed("reading its size"))?;
+    let backend = CrosstermBackend::new(FrameWriter::new(io::stdout()));
+    let terminal = Terminal::new(backend).map_err(failed("reading its size"))?;
     // Never dropped: its drop prints to standard error when the cursor cannot be shown, and panics where standard error
     // is the terminal that was closed.
     let mut terminal = ManuallyDrop::new(terminal);
-    operate(
-        &mut terminal,
-        &mut TerminalKeys,
-        State::new(theme),
-        events,
-        actions,
-    )
-    .map(drop)
+    let mut state = State::new(theme());
+    state.ui.ascii = is_ascii(|name| std::env::var_os(name));
+    operate(&mut terminal, &mut TerminalKeys, state, events, actions).map(drop)
 }
 
 /// Returns columns and rows of the terminal on standard output; `None` when standard output is not a terminal.
@@ -92,7 +95,12 @@ pub fn size() -> Option<(u16, u16)> {
 pub fn restore() {
     if SHOWN.swap(false, Ordering::SeqCst) {
         let _ = terminal::disable_raw_mode();
-        let _ = execute!(io::stdout(), terminal::LeaveAlternateScreen, cursor::Show);
+        let _ = execute!(
+            io::stdout(),
+            Print(MOUSE_OFF),
+            terminal::LeaveAlternateScreen,
+            cursor::Show
+        );
     }
     let unsaid = std::mem::take(&mut *UNSAID.lock().unwrap_or_else(PoisonError::into_inner));
     unsaid.iter().for_each(|line| say(line));
@@ -148,7 +156,8 @@ impl OperatorScreen {
             io::stdout(),
             terminal::EnterAlternateScreen,
             terminal::Clear(terminal::ClearType::All),
-            cursor::Hide
+            cursor::Hide,
+            Print(MOUSE_ON)
         )
         .map_err(failed("setting it up"))?;
         Ok(screen)
@@ -165,7 +174,7 @@ impl Drop for OperatorScreen {
 ///
 /// # Errors
 /// [`ShellError::Terminal`] when drawing or reading keys fails.
-fn operate<B: Backend<Error = io::Error>>(
+fn operate<B: Backend<Error = io::Error> + Write>(
     terminal: &mut Terminal<B>,
     keys: &mut impl Keys,
     mut state: State,
@@ -174,6 +183,7 @@ fn operate<B: Backend<Error = io::Error>>(
 ) -> Result<State, ShellError> {
     let began = Instant::now();
     let mut bench_gone = false;
+    let mut bell = Bell::default();
     loop {
         let frame_began = Instant::now();
         state.apply(&Event::Tick {
@@ -193,14 +203,27 @@ fn operate<B: Backend<Error = io::Error>>(
         if state.closed || bench_gone {
             return Ok(state);
         }
-        terminal
+        if bell.rings(&state) {
+            // With the next frame; nobody waits for it.
+            let _ = terminal.backend_mut().write_all(b"\x07");
+        }
+        let drawn = terminal
             .draw(|frame: &mut Frame| view(&state, frame))
             .map_err(failed("drawing"))?;
+        if std::mem::take(&mut state.ui.write) {
+            let ui = &state.ui;
+            let written = page_files::write(Path::new("."), ui.page, ui.theme, drawn.buffer);
+            state.ui.note = Some(match written {
+                Ok(name) => format!("wrote {name}, and its text beside it"),
+                Err(error) => format!("the page is not written: {error}"),
+            });
+        }
         // Keys are served as they come, drawing waits for its turn.
         loop {
             let left = FRAME.saturating_sub(frame_began.elapsed());
             let pressed = keys.next(left).map_err(failed("reading keys"))?;
             if let Some(pressed) = pressed {
+                bell.heard();
                 let reaction = key(&state, pressed);
                 state.ui = reaction.ui;
                 if reaction.redraw {
@@ -219,6 +242,35 @@ fn operate<B: Backend<Error = io::Error>>(
     }
 }
 
+/// The bell: at each trip, and again until somebody presses a key.
+#[derive(Debug, Default)]
+struct Bell {
+    /// When it rings next, s; `None` while nothing is wrong.
+    due_s: Option<f64>,
+    heard: bool,
+}
+
+impl Bell {
+    fn rings(&mut self, state: &State) -> bool {
+        if state.safety != Some(SafetyState::Tripped) {
+            *self = Self::default();
+            return false;
+        }
+        let due = self
+            .due_s
+            .is_none_or(|due_s| !self.heard && state.now_s >= due_s);
+        if due {
+            self.due_s = Some(state.now_s + BELL_S);
+            self.heard = false;
+        }
+        due
+    }
+
+    fn heard(&mut self) {
+        self.heard = true;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::mpsc;
@@ -226,7 +278,8 @@ mod tests {
     use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
     use super::*;
-    use crate::event::{PhaseKind, PhaseView, SafetyState};
+    use crate::event::{PhaseKind, PhaseView};
+    use drawing::theme::Theme;
 
     /// Types one key a frame, then none.
     struct Typed(std::vec::IntoIter<char>);
@@ -335,6 +388,28 @@ mod tests {
             ),
             "{end:?}"
         );
+    }
+
+    #[test]
+    fn the_bell_rings_at_a_trip_and_until_a_key_is_pressed() {
+        let mut state = State::new(Theme::Colour);
+        let mut bell = Bell::default();
+        let mut at = |now_s: f64, safety, heard: bool| {
+            state.now_s = now_s;
+            state.safety = Some(safety);
+            if heard {
+                bell.heard();
+            }
+            bell.rings(&state)
+        };
+        use SafetyState::{Armed, Tripped};
+        assert!(!at(0.0, Armed, true));
+        assert!(at(1.0, Tripped, false));
+        assert!(!at(2.0, Tripped, false));
+        assert!(at(6.5, Tripped, false));
+        assert!(!at(20.0, Tripped, true));
+        assert!(!at(21.0, Armed, false));
+        assert!(at(22.0, Tripped, false));
     }
 
     #[test]

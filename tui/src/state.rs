@@ -9,18 +9,25 @@ use crate::calibration_page::{CalibrationPage, CalibrationReadings};
 use crate::drill_view::DrillView;
 use crate::escape::escaped_line;
 use crate::event::{
-    AskedDetail, CarrierProposal, ComplexImpedance, Crop, Event, Live, LogLevel, PhaseKind,
-    PhaseView, SafetyState, SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
+    AskedDetail, BenchFacts, CarrierProposal, ComplexImpedance, Crop, Event, FitView, Live,
+    LogLevel, Outlook, PeriodTrace, PhaseKind, PhaseView, SafetyState, SessionHeader, SystemHealth,
+    TrialVerdict, ValueAndStd,
 };
+use crate::frozen::Frozen;
+use crate::page::{HISTORY_S, Page, Window};
 use crate::participant_screen::ParticipantView;
-use crate::theme::Theme;
+use crate::strip::{STRIPS, Strip};
+use drawing::theme::Theme;
+use drawing::value_axis::ValueAxis;
 
-/// Length of the history of live values for the strip charts, s.
-pub const HISTORY_S: f64 = 10.0;
 /// Largest number of live values kept: bounds memory at any rate.
 const HISTORY_MAX: usize = 4000;
 /// Largest number of log lines kept.
-const LOG_MAX: usize = 200;
+const LOG_MAX: usize = 2000;
+/// Largest number of crops kept: all of a long session.
+const CROPS_MAX: usize = 400;
+/// Time between two looks at the strips' axes, s.
+const AXES_EVERY_S: f64 = 0.25;
 /// Age from which live values are shown as stale, s.
 pub const STALE_AFTER_S: f64 = 1.0;
 
@@ -61,8 +68,26 @@ pub struct State {
     pub history: VecDeque<Live>,
     /// Attempts at trials so far, in the order in which they began.
     pub trials: Vec<TrialLine>,
-    /// Crop of the last trial.
-    pub crop: Option<Crop>,
+    /// Crops of the explorations, oldest first.
+    pub crops: VecDeque<Crop>,
+    /// What the fits gave, oldest first.
+    #[serde(default)]
+    pub fits: Vec<FitView>,
+    /// What is left of the session.
+    #[serde(default)]
+    pub outlook: Option<Outlook>,
+    /// The impedance over the last period.
+    #[serde(default)]
+    pub period: Option<PeriodTrace>,
+    /// What is known of the bench.
+    #[serde(default)]
+    pub bench: Option<BenchFacts>,
+    /// Axes of the strips, which stay while they suit.
+    #[serde(default)]
+    pub axes: [Option<ValueAxis>; STRIPS],
+    /// Time of the last look at the axes, on the audio clock, s.
+    #[serde(default)]
+    axes_s: Option<f64>,
     /// Verdict on the last trial.
     pub verdict: Option<TrialVerdict>,
     /// Health of the system.
@@ -144,63 +169,24 @@ pub struct Ui {
     pub note: Option<String>,
     /// Colours, or none.
     pub theme: Theme,
-}
-
-/// The pages of the operator's screen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Page {
-    /// The dashboard.
-    Dashboard,
-    /// What the participant's screen shows.
-    Participant,
-}
-
-/// Time that the strip charts span.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Window {
-    /// One second, which resolves single periods of the modulation.
-    One,
-    /// Two seconds.
-    Two,
-    /// Five seconds.
-    Five,
-    /// All of [`HISTORY_S`].
-    Ten,
-}
-
-impl Window {
-    /// Returns the span in seconds.
-    #[must_use]
-    pub fn seconds(self) -> f64 {
-        match self {
-            Self::One => 1.0,
-            Self::Two => 2.0,
-            Self::Five => 5.0,
-            Self::Ten => HISTORY_S,
-        }
-    }
-
-    /// Returns the next wider window.
-    #[must_use]
-    pub fn wider(self) -> Self {
-        match self {
-            Self::One => Self::Two,
-            Self::Two => Self::Five,
-            Self::Five | Self::Ten => Self::Ten,
-        }
-    }
-
-    /// Returns the next narrower window.
-    #[must_use]
-    pub fn narrower(self) -> Self {
-        match self {
-            Self::One | Self::Two => Self::One,
-            Self::Five => Self::Two,
-            Self::Ten => Self::Five,
-        }
-    }
+    /// Whether the terminal shows ASCII alone.
+    #[serde(default)]
+    pub ascii: bool,
+    /// Panel that is enlarged, from 1; 0 for the whole page.
+    #[serde(default)]
+    pub zoom: u8,
+    /// Rows by which a list is scrolled.
+    #[serde(default)]
+    pub scroll: u16,
+    /// Attempt that is chosen, counted from 0; `None` follows the newest.
+    #[serde(default)]
+    pub trial: Option<usize>,
+    /// The strips while they are held still.
+    #[serde(default)]
+    pub frozen: Option<Box<Frozen>>,
+    /// Whether the page is to be written to files.
+    #[serde(default)]
+    pub write: bool,
 }
 
 impl State {
@@ -217,7 +203,13 @@ impl State {
             force_band_n: None,
             history: VecDeque::new(),
             trials: Vec::new(),
-            crop: None,
+            crops: VecDeque::new(),
+            fits: Vec::new(),
+            outlook: None,
+            period: None,
+            bench: None,
+            axes: [None; STRIPS],
+            axes_s: None,
             verdict: None,
             health: None,
             safety: None,
@@ -233,7 +225,7 @@ impl State {
             summary: None,
             closed: false,
             ui: Ui {
-                page: Page::Dashboard,
+                page: Page::Run,
                 help: false,
                 confirm: None,
                 window: Window::Two,
@@ -241,6 +233,12 @@ impl State {
                 chosen: None,
                 note: None,
                 theme,
+                ascii: false,
+                zoom: 0,
+                scroll: 0,
+                trial: None,
+                frozen: None,
+                write: false,
             },
         }
     }
@@ -264,7 +262,11 @@ impl State {
                     (min_n.is_finite() && max_n.is_finite()).then_some((*min_n, *max_n));
             }
             Event::Live(live) => self.push_live(live),
-            Event::Crop(crop) => self.crop = Some(crop.clone()),
+            Event::Crop(crop) => self.push_crop(crop),
+            Event::Outlook(outlook) => self.outlook = Some(outlook.clone()),
+            Event::Fit(fit) => self.fits.push(fit.clone()),
+            Event::Period(period) => self.period = Some(period.clone()),
+            Event::Bench(bench) => self.bench = Some(bench.clone()),
             Event::Verdict(verdict) => self.judge(verdict),
             Event::Health(health) => self.health = Some(*health),
             Event::Safety { state, reason } => {
@@ -351,16 +353,24 @@ impl State {
             // A replay was moved back from its end.
             self.summary = None;
         }
-        let listed = self.trials.iter().rev().any(|line| {
-            (line.trial, line.practice, line.attempt)
-                == (phase.trial, phase.practice, phase.attempt)
-        });
-        if phase.trial > 0 && !listed {
+        if phase.trial > 0 {
+            let condition = phase.condition.clone();
+            self.list(phase.trial, phase.practice, phase.attempt, condition);
+        }
+    }
+
+    /// Lists an attempt, unless it is listed.
+    fn list(&mut self, trial: u32, practice: bool, attempt: u32, condition: Option<String>) {
+        let listed =
+            self.trials.iter().rev().any(|line| {
+                (line.trial, line.practice, line.attempt) == (trial, practice, attempt)
+            });
+        if !listed {
             self.trials.push(TrialLine {
-                trial: phase.trial,
-                practice: phase.practice,
-                attempt: phase.attempt,
-                condition: phase.condition.clone(),
+                trial,
+                practice,
+                attempt,
+                condition,
                 verdict: None,
             });
         }
@@ -373,12 +383,17 @@ impl State {
                 == (verdict.trial, verdict.practice, verdict.attempt)
         };
         match self.trials.iter_mut().rev().find(same) {
-            Some(line) => line.verdict = Some(verdict.clone()),
+            Some(line) => {
+                line.verdict = Some(verdict.clone());
+                if line.condition.is_none() {
+                    line.condition.clone_from(&verdict.condition);
+                }
+            }
             None => self.trials.push(TrialLine {
                 trial: verdict.trial,
                 practice: verdict.practice,
                 attempt: verdict.attempt,
-                condition: None,
+                condition: verdict.condition.clone(),
                 verdict: Some(verdict.clone()),
             }),
         }
@@ -403,6 +418,73 @@ impl State {
         {
             self.history.pop_front();
         }
+        let due = self
+            .axes_s
+            .is_none_or(|at_s| !(at_s..at_s + AXES_EVERY_S).contains(&live.t_s));
+        if due {
+            self.axes_s = Some(live.t_s);
+            let band = self.force_band_n;
+            for (strip, axis) in Strip::ALL.into_iter().zip(&mut self.axes) {
+                *axis = strip.axis(&self.history, band, *axis);
+            }
+        }
+    }
+
+    /// Keeps a crop, in place of an earlier one of the same exploration.
+    fn push_crop(&mut self, crop: &Crop) {
+        let of = |crop: &Crop| (crop.trial, crop.practice, crop.attempt, crop.exploration);
+        match self
+            .crops
+            .iter_mut()
+            .rev()
+            .find(|known| of(known) == of(crop))
+        {
+            Some(known) => *known = crop.clone(),
+            None => self.crops.push_back(crop.clone()),
+        }
+        self.list(crop.trial, crop.practice, crop.attempt, None);
+        while self.crops.len() > CROPS_MAX {
+            self.crops.pop_front();
+        }
+    }
+
+    /// Returns the live values that the strips show: those held still, or the newest.
+    #[must_use]
+    pub fn shown_history(&self) -> &VecDeque<Live> {
+        self.ui
+            .frozen
+            .as_ref()
+            .map_or(&self.history, |frozen| &frozen.history)
+    }
+
+    /// Returns the attempt that is chosen, or the newest of which something is known.
+    #[must_use]
+    pub fn chosen_trial(&self) -> Option<&TrialLine> {
+        let told =
+            |line: &TrialLine| line.verdict.is_some() || self.crops_of(line).next().is_some();
+        match self.ui.trial {
+            Some(at) => self.trials.get(at),
+            None => self.trials.iter().rev().find(|line| told(line)),
+        }
+        .or_else(|| self.trials.last())
+    }
+
+    /// Returns the crops of an attempt.
+    pub fn crops_of(&self, line: &TrialLine) -> impl Iterator<Item = &Crop> {
+        let of = (line.trial, line.practice, line.attempt);
+        self.crops
+            .iter()
+            .filter(move |crop| (crop.trial, crop.practice, crop.attempt) == of)
+    }
+
+    /// Returns the fit of an attempt.
+    #[must_use]
+    pub fn fit_of(&self, line: &TrialLine) -> Option<&FitView> {
+        let of = (line.trial, line.practice, line.attempt);
+        self.fits
+            .iter()
+            .rev()
+            .find(|fit| (fit.trial, fit.practice, fit.attempt) == of)
     }
 
     fn push_log(&mut self, level: LogLevel, text: &str) {
@@ -446,5 +528,10 @@ fn finite_only(live: &Live) -> Live {
         sensed_normal_n: estimate(live.sensed_normal_n),
         plate_drift_hz: estimate(live.plate_drift_hz),
         drive_v: number(live.drive_v),
+        measured_mu: number(live.measured_mu),
+        z_m_std_n_s_per_m: number(live.z_m_std_n_s_per_m),
+        z_p_n_s_per_m: complex(live.z_p_n_s_per_m),
+        masked: live.masked,
+        no_estimate: live.no_estimate,
     }
 }

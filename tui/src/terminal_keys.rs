@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use ratatui::crossterm::event::{self, KeyEvent};
+use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyModifiers, MouseEventKind};
 
 /// A source of keys.
 pub(crate) trait Keys {
@@ -26,10 +26,21 @@ impl Keys for TerminalKeys {
         }
         Ok(match event::read()? {
             event::Event::Key(key) => Some(key),
+            event::Event::Mouse(mouse) => wheel(mouse.kind),
             // A resize is picked up by the next drawing.
             _ => None,
         })
     }
+}
+
+/// Returns the key that a turn of the wheel stands for.
+fn wheel(kind: MouseEventKind) -> Option<KeyEvent> {
+    let code = match kind {
+        MouseEventKind::ScrollDown => KeyCode::Char('j'),
+        MouseEventKind::ScrollUp => KeyCode::Char('k'),
+        _ => return None,
+    };
+    Some(KeyEvent::new(code, KeyModifiers::NONE))
 }
 
 /// Waits for input, or for the terminal to go away, which crossterm's own waiting would never notice.

@@ -10,7 +10,7 @@ use tui::calibration_page::{
 use tui::event::{SafetyState, SessionHeader};
 use tui::{Action, Event, State, Theme, key, view};
 
-/// Levels, V, known amplitudes, µm, and what they depart from their line by, nm, of a ladder of six.
+/// Levels, V, known amplitudes, μm, and what they depart from their line by, nm, of a ladder of six.
 const LADDER: [(f64, f64, f64); 6] = [
     (5.07, 0.3372, 0.12),
     (12.66, 0.8430, -0.31),
@@ -25,7 +25,7 @@ fn points(count: usize) -> Vec<PointLine> {
         .iter()
         .map(|(drive_v, known_um, residual_nm)| PointLine {
             at: format!("{drive_v:.2} V"),
-            value: format!("{known_um:.4} µm"),
+            value: format!("{known_um:.4} μm"),
             residual: (count > 2).then(|| format!("{residual_nm:+.1} nm").replace('-', "−")),
             worst: count > 2 && residual_nm.abs() > 1.0,
         })
@@ -39,14 +39,14 @@ fn typing() -> CalibrationPage {
         steps: 10,
         instruction: "Read the plate's peak amplitude on your instrument and type it.".to_owned(),
         asked: Some(Question::Number {
-            unit: "µm".to_owned(),
+            unit: "μm".to_owned(),
             expected: Some(1.3488),
             optional: false,
         }),
         points: points(2),
         curve: Some(Chart {
             x: "drive, V".to_owned(),
-            y: "known, µm".to_owned(),
+            y: "known, μm".to_owned(),
             points: LADDER[..2].iter().map(|at| (at.0, at.1)).collect(),
             fit: Vec::new(),
         }),
@@ -96,7 +96,7 @@ fn review() -> CalibrationPage {
             fit: vec![(0.0, 0.0), (43.06, 0.0)],
         }),
         findings: vec![
-            "sensitivity 4.9963 µm/unit ± 0.11 %".to_owned(),
+            "sensitivity 4.9963 μm/unit ± 0.11 %".to_owned(),
             "off a line by 0.146 % at most".to_owned(),
         ],
         ..typing()
@@ -387,7 +387,7 @@ fn keys_by_what_is_asked() {
 fn what_is_typed_is_seen_and_a_slip_is_told() {
     let mut state = state(typing());
     press(&mut state, "1.2.");
-    assert!(row(&state, 80, 24, 3).contains("1.2.▏ µm"));
+    assert!(row(&state, 80, 24, 3).contains("1.2.▏ μm"));
     press(&mut state, "\n");
     assert!(row(&state, 80, 24, 23).contains("1.2. is not a number"));
     press(&mut state, "\u{8}5\n");

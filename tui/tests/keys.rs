@@ -95,7 +95,7 @@ fn a_question_about_the_participant_takes_digits_and_leaves_the_rest_to_the_dash
 #[test]
 fn a_new_carrier_is_taken_or_kept_while_it_is_proposed() {
     let mut state = state(PhaseKind::Feedback, SafetyState::Armed, 1);
-    assert_eq!(press(&mut state, "fk"), []);
+    assert_eq!(press(&mut state, "tn"), []);
     assert!(state.ui.note.is_some());
     let proposal = CarrierProposal {
         from_hz: 35_000.0,
@@ -108,12 +108,14 @@ fn a_new_carrier_is_taken_or_kept_while_it_is_proposed() {
     state.apply(&Event::NewCarrier {
         proposal: Some(proposal),
     });
-    assert_eq!(press(&mut state, "F"), [Action::TakeCarrier]);
-    assert_eq!(press(&mut state, "k"), [Action::KeepCarrier]);
+    assert_eq!(press(&mut state, "T"), [Action::TakeCarrier]);
+    assert_eq!(press(&mut state, "n"), [Action::KeepCarrier]);
     // What stops the drive does so at once.
     assert_eq!(press(&mut state, "e"), [Action::EmergencyStop]);
+    // The keys of the view ask for nothing.
+    assert_eq!(press(&mut state, "fjkzw12345"), []);
     state.apply(&Event::NewCarrier { proposal: None });
-    assert_eq!(press(&mut state, "fk"), []);
+    assert_eq!(press(&mut state, "tn"), []);
 }
 
 #[test]
@@ -242,7 +244,7 @@ fn the_view_is_the_operators() {
     state.ui = key(&state, plain(KeyCode::Tab)).ui;
     assert_eq!(state.ui.page, Page::Participant);
     state.ui = key(&state, plain(KeyCode::Tab)).ui;
-    assert_eq!(state.ui.page, Page::Dashboard);
+    assert_eq!(state.ui.page, Page::Run);
     press(&mut state, "----");
     assert_eq!(state.ui.window, Window::Ten);
     press(&mut state, "++++");
@@ -390,4 +392,89 @@ fn control_l_draws_everything_anew() {
     let reaction = key(&state, control_l);
     assert!(reaction.redraw);
     assert_eq!((reaction.action, reaction.ui), (None, state.ui));
+}
+
+fn tap(state: &mut State, code: KeyCode) {
+    state.ui = key(state, plain(code)).ui;
+}
+
+#[test]
+fn digits_turn_pages_unless_a_number_is_asked_for() {
+    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    for (digit, page) in [
+        ("2", Page::Impedance),
+        ("3", Page::Trials),
+        ("4", Page::Bench),
+        ("5", Page::Log),
+        ("1", Page::Run),
+    ] {
+        press(&mut state, digit);
+        assert_eq!(state.ui.page, page);
+    }
+    state.apply(&Event::Asked {
+        detail: Some(AskedDetail::default()),
+    });
+    press(&mut state, "4");
+    assert_eq!(state.ui.page, Page::Run);
+}
+
+#[test]
+fn held_strips_stay_while_values_come_and_have_two_cursors() {
+    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    press(&mut state, "f");
+    assert!(state.ui.frozen.is_none() && state.ui.note.is_some());
+    let live = |t_s| {
+        Event::Live(tui::event::Live {
+            t_s,
+            ..Default::default()
+        })
+    };
+    (0..100).for_each(|i| state.apply(&live(f64::from(i) * 0.1)));
+    press(&mut state, "f");
+    let held = state.shown_history().clone();
+    (100..300).for_each(|i| state.apply(&live(f64::from(i) * 0.1)));
+    assert_eq!(state.shown_history(), &held);
+    let before = state.ui.frozen.as_ref().unwrap().cursors;
+    tap(&mut state, KeyCode::Left);
+    press(&mut state, "]");
+    let [a, b] = state.ui.frozen.as_ref().unwrap().cursors;
+    assert!(a < before[0] && b > before[1]);
+    (0..200).for_each(|_| tap(&mut state, KeyCode::Left));
+    assert!(state.ui.frozen.as_ref().unwrap().cursors[0].abs() < 1e-9);
+    press(&mut state, "f");
+    assert_ne!(state.shown_history(), &held);
+}
+
+#[test]
+fn arrows_choose_a_trial_and_follow_the_newest_after_the_last() {
+    let mut state = State::new(Theme::Colour);
+    for trial in 1..=3 {
+        state.apply(&Event::Phase(PhaseView {
+            trial,
+            ..PhaseView::new(PhaseKind::Exploration)
+        }));
+    }
+    press(&mut state, "3");
+    let chosen = |state: &State| state.chosen_trial().unwrap().trial;
+    assert_eq!(chosen(&state), 3);
+    for _ in 0..5 {
+        tap(&mut state, KeyCode::Left);
+    }
+    assert_eq!(chosen(&state), 1);
+    tap(&mut state, KeyCode::Right);
+    assert_eq!(chosen(&state), 2);
+    tap(&mut state, KeyCode::Right);
+    assert_eq!((chosen(&state), state.ui.trial), (3, None));
+}
+
+#[test]
+fn panels_are_enlarged_one_after_the_other() {
+    let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
+    let panels = Page::Run.panels();
+    for panel in (1..=panels).chain([0]) {
+        press(&mut state, "z");
+        assert_eq!(state.ui.zoom, panel);
+    }
+    press(&mut state, "z3");
+    assert_eq!(state.ui.zoom, 0, "another page is whole");
 }

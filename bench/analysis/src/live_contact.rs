@@ -13,6 +13,7 @@ use contact::FittedFinger;
 use contact::live_estimator::{LiveEstimator, LiveFrame, Uncertain};
 use contact::plate_tracker::{FingerLoad, PlateSample, PlateTracker, PlateTracking};
 use impedance::ZmFrame;
+use num_complex::Complex64;
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::trial_fit::TrialFit;
@@ -39,6 +40,21 @@ pub struct ContactReading {
     pub measured_mu: f64,
 }
 
+/// Why the newest frame has no reading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoReading {
+    /// There is no fit yet.
+    NoFit,
+    /// The force is not measured.
+    NoForce,
+    /// No finger is on the plate.
+    NoFinger,
+    /// The impedance is masked.
+    Masked,
+    /// The model has no gap for what was measured.
+    OffModel,
+}
+
 /// Live reader of the contact, frame by frame. Nothing is read before the first fit, nor while no finger is on the
 /// plate.
 #[derive(Debug)]
@@ -56,7 +72,7 @@ pub struct LiveContact {
     position_m: f64,
     /// Known positions later than the newest frame.
     positions_ahead: VecDeque<PositionRow>,
-    latest: Option<ContactReading>,
+    latest: Result<ContactReading, NoReading>,
 }
 
 #[derive(Debug)]
@@ -83,13 +99,13 @@ impl LiveContact {
             ahead: VecDeque::new(),
             position_m: f64::NAN,
             positions_ahead: VecDeque::new(),
-            latest: None,
+            latest: Err(NoReading::NoFit),
         }
     }
 
     /// Uses a newer fit from now on.
     pub fn refit(&mut self, fit: &TrialFit) {
-        self.latest = None;
+        self.latest = Err(NoReading::NoFinger);
         // A fit was made of frames, so their interval is one.
         self.fit = LiveEstimator::new(fit.finger, fit.interval_s)
             .ok()
@@ -131,23 +147,29 @@ impl LiveContact {
             }
             self.time_s = frame.time_s;
             self.latest = self.read(frame);
-            if let Some(reading) = &self.latest {
+            if let Ok(reading) = &self.latest {
                 each(reading);
             }
         }
     }
 
-    fn read(&mut self, frame: &ZmFrame) -> Option<ContactReading> {
+    fn read(&mut self, frame: &ZmFrame) -> Result<ContactReading, NoReading> {
         let force = self
             .force
             .filter(|force| frame.time_s - force.time_s < FORCE_HOLDS_S);
         self.track(frame, force.as_ref());
         let (reactance, resistance) = (self.reactance(), self.resistance());
-        let fit = self.fit.as_mut()?;
+        let missing = match force {
+            _ if self.fit.is_none() => NoReading::NoFit,
+            None => NoReading::NoForce,
+            Some(force) if force.normal_n < self.contact_n => NoReading::NoFinger,
+            Some(_) => NoReading::Masked,
+        };
+        let fit = self.fit.as_mut().ok_or(missing)?;
         let force = force.filter(|force| force.normal_n >= self.contact_n);
         let (true, Some(force)) = (frame.mask.is_clear(), force) else {
             fit.estimator.reset();
-            return None;
+            return Err(missing);
         };
         let mut z_p = fit.finger.z_p_n_s_per_m();
         if let Some(reactance) = reactance {
@@ -168,9 +190,9 @@ impl LiveContact {
                 amplitude_m: ratio * frame.amplitude_m,
                 normal_n: Some(force.normal_n),
             })
-            .ok()?;
-        let ratio = estimate.mu_ratio?;
-        Some(ContactReading {
+            .map_err(|_| NoReading::OffModel)?;
+        let ratio = estimate.mu_ratio.ok_or(NoReading::OffModel)?;
+        Ok(ContactReading {
             time_s: frame.time_s,
             k_c_n_per_m: estimate.k_c_n_per_m,
             gap_m: estimate.gap_m,
@@ -226,7 +248,7 @@ impl LiveContact {
 
     /// Goes on at a carrier that is higher by `by_hz`, from which the drift is counted then.
     pub fn retune(&mut self, by_hz: f64) {
-        self.latest = None;
+        self.latest = Err(NoReading::Masked);
         if let Some(tracker) = &mut self.tracker {
             tracker.retune(by_hz);
         }
@@ -246,9 +268,20 @@ impl LiveContact {
         self.tracker.as_ref()?.drift_hz(self.time_s)
     }
 
+    /// Returns Z_p of the plate as it is tracked, N·s/m; `None` before the plate was read without a finger.
+    pub fn plate_n_s_per_m(&self) -> Option<Complex64> {
+        let (re, im) = self.resistance().zip(self.reactance())?;
+        Some(Complex64::new(re.value, im.value))
+    }
+
     /// Returns the reading of the newest frame.
     pub fn latest(&self) -> Option<&ContactReading> {
-        self.latest.as_ref()
+        self.latest.as_ref().ok()
+    }
+
+    /// Returns why the newest frame has no reading, if it has none.
+    pub fn missing(&self) -> Option<NoReading> {
+        self.latest.as_ref().err().copied()
     }
 }
 
@@ -258,7 +291,6 @@ mod tests {
     use approx::assert_relative_eq;
     use contact::{AssumedConstants, Contact, FittedFinger, harmonic};
     use impedance::Mask;
-    use num_complex::Complex64;
     use recording::manifest::RecordedProfile;
 
     const CARRIER_HZ: f64 = 35_000.0;

@@ -4,6 +4,7 @@ use analysis::trial_fit::{NoFit, TrialFit};
 
 use contact::uncertain::Uncertain;
 use serde_json::{Map, Value, json};
+use tui::event::{ContactCurves, FitView, ValueAndStd};
 
 use crate::participant_skin::{SkinUsed, TrialSkin};
 
@@ -18,6 +19,8 @@ pub struct FitReport {
     pub of_trial: Option<TrialSkin>,
     /// Fit, or why there is none.
     pub fit: Result<TrialFit, NoFit>,
+    /// The fitted contact as curves.
+    pub curves: Option<ContactCurves>,
 }
 
 impl FitReport {
@@ -43,14 +46,39 @@ impl FitReport {
         match &self.fit {
             Ok(fit) => data.extend([
                 ("sigma_t_m".to_owned(), json!(fit.sigma_t_m.value)),
+                ("sigma_t_std_m".to_owned(), json!(fit.sigma_t_m.std)),
                 ("re_z_t_n_s_per_m".to_owned(), json!(fit.z_t_n_s_per_m.re)),
                 ("im_z_t_n_s_per_m".to_owned(), json!(fit.z_t_n_s_per_m.im)),
                 ("tau_s".to_owned(), json!(fit.tau_s.value)),
                 ("mu0".to_owned(), json!(fit.mu0.value)),
+                ("mu0_std".to_owned(), json!(fit.mu0.std)),
             ]),
             Err(why) => data.extend([("no_fit".to_owned(), json!(why.to_string()))]),
         }
         data
+    }
+
+    /// Returns what the screen shows of it, as the fit of a trial of this number, practice or not, and attempt.
+    pub fn view(
+        &self,
+        (trial, practice, attempt): (u32, bool, u32),
+        drift_hz: Option<Uncertain>,
+    ) -> FitView {
+        let estimate = |uncertain: Uncertain| ValueAndStd {
+            value: uncertain.value,
+            std: uncertain.std,
+        };
+        let fit = self.fit.as_ref();
+        FitView {
+            trial,
+            practice,
+            attempt,
+            sigma_t_m: fit.ok().map(|fit| estimate(fit.sigma_t_m)),
+            mu0: fit.ok().map(|fit| estimate(fit.mu0)),
+            drift_hz: drift_hz.map(estimate),
+            no_fit: fit.err().map(ToString::to_string),
+            curves: self.curves.clone(),
+        }
     }
 
     /// Returns the lines for the operator, each short enough for the dashboard's log.

@@ -5,15 +5,21 @@ use devices::Gauges;
 use devices::field_task::POSITION_HZ;
 use impedance::ZmFrame;
 use impedance::smoothing::{Causal, LowPass};
-use recording::PositionRow;
 use recording::pipeline::{Account, Batch};
 use recording::recorder::RecorderGauge;
-use tui::event::{Live, SystemHealth};
+use recording::{ForceRow, PositionRow};
+use tui::event::{Live, PeriodTrace, SystemHealth};
 
+use crate::period::LastPeriod;
+use crate::processor::ProcessorMeter;
 use crate::screen_words;
 
 /// Health is reported this often, ns.
 const PERIOD_NS: u64 = 500_000_000;
+/// Least normal force for a friction coefficient, N.
+const CONTACT_N: f64 = 0.1;
+/// Least speed of a finger that slides, m/s.
+const SLIDING_M_PER_S: f64 = 0.005;
 
 /// Collects what a session or a monitor shows.
 #[derive(Debug, Default)]
@@ -23,6 +29,10 @@ pub struct LiveMeter {
     lateral_n: Option<f64>,
     position_m: Option<f64>,
     velocity: Velocity,
+    /// Measured friction coefficient while the finger slides.
+    measured_mu: Option<f64>,
+    period: LastPeriod,
+    processor: ProcessorMeter,
     due_ns: u64,
     last: Option<(u64, u64, u64)>,
 }
@@ -77,12 +87,29 @@ impl LiveMeter {
             self.normal_n = Some(row.normal_n);
             self.lateral_n = Some(row.lateral_n);
         }
+        if !batch.force.is_empty() {
+            let sum = |of: fn(&ForceRow) -> f64| batch.force.iter().map(of).sum::<f64>();
+            let (normal_n, lateral_n) = (sum(|row| row.normal_n), sum(|row| row.lateral_n));
+            let least_n = CONTACT_N * batch.force.len() as f64;
+            self.measured_mu = (normal_n >= least_n).then(|| (lateral_n / normal_n).abs());
+        }
+        self.period.take(&batch.frames);
         if let Some(row) = batch.position.last() {
             self.position_m = Some(row.position_m).filter(|position_m| position_m.is_finite());
         }
         for row in &batch.position {
             self.velocity.take(row);
         }
+    }
+
+    /// Expects a drive that is modulated at this frequency, Hz.
+    pub fn modulate(&mut self, modulation_hz: f64) {
+        self.period.modulate(modulation_hz);
+    }
+
+    /// The impedance over the last period; `None` before the first frame.
+    pub fn period(&self) -> Option<PeriodTrace> {
+        self.period.trace()
     }
 
     /// Where the finger is, m.
@@ -98,8 +125,16 @@ impl LiveMeter {
             position_m: self.position_m,
             velocity_m_per_s: self.velocity.m_per_s,
             slider_m,
+            measured_mu: self.measured_mu.filter(|_| self.is_sliding()),
             ..screen_words::live(self.frame.as_ref()?)
         })
+    }
+
+    /// A bench without an encoder does not know, and shows what there is.
+    fn is_sliding(&self) -> bool {
+        self.velocity
+            .m_per_s
+            .is_none_or(|m_per_s| m_per_s.abs() >= SLIDING_M_PER_S)
     }
 
     /// How the machinery does, twice a second.
@@ -117,6 +152,7 @@ impl LiveMeter {
         }
         self.due_ns = now_ns + PERIOD_NS;
         let field = gauges.field.get().unwrap_or_default();
+        let faults = field.force;
         let now = (now_ns, account.frames, field.force_samples);
         let since = self.last.replace(now);
         let per_second = |count: u64, since_ns: u64| {
@@ -136,6 +172,14 @@ impl LiveMeter {
                 per_second(account.frames - frames, at_ns) / f64::from(rate_hz)
             }),
             disk_free_bytes: disk_free_bytes(),
+            disk_sessions: None,
+            force_faults: faults.corrupt
+                + faults.lost
+                + faults.repeated
+                + faults.reordered
+                + faults.failed,
+            encoder_skipped: field.encoder_skipped,
+            cores: self.processor.cores(now_ns as f64 * 1e-9),
         })
     }
 }

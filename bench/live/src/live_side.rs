@@ -1,6 +1,8 @@
 //! What a session makes of the samples while they come, for its operator: live values, and the contact by the last
 //! fits.
 
+use std::collections::VecDeque;
+
 use analysis::live_contact::LiveContact;
 use analysis::trial_fit::FitRequest;
 use contact::plate_tracker::PlateTracking;
@@ -24,6 +26,18 @@ pub struct LiveSide {
     screen_due_ns: u64,
     refits: Sender<FitRequest>,
     fits: Receiver<FitReport>,
+    /// Number of each trial whose fit was asked for, whether it is practice, and its attempt.
+    asked: VecDeque<(u32, bool, u32)>,
+}
+
+/// What came of a fit.
+pub struct FitNews {
+    /// Lines for the operator.
+    pub lines: Vec<String>,
+    /// What the log keeps.
+    pub data: Map<String, Value>,
+    /// What the screen shows.
+    pub view: tui::event::FitView,
 }
 
 impl LiveSide {
@@ -40,6 +54,7 @@ impl LiveSide {
             screen_due_ns: 0,
             refits,
             fits,
+            asked: VecDeque::new(),
         }
     }
 
@@ -51,6 +66,7 @@ impl LiveSide {
 
     /// Expects a drive that is modulated at this frequency, Hz.
     pub fn modulate(&mut self, modulation_hz: f64) {
+        self.meter.modulate(modulation_hz);
         self.contact.modulate(modulation_hz);
     }
 
@@ -64,15 +80,15 @@ impl LiveSide {
         self.contact.retune(by_hz);
     }
 
-    /// Asks for the fit of a trial; it takes longer than a step may, and comes back by [`take_fit`](Self::take_fit).
+    /// Asks for the fit of a trial, by its number, whether it is practice, and its attempt; it takes longer than a step may, and comes back by [`take_fit`](Self::take_fit).
     /// The fitting task ends before the session only when it failed, and that stops the bench.
-    pub fn ask(&self, request: FitRequest) {
+    pub fn ask(&mut self, request: FitRequest, of: (u32, bool, u32)) {
+        self.asked.push_back(of);
         let _ = self.refits.send(request);
     }
 
-    /// Uses the next fit that has come back; returns the lines that tell the operator of it, and what the log keeps of
-    /// it.
-    pub fn take_fit(&mut self) -> Option<(Vec<String>, Map<String, Value>)> {
+    /// Uses the next fit that has come back, and returns what came of it.
+    pub fn take_fit(&mut self) -> Option<FitNews> {
         let report = self.fits.try_recv().ok()?;
         if let Ok(fit) = &report.fit {
             self.contact.refit(fit);
@@ -83,7 +99,13 @@ impl LiveSide {
             "  plate's resonance {}",
             screen_words::drift(drift_hz)
         ));
-        Some((lines, report.record(drift_hz)))
+        // One report answers one request, in order.
+        let of = self.asked.pop_front().unwrap_or_default();
+        Some(FitNews {
+            lines,
+            data: report.record(drift_hz),
+            view: report.view(of, drift_hz),
+        })
     }
 
     /// Returns the newest values for the screen, when it is due.

@@ -6,11 +6,12 @@
 use std::time::Duration;
 
 use analysis::amplitude_profile::AmplitudeProfile;
-use analysis::trial_fit::{CutTrial, FitRequest};
+use analysis::trial_fit::{CutTrial, FitRequest, NoFit, TrialFit};
 use contact::AssumedConstants;
 use crossbeam_channel::{Receiver, Sender};
 use tasks::Task;
 
+use crate::contact_curves::contact_curves;
 use crate::fit_report::FitReport;
 use crate::participant_skin::ParticipantSkin;
 
@@ -75,6 +76,7 @@ impl Refit {
                     skin,
                     of_trial: None,
                     fit: Err(why),
+                    curves: None,
                 };
             }
         };
@@ -88,6 +90,7 @@ impl Refit {
             label,
             skin,
             of_trial,
+            curves: curves(request, &fit),
             fit,
         };
         let skin = self.skin.used(&self.assumed, left_out);
@@ -101,6 +104,13 @@ impl Refit {
         let fit = cut.contact(skin.constants(&self.assumed));
         report(skin, fit)
     }
+}
+
+fn curves(
+    request: &FitRequest,
+    fit: &Result<TrialFit, NoFit>,
+) -> Option<tui::event::ContactCurves> {
+    contact_curves(request, fit.as_ref().ok()?)
 }
 
 #[cfg(test)]

@@ -3,13 +3,12 @@
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
 use protocols::{
-    ParticipantView, Phase, Progress, Protocol, SessionEventKind, Stretch, TrialAnalysis, TrialKey,
+    ParticipantView, Phase, Progress, Protocol, SessionEventKind, TrialAnalysis, TrialKey,
     TrialOutcome, TrialRecord, Verdict,
 };
-use tui::event::{ComplexImpedance, Crop, Live, LogLevel, PhaseKind, ValueAndStd};
+use tui::event::{ComplexImpedance, Live, LogLevel, Masked, NoEstimate, PhaseKind, ValueAndStd};
 
-use analysis::live_contact::LiveContact;
-use analysis::measurements::Measurements;
+use analysis::live_contact::{LiveContact, NoReading};
 use contact::live_estimator::Uncertain;
 use recording::study::TrialLabel;
 
@@ -123,11 +122,22 @@ pub(crate) fn whole_seconds(seconds: f64) -> u32 {
     seconds.max(0.0).ceil() as u32
 }
 
-fn impedance(z: Complex64) -> Option<ComplexImpedance> {
+pub(crate) fn impedance(z: Complex64) -> Option<ComplexImpedance> {
     z.is_finite().then_some(ComplexImpedance {
         re_n_s_per_m: z.re,
         im_n_s_per_m: z.im,
     })
+}
+
+/// The gravest reason why a frame is masked.
+fn masked(mask: Mask) -> Option<Masked> {
+    [
+        (Mask::LOST_SAMPLES, Masked::Lost),
+        (Mask::CLIPPED, Masked::Clipped),
+        (Mask::ENVELOPE_NULL, Masked::BelowNoise),
+    ]
+    .into_iter()
+    .find_map(|(flag, why)| mask.contains(flag).then_some(why))
 }
 
 /// An impedance frame as live values; the rest is the caller's.
@@ -138,6 +148,11 @@ pub fn live(frame: &ZmFrame) -> Live {
         z_plain_n_s_per_m: impedance(frame.plain_n_s_per_m),
         amplitude_m: (!frame.mask.contains(Mask::LOST_SAMPLES)).then_some(frame.amplitude_m),
         drive_v: frame.drive_v.is_finite().then(|| frame.drive_v.norm()),
+        z_m_std_n_s_per_m: frame
+            .mask
+            .is_clear()
+            .then_some(frame.corrected_std_n_s_per_m),
+        masked: masked(frame.mask),
         ..Live::default()
     }
 }
@@ -156,6 +171,14 @@ pub fn with_contact(live: Live, contact: &LiveContact) -> Live {
             .and_then(|reading| reading.self_sensed_normal_n)
             .map(estimate),
         plate_drift_hz: contact.drift_hz().map(estimate),
+        z_p_n_s_per_m: contact.plate_n_s_per_m().and_then(impedance),
+        no_estimate: contact.missing().map(|missing| match missing {
+            NoReading::NoFit => NoEstimate::NoFit,
+            NoReading::NoForce => NoEstimate::NoForce,
+            NoReading::NoFinger => NoEstimate::NoFinger,
+            NoReading::Masked => NoEstimate::Masked,
+            NoReading::OffModel => NoEstimate::OffModel,
+        }),
         ..live
     }
 }
@@ -164,45 +187,12 @@ pub fn with_contact(live: Live, contact: &LiveContact) -> Live {
 pub fn drift(drift_hz: Option<Uncertain>) -> String {
     drift_hz.map_or_else(
         || "unknown".to_owned(),
-        |Uncertain { value, std }| format!("{value:+.1} ± {std:.1} Hz"),
+        |Uncertain { value, std }| {
+            // No minus before a zero.
+            let value = (value * 10.0).round() / 10.0 + 0.0;
+            format!("{value:+.1} ± {std:.1} Hz")
+        },
     )
-}
-
-/// Points of the crop's curves: more than a terminal is wide.
-const CROP_POINTS: usize = 400;
-
-/// The crop of a trial, or of one exploration, over all that `record` holds.
-pub fn crop(
-    number: u32,
-    practice: bool,
-    attempt: u32,
-    stretches: &[Stretch],
-    record: &Measurements,
-) -> Crop {
-    let (from_s, to_s) = record.span_s();
-    let at = |i: usize| from_s + (to_s - from_s) * i as f64 / (CROP_POINTS - 1) as f64;
-    Crop {
-        trial: number,
-        practice,
-        attempt,
-        duration_s: to_s - from_s,
-        amplitude_m: (0..CROP_POINTS)
-            .map(|i| record.amplitude_m(at(i)))
-            .collect(),
-        normal_n: (0..CROP_POINTS).map(|i| record.normal_n(at(i))).collect(),
-        stretches: stretches
-            .iter()
-            .map(|stretch| {
-                let shown = stretch.instance();
-                tui::event::CropStretch {
-                    start_s: shown.map_or(stretch.start_s, |instance| instance.start_s) - from_s,
-                    end_s: shown.map_or(stretch.end_s, |instance| instance.end_s) - from_s,
-                    accepted: shown.is_some(),
-                    reason: stretch.rejection().map(|rejection| rejection.to_string()),
-                }
-            })
-            .collect(),
-    }
 }
 
 /// The judgement of a trial.
@@ -216,15 +206,23 @@ pub fn verdict(
         Verdict::Accepted => Vec::new(),
         Verdict::Redo { reasons } => reasons.iter().map(ToString::to_string).collect(),
     };
-    let forces: Vec<f64> = analysis
+    judged(key, protocol, reasons, analysis)
+}
+
+/// The judgement of a trial that is rejected for `reasons`, and accepted without any.
+pub fn judged(
+    key: &TrialKey,
+    protocol: &Protocol,
+    reasons: Vec<String>,
+    analysis: Option<&TrialAnalysis>,
+) -> tui::event::TrialVerdict {
+    let normal_n: Vec<Option<f64>> = analysis
         .map(|analysis| {
-            analysis
-                .explorations
-                .iter()
-                .filter_map(|exploration| exploration.mean_normal_n)
-                .collect()
+            let each = analysis.explorations.iter();
+            each.map(|exploration| exploration.mean_normal_n).collect()
         })
         .unwrap_or_default();
+    let forces: Vec<f64> = normal_n.iter().flatten().copied().collect();
     tui::event::TrialVerdict {
         trial: TrialLabel::new(key, protocol.trials.practice).number,
         practice: key.practice,
@@ -234,6 +232,9 @@ pub fn verdict(
         instances: analysis.map_or(0, |analysis| analysis.instances() as u32),
         mean_normal_n: (!forces.is_empty())
             .then(|| forces.iter().sum::<f64>() / forces.len() as f64),
+        normal_n,
+        settled: None,
+        condition: (protocol.conditions.len() > 1).then(|| key.condition.clone()),
         overruled: false,
     }
 }

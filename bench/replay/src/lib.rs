@@ -33,6 +33,7 @@ use analysis::trial_fit::{FitRequest, Selected};
 use analysis::unloaded::{self, UnloadedError};
 use console::{Dashboard, Front, Headless};
 use devices::Gauges;
+use live::exploration_crop::{ExplorationName, crop};
 use live::fit_report::FitReport;
 use recording::manifest::{Manifest, RecordedInterval, RecordedIntervalKind};
 use recording::pipeline::{Account, Batch};
@@ -337,8 +338,8 @@ impl Replay {
                 stretches.len(),
             ),
         );
-        let within = self.record.between(interval.start_s, interval.end_s);
-        let crop = screen_words::crop(self.explored, false, 1, &stretches, &within);
+        let span_s = (interval.start_s, interval.end_s);
+        let crop = crop(self.name(), direction, span_s, &series, &stretches);
         self.front.show(tui::Event::Crop(crop));
         self.asked += 1;
         // The fitting task ends before this one only when it failed, and that stops the replay.
@@ -356,6 +357,17 @@ impl Replay {
         });
     }
 
+    /// The exploration that ended last.
+    fn name(&self) -> ExplorationName {
+        let trial = self.source.manifest().trial.as_ref();
+        ExplorationName {
+            trial: trial.map_or(1, |trial| trial.number),
+            practice: trial.is_some_and(|trial| trial.practice),
+            attempt: trial.map_or(1, |trial| trial.attempt),
+            exploration: self.explored,
+        }
+    }
+
     fn take_fits(&mut self) {
         while let Ok(report) = self.fits.try_recv() {
             self.answered += 1;
@@ -370,6 +382,14 @@ impl Replay {
             for line in report.lines() {
                 self.log(LogLevel::Info, line);
             }
+            let ExplorationName {
+                trial,
+                practice,
+                attempt,
+                ..
+            } = self.name();
+            let view = report.view((trial, practice, attempt), self.contact.drift_hz());
+            self.front.show(tui::Event::Fit(view));
             let drift = screen_words::drift(self.contact.drift_hz());
             self.log(LogLevel::Info, format!("  plate's resonance {drift}"));
         }
@@ -463,6 +483,9 @@ impl Replay {
             if let Some(live) = self.meter.live(None) {
                 let live = screen_words::with_contact(live, &self.contact);
                 self.front.show(tui::Event::Live(live));
+            }
+            if let Some(period) = self.meter.period() {
+                self.front.show(tui::Event::Period(period));
             }
         }
         let wall_ns = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);

@@ -32,10 +32,12 @@ use crate::rehearsed;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
 use files::{begin_recording, last_trial, machine, open_session};
+use live::bench_facts;
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
 use live::live_side::LiveSide;
 use live::participant_screen::ParticipantScreen;
+use live::past_trials::past_trials;
 use live::refit::Refit;
 use live::resumed::Resumed;
 use plan::{NAME, VERSION};
@@ -64,6 +66,7 @@ pub fn run(
         fault_hand: _,
     } = apparatus;
     let simulated = hardware.simulated;
+    let wired = bench_facts::Wired::of(&hardware.lines);
     let effective = plan.bench.clone();
     let config = effective.config();
     let protocol = &plan.protocol.protocol;
@@ -176,6 +179,14 @@ pub fn run(
         plate_length_m: config.plate.length_m,
         kept_m: Some(kept(config, protocol)),
     }));
+    let past = past_trials(machine.records(), &session.log_before().documents, protocol);
+    past.into_iter().for_each(|event| front.show(event));
+    front.show(tui::Event::Bench(bench_facts::facts(
+        &effective,
+        (clock.utc(), simulated),
+        wired,
+        &plan.unverified,
+    )));
     front.show(tui::Event::ForceBand {
         min_n: protocol.force.min_n,
         max_n: protocol.force.max_n,
@@ -258,6 +269,7 @@ pub fn run(
         notices,
         gauge,
         study_folder: plan.study.clone(),
+        session_bytes: session_bytes(config, protocol),
         drive,
         screen: ParticipantScreen::new(protocol, config.plate.length_m, button.is_none()),
         readiness: Readiness::new(button),

@@ -1,16 +1,17 @@
-//! A completed trial: its crop, what its verdict and its fit are made of.
+//! A completed trial: what its verdict and its fit are made of.
 
 use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, Selected};
 use analysis::trial_selection;
 use analysis::unloaded;
 use config::Effective;
-use live::screen_words;
-use protocols::{
-    Interval, IntervalKind, Protocol, SelectionRules, Stretch, TrialAnalysis, TrialKey,
-};
+use protocols::{Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis, TrialKey};
 use recording::pipeline::Account;
 use recording::study::TrialLabel;
+
+/// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's
+/// delay, s.
+pub(super) const DATA_DELAY_S: f64 = 0.06;
 
 /// A completed trial whose last data are still on their way.
 pub(super) struct DueTrial {
@@ -24,8 +25,8 @@ pub(super) struct DueTrial {
 pub(super) struct AnalysedTrial {
     /// What its verdict is made of.
     pub(super) analysis: TrialAnalysis,
-    /// Its curves with what was selected.
-    pub(super) crop: tui::event::Crop,
+    /// Its number, whether it is practice, and its attempt.
+    pub(super) of: (u32, bool, u32),
     /// What its fit is made of.
     pub(super) request: FitRequest,
 }
@@ -42,18 +43,12 @@ impl DueTrial {
         let rules = protocol.selection_rules(bench.config().plate.centre_m);
         let mut analysis = trial_selection::analyse(&key, &self.intervals, &record, &rules);
         count_losses(&mut analysis, now, begin);
-        let stretches: Vec<Stretch> = analysis
-            .explorations
-            .iter()
-            .flat_map(|exploration| exploration.stretches.iter().copied())
-            .collect();
         let number = TrialLabel::new(&key, protocol.trials.practice).number;
-        let crop = screen_words::crop(number, key.practice, key.attempt, &stretches, &record);
         let carrier = (number, carrier_hz);
         let request = fit_request(&key, carrier, &self.intervals, record, &analysis, rules);
         AnalysedTrial {
             analysis,
-            crop,
+            of: (number, key.practice, key.attempt),
             request,
         }
     }

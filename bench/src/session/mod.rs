@@ -1,5 +1,6 @@
 //! The session task: acquired data go to the protocol's state machine, what it asks for goes to the devices.
 
+mod at_a_glance;
 mod consent;
 mod due_trial;
 mod how_ended;

@@ -23,8 +23,9 @@ use safety::{SafetyState, Trip};
 use tasks::Task;
 use tui::event::LogLevel;
 
+use super::at_a_glance::AtAGlance;
 use super::consent::{Answered, Consent};
-use super::due_trial::DueTrial;
+use super::due_trial::{DATA_DELAY_S, DueTrial};
 use super::how_ended::{HowEnded, pause};
 use super::operator_request::OperatorRequest;
 use super::questions::Questions;
@@ -34,6 +35,7 @@ use super::stop_kind::{interruption_kind, observed, stop_kind};
 use super::wiring::{Admit, BeginRecording, Wiring};
 use crate::journal::Entry;
 use live::carrier_decision::CarrierEffect;
+use live::live_side::FitNews;
 use live::screen_words;
 
 /// The task.
@@ -67,11 +69,8 @@ pub struct SessionTask {
     /// Why the session last paused by itself.
     paused: Option<String>,
     report: Sender<Report>,
+    glance: AtAGlance,
 }
-
-/// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's
-/// delay, s.
-const DATA_DELAY_S: f64 = 0.06;
 
 impl SessionTask {
     /// A session about to take its first step. `consent_by` is the operator who holds the signed consent, if anybody
@@ -117,6 +116,7 @@ impl SessionTask {
             ended: None,
             paused: None,
             report,
+            glance: AtAGlance::default(),
         };
         if let Some(by) = consent_by {
             let answered = task.consent.given(by);
@@ -247,6 +247,10 @@ impl SessionTask {
 
     /// Analyses a completed trial as soon as all of its data are here.
     fn analyse(&mut self) {
+        let by = (self.machine.protocol(), &*self.bench);
+        for crop in self.glance.decided(self.audio_s, &self.record, by) {
+            self.wiring.front.show(tui::Event::Crop(crop));
+        }
         let Some(due) = self
             .due
             .take_if(|due| self.audio_s >= due.at_s + DATA_DELAY_S)
@@ -260,15 +264,15 @@ impl SessionTask {
             std::mem::take(&mut self.record),
             (&self.account, &self.account_at_begin),
         );
-        self.wiring.front.show(tui::Event::Crop(analysed.crop));
-        self.wiring.live.ask(analysed.request);
+        self.wiring.live.ask(analysed.request, analysed.of);
         self.analysed = Some(analysed.analysis);
     }
 
     fn take_fits(&mut self) {
-        while let Some((lines, data)) = self.wiring.live.take_fit() {
+        while let Some(FitNews { lines, data, view }) = self.wiring.live.take_fit() {
             let t_s = self.audio_s;
             let _ = self.wiring.journal.send(Entry::Live { t_s, data });
+            self.wiring.front.show(tui::Event::Fit(view));
             for line in lines {
                 self.log(LogLevel::Info, line);
             }
@@ -382,6 +386,8 @@ impl SessionTask {
         if key.attempt > 1 {
             self.mark(EventKind::Redo, format!("attempt {}", key.attempt));
         }
+        self.glance
+            .begin(key, self.machine.protocol(), self.audio_s);
         self.record = Measurements::default();
         self.collecting = true;
         self.account_at_begin = self.account;
@@ -394,12 +400,14 @@ impl SessionTask {
         if let TrialEnd::Interrupted { interruption } = end {
             self.collecting = false;
             self.due = None;
+            self.glance.broken_off();
             self.mark(interruption_kind(interruption), interruption.to_string());
             self.send(RecordingCommand::End(end.into()));
         }
     }
 
     fn judged(&mut self, key: &TrialKey, verdict: &Verdict) -> anyhow::Result<()> {
+        self.glance.judged(self.audio_s);
         let analysis = self.analysed.take();
         let shown = screen_words::verdict(key, self.machine.protocol(), verdict, analysis.as_ref());
         self.wiring.front.show(tui::Event::Verdict(shown));
@@ -432,6 +440,7 @@ impl SessionTask {
                     self.log(LogLevel::Warning, text);
                 }
             }
+            SessionEventKind::Marked { interval } => self.glance.mark(interval),
             SessionEventKind::SafetyTripped { reason } => {
                 self.mark(stop_kind(&self.safety), reason);
             }
@@ -461,20 +470,10 @@ impl SessionTask {
     }
 
     fn feed_screen(&mut self, now_ns: u64) {
-        let slider_m = self.view.as_ref().and_then(|view| view.slider_m);
-        if let Some(live) = self.wiring.live.due(now_ns, slider_m) {
-            self.wiring.front.show(tui::Event::Live(live));
-        }
-        let (gauges, gauge) = (&self.wiring.gauges, &self.wiring.gauge);
-        let free = || recording::study::free_bytes(&self.wiring.study_folder).ok();
-        let rate_hz = self.bench.config().audio.rate_hz;
-        if let Some(health) =
-            self.wiring
-                .live
-                .meter
-                .health(now_ns, &self.account, gauges, Some(gauge), rate_hz, free)
-        {
-            self.wiring.front.show(tui::Event::Health(health));
+        let session = (&self.machine, self.view.as_ref());
+        let audio = (&self.account, self.bench.config().audio.rate_hz);
+        let now = (now_ns, self.audio_s);
+        if self.glance.feed(&mut self.wiring, session, audio, now) {
             self.show_safety();
         }
     }

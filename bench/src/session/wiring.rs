@@ -45,6 +45,8 @@ pub struct Wiring {
     pub gauge: RecorderGauge,
     /// Where the study is, whose disk fills.
     pub study_folder: PathBuf,
+    /// Disk space that a session of this protocol may take, bytes.
+    pub session_bytes: u64,
     /// The drive.
     pub drive: DriveControl,
     /// How the participant says "ready".

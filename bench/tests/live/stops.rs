@@ -148,6 +148,7 @@ impl Rig {
             notices,
             gauge,
             study_folder: temp.path().to_owned(),
+            session_bytes: 1_000_000_000,
             drive,
             screen: ParticipantScreen::new(&protocol, config.plate.length_m, button.is_none()),
             readiness: Readiness::new(button),

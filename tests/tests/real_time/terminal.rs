@@ -63,7 +63,7 @@ impl Terminal {
 
     fn script(&self, command: &str) -> String {
         format!(
-            "trap : HUP; cd '{}'; while [ -e wait ]; do sleep 0.05; done; stty -g > before; '{}' {command} --config bench.toml; echo $? > status; stty -g > after && {{ trap - HUP; sleep 60; }}",
+            "export LC_ALL=C.UTF-8; trap : HUP; cd '{}'; while [ -e wait ]; do sleep 0.05; done; stty -g > before; '{}' {command} --config bench.toml; echo $? > status; stty -g > after && {{ trap - HUP; sleep 60; }}",
             self.folder.path().display(),
             friction_bench().display(),
         )
@@ -134,8 +134,8 @@ fn shows_the_session_and_restores_the_terminal(columns: u16, rows: u16) {
         "UNCALIBRATED",
         "sub-01",
         "practice 1/1",
-        "Re Z_m",
-        "Im Z_m",
+        "|Z_m|",
+        "now",
         "quit",
     ]);
     assert!(
@@ -145,7 +145,7 @@ fn shows_the_session_and_restores_the_terminal(columns: u16, rows: u16) {
     // A number, not a placeholder: the bare plate's 7 N·s/m, or more under the finger.
     until(PATIENCE, || {
         let screen = terminal.screen();
-        let value = screen.split_once("Re Z_m")?.1.split_whitespace().next()?;
+        let value = screen.split_once("|Z_m|")?.1.split_whitespace().next()?;
         value
             .replace('−', "-")
             .parse::<f64>()

@@ -3,8 +3,9 @@
 use std::f64::consts::TAU;
 
 use tui::event::{
-    ComplexImpedance, Crop, CropStretch, Event, Live, LogLevel, PhaseKind, PhaseView, SafetyState,
-    SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
+    BenchFacts, CalibrationFact, ComplexImpedance, ContactCurves, Crop, CropStretch, Event,
+    FitView, Live, LogLevel, NoEstimate, Outlook, PartFact, PeriodTrace, PhaseKind, PhaseView,
+    SafetyState, SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
 };
 use tui::{Instruction, ParticipantView};
 
@@ -34,6 +35,7 @@ pub fn session() -> Vec<(f64, Event)> {
         min_n: 0.5,
         max_n: 0.8,
     });
+    script.say(Event::Bench(facts()));
     script.health(0);
     script.safety(SafetyState::Armed, None);
     script.log(LogLevel::Info, "carrier 35.000 kHz, Q 251");
@@ -139,6 +141,10 @@ impl Script {
             force_rate_hz: Some(9_998.0),
             speed: 1.0,
             disk_free_bytes: Some(412_000_000_000),
+            disk_sessions: Some(29),
+            force_faults: 0,
+            encoder_skipped: 0,
+            cores: Some(0.34),
         }));
     }
 
@@ -159,6 +165,19 @@ impl Script {
             })
         };
         let place = (trial, if practice { 1 } else { TRIALS });
+        let left = if practice {
+            TRIALS + 1
+        } else {
+            TRIALS + 1 - trial
+        };
+        self.say(Event::Outlook(Outlook {
+            left_s: f64::from(left) * 25.0,
+            trials_left: left,
+            repetitions_of_trial: 3 - attempt,
+            repetitions_in_session: 9,
+            next: Some("the countdown".to_owned()),
+            then: Some("exploration 1 of 2, left to right".to_owned()),
+        }));
         self.say(at(PhaseKind::Ready, 0, None));
         self.tell(Instruction::PlaceFinger, place, None, None);
         self.run(1.5, Finger::Away, 0.0);
@@ -170,13 +189,15 @@ impl Script {
             }
             self.say(at(PhaseKind::Exploration, exploration, None));
             self.tell(Instruction::FollowSlider, place, None, None);
+            let began_s = self.now_s;
             self.run(PLATE_M / SPEED_M_PER_S, Finger::Moving, force_n);
+            let decided = crop((trial, practice, attempt), (exploration, began_s), force_n);
+            self.say(Event::Crop(decided));
             self.say(at(PhaseKind::Feedback, exploration, None));
             self.tell(Instruction::Feedback, place, None, Some(force_n));
             self.run(1.5, Finger::Away, 0.0);
         }
         let accepted = force_n <= 0.8;
-        self.say(Event::Crop(crop(trial, attempt, practice, force_n)));
         self.say(Event::Verdict(TrialVerdict {
             overruled: false,
             trial,
@@ -190,7 +211,11 @@ impl Script {
             },
             instances: if accepted { 7 } else { 3 },
             mean_normal_n: Some(force_n),
+            normal_n: vec![Some(force_n), Some(force_n)],
+            settled: None,
+            condition: None,
         }));
+        self.say(Event::Fit(fit((trial, practice, attempt), force_n)));
         if !accepted {
             self.log(LogLevel::Warning, "1 input xrun, 1 024 frames lost");
             self.health(1024);
@@ -233,6 +258,9 @@ impl Script {
                 self.slide(slider_m);
             }
             self.say(Event::Live(live(self.now_s, slider_m, finger, force_n)));
+            if step % 25 == 0 {
+                self.say(Event::Period(period(self.now_s, finger, force_n)));
+            }
         }
         self.now_s = from_s + duration_s;
         self.health(0);
@@ -295,38 +323,152 @@ fn live(t_s: f64, slider_m: f64, finger: Finger, force_n: f64) -> Live {
             std: 0.3,
         }),
         drive_v: Some(amplitude_m * 1.2e7),
+        measured_mu: moving.then_some(mu * (1.0 + 0.05 * (TAU * 11.0 * t_s).sin())),
+        z_m_std_n_s_per_m: seen.then_some(2e-9 / amplitude_m),
+        z_p_n_s_per_m: Some(ComplexImpedance {
+            re_n_s_per_m: 7.02,
+            im_n_s_per_m: -0.03,
+        }),
+        masked: (!seen).then_some(tui::event::Masked::BelowNoise),
+        no_estimate: (force_n <= 0.0).then_some(NoEstimate::NoFinger),
     }
 }
 
-fn crop(trial: u32, attempt: u32, practice: bool, force_n: f64) -> Crop {
+fn period(t_s: f64, finger: Finger, force_n: f64) -> PeriodTrace {
+    let points = (0..80).map(|i| live(t_s + f64::from(i) / 480.0, 0.0, finger, force_n));
+    let points: Vec<Live> = points.collect();
+    PeriodTrace {
+        z_m_n_s_per_m: points.iter().map(|live| live.z_m_n_s_per_m).collect(),
+        z_plain_n_s_per_m: points.iter().map(|live| live.z_plain_n_s_per_m).collect(),
+        duration_s: 1.0 / 6.0,
+    }
+}
+
+fn fit((trial, practice, attempt): (u32, bool, u32), force_n: f64) -> FitView {
+    let amplitudes = || (0..40).map(|i| f64::from(i) * 0.08e-6);
+    let at = |amplitude_m: f64| 0.25 + 0.6 * (-amplitude_m / 1.0e-6).exp();
+    FitView {
+        trial,
+        practice,
+        attempt,
+        sigma_t_m: Some(ValueAndStd {
+            value: 1.72e-6,
+            std: 0.04e-6,
+        }),
+        mu0: Some(ValueAndStd {
+            value: 0.85,
+            std: 0.02,
+        }),
+        drift_hz: Some(ValueAndStd {
+            value: -1.3,
+            std: 0.3,
+        }),
+        no_fit: None,
+        curves: Some(ContactCurves {
+            normal_n: force_n,
+            z_p_n_s_per_m: ComplexImpedance {
+                re_n_s_per_m: 7.02,
+                im_n_s_per_m: -0.03,
+            },
+            locus: amplitudes()
+                .map(|a| ComplexImpedance {
+                    re_n_s_per_m: 8.1 + 3.4 * (-a / 1.2e-6).exp(),
+                    im_n_s_per_m: -0.9 - 1.9 * (-a / 1.2e-6).exp(),
+                })
+                .collect(),
+            friction: amplitudes().map(|a| (a, at(a))).collect(),
+            measured: amplitudes().step_by(3).map(|a| (a, at(a) * 1.03)).collect(),
+        }),
+    }
+}
+
+fn facts() -> BenchFacts {
+    let measured = |name: &str, days: f64, value: &str| CalibrationFact {
+        name: name.to_owned(),
+        date: Some("2026-03-02".to_owned()),
+        age_days: Some(days),
+        operator: "N. H.".to_owned(),
+        value: value.to_owned(),
+    };
+    let part = |name: &str, words: &str, well| PartFact {
+        name: name.to_owned(),
+        words: words.to_owned(),
+        well,
+    };
+    BenchFacts {
+        plate: "plate of 105 mm at 35000.0 Hz".to_owned(),
+        calibrations: vec![
+            measured("pickup", 0.2, "(5.450 ± 0.011)e-6 m"),
+            measured("plate", 3.0, "35000.000 ± 0.012 Hz"),
+            measured("force", 45.0, "6 masses"),
+            CalibrationFact {
+                name: "channels".to_owned(),
+                ..CalibrationFact::default()
+            },
+        ],
+        parts: vec![
+            part("e-stop", "wired", true),
+            part("heartbeat", "waived by N. H.", false),
+            part("encoder", "gpio", true),
+            part("force", "serial line at 460800 baud", true),
+        ],
+        loosened: vec!["safety.silence_s = 0.1 (default 0.05)".to_owned()],
+        unverified: vec![
+            "the volts were never checked against an independent meter: run `friction-bench calibrate output --meter NAME`"
+                .to_owned(),
+        ],
+    }
+}
+
+fn crop(
+    (trial, practice, attempt): (u32, bool, u32),
+    (exploration, start_s): (u32, f64),
+    force_n: f64,
+) -> Crop {
     let duration_s = PLATE_M / SPEED_M_PER_S;
-    let at = |i: u32| f64::from(i) * duration_s / 399.0;
+    let at = |i: u32| f64::from(i) * duration_s / 199.0;
     let stretches = (0..12u32).map(|i| {
         let start_s = f64::from(i + 1) / 6.0 - 0.03;
         let end_s = start_s + 0.06;
-        let reason = match i {
-            0..=1 | 10..=11 => Some("outside the central 60 mm"),
-            6 if force_n > 0.8 => Some("lost samples"),
-            _ if force_n > 0.8 => Some("normal force out of band"),
-            4 => Some("speed not constant"),
-            _ => None,
+        let (kind, reason) = match i {
+            0..=1 | 10..=11 => (
+                Some("outside the plate's central part"),
+                Some("outside the central 60 mm"),
+            ),
+            6 if force_n > 0.8 => (Some("lost samples"), Some("lost samples in 12 frames")),
+            4 => (
+                Some("speed outside the tolerance"),
+                Some("speed 71 mm/s, outside 40 to 60 mm/s"),
+            ),
+            _ => (None, None),
         };
         CropStretch {
             start_s,
             end_s,
             accepted: reason.is_none(),
             reason: reason.map(str::to_owned),
+            kind: kind.map(str::to_owned),
         }
     });
+    let even = |of: &dyn Fn(f64) -> f64| (0..200).map(|i| Some(of(at(i)))).collect::<Vec<_>>();
     Crop {
         trial,
         practice,
         attempt,
+        exploration,
+        leftwards: exploration == 2,
+        start_s,
         duration_s,
-        amplitude_m: (0..400).map(|i| Some(amplitude_m(at(i)))).collect(),
-        normal_n: (0..400)
-            .map(|i| Some(force_n * (1.0 + 0.06 * (TAU * 0.7 * at(i)).sin())))
+        amplitude_m: (0..200)
+            .map(|i| {
+                let (a, b) = (amplitude_m(at(i)), amplitude_m(at(i) + 0.005));
+                Some((a.min(b), a.max(b)))
+            })
             .collect(),
+        normal_n: even(&|t_s| force_n * (1.0 + 0.06 * (TAU * 0.7 * t_s).sin())),
+        lateral_n: even(&|t_s| 0.4 * force_n * (1.0 + 0.3 * (TAU * 6.0 * t_s).cos())),
+        position_m: even(&|t_s| t_s * SPEED_M_PER_S),
+        speed_m_per_s: even(&|t_s| SPEED_M_PER_S * (1.0 + 0.1 * (TAU * 2.0 * t_s).sin())),
         stretches: stretches.collect(),
     }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::error::DisplayError;
 use super::loss::DisplayLoss;
 use crate::participant_screen::ParticipantView;
-use crate::theme::Theme;
+use drawing::theme::Theme;
 
 /// The participant's screen on a terminal of its own; on this system none can be opened.
 #[derive(Debug)]

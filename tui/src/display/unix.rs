@@ -20,7 +20,7 @@ use super::error::DisplayError;
 use super::loss::DisplayLoss;
 use crate::escape::clean;
 use crate::participant_screen::{self, ParticipantView};
-use crate::theme::Theme;
+use drawing::theme::Theme;
 
 /// Shortest time between two drawings.
 const FRAME: Duration = Duration::from_millis(16);

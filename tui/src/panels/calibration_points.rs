@@ -6,8 +6,8 @@ use ratatui::text::{Line, Span};
 
 use super::panel::{note, rows, titled};
 use crate::calibration_page::{CalibrationPage, Chart, PointLine, Question};
-use crate::plot::{Plot, Trace, ValueAxis, put};
 use crate::state::State;
+use drawing::plot::{Plot, Trace, ValueAxis, put};
 
 /// Draws the list of points, and the results below it.
 pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
@@ -95,6 +95,8 @@ pub(crate) fn chart(state: &State, calibration: &CalibrationPage, area: Rect, bu
         x,
         axis,
         band: None,
+        spans: Vec::new(),
+        cursors: Vec::new(),
         curves: vec![Trace {
             points: curve.fit.iter().map(|(x, y)| (*x, Some(*y))).collect(),
             style: theme.first_curve(),

@@ -1,27 +1,27 @@
 //! One file per panel; each draws its part of the state into the area that it is given.
 
-pub(crate) mod amplitude;
 pub(crate) mod asked_detail;
+pub(crate) mod bench_tables;
 pub(crate) mod calibration_layout;
 mod calibration_points;
 mod calibration_values;
-pub(crate) mod crop;
+pub(crate) mod complex_plane;
+pub(crate) mod contact_numbers;
 pub(crate) mod drill;
-pub(crate) mod estimates;
-pub(crate) mod forces;
+pub(crate) mod friction_curve;
 pub(crate) mod help;
-pub(crate) mod impedance;
 pub(crate) mod key_hints;
-mod live_values;
+pub(crate) mod live_values;
 pub(crate) mod log;
 pub(crate) mod new_carrier;
 pub(crate) mod panel;
 pub(crate) mod plate_drawing;
 pub(crate) mod readings;
 pub(crate) mod safety_line;
-pub(crate) mod session_header;
 pub(crate) mod session_phase;
-mod strip_chart;
+pub(crate) mod stage;
+pub(crate) mod strips;
 pub(crate) mod summary;
-pub(crate) mod system_health;
-pub(crate) mod trials;
+pub(crate) mod tabs;
+pub(crate) mod trial_crop;
+pub(crate) mod trial_list;

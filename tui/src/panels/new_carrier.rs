@@ -16,7 +16,7 @@ pub(crate) fn lines<'a>(state: &State, proposal: &CarrierProposal, columns: u16)
     } = proposal;
     let drift = signed(format!("{:+.1}", drift_hz.value));
     let words = format!(
-        "new carrier {to_hz:.0} Hz? f takes it, k keeps {from_hz:.0} Hz: the resonance moved by {drift} ± {:.1} Hz",
+        "new carrier {to_hz:.0} Hz? t takes it, n keeps {from_hz:.0} Hz: the resonance moved by {drift} ± {:.1} Hz",
         drift_hz.std
     );
     let style = state.ui.theme.driving();

@@ -6,8 +6,8 @@ use ratatui::text::{Line, Span};
 
 use super::live_values::{TO_MILLI, aside, live_style, number, stale};
 use super::panel::{note, titled};
-use crate::plot::put;
 use crate::state::State;
+use drawing::plot::put;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;

@@ -2,6 +2,7 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
+use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Widget;
 
@@ -58,6 +59,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
             ..row
         };
         flags.render(end, buf);
+    }
+    if state.safety == Some(SafetyState::Tripped) {
+        // Seen from across the room.
+        buf.set_style(row, Style::reset().patch(theme.alarm()));
     }
 }
 

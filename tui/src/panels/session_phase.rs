@@ -9,6 +9,11 @@ use crate::state::State;
 use crate::words::render_line;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
+    render_line(line(state), area, buf);
+}
+
+/// Returns the phase with where in the session it is.
+pub(crate) fn line(state: &State) -> Line<'static> {
     let theme = state.ui.theme;
     let phase = &state.phase;
     let style = match phase.kind {
@@ -42,7 +47,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         spans.push(Span::styled(" · ", theme.faint()));
         spans.push(Span::raw(detail));
     }
-    render_line(Line::from(spans), area, buf);
+    Line::from(spans)
 }
 
 /// Returns the phase in words.

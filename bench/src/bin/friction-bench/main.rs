@@ -42,7 +42,7 @@ fn main() -> ExitCode {
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     ending::run(|| {
         let began = Instant::now();
-        let cli = Cli::parse();
+        let cli = Cli::read();
         let verbosity = Verbosity::from(cli.printing);
         let ended = dispatch(cli.command, verbosity);
         let took_s = began.elapsed().as_secs_f64();

@@ -1,0 +1,171 @@
+//! What the operator should know of the bench itself.
+
+use config::{CalibrationFile, Config, Effective, Provenance};
+use config::{HardwareStop, Quantity};
+use jiff::Timestamp;
+use sources::Lines;
+use tui::event::{BenchFacts, CalibrationFact, PartFact};
+
+const DAY_S: f64 = 86_400.0;
+
+/// Lines that the bench has, wherever they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wired {
+    /// The e-stop's loop.
+    pub estop: bool,
+    /// The participant's button.
+    pub button: bool,
+    /// The amplifier's enable line.
+    pub enable: bool,
+    /// The heartbeat.
+    pub heartbeat: bool,
+}
+
+impl Wired {
+    /// Returns which of the lines there are.
+    pub fn of(lines: &Lines) -> Self {
+        Self {
+            estop: lines.estop.is_some(),
+            button: lines.button.is_some(),
+            enable: lines.enable.is_some(),
+            heartbeat: lines.heartbeat.is_some(),
+        }
+    }
+}
+
+/// Returns calibrations, lines, sources and limits of the bench at `now`. Dates that a simulated clock wrote have no age.
+pub fn facts(
+    bench: &Effective,
+    (now, simulated): (Timestamp, bool),
+    wired: Wired,
+    unverified: &[String],
+) -> BenchFacts {
+    let config = bench.config();
+    BenchFacts {
+        plate: format!(
+            "plate of {:.0} mm at {:.1} Hz",
+            config.plate.length_m * 1e3,
+            config.plate.resonance_hz
+        ),
+        calibrations: calibrations(
+            bench.calibration().map(|held| held.calibration()),
+            now,
+            simulated,
+        ),
+        parts: parts(config, wired),
+        loosened: config.loosened(),
+        unverified: unverified.to_vec(),
+    }
+}
+
+fn calibrations(
+    file: Option<&CalibrationFile>,
+    now: Timestamp,
+    simulated: bool,
+) -> Vec<CalibrationFact> {
+    let fact = |name: &str, measured: Option<(&Provenance, String)>| match measured {
+        None => CalibrationFact {
+            name: name.to_owned(),
+            ..CalibrationFact::default()
+        },
+        Some((measured, value)) => {
+            let age_s = now.duration_since(measured.date).as_secs_f64();
+            CalibrationFact {
+                name: name.to_owned(),
+                date: Some(measured.date.strftime("%Y-%m-%d").to_string()),
+                age_days: (!simulated && age_s >= 0.0).then_some(age_s / DAY_S),
+                operator: measured.operator.clone(),
+                value,
+            }
+        }
+    };
+    let value = |quantity: &Quantity| quantity.to_string();
+    let pickup = file.and_then(|file| file.pickup.as_ref());
+    let plate = file.and_then(|file| file.plate.as_ref());
+    let force = file.and_then(|file| file.force.as_ref());
+    let channels = file.and_then(|file| file.channels.as_ref());
+    let output = file.and_then(|file| file.output.as_ref());
+    vec![
+        fact(
+            "pickup",
+            pickup.map(|of| (&of.measured, value(&of.metres_per_unit))),
+        ),
+        fact(
+            "plate",
+            plate.map(|of| (&of.measured, value(&of.resonance_hz))),
+        ),
+        fact(
+            "force",
+            force.map(|of| (&of.measured, format!("{} masses", of.masses))),
+        ),
+        fact("tare", force.map(|of| (&of.tared, value(&of.normal_tare)))),
+        fact(
+            "channels",
+            channels.map(|of| (&of.measured, value(&of.latency))),
+        ),
+        fact("output", output.map(|of| (&of.measured, of.meter.clone()))),
+    ]
+}
+
+fn parts(config: &Config, is: Wired) -> Vec<PartFact> {
+    let part = |name: &str, words: String, well: bool| PartFact {
+        name: name.to_owned(),
+        words,
+        well,
+    };
+    let safety = &config.safety;
+    let stop = |name: &str, line: HardwareStop, wired: bool| {
+        let words = match (wired, safety.waiver_of(line)) {
+            (_, Some(by)) => format!("waived by {by}"),
+            (true, None) => "wired".to_owned(),
+            (false, None) => "not wired".to_owned(),
+        };
+        part(name, words, wired)
+    };
+    let wired = |name: &str, wired: bool, without: &str| {
+        let words = if wired { "wired" } else { without };
+        part(name, words.to_owned(), wired)
+    };
+    let encoder = match &config.encoder {
+        Some(encoder) => format!("{:?}", encoder.source).to_lowercase(),
+        None => "none: no position, no stretch can be selected".to_owned(),
+    };
+    let force = config.force.as_ref();
+    vec![
+        stop("e-stop", HardwareStop::Estop, is.estop),
+        stop("heartbeat", HardwareStop::Heartbeat, is.heartbeat),
+        wired("enable", is.enable, "not wired"),
+        wired(
+            "button",
+            is.button,
+            "none: a finger at rest counts as ready",
+        ),
+        part(
+            "dead-man",
+            if safety.dead_man.is_some() {
+                "must be held"
+            } else {
+                "not used"
+            }
+            .to_owned(),
+            true,
+        ),
+        part("encoder", encoder, config.encoder.is_some()),
+        part(
+            "force",
+            force.map_or("none".to_owned(), |force| force.in_words()),
+            force.is_some(),
+        ),
+        part(
+            "sound card",
+            format!(
+                "{} Hz, {} inputs, drive on {}, pickup on {}",
+                config.audio.rate_hz,
+                config.audio.input_channels,
+                config.channels.drive.index,
+                config.channels.pickup.index
+            ),
+            true,
+        ),
+    ]
+}

@@ -1,0 +1,84 @@
+//! The crop of an exploration, as the operator sees it.
+
+use analysis::measurements::FrameSeries;
+use protocols::{Direction, Stretch, Validity};
+use tui::event::{Crop, CropStretch};
+
+/// Cells of the crop's curves: more dots than a terminal shows beside another exploration's.
+const CELLS: usize = 200;
+
+/// The exploration that a crop is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ExplorationName {
+    /// Number of the trial.
+    pub trial: u32,
+    /// Whether it is practice.
+    pub practice: bool,
+    /// Number of the attempt, from 1.
+    pub attempt: u32,
+    /// Number of the exploration within the trial, from 1.
+    pub exploration: u32,
+}
+
+/// Returns the crop of an exploration from `start_s` to `end_s`: the smallest and the largest amplitude of each cell,
+/// means of the rest.
+pub fn crop(
+    name: ExplorationName,
+    direction: Direction,
+    (start_s, end_s): (f64, f64),
+    series: &FrameSeries,
+    stretches: &[Stretch],
+) -> Crop {
+    let duration_s = end_s - start_s;
+    let edge = |cell: usize| {
+        let at_s = start_s + duration_s * cell as f64 / CELLS as f64;
+        series.time_s.partition_point(|time_s| *time_s < at_s)
+    };
+    let cells: Vec<_> = (0..CELLS).map(|cell| edge(cell)..edge(cell + 1)).collect();
+    let mean = |values: &[f64], sign: f64| -> Vec<Option<f64>> {
+        let of = |cell: &std::ops::Range<usize>| {
+            let known = values[cell.clone()].iter().filter(|v| v.is_finite());
+            let (sum, count) = known.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
+            (count > 0).then(|| sign * sum / f64::from(count))
+        };
+        cells.iter().map(of).collect()
+    };
+    let extent = |cell: &std::ops::Range<usize>| {
+        let usable = cell
+            .clone()
+            .filter(|i| series.validity[*i] != Validity::LostSamples)
+            .map(|i| series.amplitude_m[i])
+            .filter(|amplitude_m| amplitude_m.is_finite());
+        usable.fold(None, |extent: Option<(f64, f64)>, a| {
+            Some(extent.map_or((a, a), |(low, high)| (low.min(a), high.max(a))))
+        })
+    };
+    Crop {
+        trial: name.trial,
+        practice: name.practice,
+        attempt: name.attempt,
+        exploration: name.exploration,
+        leftwards: direction == Direction::RightToLeft,
+        start_s,
+        duration_s,
+        amplitude_m: cells.iter().map(extent).collect(),
+        normal_n: mean(&series.normal_n, 1.0),
+        lateral_n: mean(&series.lateral_n, 1.0),
+        position_m: mean(&series.position_m, 1.0),
+        speed_m_per_s: mean(&series.velocity_m_per_s, direction.sign()),
+        stretches: stretches
+            .iter()
+            .map(|stretch| {
+                let kept = stretch.instance();
+                let rejection = stretch.rejection();
+                CropStretch {
+                    start_s: kept.map_or(stretch.start_s, |instance| instance.start_s) - start_s,
+                    end_s: kept.map_or(stretch.end_s, |instance| instance.end_s) - start_s,
+                    accepted: kept.is_some(),
+                    reason: rejection.map(|rejection| rejection.to_string()),
+                    kind: rejection.map(|rejection| rejection.kind().to_owned()),
+                }
+            })
+            .collect(),
+    }
+}

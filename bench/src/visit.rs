@@ -1,0 +1,56 @@
+//! A finger that comes and goes while somebody monitors: what those are shown who stand in a participant's place.
+
+use tui::{Instruction, ParticipantView};
+
+/// Time from one visit to the next, s.
+const EVERY_S: f64 = 14.0;
+/// When in it the finger is placed, and when it slides, s.
+const PLACED_S: f64 = 4.0;
+const SLIDES_S: f64 = 6.0;
+/// Speed of the slider, m/s, as published (Huloux 2021, section IV).
+const SPEED_M_PER_S: f64 = 0.05;
+/// Normal force to keep, N, as published there.
+const FORCE_N: (f64, f64) = (0.5, 0.8);
+
+/// Returns what is shown at `now_s` to whoever follows a slider on a plate of `plate_m`: there and back, then away.
+pub fn visit(now_s: f64, plate_m: f64) -> ParticipantView {
+    let since_s = now_s.rem_euclid(EVERY_S);
+    let (from_m, to_m) = (0.1 * plate_m, 0.9 * plate_m);
+    let length_m = to_m - from_m;
+    let gone_m = (since_s - SLIDES_S) * SPEED_M_PER_S;
+    let (instruction, slider_m) = if since_s < PLACED_S || gone_m > 2.0 * length_m {
+        (Instruction::LiftFinger, None)
+    } else if gone_m < 0.0 {
+        (Instruction::PlaceFinger, Some(from_m))
+    } else {
+        let back_m = (gone_m - length_m).abs();
+        (Instruction::FollowSlider, Some(to_m - back_m))
+    };
+    ParticipantView {
+        instruction,
+        slider_m,
+        plate_m,
+        start_m: from_m,
+        end_m: to_m,
+        force_band_n: Some(FORCE_N),
+        ..ParticipantView::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_finger_comes_slides_there_and_back_and_goes() {
+        let at = |now_s| visit(now_s, 0.1);
+        assert_eq!(at(0.0).instruction, Instruction::LiftFinger);
+        assert_eq!(at(5.0).instruction, Instruction::PlaceFinger);
+        let slider_m = |now_s: f64| at(now_s).slider_m.unwrap();
+        assert!((slider_m(6.0) - 0.01).abs() < 1e-9);
+        assert!((slider_m(7.6) - 0.09).abs() < 1e-9);
+        assert!((slider_m(8.4) - 0.05).abs() < 1e-9);
+        assert_eq!(at(13.0).instruction, Instruction::LiftFinger);
+        assert_eq!(at(14.0 + 5.0), at(5.0));
+    }
+}

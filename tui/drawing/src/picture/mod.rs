@@ -1,0 +1,48 @@
+//! A drawn screen as a picture (SVG) and as plain text, the same bytes for the same cells: for manuals, reports and bug
+//! reports.
+//!
+//! Lines, blocks and braille dots are drawn as shapes, so that curves look the same whatever fonts the reader has; text
+//! stays text, which can be searched and copied.
+
+mod colours;
+mod shapes;
+mod svg;
+
+pub use colours::Paper;
+pub use svg::svg;
+
+use ratatui::buffer::{Buffer, CellWidth};
+
+/// Returns the characters of each row without the blanks at its end, one line a row.
+///
+/// ```
+/// use ratatui::{buffer::Buffer, layout::Rect, style::Style};
+///
+/// let mut screen = Buffer::empty(Rect::new(0, 0, 12, 2));
+/// screen.set_string(0, 0, "μ 0.42", Style::new());
+/// assert_eq!(drawing::picture::text(&screen), "μ 0.42\n\n");
+/// ```
+#[must_use]
+pub fn text(screen: &Buffer) -> String {
+    let mut written = String::new();
+    for y in screen.area.rows() {
+        let row: String = symbols(screen, y.y).map(|(_, symbol)| symbol).collect();
+        written.push_str(row.trim_end());
+        written.push('\n');
+    }
+    written
+}
+
+/// Returns the symbols of row `y` with their columns; a wide one covers the cell after it.
+fn symbols(screen: &Buffer, y: u16) -> impl Iterator<Item = (u16, &str)> {
+    let mut covered = 0;
+    (screen.area.left()..screen.area.right()).filter_map(move |x| {
+        if covered > 0 {
+            covered -= 1;
+            return None;
+        }
+        let cell = &screen[(x, y)];
+        covered = cell.cell_width().max(1) - 1;
+        Some((x, cell.symbol()))
+    })
+}

@@ -1,0 +1,147 @@
+//! Styles by meaning. The terminal's own foreground and background are kept, and no meaning is carried by colour alone.
+
+use ratatui::style::{Color, Modifier, Style};
+use serde::{Deserialize, Serialize};
+
+/// Colours, or none.
+///
+/// ```
+/// use drawing::theme::Theme;
+///
+/// assert_eq!("high-contrast".parse::<Theme>(), Ok(Theme::HighContrast));
+/// assert!("blue".parse::<Theme>().is_err());
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Theme {
+    /// Mid-tone colours of the terminal, for a dark background, legible on a light one.
+    Colour,
+    /// Darker colours, for a light background.
+    Light,
+    /// Bright colours, and nothing faint.
+    HighContrast,
+    /// Bold, dim and reversed only.
+    Mono,
+}
+
+/// The name is none of a theme.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no such theme: default, light, high-contrast or monochrome")]
+pub struct NoSuchTheme;
+
+impl std::str::FromStr for Theme {
+    type Err = NoSuchTheme;
+
+    fn from_str(name: &str) -> Result<Self, NoSuchTheme> {
+        match name {
+            "default" => Ok(Self::Colour),
+            "light" => Ok(Self::Light),
+            "high-contrast" => Ok(Self::HighContrast),
+            "monochrome" => Ok(Self::Mono),
+            _ => Err(NoSuchTheme),
+        }
+    }
+}
+
+impl Theme {
+    /// Returns the theme that suits the value of the environment variable `NO_COLOR` (<https://no-color.org>).
+    #[must_use]
+    pub fn from_no_color(value: Option<&std::ffi::OsStr>) -> Self {
+        Self::Colour.under_no_color(value)
+    }
+
+    /// Returns this theme, or the one without colours as `NO_COLOR` asks.
+    #[must_use]
+    pub fn under_no_color(self, value: Option<&std::ffi::OsStr>) -> Self {
+        match value {
+            Some(value) if !value.is_empty() => Self::Mono,
+            _ => self,
+        }
+    }
+
+    /// Returns the style of what is well.
+    pub fn good(self) -> Style {
+        self.paint(Color::Green, Color::LightGreen, Modifier::empty())
+    }
+
+    /// Returns the style of what should be looked at.
+    pub fn warning(self) -> Style {
+        self.paint(Color::Magenta, Color::LightYellow, Modifier::BOLD)
+    }
+
+    /// Returns the style of what has failed.
+    pub fn bad(self) -> Style {
+        self.paint(Color::Red, Color::LightRed, Modifier::BOLD)
+    }
+
+    /// Returns a filled style, visible across the room.
+    pub fn alarm(self) -> Style {
+        let filled = Modifier::BOLD | Modifier::REVERSED;
+        self.paint(Color::Red, Color::LightRed, filled)
+    }
+
+    /// Returns the style of a driven plate.
+    pub fn driving(self) -> Style {
+        self.first(Modifier::BOLD | Modifier::REVERSED)
+    }
+
+    /// Returns the style of the curve that matters most.
+    pub fn first_curve(self) -> Style {
+        self.first(Modifier::BOLD)
+    }
+
+    /// Cyan is faint on a light background, blue unreadable on a dark one.
+    fn first(self, modifier: Modifier) -> Style {
+        match self {
+            Self::Light => Style::new().fg(Color::Blue).add_modifier(modifier),
+            _ => self.paint(Color::Cyan, Color::LightCyan, modifier),
+        }
+    }
+
+    /// Returns the style of the curve beside it.
+    pub fn second_curve(self) -> Style {
+        self.paint(Color::Magenta, Color::LightMagenta, Modifier::empty())
+    }
+
+    /// Returns the style of what stays in the background.
+    pub fn faint(self) -> Style {
+        match self {
+            Self::HighContrast => Style::new(),
+            _ => Style::new().add_modifier(Modifier::DIM),
+        }
+    }
+
+    /// Returns the style of names and of what matters.
+    pub fn strong(self) -> Style {
+        Style::new().add_modifier(Modifier::BOLD)
+    }
+
+    /// Returns the style of what is chosen in a list.
+    pub fn chosen(self) -> Style {
+        Style::new().add_modifier(Modifier::REVERSED)
+    }
+
+    /// Returns the style of a range behind a curve.
+    pub fn band(self) -> Style {
+        self.paint(Color::Green, Color::Green, Modifier::DIM)
+    }
+
+    /// Returns the style of a kept span behind a curve.
+    pub fn kept(self) -> Style {
+        self.band()
+    }
+
+    /// Returns the style of a rejected span behind a curve.
+    pub fn rejected(self) -> Style {
+        self.paint(Color::Red, Color::Red, Modifier::DIM)
+    }
+
+    fn paint(self, color: Color, bright: Color, modifier: Modifier) -> Style {
+        let style = Style::new().add_modifier(modifier);
+        match self {
+            Self::Colour | Self::Light => style.fg(color),
+            Self::HighContrast => style.fg(bright),
+            Self::Mono => style,
+        }
+    }
+}

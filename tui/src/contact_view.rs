@@ -1,0 +1,77 @@
+//! What is known of the finger's contact: the fit of a trial, the last period of the modulation, why nothing is known.
+
+use serde::{Deserialize, Serialize};
+
+use crate::impedance_value::{ComplexImpedance, ValueAndStd};
+
+/// What the fit of a trial gave.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FitView {
+    /// Number of the trial.
+    pub trial: u32,
+    /// Whether the trial is practice.
+    pub practice: bool,
+    /// Number of the attempt, from 1.
+    pub attempt: u32,
+    /// σ_t, m.
+    pub sigma_t_m: Option<ValueAndStd>,
+    /// Friction coefficient without vibration.
+    pub mu0: Option<ValueAndStd>,
+    /// Drift of the plate's resonance after the trial, Hz.
+    pub drift_hz: Option<ValueAndStd>,
+    /// Why there is no fit.
+    pub no_fit: Option<String>,
+    /// The fitted contact as curves.
+    pub curves: Option<ContactCurves>,
+}
+
+/// A fitted contact as curves over the vibration amplitude.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactCurves {
+    /// Normal force that the curves hold for, N.
+    pub normal_n: f64,
+    /// Impedance of the plate that was fitted.
+    pub z_p_n_s_per_m: ComplexImpedance,
+    /// Z_m, from small to large amplitudes.
+    pub locus: Vec<ComplexImpedance>,
+    /// Amplitude, m, and friction coefficient by the fit.
+    pub friction: Vec<(f64, f64)>,
+    /// Amplitude, m, and friction coefficient as measured in the trial's instances: medians of equal parts.
+    pub measured: Vec<(f64, f64)>,
+}
+
+/// The impedance over the last period of the modulation.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PeriodTrace {
+    /// Corrected Z_m, evenly spaced in time; `None` where masked.
+    pub z_m_n_s_per_m: Vec<Option<ComplexImpedance>>,
+    /// The plain ratio, at the same times.
+    pub z_plain_n_s_per_m: Vec<Option<ComplexImpedance>>,
+    /// Length of the period, s.
+    pub duration_s: f64,
+}
+
+impl PeriodTrace {
+    /// Returns the part of the period that is masked, 0 to 1.
+    #[must_use]
+    pub fn masked(&self) -> f64 {
+        let masked = self.z_m_n_s_per_m.iter().filter(|z| z.is_none()).count();
+        masked as f64 / self.z_m_n_s_per_m.len().max(1) as f64
+    }
+}
+
+/// Why gap and friction are not estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NoEstimate {
+    /// No trial was fitted yet.
+    NoFit,
+    /// No finger is on the plate.
+    NoFinger,
+    /// The normal force is not measured.
+    NoForce,
+    /// The impedance is masked.
+    Masked,
+    /// The model has no gap for what was measured.
+    OffModel,
+}

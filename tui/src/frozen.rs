@@ -1,0 +1,52 @@
+//! The strips, held still.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+
+use crate::event::Live;
+
+/// Live values as they were when the operator held the strips, with two cursors.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Frozen {
+    /// Live values, oldest first.
+    pub history: VecDeque<Live>,
+    /// The cursors, from 0 at the left end of the strips to 1 at the right.
+    pub cursors: [f64; 2],
+}
+
+/// How far a key moves a cursor.
+const STEP: f64 = 0.01;
+
+impl Frozen {
+    /// Holds `history`, which has at least one value.
+    #[must_use]
+    pub fn new(history: VecDeque<Live>) -> Self {
+        Self {
+            history,
+            cursors: [0.25, 0.75],
+        }
+    }
+
+    /// Moves a cursor by steps.
+    pub fn step(&mut self, cursor: usize, steps: f64) {
+        if let Some(at) = self.cursors.get_mut(cursor) {
+            *at = (*at + steps * STEP).clamp(0.0, 1.0);
+        }
+    }
+
+    /// Returns the times of the cursors where the strips span `window_s`, s.
+    #[must_use]
+    pub fn times_s(&self, window_s: f64) -> [f64; 2] {
+        let last_s = self.history.back().map_or(0.0, |live| live.t_s);
+        self.cursors.map(|at| last_s - (1.0 - at) * window_s)
+    }
+
+    /// Returns the value nearest to `t_s`.
+    #[must_use]
+    pub fn at(&self, t_s: f64) -> Option<&Live> {
+        let after = self.history.partition_point(|live| live.t_s < t_s);
+        self.history
+            .get(after.min(self.history.len().checked_sub(1)?))
+    }
+}

@@ -1,0 +1,21 @@
+//! Numbers that belong together: an impedance, an estimate with its error.
+
+use serde::{Deserialize, Serialize};
+
+/// A complex mechanical impedance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ComplexImpedance {
+    /// Real part, N·s/m.
+    pub re_n_s_per_m: f64,
+    /// Imaginary part, N·s/m.
+    pub im_n_s_per_m: f64,
+}
+
+/// An estimate with its standard deviation, in the unit that the field's name gives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ValueAndStd {
+    /// Estimated value.
+    pub value: f64,
+    /// Standard deviation of the value.
+    pub std: f64,
+}

@@ -1,0 +1,84 @@
+//! The pages of the operator's screen, and the time that its strips span.
+
+use serde::{Deserialize, Serialize};
+
+/// Length of the history of live values for the strips, s.
+pub const HISTORY_S: f64 = 10.0;
+
+/// The pages of the operator's screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Page {
+    /// The experiment at a glance.
+    Run,
+    /// The impedance in the complex plane, and friction against amplitude.
+    Impedance,
+    /// The trials, and the crops of the chosen one.
+    Trials,
+    /// The bench: calibrations, lines, health.
+    Bench,
+    /// The log.
+    Log,
+    /// What the participant's screen shows.
+    Participant,
+}
+
+impl Page {
+    /// Returns the number of panels that can be enlarged.
+    #[must_use]
+    pub fn panels(self) -> u8 {
+        match self {
+            Self::Run => 7,
+            Self::Impedance => 2,
+            Self::Trials => 1,
+            Self::Bench | Self::Log | Self::Participant => 0,
+        }
+    }
+}
+
+/// Time that the strip charts span.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Window {
+    /// One second, which resolves single periods of the modulation.
+    One,
+    /// Two seconds.
+    Two,
+    /// Five seconds.
+    Five,
+    /// All of [`HISTORY_S`].
+    Ten,
+}
+
+impl Window {
+    /// Returns the span in seconds.
+    #[must_use]
+    pub fn seconds(self) -> f64 {
+        match self {
+            Self::One => 1.0,
+            Self::Two => 2.0,
+            Self::Five => 5.0,
+            Self::Ten => HISTORY_S,
+        }
+    }
+
+    /// Returns the next wider window.
+    #[must_use]
+    pub fn wider(self) -> Self {
+        match self {
+            Self::One => Self::Two,
+            Self::Two => Self::Five,
+            Self::Five | Self::Ten => Self::Ten,
+        }
+    }
+
+    /// Returns the next narrower window.
+    #[must_use]
+    pub fn narrower(self) -> Self {
+        match self {
+            Self::One | Self::Two => Self::One,
+            Self::Five => Self::Two,
+            Self::Ten => Self::Five,
+        }
+    }
+}

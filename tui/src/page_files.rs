@@ -1,0 +1,74 @@
+//! A page as files: a picture and plain text, in the folder that the program was started in.
+
+use std::fs::OpenOptions;
+use std::io::{self, Write};
+use std::path::Path;
+
+use ratatui::buffer::Buffer;
+
+use crate::page::Page;
+use drawing::picture::{self, Paper};
+use drawing::theme::Theme;
+
+/// Most pages that are written into one folder.
+const MOST: u32 = 9999;
+
+/// Writes what is drawn into `folder`, never over another file. Returns the picture's name.
+///
+/// # Errors
+/// When the files cannot be written.
+pub(crate) fn write(folder: &Path, page: Page, theme: Theme, drawn: &Buffer) -> io::Result<String> {
+    let paper = match theme {
+        Theme::Light => Paper::Light,
+        _ => Paper::Dark,
+    };
+    let name = match page {
+        Page::Run => "run",
+        Page::Impedance => "impedance",
+        Page::Trials => "trials",
+        Page::Bench => "bench",
+        Page::Log => "log",
+        Page::Participant => "participant",
+    };
+    for number in 1..=MOST {
+        let stem = format!("page-{name}-{number}");
+        let picture = format!("{stem}.svg");
+        let file = OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .open(folder.join(&picture));
+        let mut file = match file {
+            Ok(file) => file,
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
+            Err(error) => return Err(error),
+        };
+        file.write_all(
+            picture::svg(drawn, &format!("the page {name} of the dashboard"), paper).as_bytes(),
+        )?;
+        std::fs::write(folder.join(format!("{stem}.txt")), picture::text(drawn))?;
+        return Ok(picture);
+    }
+    Err(io::Error::from(io::ErrorKind::AlreadyExists))
+}
+
+#[cfg(test)]
+mod tests {
+    use ratatui::layout::Rect;
+    use ratatui::style::Style;
+
+    use super::*;
+
+    #[test]
+    fn pages_are_written_beside_each_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut drawn = Buffer::empty(Rect::new(0, 0, 8, 1));
+        drawn.set_string(0, 0, "μ 0.42", Style::new());
+        let written = |page| write(folder.path(), page, Theme::Colour, &drawn).unwrap();
+        assert_eq!(written(Page::Run), "page-run-1.svg");
+        assert_eq!(written(Page::Run), "page-run-2.svg");
+        let text = std::fs::read_to_string(folder.path().join("page-run-2.txt")).unwrap();
+        assert_eq!(text, "μ 0.42\n");
+        let gone = folder.path().join("gone");
+        assert!(write(&gone, Page::Log, Theme::Light, &drawn).is_err());
+    }
+}

@@ -1,0 +1,42 @@
+//! The impedance: the complex plane, its numbers, friction against amplitude, the strips that belong to them.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Layout, Rect, Spacing};
+
+use super::Room;
+use crate::panels::{complex_plane, contact_numbers, friction_curve, strips};
+use crate::state::State;
+use crate::strip::Strip;
+
+/// Draws one panel that the page can enlarge, counted from 1.
+pub(crate) fn enlarged(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
+    match panel {
+        1 => complex_plane::render(state, area, buf),
+        _ => friction_curve::render(state, area, buf),
+    }
+}
+
+pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
+    let gap = if room == Room::Little { 2 } else { 3 };
+    let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Fill(1)])
+        .spacing(Spacing::Space(gap))
+        .areas(area);
+    let strip_rows = if room == Room::Little {
+        5
+    } else {
+        left.height / 4
+    };
+    let [plane, impedance] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(strip_rows)]).areas(left);
+    complex_plane::render(state, plane, buf);
+    strips::render(state, Strip::Impedance, impedance, buf);
+    let [numbers, friction, amplitude] = Layout::vertical([
+        Constraint::Length(contact_numbers::ROWS),
+        Constraint::Fill(1),
+        Constraint::Length(if room == Room::Little { 0 } else { strip_rows }),
+    ])
+    .areas(right);
+    contact_numbers::render(state, numbers, buf);
+    friction_curve::render(state, friction, buf);
+    strips::render(state, Strip::Amplitude, amplitude, buf);
+}

@@ -1,0 +1,29 @@
+//! One file per page; each lays its panels out for the room that there is.
+
+pub(crate) mod bench;
+pub(crate) mod impedance;
+pub(crate) mod run;
+pub(crate) mod trials;
+
+/// Room of a page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Room {
+    /// From 78 × 22, such as 80 × 24.
+    Little,
+    /// From 110 × 34, such as 120 × 40.
+    Some,
+    /// From 170 × 50, such as 200 × 60.
+    Much,
+}
+
+impl Room {
+    pub(crate) fn of(columns: u16, rows: u16) -> Self {
+        if columns >= 170 && rows >= 50 {
+            Self::Much
+        } else if columns >= 110 && rows >= 34 {
+            Self::Some
+        } else {
+            Self::Little
+        }
+    }
+}

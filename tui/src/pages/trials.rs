@@ -1,0 +1,21 @@
+//! Every attempt of the session, and what is known of the chosen one.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::{Constraint, Layout, Rect, Spacing};
+
+use super::Room;
+use crate::panels::{trial_crop, trial_list};
+use crate::state::State;
+
+pub(crate) fn render(state: &State, room: Room, area: Rect, buf: &mut Buffer) {
+    let shares = match room {
+        Room::Little => [Constraint::Length(26), Constraint::Fill(1)],
+        Room::Some => [Constraint::Length(40), Constraint::Fill(1)],
+        Room::Much => [Constraint::Length(64), Constraint::Fill(1)],
+    };
+    let [list, chosen] = Layout::horizontal(shares)
+        .spacing(Spacing::Space(2))
+        .areas(area);
+    trial_list::render(state, true, list, buf);
+    trial_crop::render(state, chosen, buf);
+}

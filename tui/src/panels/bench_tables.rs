@@ -1,0 +1,301 @@
+//! The bench in tables: calibrations, parts, health, limits.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::live_values::signed;
+use super::panel::{note, rows, titled};
+use crate::event::{CalibrationFact, SystemHealth};
+use crate::state::State;
+use crate::words::wrap;
+
+/// Fill from which a ring buffer is about to overflow.
+const RING_FULL: f64 = 0.5;
+/// Clock drift beyond that of crystals, ppm (FAULTS 24 asks for ±100 ppm).
+const DRIFT_PPM: f64 = 200.0;
+/// Lag of the recorder from which its data come too late to disk, s.
+const RECORDER_LAG_S: f64 = 1.0;
+/// Disk space for about ten minutes of four channels of 32-bit samples at 192 kHz.
+const DISK_LOW_BYTES: u64 = 2_000_000_000;
+/// Age from which a calibration is worth a look, days.
+const OLD_DAYS: f64 = 30.0;
+
+/// Draws each calibration with its age and operator.
+pub(crate) fn calibrations(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let title = Line::styled("calibrations", theme.strong());
+    let Some(bench) = &state.bench else {
+        let body = titled(state, title, &[], area, buf);
+        note("no data yet", theme.faint(), body, buf);
+        return;
+    };
+    let plate = Line::styled(bench.plate.clone(), theme.faint());
+    let body = titled(state, title, &[plate], area, buf);
+    let lines = bench
+        .calibrations
+        .iter()
+        .map(|fact| calibration(state, fact));
+    rows(lines.collect(), body, buf);
+}
+
+fn calibration<'a>(state: &State, fact: &CalibrationFact) -> Line<'a> {
+    let theme = state.ui.theme;
+    let name = Span::styled(format!("{:<9}", fact.name), theme.faint());
+    let Some(date) = &fact.date else {
+        return Line::from(vec![
+            name,
+            Span::styled("! never measured", theme.warning()),
+        ]);
+    };
+    let (age, style) = match fact.age_days {
+        Some(days) if days < 1.0 => ("today".to_owned(), Style::new()),
+        Some(days) if days < OLD_DAYS => (format!("{days:.0} d"), Style::new()),
+        Some(days) => (format!("{days:.0} d !"), theme.warning()),
+        None => ("simulated".to_owned(), theme.faint()),
+    };
+    Line::from(vec![
+        name,
+        Span::styled(format!("{age:<10}"), style),
+        Span::raw(format!("{date}  {}", fact.operator)),
+        Span::styled(format!("  {}", fact.value), theme.faint()),
+    ])
+}
+
+/// Draws lines and sources with how they are.
+pub(crate) fn parts(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let title = Line::styled("lines and sources", theme.strong());
+    let body = titled(state, title, &[], area, buf);
+    let Some(bench) = &state.bench else {
+        note("no data yet", theme.faint(), body, buf);
+        return;
+    };
+    let mut lines = Vec::new();
+    for part in &bench.parts {
+        let (mark, style) = if part.well {
+            ("✓", theme.good())
+        } else {
+            ("!", theme.warning())
+        };
+        let columns = body.width.saturating_sub(14);
+        for (i, words) in wrap(&part.words, columns).into_iter().enumerate() {
+            let head = if i == 0 {
+                vec![
+                    Span::styled(mark, style),
+                    Span::styled(format!(" {:<12}", part.name), theme.faint()),
+                ]
+            } else {
+                vec![Span::raw(" ".repeat(14))]
+            };
+            let mut line = Line::from(head);
+            line.push_span(Span::raw(words));
+            lines.push(line);
+        }
+    }
+    rows(lines, body, buf);
+}
+
+/// Draws what is looser than default, and what nobody has measured.
+pub(crate) fn limits(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let title = Line::styled("looser than default, and unverified", theme.strong());
+    let body = titled(state, title, &[], area, buf);
+    let Some(bench) = &state.bench else {
+        note("no data yet", theme.faint(), body, buf);
+        return;
+    };
+    if bench.loosened.is_empty() && bench.unverified.is_empty() {
+        rows(vec![Line::styled("nothing", theme.faint())], body, buf);
+        return;
+    }
+    let each = bench.loosened.iter().chain(&bench.unverified);
+    let lines: Vec<Line> = each
+        .flat_map(|words| {
+            let lines = wrap(words, body.width.saturating_sub(2)).into_iter();
+            lines.enumerate().map(|(i, words)| {
+                let mark = if i == 0 { "! " } else { "  " };
+                Line::from(vec![Span::styled(mark, theme.warning()), Span::raw(words)])
+            })
+        })
+        .collect();
+    let first = usize::from(state.ui.scroll).min(lines.len().saturating_sub(body.height.into()));
+    rows(lines.into_iter().skip(first).collect(), body, buf);
+}
+
+/// One value; a bad one is marked by a symbol as well as by colour.
+struct HealthValue {
+    name: &'static str,
+    value: String,
+    bad: bool,
+}
+
+/// Number of values of the health's table.
+pub(crate) const VALUES: u16 = 14;
+
+/// Draws rates, losses, clocks, disk and processor.
+pub(crate) fn health(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let title = Line::styled("rates and health", theme.strong());
+    let Some(health) = &state.health else {
+        let body = titled(state, title, &[], area, buf);
+        note("no data yet", theme.faint(), body, buf);
+        return;
+    };
+    let frames = format!("{} frames", thousands(health.frames));
+    let frames = Line::styled(frames, theme.faint());
+    let body = titled(state, title, &[frames], area, buf);
+    let columns = if body.width >= 76 { 2 } else { 1 };
+    let cell = body.width / columns;
+    let each = VALUES.div_ceil(columns);
+    for (i, shown) in (0u16..).zip(values(health)) {
+        let (row, column) = (i % each, i / each);
+        if row >= body.height {
+            continue;
+        }
+        let area = Rect::new(body.x + column * cell, body.y + row, cell, 1);
+        let style = if shown.bad { theme.bad() } else { Style::new() };
+        let sign = if shown.bad { " !" } else { "" };
+        let line = Line::from(vec![
+            Span::styled(format!("{:<18}", shown.name), theme.faint()),
+            Span::styled(format!("{}{sign}", shown.value), style),
+        ]);
+        crate::words::render_line(line, area, buf);
+    }
+}
+
+fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
+    let entry = |name, value, bad| HealthValue { name, value, bad };
+    let dash = || "–".to_owned();
+    let drift = health.clock_drift_ppm;
+    [
+        entry("audio", format!("{:.3} of its rate", health.speed), false),
+        entry(
+            "frames lost",
+            thousands(health.lost_frames),
+            health.lost_frames > 0,
+        ),
+        entry("xruns in", health.xruns_in.to_string(), health.xruns_in > 0),
+        entry(
+            "xruns out",
+            health.xruns_out.to_string(),
+            health.xruns_out > 0,
+        ),
+        entry(
+            "force readings",
+            health
+                .force_rate_hz
+                .map_or_else(dash, |hz| format!("{hz:.0} Hz")),
+            false,
+        ),
+        entry(
+            "force faults",
+            thousands(health.force_faults),
+            health.force_faults > 0,
+        ),
+        entry(
+            "encoder skipped",
+            thousands(health.encoder_skipped),
+            health.encoder_skipped > 0,
+        ),
+        entry(
+            "clock drift",
+            drift.map_or_else(dash, |ppm| signed(format!("{ppm:+.0}")) + " ppm"),
+            drift.is_some_and(|ppm| ppm.abs() > DRIFT_PPM),
+        ),
+        entry(
+            "audio buffer",
+            format!("{:.0} % full", 100.0 * health.ring_fill),
+            health.ring_fill > RING_FULL,
+        ),
+        entry(
+            "recorder behind",
+            format!("{:.2} s", health.recorder_lag_s),
+            health.recorder_lag_s > RECORDER_LAG_S,
+        ),
+        entry(
+            "disk",
+            match health.disk_sessions {
+                Some(1) => "room for 1 session".to_owned(),
+                Some(sessions) => format!("room for {} sessions", thousands(sessions)),
+                None => dash(),
+            },
+            health.disk_sessions.is_some_and(|sessions| sessions < 2),
+        ),
+        entry(
+            "disk free",
+            health
+                .disk_free_bytes
+                .map_or_else(dash, |bytes| format!("{:.0} GB", bytes as f64 / 1e9)),
+            health
+                .disk_free_bytes
+                .is_some_and(|bytes| bytes < DISK_LOW_BYTES),
+        ),
+        entry(
+            "processor",
+            health
+                .cores
+                .map_or_else(dash, |cores| format!("{:.0} % of a core", 100.0 * cores)),
+            false,
+        ),
+        entry(
+            "all well",
+            if is_well(health) { "yes" } else { "no" }.to_owned(),
+            !is_well(health),
+        ),
+    ]
+}
+
+/// Whether nothing was lost and nothing is about to be.
+pub(crate) fn is_well(health: &SystemHealth) -> bool {
+    health.lost_frames + health.force_faults + health.encoder_skipped == 0
+        && health.xruns_in + health.xruns_out == 0
+        && health.ring_fill <= RING_FULL
+        && health.recorder_lag_s <= RECORDER_LAG_S
+        && health
+            .disk_free_bytes
+            .is_none_or(|bytes| bytes >= DISK_LOW_BYTES)
+        && health
+            .clock_drift_ppm
+            .is_none_or(|ppm| ppm.abs() <= DRIFT_PPM)
+}
+
+/// Draws the health in one line, for a page that is about something else.
+pub(crate) fn one_line(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let Some(health) = &state.health else {
+        return;
+    };
+    let (mark, style) = if is_well(health) {
+        ("✓ bench well", theme.good())
+    } else {
+        ("! bench: see page 4", theme.bad())
+    };
+    let mut words = format!(
+        " · lost {} · xruns {}",
+        thousands(health.lost_frames + health.force_faults),
+        health.xruns_in + health.xruns_out
+    );
+    if let Some(sessions) = health.disk_sessions {
+        words += &format!(" · room for {} sessions", thousands(sessions));
+    }
+    let line = Line::from(vec![
+        Span::styled(mark, style),
+        Span::styled(words, theme.faint()),
+    ]);
+    crate::words::render_line(line, area, buf);
+}
+
+/// Returns `count` with its digits in groups of three.
+fn thousands(count: u64) -> String {
+    let digits = count.to_string();
+    let mut grouped = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            grouped.push(' ');
+        }
+        grouped.push(digit);
+    }
+    grouped
+}

@@ -1,0 +1,108 @@
+//! Z_m in the complex plane: the last period's trace over the model's locus.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::text::{Line, Span};
+
+use super::panel::{note, titled};
+use crate::event::{ComplexImpedance, ContactCurves};
+use crate::state::State;
+use drawing::plot::{Plot, Trace, ValueAxis, put};
+
+pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let title = Line::from(vec![
+        Span::styled("complex plane", theme.strong()),
+        Span::styled(" last period", theme.first_curve()),
+        Span::styled(" plain", theme.faint()),
+        Span::styled(" model", theme.second_curve()),
+        Span::raw(" + Z_p"),
+    ]);
+    let right = Line::styled("Im over Re, N·s/m", theme.faint());
+    let body = titled(
+        state,
+        title,
+        &[super::live_values::stale(state), right],
+        area,
+        buf,
+    );
+    let period = state.period.as_ref();
+    let curves = latest_curves(state);
+    let corrected = period.map_or(&[][..], |period| &period.z_m_n_s_per_m);
+    let plain = period.map_or(&[][..], |period| &period.z_plain_n_s_per_m);
+    let locus = curves.map_or(&[][..], |curves| &curves.locus);
+    let z_p = state.live().and_then(|live| live.z_p_n_s_per_m);
+    let z_p = z_p.or(curves.map(|curves| curves.z_p_n_s_per_m));
+    let all = || corrected.iter().flatten().chain(locus).chain(&z_p);
+    let axis = |of: fn(&ComplexImpedance) -> f64| {
+        ValueAxis::robust(
+            all().map(of).collect(),
+            &z_p.iter().map(of).collect::<Vec<_>>(),
+            0.5,
+        )
+    };
+    let (Some(re), Some(im)) = (axis(|z| z.re_n_s_per_m), axis(|z| z.im_n_s_per_m)) else {
+        note(
+            "no impedance yet: it needs a driven plate",
+            theme.faint(),
+            body,
+            buf,
+        );
+        return;
+    };
+    let is_stale = state.live_stale_s().is_some();
+    let fresh = |style: Style| if is_stale { theme.faint() } else { style };
+    let trace = |points: &mut dyn Iterator<Item = Option<ComplexImpedance>>, style| Trace {
+        points: points
+            .map(|z| match z {
+                Some(z) => (z.re_n_s_per_m, Some(z.im_n_s_per_m)),
+                None => (re.low, None),
+            })
+            .collect(),
+        style,
+    };
+    // The last row is the axis of the real part.
+    let [plane, scale] = ratatui::layout::Layout::vertical([
+        ratatui::layout::Constraint::Fill(1),
+        ratatui::layout::Constraint::Length(1),
+    ])
+    .areas(body);
+    let plot = Plot {
+        x: (re.low, re.high),
+        axis: im,
+        band: None,
+        spans: Vec::new(),
+        cursors: Vec::new(),
+        curves: vec![
+            trace(&mut plain.iter().copied(), theme.faint()),
+            trace(&mut locus.iter().copied().map(Some), theme.second_curve()),
+            trace(&mut corrected.iter().copied(), fresh(theme.first_curve())),
+        ],
+    };
+    plot.render(theme, plane, buf);
+    let inside = Plot::body(plane);
+    if let Some(at) = z_p.and_then(|z| plot.position((z.re_n_s_per_m, z.im_n_s_per_m), inside)) {
+        put(buf, at, "+", theme.strong());
+    }
+    let ticks: Vec<f64> = re.ticks().collect();
+    let last = ticks.len().saturating_sub(1);
+    for (i, tick) in ticks.into_iter().enumerate() {
+        let words = re.label(tick);
+        let columns = words.chars().count() as u16;
+        let at = (i as f64 / last.max(1) as f64 * f64::from(inside.width.saturating_sub(1))) as u16;
+        let at = at.saturating_sub(if i == last {
+            columns.saturating_sub(1)
+        } else {
+            0
+        });
+        if inside.width > at + columns && !scale.is_empty() {
+            buf.set_string(inside.x + at, scale.y, words, theme.faint());
+        }
+    }
+}
+
+/// Returns the contact of the last fit that has one.
+pub(crate) fn latest_curves(state: &State) -> Option<&ContactCurves> {
+    state.fits.iter().rev().find_map(|fit| fit.curves.as_ref())
+}

@@ -1,0 +1,69 @@
+//! The impedance in numbers: Z_m, Z_p and its drift, the noise floor, what is masked.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use super::live_values::{drift, live_style, number, signed, stale};
+use super::panel::{rows, titled};
+use crate::event::{ComplexImpedance, Masked};
+use crate::state::State;
+use crate::strip::read;
+
+/// Rows of the panel.
+pub(crate) const ROWS: u16 = 7;
+
+pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let title = Line::styled("impedance", theme.strong());
+    let body = titled(state, title, &[stale(state)], area, buf);
+    let history = state.shown_history();
+    let live = state.live();
+    let re = read(history, |l| l.z_m_n_s_per_m.map(|z| z.re_n_s_per_m));
+    let im = read(history, |l| l.z_m_n_s_per_m.map(|z| z.im_n_s_per_m));
+    let z_m = re.zip(im).map(|((re, ..), (im, ..))| ComplexImpedance {
+        re_n_s_per_m: re,
+        im_n_s_per_m: im,
+    });
+    let curves = super::complex_plane::latest_curves(state);
+    let fitted = curves.map(|curves| curves.z_p_n_s_per_m);
+    let noise = read(history, |l| l.z_m_std_n_s_per_m);
+    let masked = match live.and_then(|live| live.masked) {
+        Some(Masked::BelowNoise) => " now: amplitude below its noise",
+        Some(Masked::Clipped) => " now: clipped",
+        Some(Masked::Lost) => " now: lost samples",
+        None => "",
+    };
+    let part = state.period.as_ref().map(|period| 100.0 * period.masked());
+    let figures = [
+        ("Z_m mean", complex(z_m)),
+        (
+            "Z_p tracked",
+            complex(live.and_then(|live| live.z_p_n_s_per_m)),
+        ),
+        ("Z_p fitted", complex(fitted)),
+        ("drift", drift(state)),
+        (
+            "noise floor",
+            format!("{} N·s/m", number(noise.map(|(mean, ..)| mean), 1.0, 4)),
+        ),
+        (
+            "masked",
+            format!("{} % of the last period{masked}", number(part, 1.0, 0)),
+        ),
+    ];
+    let lines = figures.into_iter().map(|(name, value)| {
+        Line::from(vec![
+            Span::styled(format!("{name:<13}"), theme.faint()),
+            Span::styled(value, live_style(state, ratatui::style::Style::new())),
+        ])
+    });
+    rows(lines.collect(), body, buf);
+}
+
+fn complex(z: Option<ComplexImpedance>) -> String {
+    z.map_or("–".to_owned(), |z| {
+        let im = signed(format!("{:+.2}", z.im_n_s_per_m));
+        format!("{:.2} {im}i N·s/m", z.re_n_s_per_m)
+    })
+}

@@ -1,0 +1,74 @@
+//! Friction against amplitude: measured in the instances of the last fitted trial, and by its fit.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use super::complex_plane::latest_curves;
+use super::live_values::TO_MICRO;
+use super::panel::{note, titled};
+use super::strips::missing_estimate;
+use crate::state::State;
+use drawing::plot::{Plot, Trace, ValueAxis, put};
+
+pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let title = Line::from(vec![
+        Span::styled("μ against amplitude", theme.strong()),
+        Span::styled(" ● measured", theme.second_curve()),
+        Span::styled(" fit", theme.first_curve()),
+    ]);
+    let curves = latest_curves(state);
+    let right = Line::styled(
+        curves.map_or(String::new(), |curves| {
+            format!("at {:.2} N, over μm", curves.normal_n)
+        }),
+        theme.faint(),
+    );
+    let body = titled(state, title, &[right], area, buf);
+    let Some(curves) = curves else {
+        let why = missing_estimate(state).unwrap_or_else(|| "no trial is fitted yet".to_owned());
+        note(&why, theme.faint(), body, buf);
+        return;
+    };
+    let scaled = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
+        points.iter().map(|(a, mu)| (a * TO_MICRO, *mu)).collect()
+    };
+    let (fit, measured) = (scaled(&curves.friction), scaled(&curves.measured));
+    let both = || fit.iter().chain(&measured);
+    let axis = ValueAxis::robust(both().map(|(_, mu)| *mu).collect(), &[0.0], 0.2);
+    let across = ValueAxis::around(both().map(|(a, _)| *a).chain([0.0]));
+    let (Some(axis), Some(across)) = (axis, across) else {
+        return;
+    };
+    let [picture, scale] = ratatui::layout::Layout::vertical([
+        ratatui::layout::Constraint::Fill(1),
+        ratatui::layout::Constraint::Length(1),
+    ])
+    .areas(body);
+    let plot = Plot {
+        x: (across.low, across.high),
+        axis,
+        band: None,
+        spans: Vec::new(),
+        cursors: Vec::new(),
+        curves: vec![Trace {
+            points: fit.iter().map(|(a, mu)| (*a, Some(*mu))).collect(),
+            style: theme.first_curve(),
+        }],
+    };
+    plot.render(theme, picture, buf);
+    let inside = Plot::body(picture);
+    for at in measured
+        .iter()
+        .filter_map(|point| plot.position(*point, inside))
+    {
+        put(buf, at, "●", theme.second_curve());
+    }
+    if !scale.is_empty() && inside.width > 12 {
+        let end = format!("{} μm", across.label(across.high));
+        buf.set_string(inside.x, scale.y, across.label(across.low), theme.faint());
+        let columns = end.chars().count() as u16;
+        buf.set_string(inside.right() - columns, scale.y, end, theme.faint());
+    }
+}

@@ -1,0 +1,69 @@
+//! The second row: the pages with their keys, and who takes part in what.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use crate::page::Page;
+use crate::state::State;
+use crate::words::render_line;
+
+const PAGES: [(Page, &str); 5] = [
+    (Page::Run, "1 Run"),
+    (Page::Impedance, "2 Impedance"),
+    (Page::Trials, "3 Trials"),
+    (Page::Bench, "4 Bench"),
+    (Page::Log, "5 Log"),
+];
+
+pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    // In place of the participant's screen, where a question waits.
+    let shown = match state.ui.page {
+        Page::Participant => Page::Run,
+        page => page,
+    };
+    let mut spans = Vec::new();
+    for (page, name) in PAGES {
+        let style = if page == shown {
+            theme.chosen()
+        } else {
+            theme.faint()
+        };
+        spans.push(Span::styled(format!(" {name} "), style));
+    }
+    let pages = Line::from(spans);
+    let session = &state.session;
+    let mut spans = vec![Span::styled(
+        session
+            .participant
+            .as_deref()
+            .unwrap_or("no participant")
+            .to_owned(),
+        theme.strong(),
+    )];
+    let also = [
+        session.protocol.as_deref(),
+        session.study.as_deref(),
+        session.calibration_label.as_deref(),
+    ];
+    for words in also.into_iter().flatten() {
+        spans.push(Span::styled(" · ", theme.faint()));
+        spans.push(Span::raw(words.to_owned()));
+    }
+    let who = Line::from(spans);
+    let taken = pages.width();
+    render_line(pages, area, buf);
+    let room = usize::from(area.width).saturating_sub(taken + 2);
+    if room < 8 {
+        return;
+    }
+    // What does not fit is cut at its end; what fits stands at the right.
+    let columns = u16::try_from(who.width().min(room)).unwrap_or(0);
+    let end = Rect {
+        x: area.right() - columns,
+        width: columns,
+        ..area
+    };
+    render_line(who, end, buf);
+}

@@ -1,0 +1,124 @@
+//! The list of trials: accepted, rejected, running.
+
+use ratatui::buffer::Buffer;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+
+use super::live_values::{TO_MICRO, signed};
+use super::panel::{note, rows, titled};
+use crate::state::{State, TrialLine};
+
+/// Draws the list; on the trials' page, `chosen` is marked and the columns say more.
+pub(crate) fn render(state: &State, chosen: bool, area: Rect, buf: &mut Buffer) {
+    let theme = state.ui.theme;
+    let judged = |accepted: bool| {
+        let main = state.trials.iter().filter(|line| !line.practice);
+        main.filter_map(|line| line.verdict.as_ref())
+            .filter(|verdict| verdict.accepted == accepted)
+            .count()
+    };
+    let rejected = judged(false);
+    let count = Line::raw(match rejected {
+        0 => format!("{} accepted", judged(true)),
+        _ => format!("{} accepted, {rejected} rejected", judged(true)),
+    });
+    let title = Line::styled("trials", theme.strong());
+    let body = titled(state, title, &[count], area, buf);
+    if state.trials.is_empty() {
+        note("no trials yet", theme.faint(), body, buf);
+        return;
+    }
+    let last = state.trials.len() - 1;
+    let at = state
+        .chosen_trial()
+        .filter(|_| chosen)
+        .and_then(|line| {
+            state
+                .trials
+                .iter()
+                .position(|other| std::ptr::eq(other, line))
+        })
+        .unwrap_or(last);
+    let shown = usize::from(body.height).max(1);
+    let first = state
+        .trials
+        .len()
+        .saturating_sub(shown)
+        .min(at.saturating_sub(shown / 2));
+    let lines = state.trials.iter().enumerate().skip(first).take(shown);
+    let lines = lines.map(|(i, line)| {
+        let drawn = entry(state, line, chosen && body.width >= 50);
+        if chosen && i == at {
+            drawn.style(theme.chosen())
+        } else {
+            drawn
+        }
+    });
+    rows(lines.collect(), body, buf);
+}
+
+/// Whether the attempt is the running one.
+fn runs(state: &State, line: &TrialLine) -> bool {
+    let phase = &state.phase;
+    (line.trial, line.practice, line.attempt) == (phase.trial, phase.practice, phase.attempt)
+}
+
+/// Returns the name of an attempt.
+pub(crate) fn name(line: &TrialLine) -> String {
+    let number = if line.practice {
+        format!("P{}", line.trial)
+    } else {
+        line.trial.to_string()
+    };
+    match line.attempt {
+        0 | 1 => number,
+        again => format!("{number}.{again}"),
+    }
+}
+
+/// Returns the line of one attempt.
+fn entry<'a>(state: &State, line: &'a TrialLine, whole: bool) -> Line<'a> {
+    let theme = state.ui.theme;
+    let mut spans = vec![Span::raw(format!("{:>4} ", name(line)))];
+    let fit = state.fit_of(line);
+    match &line.verdict {
+        Some(verdict) => {
+            let (mark, style) = if verdict.accepted {
+                ("✓", theme.good())
+            } else {
+                ("✗", theme.bad())
+            };
+            spans.push(Span::styled(mark, style));
+            let force = verdict
+                .mean_normal_n
+                .map_or("–".to_owned(), |n| format!("{n:.2} N"));
+            spans.push(Span::raw(format!(
+                " {force:>6} {:>3} inst.",
+                verdict.instances
+            )));
+            if let Some(sigma) = fit.and_then(|fit| fit.sigma_t_m) {
+                spans.push(Span::raw(format!(" σ_t {:.2}", sigma.value * TO_MICRO)));
+                if whole {
+                    spans.push(Span::raw(format!(" ± {:.2} μm", sigma.std * TO_MICRO)));
+                }
+            }
+            if let Some(drift) = fit.and_then(|fit| fit.drift_hz).filter(|_| whole) {
+                let drift = signed(format!("{:+.1}", drift.value));
+                spans.push(Span::styled(format!(" {drift} Hz"), theme.faint()));
+            }
+            let why = verdict
+                .settled
+                .as_deref()
+                .or(verdict.reasons.first().map(String::as_str));
+            if let Some(why) = why {
+                spans.push(Span::raw(format!("  {why}")));
+            }
+        }
+        None if runs(state, line) => spans.push(Span::styled("▸ running", theme.strong())),
+        None => spans.push(Span::styled("– not finished", theme.faint())),
+    }
+    if let Some(condition) = &line.condition {
+        spans.push(Span::styled(format!("  {condition}"), theme.faint()));
+    }
+    Line::from(spans)
+}

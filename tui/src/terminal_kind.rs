@@ -1,0 +1,58 @@
+//! What the operator's terminal can show.
+
+use std::ffi::{OsStr, OsString};
+use std::sync::OnceLock;
+
+use drawing::theme::Theme;
+
+/// The theme that was asked for.
+static ASKED: OnceLock<Theme> = OnceLock::new();
+
+/// Asks for a theme; the first call holds. `NO_COLOR` comes before it.
+pub fn choose_theme(theme: Theme) {
+    let _ = ASKED.set(theme);
+}
+
+/// Returns the theme in force.
+#[must_use]
+pub fn theme() -> Theme {
+    let asked = ASKED.get().copied().unwrap_or(Theme::Colour);
+    asked.under_no_color(std::env::var_os("NO_COLOR").as_deref())
+}
+
+/// Whether the locale has ASCII alone, by `LC_ALL`, `LC_CTYPE` and `LANG`, the first that is set.
+pub(crate) fn is_ascii(variable: impl Fn(&str) -> Option<OsString>) -> bool {
+    if cfg!(not(unix)) {
+        return false;
+    }
+    let set = ["LC_ALL", "LC_CTYPE", "LANG"]
+        .into_iter()
+        .filter_map(variable)
+        .find(|value| !value.is_empty());
+    set.is_none_or(|locale| !is_utf8(&locale))
+}
+
+fn is_utf8(locale: &OsStr) -> bool {
+    let locale = locale.to_string_lossy().to_lowercase();
+    locale.contains("utf-8") || locale.contains("utf8")
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_variable_that_is_set_decides() {
+        let with = |set: &[(&str, &str)]| {
+            is_ascii(|name| {
+                let found = set.iter().find(|(known, _)| *known == name);
+                found.map(|(_, value)| OsString::from(value))
+            })
+        };
+        assert!(with(&[]));
+        assert!(with(&[("LANG", "C")]));
+        assert!(with(&[("LC_ALL", "POSIX"), ("LANG", "de_DE.UTF-8")]));
+        assert!(!with(&[("LC_ALL", ""), ("LC_CTYPE", "C.utf8")]));
+        assert!(!with(&[("LANG", "fr_FR.UTF-8")]));
+    }
+}

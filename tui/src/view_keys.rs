@@ -1,0 +1,205 @@
+//! The keys that change what is seen, and nothing else.
+
+use ratatui::crossterm::event::KeyCode;
+
+use crate::action::Action;
+use crate::frozen::Frozen;
+use crate::key_table::{KeyRow, Meaning, Press};
+use crate::page::Page;
+use crate::state::{State, Ui};
+
+/// Rows by which a page key scrolls.
+const PAGE_ROWS: u16 = 10;
+
+/// The keys, those that belong to what is shown first.
+pub(crate) const VIEW: &[KeyRow] = &[
+    KeyRow {
+        presses: &[Press::key(KeyCode::Left), Press::key(KeyCode::Right)],
+        shown: "← →",
+        here: |state| match (&state.ui.frozen, state.ui.page) {
+            (_, Page::Trials) => {
+                Meaning::viewing(choose_trial, "previous or next trial", Some("trial"))
+            }
+            (Some(_), Page::Run | Page::Impedance) => Meaning::viewing(
+                move_cursor,
+                "move cursor A of the held strips",
+                Some("cursor"),
+            ),
+            _ => None,
+        },
+    },
+    KeyRow {
+        presses: &[Press::of('['), Press::of(']')],
+        shown: "[ ]",
+        here: |state| match (&state.ui.frozen, state.ui.page) {
+            (Some(_), Page::Run | Page::Impedance) => {
+                Meaning::viewing(move_cursor, "move cursor B of the held strips", None)
+            }
+            _ => None,
+        },
+    },
+    KeyRow {
+        presses: &[Press::of('f')],
+        shown: "f",
+        here: |state| match state.ui.frozen {
+            Some(_) => Meaning::viewing(hold, "let the strips go on", Some("go on")),
+            None if state.history.is_empty() => {
+                Meaning::explaining("nothing to hold: no values yet")
+            }
+            None => Meaning::viewing(hold, "hold the strips, with two cursors", Some("hold")),
+        },
+    },
+    KeyRow {
+        presses: &[Press::of('z')],
+        shown: "z",
+        here: |state| match state.ui.page.panels() {
+            0 => Meaning::explaining("nothing to enlarge on this page"),
+            _ => Meaning::viewing(
+                enlarge,
+                "enlarge the next panel; after the last, the page",
+                Some("enlarge"),
+            ),
+        },
+    },
+    KeyRow {
+        presses: &[
+            Press::of('j'),
+            Press::of('k'),
+            Press::key(KeyCode::PageDown),
+            Press::key(KeyCode::PageUp),
+        ],
+        shown: "j k",
+        here: |state| match state.ui.page {
+            Page::Trials | Page::Bench | Page::Log => {
+                Meaning::viewing(scroll, "scroll, as the mouse's wheel does", Some("scroll"))
+            }
+            _ => None,
+        },
+    },
+    KeyRow {
+        presses: &[
+            Press::of('1'),
+            Press::of('2'),
+            Press::of('3'),
+            Press::of('4'),
+            Press::of('5'),
+        ],
+        shown: "1 … 5",
+        here: |_| Meaning::viewing(turn, "Run, Impedance, Trials, Bench, Log", None),
+    },
+    KeyRow {
+        presses: &[Press::key(KeyCode::Tab)],
+        shown: "tab",
+        here: |state| {
+            // They are read there.
+            if state.asked.is_some() || state.new_carrier.is_some() {
+                return Meaning::explaining("answer the question first");
+            }
+            let hint = match state.ui.page {
+                Page::Participant => "dashboard",
+                _ => "participant",
+            };
+            Meaning::viewing(turn, "participant's screen, and back", Some(hint))
+        },
+    },
+    KeyRow {
+        presses: &[Press::of('+'), Press::of('='), Press::of('-')],
+        shown: "+ -",
+        here: |_| Meaning::viewing(span, "shorter or longer time span of the strips", None),
+    },
+    KeyRow {
+        presses: &[Press::of('w')],
+        shown: "w",
+        here: |_| Meaning::viewing(write, "write the page as SVG and text files", None),
+    },
+];
+
+fn write(_: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
+    ui.write = true;
+    None
+}
+
+fn span(_: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
+    ui.window = match code {
+        KeyCode::Char('-') => ui.window.wider(),
+        _ => ui.window.narrower(),
+    };
+    None
+}
+
+fn turn(_: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
+    let page = match (code, ui.page) {
+        (KeyCode::Char('2'), _) => Page::Impedance,
+        (KeyCode::Char('3'), _) => Page::Trials,
+        (KeyCode::Char('4'), _) => Page::Bench,
+        (KeyCode::Char('5'), _) => Page::Log,
+        (KeyCode::Tab, Page::Participant) => Page::Run,
+        (KeyCode::Tab, _) => Page::Participant,
+        _ => Page::Run,
+    };
+    ui.page = page;
+    ui.zoom = 0;
+    ui.scroll = 0;
+    None
+}
+
+fn enlarge(_: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
+    ui.zoom = (ui.zoom + 1) % (ui.page.panels() + 1);
+    None
+}
+
+fn hold(state: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
+    ui.frozen = match ui.frozen {
+        Some(_) => None,
+        None => Some(Box::new(Frozen::new(state.history.clone()))),
+    };
+    None
+}
+
+fn move_cursor(_: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
+    let (cursor, steps) = match code {
+        KeyCode::Left => (0, -1.0),
+        KeyCode::Right => (0, 1.0),
+        KeyCode::Char('[') => (1, -1.0),
+        _ => (1, 1.0),
+    };
+    if let Some(frozen) = &mut ui.frozen {
+        frozen.step(cursor, steps);
+    }
+    None
+}
+
+/// Scrolls down or up. The log is counted from its newest line, at the bottom.
+fn scroll(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
+    let (by, down) = match code {
+        KeyCode::Char('j') => (1, true),
+        KeyCode::PageDown => (PAGE_ROWS, true),
+        KeyCode::PageUp => (PAGE_ROWS, false),
+        _ => (1, false),
+    };
+    let forward = down != (ui.page == Page::Log);
+    ui.scroll = if forward {
+        let most = u16::try_from(state.log.len()).unwrap_or(u16::MAX).max(100);
+        ui.scroll.saturating_add(by).min(most)
+    } else {
+        ui.scroll.saturating_sub(by)
+    };
+    None
+}
+
+/// Chooses the next or the previous attempt; after the last, the newest is followed.
+fn choose_trial(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
+    let last = state.trials.len().checked_sub(1)?;
+    let shown = state.chosen_trial()?;
+    let at = state
+        .trials
+        .iter()
+        .position(|line| std::ptr::eq(line, shown))?;
+    let next = match code {
+        KeyCode::Right => at + 1,
+        _ => at.saturating_sub(1),
+    };
+    ui.trial = (next < last).then_some(next);
+    ui.scroll = 0;
+    None
+}

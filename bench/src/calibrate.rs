@@ -1,5 +1,6 @@
 //! The `calibrate` commands, from flags to the file and the lines printed at the end.
 
+use drill::rehearsed;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
@@ -28,7 +29,6 @@ use crate::apparatus::Apparatus;
 use crate::calibration_report::Report;
 use crate::calibration_report::{require_writable, write_beside};
 use crate::cli;
-use crate::rehearsed;
 use crate::verbosity::Verbosity;
 
 /// Name of the calibration file where none is given.

@@ -24,13 +24,14 @@ use safety::{Hold, SafetyState, Signals, Trip};
 use tasks::{StopFlag, Task};
 
 use crate::apparatus::{Apparatus, Watcher, pace};
+use crate::calibrate;
 use crate::dates;
-use crate::visit::visit;
-use crate::{calibrate, rehearsed};
+use drill::rehearsed;
 use live::bench_facts;
 use live::interference::Interference;
 use live::live_meter::LiveMeter;
 use live::screen_words;
+use live::visit::visit;
 
 /// The published modulation (Huloux 2021, section IV).
 const MODULATION_HZ: f64 = 6.0;

@@ -176,7 +176,7 @@ impl Acquisition {
             input,
             host,
             flags: Flags::new(pipeline.rate_hz()),
-            pace: CardPace::new(f64::from(pipeline.rate_hz())),
+            pace: CardPace::new(pipeline.rate_hz()),
             warnings: Vec::new(),
             pipeline,
             clock: LowerEnvelope::default(),

@@ -10,6 +10,7 @@ mod drill_task;
 mod exercise;
 mod page;
 mod record;
+pub mod rehearsed;
 mod scripted;
 mod signs;
 mod times;

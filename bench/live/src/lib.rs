@@ -18,6 +18,8 @@ mod processor;
 pub mod refit;
 pub mod resumed;
 pub mod screen_words;
+pub mod visit;
+pub mod window_screen;
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

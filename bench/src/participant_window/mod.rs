@@ -1,6 +1,5 @@
 //! The participant's window, as a session has it: a display that is shown views and told the time, and a task at its socket.
 
-mod shown;
 #[cfg(unix)]
 mod window_display;
 #[cfg(not(unix))]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender};
+use live::window_screen::shown;
 use participant_window::message::{Beat, Shown};
 use participant_window::place;
 use participant_window::seat::{Seat, SeatEvent};
@@ -14,7 +15,6 @@ use serde_json::{Map, Value};
 use tasks::{Slot, Task};
 use tui::event::LogLevel;
 
-use super::shown::shown;
 use crate::displays::ParticipantDisplay;
 use crate::journal::Entry;
 

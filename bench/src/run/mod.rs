@@ -4,6 +4,7 @@ mod files;
 mod plan;
 mod recorded_plate;
 
+use drill::rehearsed;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -28,7 +29,6 @@ use tasks::{Slot, StopFlag};
 use crate::apparatus::Apparatus;
 use crate::journal::Journal;
 use crate::readiness::Readiness;
-use crate::rehearsed;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
 use files::{begin_recording, last_trial, machine, open_session};

@@ -438,7 +438,7 @@ fn a_sensor_without_frames_can_lose_none_in_a_rehearsal() {
     let config = bench("0.25");
     let possible = |fault: &str| {
         let fault = fault.parse().unwrap();
-        friction_bench::rehearsed::require_possible(&[fault], &config, true).is_ok()
+        drill::rehearsed::require_possible(&[fault], &config, true).is_ok()
     };
     assert!(possible("force-silent@1s") && possible("press@1s"));
     assert!(!possible("force-dropped@1s") && !possible("force-corrupted@1s"));

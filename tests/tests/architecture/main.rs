@@ -281,7 +281,8 @@ fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
     assert!(clock.ends_with("clock.rs"), "{clock}");
     // The calibration's age and date, the check of the volts, the age of driving times and of a
     // plate's warmth, the session's folder and log, the
-    // press of the e-stop, the day of a removal, the folder of a drill.
+    // press of the e-stop, the day of a removal, the folder of a drill, how old
+    // the calibrations are that a dashboard names.
     let dates = [
         "devices/src/assembly.rs",
         "devices/src/dose_account.rs",
@@ -293,6 +294,7 @@ fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
         "src/estop.rs",
         "src/forget.rs",
         "src/journal.rs",
+        "src/monitor.rs",
         "src/run/mod.rs",
     ];
     for file in program_files() {

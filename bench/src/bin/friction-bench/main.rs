@@ -18,6 +18,7 @@ use clap::Parser;
 use config::{AudioHost, Config, ConfigError, Effective};
 use devices::Hardware;
 use devices::claim::Claim;
+use drill::rehearsed;
 use friction_bench::apparatus::{Apparatus, pace};
 use friction_bench::cli::{
     self, Calibrate, Check, Cli, Command, Devices, Drill, Monitor, Run, Speed,
@@ -28,7 +29,7 @@ use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
     analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, monitor, privacy,
-    rehearsed, verify,
+    verify,
 };
 use preflight::Extent;
 use rehearsal::RehearsedFault;

@@ -10,11 +10,11 @@ use calibration::operator::{self, Cabling, Hands, Request};
 use config::{AudioHost, Config};
 use devices::Hardware;
 use devices::loudspeaker::Tone;
+use drill::rehearsed;
 use drill::{Deed, FaultHand};
 use friction_bench::apparatus::{Apparatus, Watcher};
 use friction_bench::cli::Speed;
 use friction_bench::displays::Displays;
-use friction_bench::rehearsed;
 use jiff::Timestamp;
 use mock_hw::apparatus::{
     Apparatus as SimulatedApparatus, ApparatusClock, ApparatusConfig, DeadManHand, FaultPanel,

@@ -5,7 +5,7 @@
 //! moves the gap for as long as it lasts and its lag, so that many samples share it: least squares that knew nothing of it would
 //! take it for a property of the skin.
 
-use arrowhead::Whitening;
+use arrowhead::{Whitening, lasting, variance_components};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
@@ -22,7 +22,6 @@ const LEAST_FORCE_ERROR: f64 = 1e-4;
 /// Most samples of an instance, with its lead-in, that are weighed together: time goes with their third power, and an instance of
 /// the published length has 160.
 const MOST_TOGETHER: usize = 600;
-const ITERATIONS: usize = 50;
 /// A variance below this part of the mean is taken for it, so that no sample has all the weight.
 const LEAST_VARIANCE: f64 = 1e-6;
 
@@ -59,7 +58,8 @@ impl Scatter {
             .saturating_sub(SHARED + OWN * members.len())
             .max(1);
         let of_freedom = squares.len() as f64 / freedom as f64;
-        let components = components(&squares, &of_rows, mean).map(|of| of * of_freedom);
+        let components = variance_components(&squares, &of_rows, LEAST_VARIANCE * mean)
+            .map(|of| of * of_freedom);
         kinds
             .into_iter()
             .map(|kinds| kinds.scatter(components, LEAST_VARIANCE * mean))
@@ -157,53 +157,12 @@ fn by_errors_that_last(response: &mut DMatrix<f64>, intervals: f64) {
     after_first *= news;
 }
 
-/// Returns the correlation of samples whose errors last for as many intervals.
-fn lasting(samples: usize, intervals: f64) -> DMatrix<f64> {
-    let by_distance: Vec<f64> = (0..samples)
-        .map(|of| (-(of as f64) / intervals).exp())
-        .collect();
-    DMatrix::from_fn(samples, samples, |row, column| {
-        by_distance[row.abs_diff(column)]
-    })
-}
-
 /// Returns the real part of a sample's residual, or the imaginary one of the second half.
 fn part(residuals: &[Complex64], at: usize) -> f64 {
     match residuals.get(at) {
         Some(residual) => residual.re,
         None => residuals[at - residuals.len()].im,
     }
-}
-
-/// Returns the variances, none negative, by whose sum over the kinds the squares are explained best: maximum likelihood of normal
-/// residuals by Fisher scoring, the squares in weighted least squares on the kinds, one kind after the other.
-fn components(squares: &[f64], kinds: &[[f64; 3]], mean: f64) -> [f64; 3] {
-    let scale: [f64; 3] = std::array::from_fn(|k| {
-        let of_kind = kinds.iter().map(|kind| kind[k]).sum::<f64>() / kinds.len() as f64;
-        if of_kind > 0.0 { mean / of_kind } else { 0.0 }
-    });
-    let mut variances = scale.map(|of| of / 3.0);
-    for _ in 0..ITERATIONS {
-        let sum = |variances: &[f64; 3], kind: &[f64; 3]| -> f64 {
-            variances.iter().zip(kind).map(|(v, k)| v * k).sum()
-        };
-        let weights: Vec<f64> = kinds
-            .iter()
-            .map(|kind| sum(&variances, kind).max(LEAST_VARIANCE * mean).powi(-2))
-            .collect();
-        for k in 0..variances.len() {
-            let (mut power, mut along) = (0.0, 0.0);
-            for ((kind, &square), &weight) in kinds.iter().zip(squares).zip(&weights) {
-                let rest = square - sum(&variances, kind) + variances[k] * kind[k];
-                power += weight * kind[k] * kind[k];
-                along += weight * kind[k] * rest;
-            }
-            if power > 0.0 {
-                variances[k] = (along / power).max(0.0);
-            }
-        }
-    }
-    variances
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use tui::{Instruction, ParticipantView};
 const SAME_S: f64 = 1e-3;
 
 /// Returns what the window shows of a view, where it showed `before`.
-pub(super) fn shown(view: &ParticipantView, before: Option<&Shown>) -> Shown {
+pub fn shown(view: &ParticipantView, before: Option<&Shown>) -> Shown {
     let (title, then) = view.sentences();
     let texts = &view.texts;
     let until_s = match view.instruction {

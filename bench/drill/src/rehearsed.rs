@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     fn possible(faults: &[&str], format: &str, simulated: bool) -> bool {
-        let text = include_str!("../mock-bench.toml").replace("\"i32\"", format);
+        let text = include_str!("../../mock-bench.toml").replace("\"i32\"", format);
         let config = Config::parse(&text, "test").unwrap();
         let faults: Vec<_> = faults.iter().map(|fault| fault.parse().unwrap()).collect();
         require_possible(&faults, &config, simulated).is_ok()

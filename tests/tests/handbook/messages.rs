@@ -55,6 +55,7 @@ const LEFT_OUT: &[&str] = &[
     "RecordedError",
     "RecordingError",
     "Refusal",
+    "RefusedText",
     "RehearsedFaultError",
     "ReportError",
     "SampleLossError",

@@ -63,7 +63,11 @@ mod tests {
     #[test]
     fn variances_are_found_and_none_is_negative() {
         let kinds: Vec<[f64; 3]> = (0..200)
-            .map(|n| [1.0, f64::from(n), if n < 100 { 5.0 } else { 0.0 }])
+            .map(|n| match n % 3 {
+                0 => [1.0, 0.0, 0.0],
+                1 => [1.0, 8.0, 0.0],
+                _ => [1.0, 0.5, 5.0],
+            })
             .collect();
         for truth in [[0.5, 0.02, 0.3], [0.4, 0.0, 0.0]] {
             let square = |kind: &[f64; 3]| truth.iter().zip(kind).map(|(v, k)| v * k).sum();

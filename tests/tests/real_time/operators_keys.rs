@@ -66,7 +66,7 @@ fn quits(terminal: &Terminal) {
 #[test]
 fn a_rejected_trial_is_kept_and_a_verdict_waits_through_a_pause() {
     let terminal = session(40, "");
-    terminal.shows(&["verdict", "trial 1/2", "o keep anyway", "r repeat"]);
+    terminal.shows(&["now  verdict", "trial 1/2", "o keep anyway", "r repeat"]);
     terminal.press(&["p"]);
     terminal.shows(&["PAUSED", "trial 1/2", "o keep anyway"]);
     terminal.press(&["o"]);
@@ -84,7 +84,7 @@ fn a_rejected_trial_is_kept_and_a_verdict_waits_through_a_pause() {
 fn a_judged_trial_is_repeated_and_a_running_one_by_its_name() {
     let terminal = session(1, "");
     // On a busy computer the simulated finger may lag too much to be accepted.
-    let screen = terminal.shows(&["verdict", "trial 1/2", "r repeat"]);
+    let screen = terminal.shows(&["now  verdict", "trial 1/2", "r repeat"]);
     let accepted = !screen.contains("keep anyway");
     terminal.press(&["r"]);
     terminal.shows(&["attempt 2", "DRIVING"]);
@@ -137,7 +137,7 @@ fn a_stopped_session_goes_on_once_it_is_rearmed_and_a_killed_one_is_resumed() {
         until(Duration::from_secs(30), begun).unwrap_or_default()
     });
     assert!(resumed, "{}", terminal.screen());
-    terminal.shows(&["verdict", "trial 1/2", "attempt 3"]);
+    terminal.shows(&["now  verdict", "trial 1/2", "attempt 3"]);
     quits(&terminal);
     let attempts: Vec<_> = outcomes(&terminal)
         .into_iter()

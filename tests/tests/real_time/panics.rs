@@ -285,8 +285,9 @@ const SESSION: [&str; 11] = [
     "plate's warmth",
     OTHER_THREAD,
 ];
-/// Tasks that no test lets panic: a replay drives nothing.
-const UNDRIVEN: [&str; 1] = ["replay"];
+/// Tasks that no test lets panic: a replay drives nothing, and that of the participant's window needs a window; the session's
+/// schedule runs it as it does the others.
+const UNTRIED: [&str; 2] = ["replay", "participant's window"];
 /// The task that each other command has in the place of the session's.
 const OTHERS: [(&str, &str); 4] = [
     ("monitor", "monitor --mock --uncalibrated --drive-v 10"),
@@ -339,7 +340,7 @@ fn no_task_is_forgotten() {
     let mut tested: BTreeSet<_> = SESSION.map(str::to_owned).into();
     tested.extend(OTHERS.map(|(task, _)| task.to_owned()));
     tested.remove(OTHER_THREAD);
-    tested.extend(UNDRIVEN.map(str::to_owned));
+    tested.extend(UNTRIED.map(str::to_owned));
     assert_eq!(names, tested);
 }
 

@@ -14,7 +14,7 @@ use std::str::FromStr;
 /// let participant: ParticipantId = "sub-07".parse()?;
 /// assert_eq!(participant.number(), Some(7));
 /// assert!("../sub-07".parse::<ParticipantId>().is_err());
-/// # Ok::<(), protocols::ParticipantIdError>(())
+/// # Ok::<(), participants::ParticipantIdError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]

@@ -133,7 +133,7 @@ impl Person {
     /// person.set(PersonDetail::Sex, "n/a")?;
     /// assert_eq!((person.text(PersonDetail::Age), person.text(PersonDetail::Sex)), ("31".into(), "n/a".into()));
     /// assert!(person.set(PersonDetail::Age, "310").is_err());
-    /// # Ok::<(), protocols::PersonError>(())
+    /// # Ok::<(), participants::PersonError>(())
     /// ```
     pub fn set(&mut self, detail: PersonDetail, text: &str) -> Result<(), PersonError> {
         let text = text.trim();

@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use ratatui::backend::{Backend, CrosstermBackend};
 use ratatui::crossterm::style::Print;
 use ratatui::crossterm::{cursor, execute, terminal};
+use ratatui::layout::{Position, Rect};
 use ratatui::{Frame, Terminal};
 
 use crate::action::Action;
@@ -227,7 +228,10 @@ fn operate<B: Backend<Error = io::Error> + Write>(
                 let reaction = key(&state, pressed);
                 state.ui = reaction.ui;
                 if reaction.redraw {
-                    terminal.clear().map_err(failed("drawing"))?;
+                    // Not `clear`, which asks the terminal where its cursor is and waits for the answer.
+                    let size = terminal.size().map_err(failed("reading its size"))?;
+                    let area = Rect::from((Position::ORIGIN, size));
+                    terminal.resize(area).map_err(failed("drawing"))?;
                 }
                 if let Some(action) = reaction.action
                     && actions.send(action).is_err()
@@ -308,7 +312,7 @@ mod tests {
         Terminal::with_options(
             CrosstermBackend::new(Vec::new()),
             ratatui::TerminalOptions {
-                viewport: ratatui::Viewport::Fixed(ratatui::layout::Rect::new(0, 0, 80, 24)),
+                viewport: ratatui::Viewport::Fixed(Rect::new(0, 0, 80, 24)),
             },
         )
         .unwrap()

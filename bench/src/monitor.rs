@@ -146,7 +146,8 @@ pub fn run(
         rehearsed,
     } = plan;
     let (config, simulated) = (effective.config(), apparatus.hardware.simulated);
-    let opened_at = apparatus.hardware.clock.utc();
+    let clock = &apparatus.hardware.clock;
+    let opened = (clock.utc(), clock.is_simulated());
     let wired = bench_facts::Wired::of(&apparatus.hardware.lines);
     let prompt = HoldPrompt {
         watchers: apparatus.watchers,
@@ -189,7 +190,7 @@ pub fn run(
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
     front.show(tui::Event::Bench(bench_facts::facts(
         &effective,
-        (opened_at, simulated),
+        opened,
         wired,
         &unverified,
     )));

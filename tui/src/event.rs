@@ -368,9 +368,6 @@ pub struct TrialVerdict {
     /// Condition under test.
     #[serde(default)]
     pub condition: Option<String>,
-    /// Whether the operator overruled the protocol's verdict; `accepted` is then the operator's.
-    #[serde(default)]
-    pub overruled: bool,
 }
 
 /// Health of the system: audio, clocks, recorder and disk.

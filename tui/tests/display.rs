@@ -103,3 +103,19 @@ fn what_is_no_terminal_is_refused_by_name() {
     let file = ParticipantDisplay::open(Path::new("/dev/null"), Theme::Colour);
     assert!(matches!(file, Err(DisplayError::NotATerminal { .. })));
 }
+
+/// A pipe that nobody reads would keep a plain `open` waiting for ever.
+#[test]
+fn what_is_no_terminal_is_refused_at_once() {
+    use rustix::fs::{CWD, FileType, Mode, mknodat};
+
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe");
+    mknodat(CWD, &pipe, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
+    let (done, refused) = std::sync::mpsc::channel();
+    thread::spawn(move || {
+        let opened = ParticipantDisplay::open(&pipe, Theme::Mono);
+        let _ = done.send(opened.is_err());
+    });
+    assert_eq!(refused.recv_timeout(PATIENCE), Ok(true));
+}

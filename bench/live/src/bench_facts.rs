@@ -33,7 +33,8 @@ impl Wired {
     }
 }
 
-/// Returns calibrations, lines, sources and limits of the bench at `now`. Dates that a simulated clock wrote have no age.
+/// Returns calibrations, lines, sources and limits of the bench at `now`, which is in simulated time or not: dates of the one have
+/// no age in the other.
 pub fn facts(
     bench: &Effective,
     (now, simulated): (Timestamp, bool),
@@ -63,6 +64,11 @@ fn calibrations(
     now: Timestamp,
     simulated: bool,
 ) -> Vec<CalibrationFact> {
+    // A tare is a part of the force sensor's.
+    let same_time = |name: &str| {
+        let part = if name == "tare" { "force" } else { name };
+        file.is_some_and(|file| file.is_in_simulated_time(part) == simulated)
+    };
     let fact = |name: &str, measured: Option<(&Provenance, String)>| match measured {
         None => CalibrationFact {
             name: name.to_owned(),
@@ -73,7 +79,7 @@ fn calibrations(
             CalibrationFact {
                 name: name.to_owned(),
                 date: Some(measured.date.strftime("%Y-%m-%d").to_string()),
-                age_days: (!simulated && age_s >= 0.0).then_some(age_s / DAY_S),
+                age_days: (same_time(name) && age_s >= 0.0).then_some(age_s / DAY_S),
                 operator: measured.operator.clone(),
                 value,
             }

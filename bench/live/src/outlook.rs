@@ -1,6 +1,6 @@
 //! What is left of a session, and what comes next.
 
-use protocols::{Phase, Progress, Session, TrialOutcome};
+use protocols::{Phase, Progress, Session};
 
 /// Follows a session, to tell what is left of it.
 #[derive(Debug, Default)]
@@ -61,24 +61,13 @@ impl OutlookTracker {
             .filter(|number| rests_before(session, *number))
             .count();
         let left_s = f64::from(left) * trial_s - gone_s + rests as f64 * protocol.rest.min_s;
-        let redone = |of_trial: bool| {
-            let redone = session.records().iter().filter(|record| {
-                matches!(record.outcome, TrialOutcome::Redo { .. })
-                    && (!of_trial || record.key.number == number)
-            });
-            redone.count() as u32
-        };
-        let in_session = protocol.redo.max_total.saturating_sub(redone(false));
+        let (repetitions_of_trial, repetitions_in_session) = session.repetitions_left();
         let (next, then) = steps(session, progress, number);
         tui::event::Outlook {
             left_s: (left_s.max(0.0) / 5.0).round() * 5.0,
             trials_left: left,
-            repetitions_of_trial: protocol
-                .redo
-                .max_per_trial
-                .saturating_sub(redone(true))
-                .min(in_session),
-            repetitions_in_session: in_session,
+            repetitions_of_trial,
+            repetitions_in_session,
             next,
             then,
         }
@@ -98,9 +87,10 @@ impl OutlookTracker {
 /// Whether a rest comes before trial `number`, counted from 1 with practice.
 fn rests_before(session: &Session, number: u32) -> bool {
     let protocol = session.protocol();
-    let (every, practice) = (protocol.rest.every_trials, protocol.trials.practice);
-    let before = (number - 1).saturating_sub(practice);
-    every > 0 && number <= protocol.planned_trials() && before > 0 && before.is_multiple_of(every)
+    let left = number <= protocol.planned_trials();
+    left && protocol
+        .rest
+        .comes_after(number - 1, protocol.trials.practice)
 }
 
 /// Returns the next two steps.
@@ -154,10 +144,77 @@ fn steps(
             None => (is("the verdict"), Some(after(number + 1))),
         },
         Phase::Analysing => (is("the verdict"), Some(after(number + 1))),
+        Phase::Verdict if session.verdict_repeats() => {
+            (Some(format!("{} again", trial(number))), None)
+        }
         Phase::Verdict => (Some(after(number + 1)), None),
         Phase::Rest => (Some(trial(number)), None),
         Phase::Paused => (is("p goes on"), Some(trial(number))),
         Phase::Fault => (is("x re-arms"), is("p goes on")),
         Phase::Finished | Phase::Aborted => (None, None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use protocols::{Protocol, RedoReason, TrialKey, TrialOutcome, TrialRecord, built_in};
+
+    use super::*;
+
+    fn resumed(records: &[TrialRecord]) -> Session {
+        let protocol = Protocol::parse(built_in("demo").unwrap(), "demo.toml").unwrap();
+        Session::resume(protocol, "sub-01".parse().unwrap(), 2021, records).unwrap()
+    }
+
+    /// An attempt at a trial of a session that has not gone on to another condition.
+    fn settled(number: u32, attempt: u32, outcome: TrialOutcome) -> TrialRecord {
+        TrialRecord {
+            key: TrialKey {
+                number,
+                attempt,
+                practice: number == 1,
+                condition: resumed(&[]).protocol().conditions[0].name.clone(),
+            },
+            outcome,
+            analysis: None,
+        }
+    }
+
+    #[test]
+    fn trials_rests_and_repetitions_that_are_left_are_counted() {
+        let redo = || TrialOutcome::Redo {
+            reasons: vec![RedoReason::NotAnalysed],
+        };
+        let mut tracker = OutlookTracker::default();
+        let fresh = tracker.of(&resumed(&[]), None, 0.0).unwrap();
+        let session = resumed(&[
+            settled(1, 1, TrialOutcome::Accepted),
+            settled(2, 1, redo()),
+            settled(2, 2, TrialOutcome::Accepted),
+            settled(3, 1, redo()),
+        ]);
+        let later = tracker.of(&session, None, 0.0).unwrap();
+        let limits = session.protocol().redo;
+        assert_eq!(fresh.trials_left, session.protocol().planned_trials());
+        assert_eq!(later.trials_left, fresh.trials_left - 2);
+        assert_eq!(fresh.repetitions_in_session, limits.max_total);
+        assert_eq!(later.repetitions_in_session, limits.max_total - 2);
+        assert_eq!(later.repetitions_of_trial, limits.max_per_trial - 1);
+        assert_eq!(later.then.as_deref(), Some("trial 2 of 4"));
+        assert!(later.left_s < fresh.left_s);
+        assert_eq!(tracker.of(&session, None, 0.0), None, "shown already");
+    }
+
+    #[test]
+    fn the_time_left_goes_by_how_long_trials_take() {
+        let session = resumed(&[]);
+        let left_s = |took_s: f64| {
+            let mut tracker = OutlookTracker::default();
+            tracker.begin(0.0);
+            tracker.judged(took_s);
+            tracker.of(&session, None, took_s).unwrap().left_s
+        };
+        let trials = f64::from(session.protocol().planned_trials());
+        assert!((left_s(60.0) - left_s(20.0) - 40.0 * trials).abs() <= 5.0);
     }
 }

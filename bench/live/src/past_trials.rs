@@ -104,3 +104,119 @@ pub fn settled(record: &TrialRecord, protocol: &Protocol) -> TrialVerdict {
         ..screen_words::judged(&record.key, protocol, reasons, record.analysis.as_ref())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use protocols::{RedoReason, built_in};
+    use serde_json::json;
+
+    use super::*;
+
+    fn key(number: u32, attempt: u32) -> TrialKey {
+        TrialKey {
+            number,
+            attempt,
+            practice: number == 1,
+            condition: "vibration".to_owned(),
+        }
+    }
+
+    fn event(data: &Value) -> Document {
+        Document::Event(LogEvent {
+            stream: "protocol".to_owned(),
+            seq_num: 1,
+            time: String::new(),
+            audio_s: 1.0,
+            data: data.as_object().unwrap().clone(),
+        })
+    }
+
+    fn protocol() -> Protocol {
+        let text = built_in("demo").unwrap();
+        Protocol::parse(text, "demo.toml").unwrap()
+    }
+
+    fn began(number: u32, attempt: u32) -> Document {
+        let began = SessionEventKind::TrialBegan {
+            key: key(number, attempt),
+        };
+        event(&serde_json::to_value(began).unwrap())
+    }
+
+    /// A fit comes after its attempt, and before or after the next one of the same trial has begun: it is of the last that has.
+    #[test]
+    fn a_fit_is_of_the_attempt_that_began_before_it() {
+        let fit = |of: &str, sigma_t_m: f64| {
+            event(
+                &json!({ "event": "fit", "of": of, "sigma_t_m": sigma_t_m, "sigma_t_std_m": 1e-8 }),
+            )
+        };
+        let documents = [
+            began(1, 1),
+            fit("practice 1", 1.5e-6),
+            began(2, 1),
+            began(2, 2),
+            fit("trial 1", 1.7e-6),
+            fit("trial 9", 1.9e-6),
+            event(&json!({ "event": "fit", "of": 3 })),
+        ];
+        let events = past_trials(&[], &documents, &protocol());
+        let fits: Vec<_> = events
+            .iter()
+            .filter_map(|event| match event {
+                tui::Event::Fit(fit) => Some((
+                    (fit.trial, fit.practice, fit.attempt),
+                    fit.sigma_t_m.as_ref().unwrap().value,
+                )),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(fits, [((1, true, 1), 1.5e-6), ((1, false, 2), 1.7e-6)]);
+    }
+
+    #[test]
+    fn an_attempt_is_shown_as_it_was_settled() {
+        let reasons = || vec![RedoReason::NotAnalysed];
+        let kept = "kept by the operator";
+        for (outcome, accepted, words, why) in [
+            (TrialOutcome::Accepted, true, None, 0),
+            (
+                TrialOutcome::AcceptedAnyway { reasons: reasons() },
+                true,
+                Some(kept),
+                1,
+            ),
+            (TrialOutcome::Redo { reasons: reasons() }, false, None, 1),
+            (
+                TrialOutcome::Redo {
+                    reasons: Vec::new(),
+                },
+                false,
+                Some("repeated by the operator"),
+                0,
+            ),
+            (
+                TrialOutcome::GivenUp { reasons: reasons() },
+                false,
+                Some("given up: no repetition was left"),
+                1,
+            ),
+        ] {
+            let record = TrialRecord {
+                key: key(2, 1),
+                outcome,
+                analysis: None,
+            };
+            let shown = settled(&record, &protocol());
+            assert_eq!(
+                (
+                    shown.accepted,
+                    shown.settled.as_deref(),
+                    shown.reasons.len()
+                ),
+                (accepted, words, why),
+                "{record:?}"
+            );
+        }
+    }
+}

@@ -235,46 +235,28 @@ pub fn judged(
         normal_n,
         settled: None,
         condition: (protocol.conditions.len() > 1).then(|| key.condition.clone()),
-        overruled: false,
     }
 }
 
-/// Words and verdict of an attempt whose verdict the operator overruled; `None` of any other.
-pub fn overruled(
-    record: &TrialRecord,
-    protocol: &Protocol,
-) -> Option<(String, tui::event::TrialVerdict)> {
-    let (accepted, reasons) = match &record.outcome {
-        TrialOutcome::AcceptedAnyway { reasons } if !record.key.practice => (true, reasons),
-        TrialOutcome::Redo { reasons } if reasons.is_empty() => (false, reasons),
-        _ => return None,
-    };
-    let reasons = reasons.clone();
-    let judged = if accepted {
-        Verdict::Redo { reasons }
+/// Returns words on an attempt whose verdict the operator overruled; `None` of any other.
+pub fn overruled(record: &TrialRecord, protocol: &Protocol) -> Option<String> {
+    let sort = if record.key.practice {
+        "practice"
     } else {
-        Verdict::Accepted
+        "trial"
     };
-    let shown = verdict(&record.key, protocol, &judged, record.analysis.as_ref());
-    let name = format!(
-        "{} {}",
-        if shown.practice { "practice" } else { "trial" },
-        shown.trial
-    );
-    let text = if accepted {
-        format!(
-            "{name} kept by the operator, although: {}",
-            shown.reasons.join("; ")
-        )
-    } else {
-        format!("{name} was accepted; the operator repeats it")
-    };
-    Some((
-        text,
-        tui::event::TrialVerdict {
-            accepted,
-            overruled: true,
-            ..shown
-        },
-    ))
+    let number = TrialLabel::new(&record.key, protocol.trials.practice).number;
+    match &record.outcome {
+        TrialOutcome::AcceptedAnyway { reasons } if !record.key.practice => {
+            let reasons: Vec<String> = reasons.iter().map(ToString::to_string).collect();
+            let reasons = reasons.join("; ");
+            Some(format!(
+                "{sort} {number} kept by the operator, although: {reasons}"
+            ))
+        }
+        TrialOutcome::Redo { reasons } if reasons.is_empty() => Some(format!(
+            "{sort} {number} was accepted; the operator repeats it"
+        )),
+        _ => None,
+    }
 }

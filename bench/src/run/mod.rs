@@ -183,7 +183,7 @@ pub fn run(
     past.into_iter().for_each(|event| front.show(event));
     front.show(tui::Event::Bench(bench_facts::facts(
         &effective,
-        (clock.utc(), simulated),
+        (clock.utc(), clock.is_simulated()),
         wired,
         &plan.unverified,
     )));

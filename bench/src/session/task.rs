@@ -36,7 +36,7 @@ use super::wiring::{Admit, BeginRecording, Wiring};
 use crate::journal::Entry;
 use live::carrier_decision::CarrierEffect;
 use live::live_side::FitNews;
-use live::screen_words;
+use live::{past_trials, screen_words};
 
 /// The task.
 pub struct SessionTask {
@@ -433,9 +433,9 @@ impl SessionTask {
                 ..
             } => self.resumed = Some("after the program's end"),
             SessionEventKind::TrialSettled { record } => {
-                if let Some((text, verdict)) =
-                    screen_words::overruled(record, self.machine.protocol())
-                {
+                let protocol = self.machine.protocol();
+                if let Some(text) = screen_words::overruled(record, protocol) {
+                    let verdict = past_trials::settled(record, protocol);
                     self.wiring.front.show(tui::Event::Verdict(verdict));
                     self.log(LogLevel::Warning, text);
                 }

@@ -49,10 +49,7 @@ impl Protocol {
         let practice = self.trials.practice;
         let mut start_s = 0.0;
         let begins = (0..trials).map(|trial| {
-            let rest = self.rest.every_trials > 0
-                && trial > practice
-                && (trial - practice).is_multiple_of(self.rest.every_trials);
-            if rest {
+            if self.rest.comes_after(trial, practice) {
                 start_s += self.rest.min_s;
             }
             let begins_s = start_s;

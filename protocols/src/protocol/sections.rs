@@ -58,6 +58,15 @@ pub struct Rest {
     pub min_s: f64,
 }
 
+impl Rest {
+    /// Returns whether a break comes once `settled` trials are settled, of which the first `practice` are not counted, if any is left.
+    #[must_use]
+    pub fn comes_after(&self, settled: u32, practice: u32) -> bool {
+        let counted = settled.saturating_sub(practice);
+        self.every_trials > 0 && counted > 0 && counted.is_multiple_of(self.every_trials)
+    }
+}
+
 /// Limits of repetitions because of a verdict. Interruptions (pause, safety, timeouts) do not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

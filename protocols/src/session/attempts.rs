@@ -125,23 +125,27 @@ impl Attempts {
 
     /// Whether a verdict may repeat trial `number` once more.
     pub(super) fn redo_left(&self, number: u32, limits: RedoLimits) -> bool {
+        self.redos_left(number, limits).0 > 0
+    }
+
+    /// Returns how often verdicts may still repeat trial `number`, and any trial.
+    pub(super) fn redos_left(&self, number: u32, limits: RedoLimits) -> (u32, u32) {
         let redone = |of_trial: bool| {
-            self.records
+            let redone = self
+                .records
                 .iter()
                 .filter(|r| matches!(r.outcome, TrialOutcome::Redo { .. }))
-                .filter(|r| !of_trial || r.key.number == number)
-                .count()
+                .filter(|r| !of_trial || r.key.number == number);
+            redone.count() as u32
         };
-        redone(true) < limits.max_per_trial as usize && redone(false) < limits.max_total as usize
+        let in_session = limits.max_total.saturating_sub(redone(false));
+        let of_trial = limits.max_per_trial.saturating_sub(redone(true));
+        (of_trial.min(in_session), in_session)
     }
 
     /// Whether a break comes before the next trial.
     pub(super) fn rest_is_due(&self, rest: Rest) -> bool {
         let practice = self.plan.iter().filter(|trial| trial.practice).count();
-        let every = rest.every_trials as usize;
-        every > 0
-            && self.cursor > practice
-            && !self.all_settled()
-            && (self.cursor - practice).is_multiple_of(every)
+        !self.all_settled() && rest.comes_after(self.cursor as u32, practice as u32)
     }
 }

@@ -170,6 +170,23 @@ impl Session {
         self.attempts.unsettled()
     }
 
+    /// Returns how often verdicts may still repeat the trial that is next, running or judged, and any trial.
+    pub fn repetitions_left(&self) -> (u32, u32) {
+        let number = self.protocol.planned_trials() - self.trials_left() + 1;
+        self.attempts.redos_left(number, self.protocol.redo)
+    }
+
+    /// Returns whether the open verdict repeats its trial if nobody overrules it.
+    pub fn verdict_repeats(&self) -> bool {
+        match &self.state {
+            State::Judged { key, reasons, .. } => {
+                let outcome = self.outcome(key, reasons.clone());
+                !outcome.settles()
+            }
+            _ => false,
+        }
+    }
+
     /// Returns the attempts so far, restored ones included.
     pub fn records(&self) -> &[TrialRecord] {
         self.attempts.records()

@@ -199,7 +199,6 @@ impl Script {
         }
         let accepted = force_n <= 0.8;
         self.say(Event::Verdict(TrialVerdict {
-            overruled: false,
             trial,
             practice,
             attempt,

@@ -64,10 +64,11 @@ impl ParticipantDisplay {
     /// [`DisplayError::Open`] when the device cannot be opened, [`DisplayError::NotATerminal`] when it is not a terminal,
     /// [`DisplayError::Own`] when it is the terminal of this process's output, [`DisplayError::Thread`] when the system refuses a thread.
     pub fn open(path: &Path, theme: Theme) -> Result<Self, DisplayError> {
-        let noctty = i32::try_from(OFlags::NOCTTY.bits()).unwrap_or_default();
+        // What is no terminal, such as a pipe that nobody reads, must not keep whoever opens it waiting.
+        let flags = i32::try_from((OFlags::NOCTTY | OFlags::NONBLOCK).bits()).unwrap_or_default();
         let device = OpenOptions::new()
             .write(true)
-            .custom_flags(noctty)
+            .custom_flags(flags)
             .open(path)
             .map_err(|source| DisplayError::Open {
                 path: path.to_owned(),
@@ -83,6 +84,10 @@ impl ParticipantDisplay {
                 path: path.to_owned(),
             });
         }
+        rustix::fs::fcntl_setfl(&device, OFlags::empty()).map_err(|error| DisplayError::Open {
+            path: path.to_owned(),
+            source: error.into(),
+        })?;
         let latest = Arc::new(LatestView::default());
         let (ending, ended) = mpsc::sync_channel(1);
         let shown = Arc::clone(&latest);

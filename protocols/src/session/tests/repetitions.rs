@@ -14,9 +14,18 @@ fn a_bad_trial_is_repeated_with_its_reasons_until_the_limit() {
     rig.until_main(Phase::Baseline);
     rig.normal_n = 1.2;
     let limit = rig.protocol.redo.max_per_trial;
+    let mut open = Vec::new();
     while rig.begun().last().unwrap().number == 2 {
         rig.step(|_| {});
+        if rig.session.phase() == Phase::Verdict {
+            let left = rig.session.repetitions_left().0;
+            open.push((rig.session.verdict_repeats(), left));
+        }
     }
+    open.dedup();
+    let expected: Vec<_> = (0..=limit).rev().map(|left| (left > 0, left)).collect();
+    assert_eq!(open, expected);
+    assert!(!rig.session.verdict_repeats());
     rig.normal_n = 0.65;
     rig.until(Phase::Finished);
     rig.check();

@@ -265,7 +265,7 @@ fn told<'a>(state: &State, line: &TrialLine, columns: u16) -> Vec<Line<'a>> {
                 words.push(format!("σ_t {value:.2} ± {std:.2} μm"));
             }
             if let Some(mu0) = fit.mu0 {
-                words.push(format!("μ0 {:.2} ± {:.2}", mu0.value, mu0.std));
+                words.push(format!("μ0 {:.3} ± {:.3}", mu0.value, mu0.std));
             }
             if let Some(drift) = fit.drift_hz {
                 let value = signed(format!("{:+.1}", drift.value));

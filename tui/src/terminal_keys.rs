@@ -14,6 +14,9 @@ pub(crate) trait Keys {
     fn next(&mut self, timeout: Duration) -> io::Result<Option<KeyEvent>>;
 }
 
+/// Longest that is looked for a key that has come; crossterm does not look at all in no time.
+const GLANCE: Duration = Duration::from_millis(1);
+
 /// The keys of this process's terminal.
 pub(crate) struct TerminalKeys;
 
@@ -21,7 +24,7 @@ impl Keys for TerminalKeys {
     fn next(&mut self, timeout: Duration) -> io::Result<Option<KeyEvent>> {
         wait_for_input(timeout)?;
         // Asked even when nothing came: earlier input may hold several keys.
-        if !event::poll(Duration::ZERO)? {
+        if !event::poll(GLANCE)? {
             return Ok(None);
         }
         Ok(match event::read()? {

@@ -224,3 +224,18 @@ fn a_stopped_calibration_goes_on_with_the_points_it_has() {
     );
     assert!(terminal.folder.path().join("calibration.toml").exists());
 }
+
+/// What waits for both may wake for the window and forget the key.
+#[test]
+fn a_key_pressed_while_the_window_changes_its_size_is_read() {
+    let (terminal, pid) = super::terminal::in_the_first_trial();
+    let help = "stop the drive at once, without confirmation";
+    for turn in 0..10 {
+        kill_process(pid, Signal::WINCH).unwrap();
+        terminal.press(&["?"]);
+        let shown = turn % 2 == 0;
+        let read = || (terminal.screen().contains(help) == shown).then_some(());
+        until(Duration::from_secs(10), read)
+            .unwrap_or_else(|| panic!("turn {turn}:\n{}", terminal.screen()));
+    }
+}

@@ -228,7 +228,7 @@ const STOP: Duration = Duration::from_secs(1);
 const TRIES: usize = 4;
 
 /// A session in its first trial, a second of which is recorded, and the session's process.
-fn in_the_first_trial() -> (Terminal, Pid) {
+pub(super) fn in_the_first_trial() -> (Terminal, Pid) {
     let command =
         "run --mock --study study --participant sub-01 --protocol demo --consent-by Tester";
     let terminal = Terminal::open(100, 30, command);

@@ -18,7 +18,7 @@ pub struct Dashboard {
 }
 
 /// The dashboard's thread; joining it waits until the terminal is restored.
-pub struct DashboardThread(std::thread::JoinHandle<Result<(), tui::shell::ShellError>>);
+pub struct DashboardThread(std::thread::JoinHandle<Result<(), tui::TerminalError>>);
 
 impl Dashboard {
     /// Opens the dashboard on this process's terminal and raises `stop` when it ends, for whatever reason.

@@ -56,7 +56,7 @@ pub fn run(
     {
         surroundings::judge_disk(&mut table, study, *session_bytes);
         if *dashboard {
-            surroundings::judge_terminal(&mut table, tui::shell::size());
+            surroundings::judge_terminal(&mut table, tui::terminal_size());
         }
     }
     Preflight { table, driven }

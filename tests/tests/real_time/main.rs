@@ -5,4 +5,5 @@ mod frozen;
 mod operators_keys;
 mod panics;
 mod signals;
+mod standing_still;
 mod terminal;

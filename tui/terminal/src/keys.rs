@@ -6,7 +6,7 @@ use std::time::Duration;
 use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyModifiers, MouseEventKind};
 
 /// A source of keys.
-pub(crate) trait Keys {
+pub trait Keys {
     /// Waits for a key until `timeout`. Returns `Ok(None)` when no key came, or something else than a key.
     ///
     /// # Errors
@@ -18,7 +18,8 @@ pub(crate) trait Keys {
 const GLANCE: Duration = Duration::from_millis(1);
 
 /// The keys of this process's terminal.
-pub(crate) struct TerminalKeys;
+#[derive(Debug)]
+pub struct TerminalKeys;
 
 impl Keys for TerminalKeys {
     fn next(&mut self, timeout: Duration) -> io::Result<Option<KeyEvent>> {

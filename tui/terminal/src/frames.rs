@@ -1,0 +1,206 @@
+//! Frames on their way to the terminal: each whole, synchronized (DEC mode 2026, ignored where it is unknown), in one
+//! write, by a thread that may wait for a terminal that stands still.
+
+use std::io::{self, Write};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+const BEGIN: &[u8] = b"\x1b[?2026h";
+const END: &[u8] = b"\x1b[?2026l";
+
+/// Keeps what is written until it is flushed, then hands it to the thread that writes.
+#[derive(Debug)]
+pub struct FrameWriter {
+    frame: Vec<u8>,
+    to: Sender<Vec<u8>>,
+    frames: Frames,
+}
+
+/// What has become of the frames that were handed over.
+#[derive(Clone, Debug, Default)]
+pub struct Frames(Arc<Underway>);
+
+#[derive(Debug, Default)]
+struct Underway {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    unwritten: usize,
+    failed: Option<io::Error>,
+}
+
+impl FrameWriter {
+    /// Starts the thread that writes to `to`. It ends with the writer, once `to` has taken all.
+    ///
+    /// # Errors
+    /// When the system refuses a thread.
+    pub fn start(to: impl Write + Send + 'static) -> io::Result<Self> {
+        let (sender, handed_over) = mpsc::channel();
+        let frames = Frames::default();
+        let written = frames.clone();
+        std::thread::Builder::new()
+            .name("frames".to_owned())
+            .spawn(move || written.write(to, &handed_over))?;
+        Ok(Self {
+            frame: Vec::with_capacity(1 << 16),
+            to: sender,
+            frames,
+        })
+    }
+
+    /// Returns what tells of the frames that were handed over.
+    #[must_use]
+    pub fn frames(&self) -> Frames {
+        self.frames.clone()
+    }
+}
+
+impl Frames {
+    /// Whether the terminal has taken all frames. While it has not, another one would only make it later.
+    #[must_use]
+    pub fn are_written(&self) -> bool {
+        self.0.lock().unwritten == 0
+    }
+
+    /// Waits until the terminal has taken all frames, at most for `limit`. Returns whether it has.
+    pub(crate) fn wait(&self, limit: Duration) -> bool {
+        let (state, _) = self
+            .0
+            .changed
+            .wait_timeout_while(self.0.lock(), limit, |state| state.unwritten > 0)
+            .unwrap_or_else(PoisonError::into_inner);
+        state.unwritten == 0
+    }
+
+    fn write(&self, mut to: impl Write, handed_over: &Receiver<Vec<u8>>) {
+        for frame in handed_over {
+            let written = to.write_all(&frame).and_then(|()| to.flush());
+            let mut state = self.0.lock();
+            state.unwritten -= 1;
+            if let Err(error) = written {
+                state.failed.get_or_insert(error);
+            }
+            self.0.changed.notify_all();
+        }
+    }
+}
+
+impl Underway {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        // No panic can leave the state half-changed, so a poisoned one is valid.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Write for FrameWriter {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.frame.is_empty() {
+            self.frame.extend_from_slice(BEGIN);
+        }
+        self.frame.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    /// Hands the frame over.
+    ///
+    /// # Errors
+    /// The terminal's, of an earlier frame.
+    fn flush(&mut self) -> io::Result<()> {
+        let mut state = self.frames.0.lock();
+        if let Some(error) = state.failed.take() {
+            return Err(error);
+        }
+        if self.frame.is_empty() {
+            return Ok(());
+        }
+        self.frame.extend_from_slice(END);
+        state.unwritten += 1;
+        drop(state);
+        let room = Vec::with_capacity(self.frame.capacity());
+        let frame = std::mem::replace(&mut self.frame, room);
+        self.to
+            .send(frame)
+            .map_err(|_| io::Error::from(io::ErrorKind::BrokenPipe))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LONG: Duration = Duration::from_secs(20);
+
+    #[derive(Clone, Default)]
+    struct Written(Arc<Mutex<Vec<Vec<u8>>>>);
+
+    impl Write for Written {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().unwrap().push(bytes.to_vec());
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    struct StandsStill(Receiver<()>);
+
+    impl Write for StandsStill {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let gone = |_| io::Error::from(io::ErrorKind::BrokenPipe);
+            self.0.recv().map_err(gone)?;
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_frame_is_one_synchronized_write() {
+        let written = Written::default();
+        let mut writer = FrameWriter::start(written.clone()).unwrap();
+        writer.write_all(b"one").unwrap();
+        writer.write_all(b" two").unwrap();
+        writer.flush().unwrap();
+        writer.flush().unwrap();
+        assert!(writer.frames().wait(LONG));
+        let written = written.0.lock().unwrap();
+        assert_eq!(*written, [b"\x1b[?2026hone two\x1b[?2026l".to_vec()]);
+    }
+
+    #[test]
+    fn a_terminal_that_stands_still_keeps_nobody_waiting() {
+        let (goes_on, terminal) = mpsc::channel();
+        let mut writer = FrameWriter::start(StandsStill(terminal)).unwrap();
+        for _ in 0..2 {
+            writer.write_all(b"frame").unwrap();
+            writer.flush().unwrap();
+        }
+        let frames = writer.frames();
+        assert!(!frames.are_written());
+        assert!(!frames.wait(Duration::from_millis(1)));
+        goes_on.send(()).unwrap();
+        goes_on.send(()).unwrap();
+        assert!(frames.wait(LONG));
+        assert!(frames.are_written());
+    }
+
+    #[test]
+    fn a_terminal_that_fails_is_told_of_with_the_next_frame() {
+        let (goes_on, terminal) = mpsc::channel();
+        drop(goes_on);
+        let mut writer = FrameWriter::start(StandsStill(terminal)).unwrap();
+        writer.write_all(b"frame").unwrap();
+        writer.flush().unwrap();
+        assert!(writer.frames().wait(LONG));
+        let told = writer.flush().unwrap_err();
+        assert_eq!(told.kind(), io::ErrorKind::BrokenPipe);
+    }
+}

@@ -1,0 +1,170 @@
+//! The terminal while the dashboard is shown on it, and as it was afterwards.
+
+use std::io::{self, IsTerminal, Write};
+use std::panic::PanicHookInfo;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use ratatui::crossterm::style::Print;
+use ratatui::crossterm::{cursor, execute, terminal};
+
+use crate::error::TerminalError;
+use crate::frames::{FrameWriter, Frames};
+
+/// Asks the terminal for presses of the mouse's buttons, of which the wheel is two; nothing on its movements.
+const MOUSE_ON: &str = "\x1b[?1000h\x1b[?1006h";
+const MOUSE_OFF: &str = "\x1b[?1006l\x1b[?1000l";
+
+/// Returns columns and rows of the terminal on standard output; `None` when standard output is not a terminal.
+#[must_use]
+pub fn size() -> Option<(u16, u16)> {
+    #[cfg(unix)]
+    {
+        let size = rustix::termios::tcgetwinsize(io::stdout()).ok()?;
+        Some((size.ws_col, size.ws_row))
+    }
+    #[cfg(not(unix))]
+    {
+        let shown = io::stdout().is_terminal();
+        shown.then(|| terminal::size().ok()).flatten()
+    }
+}
+
+/// Restores the operator's terminal, and says what waited for it. Harmless when called twice, from any thread, or
+/// when the dashboard was never shown. Errors are ignored: the terminal is the only place to report them.
+pub fn restore() {
+    if SHOWN.swap(false, Ordering::SeqCst) {
+        let _ = terminal::disable_raw_mode();
+        let _ = execute!(
+            io::stdout(),
+            Print(MOUSE_OFF),
+            terminal::LeaveAlternateScreen,
+            cursor::Show
+        );
+    }
+    let unsaid = std::mem::take(&mut *UNSAID.lock().unwrap_or_else(PoisonError::into_inner));
+    unsaid.iter().for_each(|line| say(line));
+}
+
+/// Reports a panic in any thread in `words`, in place of the hook installed before. While the dashboard is shown, the
+/// report waits for [`restore`]: the terminal is put back last, by the dashboard's end, after whatever ends the bench
+/// in good order. Only a panic of the main thread, which waits for the dashboard, puts it back at once.
+///
+/// Call it once, early. Hooks that make a bench safe are installed after it and so come before it: writing to a
+/// terminal can block.
+pub fn install_panic_hook(words: impl Fn(&PanicHookInfo<'_>) -> String + Send + Sync + 'static) {
+    std::panic::set_hook(Box::new(move |info| {
+        let line = words(info);
+        let is_main = std::thread::current().name() == Some("main");
+        if SHOWN.load(Ordering::SeqCst) && !is_main {
+            UNSAID
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .push(line);
+        } else {
+            restore();
+            say(&line);
+        }
+    }));
+}
+
+/// Reports of panics that wait until the terminal is restored.
+static UNSAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+fn say(line: &str) {
+    // Nothing is left to report it to.
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// Whether the dashboard has the terminal in raw mode and on the alternate screen.
+static SHOWN: AtomicBool = AtomicBool::new(false);
+
+/// How long a terminal that stands still is waited for at the end.
+const PATIENCE: Duration = Duration::from_millis(250);
+
+/// The terminal while the dashboard is shown on it; restored when dropped.
+#[derive(Debug)]
+pub struct OperatorScreen {
+    frames: Frames,
+}
+
+impl OperatorScreen {
+    /// Sets up this process's terminal; what is drawn on it goes to the writer.
+    ///
+    /// # Errors
+    /// [`TerminalError::NoTerminal`] when standard input or output is not a terminal, [`TerminalError::Terminal`] when
+    /// it fails.
+    pub fn enter() -> Result<(Self, FrameWriter), TerminalError> {
+        if !io::stdin().is_terminal() || !io::stdout().is_terminal() {
+            return Err(TerminalError::NoTerminal(io::Error::from(
+                io::ErrorKind::NotFound,
+            )));
+        }
+        let failed = || TerminalError::failed("setting it up");
+        let mut writer = FrameWriter::start(output().map_err(failed())?).map_err(failed())?;
+        terminal::enable_raw_mode().map_err(TerminalError::NoTerminal)?;
+        SHOWN.store(true, Ordering::SeqCst);
+        let frames = writer.frames();
+        let screen = Self { frames };
+        execute!(
+            writer,
+            terminal::EnterAlternateScreen,
+            terminal::Clear(terminal::ClearType::All),
+            cursor::Hide,
+            Print(MOUSE_ON)
+        )
+        .map_err(failed())?;
+        Ok((screen, writer))
+    }
+
+    /// Returns what tells whether the terminal takes what is drawn.
+    #[must_use]
+    pub fn frames(&self) -> &Frames {
+        &self.frames
+    }
+}
+
+impl Drop for OperatorScreen {
+    fn drop(&mut self) {
+        if !self.frames.wait(PATIENCE) {
+            // Whoever looks at it again is to find the terminal as it was, and the program's last words on it.
+            discard();
+            self.frames.wait(PATIENCE);
+        }
+        restore();
+    }
+}
+
+/// Returns this process's standard output, for a thread that may wait in it: nothing else is to wait for its lock.
+///
+/// # Errors
+/// The system's.
+fn output() -> io::Result<impl Write + Send + 'static> {
+    #[cfg(unix)]
+    return Ok(std::fs::File::from(rustix::io::dup(io::stdout())?));
+    #[cfg(not(unix))]
+    return Ok(io::stdout());
+}
+
+/// Throws away what the terminal has not taken, and lets it go on.
+fn discard() {
+    #[cfg(unix)]
+    {
+        use rustix::termios::{Action, QueueSelector, tcflow, tcflush};
+        // A terminal that is gone has nothing to discard.
+        let _ = tcflow(io::stdout(), Action::OOn);
+        let _ = tcflush(io::stdout(), QueueSelector::OFlush);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn restoring_what_was_never_shown_does_nothing() {
+        restore();
+        restore();
+    }
+}

@@ -8,5 +8,6 @@ pub mod program;
 pub mod recorded;
 pub mod room;
 pub mod running;
+pub mod screen;
 pub mod session;
 pub mod truth;

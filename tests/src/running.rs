@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use crate::screen::Screen;
+
 /// Polls come this often.
 const POLL: Duration = Duration::from_millis(5);
 
@@ -30,6 +32,18 @@ impl Running {
         Self {
             child,
             output: output.to_owned(),
+        }
+    }
+
+    /// Starts `command` on `screen`.
+    pub fn on(screen: &Screen, command: &mut Command) -> Self {
+        screen.attach(command);
+        let child = command
+            .spawn()
+            .unwrap_or_else(|error| panic!("{command:?} does not start: {error}"));
+        Self {
+            child,
+            output: PathBuf::new(),
         }
     }
 

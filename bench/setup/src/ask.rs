@@ -1,6 +1,18 @@
 //! Who answers the questions: a person at a terminal, or nobody.
 
-use anyhow::bail;
+use std::io;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use crossterm::style::Print;
+use crossterm::{cursor, execute};
+use inquire::error::InquireResult;
+use inquire::{Confirm, Select, Text};
+
+/// How often is looked whether a signal came while a question waits.
+const GLANCE: Duration = Duration::from_millis(50);
 
 /// A question with the option that answers it.
 pub struct Question<'a> {
@@ -32,21 +44,61 @@ pub trait Ask {
 }
 
 /// A person at a terminal.
-pub struct Terminal;
+pub struct Terminal {
+    ended: Box<dyn Fn() -> bool>,
+}
+
+impl Terminal {
+    /// Asks until it has `ended`, as by a signal.
+    pub fn new(ended: impl Fn() -> bool + 'static) -> Self {
+        let ended = Box::new(ended);
+        Self { ended }
+    }
+
+    /// Waits for the answer. The prompt, which waits for keys alone, has a thread of its own.
+    ///
+    /// # Errors
+    /// The prompt's, or that a signal came first; the terminal is then as it was.
+    fn answer<T: Send + 'static>(
+        &self,
+        prompt: impl FnOnce() -> InquireResult<T> + Send + 'static,
+    ) -> anyhow::Result<T> {
+        let (answers, answered) = mpsc::sync_channel(1);
+        thread::Builder::new()
+            .name("prompt".to_owned())
+            .spawn(move || answers.send(prompt()))
+            .context("cannot ask")?;
+        loop {
+            match answered.recv_timeout(GLANCE) {
+                Ok(answer) => return Ok(answer?),
+                Err(RecvTimeoutError::Disconnected) => bail!("the question failed"),
+                Err(RecvTimeoutError::Timeout) if (self.ended)() => {
+                    // The terminal may be gone.
+                    let _ = crossterm::terminal::disable_raw_mode();
+                    let _ = execute!(io::stderr(), cursor::Show, Print("\n"));
+                    bail!("ended by a signal");
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+        }
+    }
+}
 
 impl Ask for Terminal {
     fn choose(&mut self, question: &Question<'_>, choices: &[String]) -> anyhow::Result<usize> {
-        let chosen = inquire::Select::new(question.text, choices.to_vec()).raw_prompt()?;
+        let (text, choices) = (question.text.to_owned(), choices.to_vec());
+        let chosen = self.answer(move || Select::new(&text, choices).raw_prompt())?;
         Ok(chosen.index)
     }
 
     fn text(&mut self, question: &Question<'_>, usual: &str) -> anyhow::Result<String> {
-        let asked = inquire::Text::new(question.text).with_default(usual);
-        Ok(asked.prompt()?)
+        let (text, usual) = (question.text.to_owned(), usual.to_owned());
+        self.answer(move || Text::new(&text).with_default(&usual).prompt())
     }
 
     fn confirm(&mut self, text: &str) -> anyhow::Result<bool> {
-        Ok(inquire::Confirm::new(text).with_default(true).prompt()?)
+        let text = text.to_owned();
+        self.answer(move || Confirm::new(&text).with_default(true).prompt())
     }
 }
 

@@ -1,6 +1,7 @@
 //! The whole bench on simulated hardware in real time, as a person meets it: terminals, signals, a program that was
 //! frozen.
 
+mod every_command;
 mod frozen;
 mod operators_keys;
 mod panics;

@@ -7,23 +7,19 @@
 )]
 
 use std::collections::BTreeSet;
-use std::fs::File;
-use std::io::{Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, ExitStatus};
-use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
 use std::time::Duration;
 
 use bench_tests::panicking::{HAND, OTHER_THREAD, Report};
 use bench_tests::program::workspace;
 use bench_tests::running::until;
+use bench_tests::screen::Screen;
 use bench_tests::session::{SessionFolder, patient_config};
 use recording::RecordingReader;
 use recording::manifest::End;
 use recording::study::event_log;
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
+use rustix::termios::LocalModes;
 
 const MINUTE: Duration = Duration::from_secs(60);
 /// Longest time from the panic to a still plate: its ramp and the plate's own decay are over in 15 ms.
@@ -50,66 +46,12 @@ fn end(shown: &str) -> String {
     last.into_iter().rev().collect()
 }
 
-/// A terminal that is read to its end.
-struct Screen {
-    controller: File,
-    path: PathBuf,
-    shown: Arc<Mutex<Vec<u8>>>,
-    reader: JoinHandle<()>,
-}
-
-impl Screen {
-    fn open() -> Self {
-        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
-        let controller = openpt(flags).unwrap();
-        grantpt(&controller).unwrap();
-        unlockpt(&controller).unwrap();
-        let size = Winsize {
-            ws_row: 30,
-            ws_col: 100,
-            ws_xpixel: 0,
-            ws_ypixel: 0,
-        };
-        tcsetwinsize(&controller, size).unwrap();
-        let path = ptsname(&controller, Vec::new())
-            .unwrap()
-            .into_string()
-            .unwrap();
-        let controller = File::from(controller);
-        let mut output = controller.try_clone().unwrap();
-        let shown = Arc::new(Mutex::new(Vec::new()));
-        let to = Arc::clone(&shown);
-        let reader = std::thread::spawn(move || {
-            let mut bytes = [0; 4096];
-            // Fails once nobody has the terminal open any more.
-            while let Ok(n @ 1..) = output.read(&mut bytes) {
-                to.lock().unwrap().extend_from_slice(&bytes[..n]);
-            }
-        });
-        Self {
-            controller,
-            path: path.into(),
-            shown,
-            reader,
-        }
-    }
-
-    fn end(&self) -> File {
-        File::options()
-            .read(true)
-            .write(true)
-            .open(&self.path)
-            .unwrap()
-    }
-}
-
 impl Panicked {
     fn bench(part: &'static str, command: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let config = patient_config(folder.path());
-        let mut screen = Screen::open();
-        let modes = |screen: &Screen| tcgetattr(&screen.controller).unwrap().local_modes;
-        let before = modes(&screen);
+        let mut screen = Screen::open(100, 30);
+        let before = screen.local_modes();
         let mut bench = Command::new(env!("CARGO_BIN_EXE_panicking-bench"));
         bench
             .arg(part)
@@ -118,18 +60,15 @@ impl Panicked {
             .arg("--config")
             .arg(&config)
             .current_dir(folder.path())
-            .env("RUST_BACKTRACE", "1")
-            .stdin(screen.end())
-            .stdout(screen.end())
-            .stderr(screen.end());
+            .env("RUST_BACKTRACE", "1");
+        screen.attach(&mut bench);
         let mut child = bench.spawn().unwrap();
         drop(bench);
         let mut idle = true;
         let status = until(MINUTE, || {
-            let begins = |shown: &[u8]| shown.windows(6).any(|words| words == b"begins");
-            if idle && begins(&screen.shown.lock().unwrap()) {
+            if idle && screen.shown().contains("begins") {
                 // A session waits for its participant, or for the operator's space bar.
-                screen.controller.write_all(b" ").unwrap();
+                screen.press(" ");
                 idle = false;
             }
             child.try_wait().unwrap()
@@ -138,9 +77,8 @@ impl Panicked {
             child.kill().unwrap();
             child.wait().unwrap();
         }
-        let after = modes(&screen);
-        screen.reader.join().unwrap();
-        let shown = String::from_utf8_lossy(&screen.shown.lock().unwrap()).into_owned();
+        let after = screen.local_modes();
+        let shown = screen.to_the_end();
         let status = status.unwrap_or_else(|| panic!("{part}: still running; {}", end(&shown)));
         let report = std::fs::read(folder.path().join("report.json"));
         let report = report.unwrap_or_else(|error| panic!("{part}: {error}; {}", end(&shown)));

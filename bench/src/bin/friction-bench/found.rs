@@ -2,11 +2,13 @@
 
 use std::ffi::OsStr;
 
+use devices::stop_on_signals;
 use friction_bench::cli::Speed;
 use setup::inventory::{Listing, audio, serial_ports};
 use setup::{Ask, Options, Terminal, Unattended};
 use signalgen::audio::{HostChoice, open_host};
 use sources::Place;
+use tasks::StopFlag;
 
 use crate::{real_gpio, simulated};
 
@@ -53,13 +55,17 @@ pub fn for_rig(options: &Options) -> anyhow::Result<Listing> {
     Ok(found)
 }
 
-/// Who answers questions: a person at the terminal, or nobody.
-pub fn asked(attended: bool) -> Box<dyn Ask> {
-    if attended {
-        Box::new(Terminal)
-    } else {
-        Box::new(Unattended)
+/// Who answers questions: a person at the terminal until a signal comes, or nobody.
+pub fn asked(attended: bool) -> anyhow::Result<Box<dyn Ask>> {
+    if !attended {
+        return Ok(Box::new(Unattended));
     }
+    let stop = StopFlag::default();
+    let listening = stop_on_signals(&stop)?;
+    Ok(Box::new(Terminal::new(move || {
+        let _for_as_long = &listening;
+        stop.is_raised()
+    })))
 }
 
 /// The command that checks what was written.

@@ -564,13 +564,15 @@ fn init(options: &setup::Options, verbosity: Verbosity) -> anyhow::Result<ExitCo
     if attended {
         print(listing.to_text())?;
     }
-    let mut ask = found::asked(attended);
+    let mut ask = found::asked(attended)?;
     let written = setup::write(options, &listing, &mut *ask)?;
     print(&written.text)?;
     let faint =
         "Check it now? By these numbers it drives a tone of 2 V at most: nobody touches the plate.";
     // Uncalibrated it is not ready; what there is to see is what else is wrong.
-    if ask.confirm(faint)? {
+    let checks = ask.confirm(faint)?;
+    drop(ask);
+    if checks {
         let check = Cli::try_parse_from(found::check(options))?;
         if let Err(error) = dispatch(check.command, verbosity) {
             print(format!("check: {error:#}\n"))?;

@@ -27,6 +27,7 @@ mod private;
 mod published_study;
 mod refusals;
 mod rehearsal;
+mod replay_moves;
 mod rigs;
 mod second_instance;
 mod session;

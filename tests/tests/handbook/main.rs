@@ -10,18 +10,20 @@ mod commands;
 mod manual;
 mod messages;
 mod pictures;
+mod window_pictures;
 
 use std::path::Path;
 
 use bench_tests::handbook::WRITE;
 
 /// Compares a file of the handbook with what the program makes now, or writes it.
-fn same(path: &Path, made: &str) {
+fn same(path: &Path, made: impl AsRef<[u8]>) {
+    let made = made.as_ref();
     if std::env::var_os(WRITE).is_some_and(|value| value == "1") {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(path, made).unwrap();
     }
-    let kept = std::fs::read_to_string(path).unwrap_or_default();
+    let kept = std::fs::read(path).unwrap_or_default();
     assert!(
         kept == made,
         "{} is not what the program makes now; `./dev handbook` writes it anew, then look at it and commit it",

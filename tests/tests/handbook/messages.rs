@@ -83,7 +83,7 @@ type Words = BTreeMap<String, Option<String>>;
 
 #[test]
 fn the_chapter_is_the_index() {
-    super::same(&folder().join("src/messages.md"), &chapter());
+    super::same(&folder().join("src/messages.md"), chapter());
 }
 
 #[test]

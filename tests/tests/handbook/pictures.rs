@@ -22,7 +22,7 @@ const CALIBRATION: (u16, u16) = (92, 26);
 
 fn kept(name: &str, screen: &Buffer, title: &str) {
     let path = folder().join("src/pictures").join(name);
-    super::same(&path, &svg(screen, title, Paper::Dark));
+    super::same(&path, svg(screen, title, Paper::Dark));
 }
 
 fn drawn(state: &State, (columns, rows): (u16, u16)) -> Buffer {

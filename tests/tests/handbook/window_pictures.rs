@@ -1,0 +1,87 @@
+//! The handbook's pictures of the participant's window, as the window draws them.
+
+use bench_tests::handbook::folder;
+use live::window_screen;
+use participant_window::canvas::Canvas;
+use participant_window::geometry::Geometry;
+use participant_window::lettering::Typeface;
+use participant_window::page::{GROUND, Moving, Page};
+use participant_window::ruler::Ruler;
+use protocols::{Language, Texts};
+use tui::{Instruction, ParticipantView};
+
+/// Of a monitor of 34 cm, in pixels.
+const SIZE: (u32, u32) = (960, 540);
+/// Width of such a pixel, m.
+const PIXEL_M: f64 = 0.34 / 960.0;
+
+fn kept(name: &str, canvas: &Canvas) {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, SIZE.0, SIZE.1);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header().unwrap();
+    let bytes = canvas.pixels().iter().flat_map(|pixel| {
+        let [_, red, green, blue] = pixel.to_be_bytes();
+        [red, green, blue]
+    });
+    writer.write_image_data(&bytes.collect::<Vec<_>>()).unwrap();
+    writer.finish().unwrap();
+    super::same(&folder().join("src/pictures").join(name), &file);
+}
+
+fn drawn(view: &ParticipantView, moving: Moving) -> Canvas {
+    let geometry = Geometry {
+        width: f64::from(SIZE.0),
+        height: f64::from(SIZE.1),
+        pixel_m: PIXEL_M,
+    };
+    let mut page = Page::new(Typeface::built_in().unwrap(), geometry);
+    let shown = window_screen::shown(view, None);
+    page.draw(&shown, Some(view.audio_s), moving).0.clone()
+}
+
+fn view(instruction: Instruction) -> ParticipantView {
+    ParticipantView {
+        instruction,
+        plate_m: 0.105,
+        start_m: 0.01,
+        end_m: 0.095,
+        speed_m_per_s: 0.02,
+        audio_s: 14.0,
+        moves_at_s: Some(12.0),
+        trial: 3,
+        trials: 20,
+        force_band_n: Some((0.5, 0.8)),
+        texts: Texts::of(Language::En).clone().into(),
+        ..ParticipantView::default()
+    }
+}
+
+#[test]
+fn the_ruler_page() {
+    let mut canvas = Canvas::new(SIZE.0 as usize, SIZE.1 as usize, GROUND);
+    Ruler::new(SIZE.0, PIXEL_M).draw(&mut canvas, &Typeface::built_in().unwrap());
+    kept("window-ruler.png", &canvas);
+}
+
+#[test]
+fn the_slider_to_follow() {
+    let slider_m = Some(0.05);
+    let moving = Moving {
+        slider_m,
+        finger_m: None,
+    };
+    kept(
+        "window-slider.png",
+        &drawn(&view(Instruction::FollowSlider), moving),
+    );
+}
+
+#[test]
+fn what_the_participant_learns_after_an_exploration() {
+    let view = ParticipantView {
+        mean_force_n: Some(0.63),
+        ..view(Instruction::Feedback)
+    };
+    kept("window-force.png", &drawn(&view, Moving::default()));
+}

@@ -41,4 +41,19 @@ pub struct PartFact {
     pub words: String,
     /// Whether it is as it should be.
     pub well: bool,
+    /// The line whose level is shown beside the words.
+    #[serde(default)]
+    pub line: Option<BenchLine>,
+}
+
+/// A line whose level the operator may want to see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BenchLine {
+    /// The e-stop's loop.
+    Estop,
+    /// The heartbeat into the amplifier's one-shot.
+    Heartbeat,
+    /// The participant's button.
+    Button,
 }

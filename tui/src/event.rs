@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-pub use crate::bench_facts::{BenchFacts, CalibrationFact, PartFact};
+pub use crate::bench_facts::{BenchFacts, BenchLine, CalibrationFact, PartFact};
 pub use crate::contact_view::{ContactCurves, FitView, NoEstimate, PeriodTrace};
 pub use crate::impedance_value::{ComplexImpedance, ValueAndStd};
 pub use crate::outlook::Outlook;
@@ -405,6 +405,34 @@ pub struct SystemHealth {
     /// Processor time of this program per second of the clock, in cores.
     #[serde(default)]
     pub cores: Option<f64>,
+    /// How the bench's lines are now.
+    #[serde(default)]
+    pub lines: LineStates,
+}
+
+/// How the bench's lines are now; `None` for one that is not wired, or not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct LineStates {
+    /// Whether the e-stop's loop is open: pressed or cut.
+    pub estop_open: Option<bool>,
+    /// Whether the heartbeat beats.
+    pub heartbeat_beats: Option<bool>,
+    /// Whether the participant's button is pressed.
+    pub button_pressed: Option<bool>,
+}
+
+impl LineStates {
+    /// Returns how `line` is, in words, and whether that is as it may be while the plate is driven.
+    #[must_use]
+    pub fn of(&self, line: BenchLine) -> Option<(&'static str, bool)> {
+        let (on, (yes, no), well) = match line {
+            BenchLine::Estop => (self.estop_open?, ("PRESSED OR CUT", "closed"), false),
+            BenchLine::Heartbeat => (self.heartbeat_beats?, ("beats", "still"), true),
+            BenchLine::Button => (self.button_pressed?, ("pressed", "not pressed"), true),
+        };
+        Some(if on { (yes, well) } else { (no, true) })
+    }
 }
 
 /// State of the safety watch.

@@ -59,6 +59,9 @@ fn states() -> Vec<(&'static str, State)> {
         state: SafetyState::Tripped,
         reason: Some("emergency stop pressed".to_owned()),
     });
+    let mut pressed = stop.health.unwrap();
+    pressed.lines.estop_open = Some(true);
+    stop.apply(&Event::Health(pressed));
     let mut uncalibrated = normal();
     uncalibrated.session.uncalibrated = true;
     uncalibrated.session.calibration_label = None;

@@ -126,7 +126,11 @@ impl OpenHardware {
         } = hardware;
         let drive_settings = settings(config)?;
         lock_memory(config, &schedule)?;
-        let (signals, gauges) = (Arc::new(Signals::default()), Arc::new(Gauges::default()));
+        let signals = Arc::new(Signals::default());
+        let gauges = Arc::new(Gauges {
+            lines: Arc::clone(&signals.lines),
+            ..Gauges::default()
+        });
         let start = thread_start(config, simulated, &gauges);
         let generator = Generator::new(drive_settings);
         let Duplex {

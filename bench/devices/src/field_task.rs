@@ -195,6 +195,11 @@ impl Field {
             return Ok(());
         };
         let high = button.is_high()?;
+        let mut health = self.gauges.field.get().unwrap_or_default();
+        if health.button_pressed != Some(high) {
+            health.button_pressed = Some(high);
+            self.gauges.field.set(health);
+        }
         if high != self.button_high && now_ns.saturating_sub(self.button_changed_ns) >= BOUNCE_NS {
             self.button_high = high;
             self.button_changed_ns = now_ns;

@@ -1,5 +1,8 @@
 //! Latest values of the devices, as screens show them.
 
+use std::sync::Arc;
+
+use safety::LineLevels;
 use sources::LineFaults;
 use tasks::Slot;
 
@@ -16,6 +19,8 @@ pub struct FieldHealth {
     pub drift_ppm: Option<f64>,
     /// Number of encoder readings that had missed a state.
     pub encoder_skipped: u64,
+    /// Whether the participant's button is pressed; `None` where none is wired.
+    pub button_pressed: Option<bool>,
 }
 
 /// Latest values that the devices' tasks publish.
@@ -27,6 +32,8 @@ pub struct Gauges {
     pub fullest_ring: Slot<f64>,
     /// Faults and rates of the slow inputs.
     pub field: Slot<FieldHealth>,
+    /// How the safety watch's lines are.
+    pub lines: Arc<Slot<LineLevels>>,
     /// Scheduling of the sound card's callbacks.
     pub stream_threads: StreamThreads,
 }

@@ -4,7 +4,7 @@ use config::{CalibrationFile, Config, Effective, Provenance};
 use config::{HardwareStop, Quantity};
 use jiff::Timestamp;
 use sources::Lines;
-use tui::event::{BenchFacts, CalibrationFact, PartFact};
+use tui::event::{BenchFacts, BenchLine, CalibrationFact, PartFact};
 
 const DAY_S: f64 = 86_400.0;
 
@@ -118,6 +118,7 @@ fn parts(config: &Config, is: Wired) -> Vec<PartFact> {
         name: name.to_owned(),
         words,
         well,
+        line: None,
     };
     let safety = &config.safety;
     let stop = |name: &str, line: HardwareStop, wired: bool| {
@@ -126,7 +127,14 @@ fn parts(config: &Config, is: Wired) -> Vec<PartFact> {
             (true, None) => "wired".to_owned(),
             (false, None) => "not wired".to_owned(),
         };
-        part(name, words, wired)
+        let line = match line {
+            HardwareStop::Estop => BenchLine::Estop,
+            HardwareStop::Heartbeat => BenchLine::Heartbeat,
+        };
+        PartFact {
+            line: Some(line),
+            ..part(name, words, wired)
+        }
     };
     let wired = |name: &str, wired: bool, without: &str| {
         let words = if wired { "wired" } else { without };
@@ -141,11 +149,14 @@ fn parts(config: &Config, is: Wired) -> Vec<PartFact> {
         stop("e-stop", HardwareStop::Estop, is.estop),
         stop("heartbeat", HardwareStop::Heartbeat, is.heartbeat),
         wired("enable", is.enable, "not wired"),
-        wired(
-            "button",
-            is.button,
-            "none: a finger at rest counts as ready",
-        ),
+        PartFact {
+            line: Some(BenchLine::Button),
+            ..wired(
+                "button",
+                is.button,
+                "none: a finger at rest counts as ready",
+            )
+        },
         part(
             "dead-man",
             if safety.dead_man.is_some() {

@@ -153,6 +153,7 @@ impl LiveMeter {
         self.due_ns = now_ns + PERIOD_NS;
         let field = gauges.field.get().unwrap_or_default();
         let faults = field.force;
+        let lines = gauges.lines.get().unwrap_or_default();
         let now = (now_ns, account.frames, field.force_samples);
         let since = self.last.replace(now);
         let per_second = |count: u64, since_ns: u64| {
@@ -180,6 +181,11 @@ impl LiveMeter {
                 + faults.failed,
             encoder_skipped: field.encoder_skipped,
             cores: self.processor.cores(now_ns as f64 * 1e-9),
+            lines: tui::event::LineStates {
+                estop_open: lines.estop_open,
+                heartbeat_beats: lines.beats,
+                button_pressed: field.button_pressed,
+            },
         })
     }
 }

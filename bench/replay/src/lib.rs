@@ -5,6 +5,7 @@ mod free_clock;
 mod listing;
 mod opening;
 mod options;
+mod past_crops;
 mod report;
 mod source;
 
@@ -48,6 +49,7 @@ use source::Source;
 
 pub use listing::recordings_in;
 pub use options::{Options, Speed};
+pub use past_crops::past_crops;
 pub use report::Report;
 
 /// The screen is fed this often, s of the recording.

@@ -33,7 +33,7 @@ pub use readback::{Misfit, Readback};
 pub use safety_limits::{
     BlindLimit, DEAD_MAN_RELEASE_S, FaintDrive, HiddenByDelay, Pace, SENSITIVITY, SafetyLimits,
 };
-pub use safety_lines::{GpioError, InputLine, OutputLine, SafetyLines, input, output};
+pub use safety_lines::{GpioError, InputLine, LineLevels, OutputLine, SafetyLines, input, output};
 pub use safety_state::{SafetyCommand, SafetyState};
 pub use signals::{DriveReading, Nonsense, Press, Signals};
 pub use sliding_hour::{SlidingHour, Span};

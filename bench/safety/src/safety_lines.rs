@@ -77,6 +77,15 @@ pub fn output(line: &'static str, pin: impl OutputPin + Send + 'static) -> Box<d
     Box::new(Named { line, pin })
 }
 
+/// How the lines are that the watch uses; `None` for one that is not wired.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LineLevels {
+    /// Whether the emergency stop's loop is open: pressed or cut.
+    pub estop_open: Option<bool>,
+    /// Whether the heartbeat beats.
+    pub beats: Option<bool>,
+}
+
 /// Lines that only the watch uses; a line that is not wired is `None`.
 #[derive(Default)]
 pub struct SafetyLines {

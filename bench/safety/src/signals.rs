@@ -1,5 +1,6 @@
 //! Latest values that other tasks publish for the watch; each slot holds one small value, so nobody waits for long.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
 use tasks::Slot;
@@ -8,6 +9,7 @@ use tasks::scheduling::Scheduling;
 use crate::dead_man::Hold;
 use crate::dose::DoseLeft;
 use crate::loop_delay::LoopDelay;
+use crate::safety_lines::LineLevels;
 use crate::safety_state::SafetyState;
 use crate::stop_times::StopTimes;
 
@@ -97,6 +99,8 @@ pub struct Signals {
     pub dose: Slot<DoseLeft>,
     /// What the person at the dead-man switch must do next, on a bench that uses one; published by the watch.
     pub hold: Slot<Hold>,
+    /// How the watch's lines are; published by the watch, also for screens.
+    pub lines: Arc<Slot<LineLevels>>,
     /// Estimated temperature of the plate above the room, K; published by the watch.
     pub rise_k: Slot<f64>,
     /// State of the watch; published by the watch.

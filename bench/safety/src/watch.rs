@@ -19,7 +19,7 @@ use crate::guard::DriveGuard;
 use crate::loop_delay::DelayMeter;
 use crate::readback::Readback;
 use crate::safety_limits::{SENSITIVITY, SafetyLimits};
-use crate::safety_lines::{GpioError, OutputLine, SafetyLines};
+use crate::safety_lines::{GpioError, LineLevels, OutputLine, SafetyLines};
 use crate::safety_state::{SafetyCommand, SafetyState};
 use crate::signals::{Nonsense, Press, Signals};
 use crate::stop_times::StopLine;
@@ -39,6 +39,7 @@ pub struct Watch {
     /// What is to be published as soon as nobody is at its slot.
     unpublished: Unpublished,
     heartbeat_high: bool,
+    levels: LineLevels,
     progress: Progress,
     readback: Readback,
     delay: DelayMeter,
@@ -186,6 +187,7 @@ impl Watch {
             state: SafetyState::Disarmed,
             unpublished: Unpublished::default(),
             heartbeat_high: false,
+            levels: LineLevels::default(),
             progress: Progress::default(),
             readback,
             delay: DelayMeter::new(rate_hz, latency_s.max(2.0 * measured_s)),
@@ -222,7 +224,11 @@ impl Watch {
 
     fn e_stop_open(&mut self) -> Result<bool, GpioError> {
         match &mut self.lines.estop {
-            Some(estop) => Ok(!estop.is_high()?),
+            Some(estop) => {
+                let open = !estop.is_high()?;
+                self.levels.estop_open = Some(open);
+                Ok(open)
+            }
             None => Ok(false),
         }
     }
@@ -481,6 +487,7 @@ impl Watch {
             self.handle_command(command, now_ns)?;
         }
         let wrong = self.first_fault(now_ns)?;
+        let beat = self.heartbeat_high;
         match (&self.state, wrong) {
             (SafetyState::Armed, None) => {
                 let demand = self.exercised(now_ns)?;
@@ -500,6 +507,9 @@ impl Watch {
         if let Some(trip) = self.alive_after_stop(now_ns) {
             self.set_state(SafetyState::Tripped { trip });
         }
+        let wired = self.lines.heartbeat.is_some();
+        self.levels.beats = wired.then_some(self.heartbeat_high != beat);
+        self.unpublished.lines = Some(self.levels);
         Ok(())
     }
 }

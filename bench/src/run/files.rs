@@ -14,9 +14,11 @@ use recording::study::event_log::{self, Document};
 use recording::study::{self, EVENTS_FILE, EventLogError, Study, TrialLabel};
 use signalgen::StreamDirection;
 use sources::field_box::FieldBox;
+use tui::event::Crop;
 
 use super::plan::{NAME, Plan, VERSION};
 use super::recorded_plate::{recorded_errors, recorded_plate};
+use crate::outcome::progress_bar;
 use crate::session::BeginRecording;
 use crate::shell_words::quoted;
 
@@ -64,11 +66,9 @@ pub(super) fn open_session(
 /// # Errors
 /// The log has holes, so that nobody can tell which trials are still to be done.
 pub(super) fn last_trial(plan: &Plan) -> anyhow::Result<Option<(String, bool)>> {
-    let participant = plan.study.join(plan.participant.as_str());
-    let Some(number) = study::last_session(&participant)? else {
+    let Some(folder) = last_session(plan)? else {
         return Ok(None);
     };
-    let folder = participant.join(study::session_name(number));
     let distrust = |because: String| {
         anyhow::anyhow!(
             "the log of {} cannot be trusted, so nobody can tell which trials are still to be done: {because}; put back \
@@ -96,6 +96,30 @@ pub(super) fn last_trial(plan: &Plan) -> anyhow::Result<Option<(String, bool)>> 
         verification::trial_words(&trial)
     );
     Ok(Some((words, trial.defects.is_empty())))
+}
+
+/// Returns the crops of what the session that is gone on with has recorded; none of a recording that cannot be read, of
+/// which others tell.
+pub(super) fn past_crops(plan: &Plan) -> anyhow::Result<Vec<Crop>> {
+    let Some(folder) = last_session(plan)? else {
+        return Ok(Vec::new());
+    };
+    let labels = verification::recordings(&folder).unwrap_or_default();
+    let bar = progress_bar(labels.len() as u64, plan.verbosity);
+    let crops = labels.iter().flat_map(|label| {
+        bar.inc(1);
+        replay::past_crops(&folder.join(label.to_string()), *label).unwrap_or_default()
+    });
+    let crops = crops.collect();
+    bar.finish_and_clear();
+    Ok(crops)
+}
+
+/// Returns the folder of the participant's last session.
+fn last_session(plan: &Plan) -> anyhow::Result<Option<PathBuf>> {
+    let participant = plan.study.join(plan.participant.as_str());
+    let number = study::last_session(&participant)?;
+    Ok(number.map(|number| participant.join(study::session_name(number))))
 }
 
 /// A session goes on in the order that it began with, or not at all.

@@ -31,7 +31,7 @@ use crate::journal::Journal;
 use crate::readiness::Readiness;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
-use files::{begin_recording, last_trial, machine, open_session};
+use files::{begin_recording, last_trial, machine, open_session, past_crops};
 use live::bench_facts;
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
@@ -75,6 +75,11 @@ pub fn run(
         last_trial(&plan)?
     } else {
         None
+    };
+    let crops = if plan.resume && !plan.headless {
+        past_crops(&plan)?
+    } else {
+        Vec::new()
     };
     let driving = protocol.driving_time();
     let participant_folder = plan.study.join(plan.participant.as_str());
@@ -180,7 +185,10 @@ pub fn run(
         kept_m: Some(kept(config, protocol)),
     }));
     let past = past_trials(machine.records(), &session.log_before().documents, protocol);
-    past.into_iter().for_each(|event| front.show(event));
+    let crops = crops.into_iter().map(tui::Event::Crop);
+    past.into_iter()
+        .chain(crops)
+        .for_each(|event| front.show(event));
     front.show(tui::Event::Bench(bench_facts::facts(
         &effective,
         (clock.utc(), clock.is_simulated()),

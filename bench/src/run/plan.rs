@@ -17,6 +17,7 @@ use strict::InFile;
 
 use super::recorded_plate::{recorded_errors, recorded_profile};
 use crate::apparatus::pace;
+use crate::verbosity::Verbosity;
 use crate::{calibrate, dates};
 use live::carrier_decision::RequireDrivable;
 use preflight::Table;
@@ -50,6 +51,8 @@ pub struct Plan {
     pub headless: bool,
     /// The preflight that this session passed, for its log.
     pub preflight: Option<Table>,
+    /// What is printed before the dashboard opens.
+    pub verbosity: Verbosity,
     /// Faults that are injected, in the form of `--fault`: what is recorded is a rehearsal.
     pub rehearsed: Vec<String>,
     /// What nobody has measured although the bench's safety rests on it.
@@ -208,6 +211,7 @@ impl Plan {
             new_session: options.new_session,
             headless: options.headless,
             preflight: None,
+            verbosity: Verbosity::default(),
             rehearsed: Vec::new(),
             settings,
         })

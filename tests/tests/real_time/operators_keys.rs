@@ -144,6 +144,11 @@ fn a_stopped_session_goes_on_once_it_is_rearmed_and_a_killed_one_is_resumed() {
         .map(|(number, attempt, _)| (number, attempt))
         .collect();
     assert_eq!(attempts, [(1, 1), (1, 2), (1, 3)]);
+    terminal.again(&format!("{RUN} --resume"));
+    terminal.shows(&["attempt 4"]);
+    terminal.press(&["3"]);
+    // The newest that is over.
+    terminal.shows(&["trial 1.3", "exploration 1 →"]);
 }
 
 #[test]

@@ -8,6 +8,7 @@ use std::path::Path;
 
 use bench_tests::session::{SessionFolder, VirtualParticipant};
 use console::Front;
+use recording::study::{TrialBlock, TrialLabel};
 use replay::{Options, Plan, Report, Speed};
 use tasks::StopFlag;
 use tui::{Action, Event};
@@ -115,6 +116,14 @@ fn what_is_shown_rests_on_all_before_it_however_it_was_reached() {
     let crop = crops(&straight_events);
     assert_eq!(crop.len(), 1);
     assert_eq!(crops(&wandered_events), vec![crop[0]; 3]);
+    // A session that goes on shows it again.
+    let label = TrialLabel {
+        block: TrialBlock::Main,
+        number: 1,
+        attempt: 1,
+    };
+    let past = replay::past_crops(recording, label).unwrap();
+    assert_eq!(vec![&Event::Crop(past[0].clone())], crop);
 
     // Paused, it moves and stands again.
     let (paused, _) = replayed(

@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 
 use tui::event::{
-    BenchFacts, CalibrationFact, ComplexImpedance, ContactCurves, Crop, CropStretch, Event,
-    FitView, Live, LogLevel, NoEstimate, Outlook, PartFact, PeriodTrace, PhaseKind, PhaseView,
-    SafetyState, SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
+    BenchFacts, BenchLine, CalibrationFact, ComplexImpedance, ContactCurves, Crop, CropStretch,
+    Event, FitView, LineStates, Live, LogLevel, NoEstimate, Outlook, PartFact, PeriodTrace,
+    PhaseKind, PhaseView, SafetyState, SessionHeader, SystemHealth, TrialVerdict, ValueAndStd,
 };
 use tui::{Instruction, ParticipantView};
 
@@ -145,6 +145,11 @@ impl Script {
             force_faults: 0,
             encoder_skipped: 0,
             cores: Some(0.34),
+            lines: LineStates {
+                estop_open: Some(false),
+                heartbeat_beats: None,
+                button_pressed: Some(false),
+            },
         }));
     }
 
@@ -393,6 +398,12 @@ fn facts() -> BenchFacts {
         name: name.to_owned(),
         words: words.to_owned(),
         well,
+        line: match name {
+            "e-stop" => Some(BenchLine::Estop),
+            "heartbeat" => Some(BenchLine::Heartbeat),
+            "button" => Some(BenchLine::Button),
+            _ => None,
+        },
     };
     BenchFacts {
         plate: "plate of 105 mm at 35000.0 Hz".to_owned(),
@@ -408,6 +419,7 @@ fn facts() -> BenchFacts {
         parts: vec![
             part("e-stop", "wired", true),
             part("heartbeat", "waived by N. H.", false),
+            part("button", "wired", true),
             part("encoder", "gpio", true),
             part("force", "serial line at 460800 baud", true),
         ],

@@ -73,14 +73,20 @@ pub(crate) fn parts(state: &State, area: Rect, buf: &mut Buffer) {
         return;
     };
     let mut lines = Vec::new();
+    let levels = state.health.as_ref().map(|health| health.lines);
     for part in &bench.parts {
-        let (mark, style) = if part.well {
+        let level = levels.zip(part.line).and_then(|(all, line)| all.of(line));
+        let words = match level {
+            Some((level, _)) => format!("{}, {level}", part.words),
+            None => part.words.clone(),
+        };
+        let (mark, style) = if part.well && level.is_none_or(|(_, well)| well) {
             ("✓", theme.good())
         } else {
             ("!", theme.warning())
         };
         let columns = body.width.saturating_sub(14);
-        for (i, words) in wrap(&part.words, columns).into_iter().enumerate() {
+        for (i, words) in wrap(&words, columns).into_iter().enumerate() {
             let head = if i == 0 {
                 vec![
                     Span::styled(mark, style),

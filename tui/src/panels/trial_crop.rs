@@ -51,7 +51,7 @@ pub(crate) fn explorations(state: &State, line: &TrialLine, area: Rect, buf: &mu
     let crops: Vec<&Crop> = state.crops_of(line).collect();
     if crops.is_empty() {
         let why = if line.verdict.is_some() {
-            "its curves are in its recording: friction-bench replay shows them"
+            "no exploration came to its end; friction-bench replay shows the recording"
         } else {
             "no exploration is over yet"
         };

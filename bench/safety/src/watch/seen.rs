@@ -4,6 +4,7 @@
 use crate::dead_man::Hold;
 use crate::dose::DoseLeft;
 use crate::loop_delay::LoopDelay;
+use crate::safety_lines::LineLevels;
 use crate::safety_state::SafetyState;
 use crate::signals::{DriveReading, Nonsense, Press, Signals};
 use crate::stop_times::StopTimes;
@@ -39,6 +40,7 @@ pub(super) struct Unpublished {
     pub(super) dose: Option<DoseLeft>,
     pub(super) hold: Option<Hold>,
     pub(super) rise_k: Option<f64>,
+    pub(super) lines: Option<LineLevels>,
 }
 
 impl Unpublished {
@@ -50,5 +52,6 @@ impl Unpublished {
         signals.dose.offer(&mut self.dose);
         signals.hold.offer(&mut self.hold);
         signals.rise_k.offer(&mut self.rise_k);
+        signals.lines.offer(&mut self.lines);
     }
 }

@@ -484,13 +484,20 @@ fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
         lines,
         Box::new(card.clone()),
         false,
-        signals,
+        Arc::clone(&signals),
         ask.clone(),
     );
+    let levels = |estop_open, beats| {
+        let (estop_open, beats) = (Some(estop_open), Some(beats));
+        Some(LineLevels { estop_open, beats })
+    };
     watch.poll(0).unwrap();
+    assert_eq!(signals.lines.get(), levels(false, false));
     ask.send(SafetyCommand::Arm);
     watch.poll(1_000_000).unwrap();
+    assert_eq!(signals.lines.get(), levels(false, true));
     watch.poll(2_000_000).unwrap();
+    assert_eq!(signals.lines.get(), levels(true, false));
     assert_eq!(
         watch.state,
         SafetyState::Tripped {

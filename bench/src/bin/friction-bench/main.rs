@@ -357,7 +357,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let bench = effective(config, &options.hardware, options.uncalibrated, verbosity)?;
     let faults = faults(bench.config(), &options.hardware, &options.rehearsal)?;
     let mut plan = Plan::new(bench, options)?;
-    plan.rehearsed = rehearsed::words(&faults);
+    (plan.verbosity, plan.rehearsed) = (verbosity, rehearsed::words(&faults));
     verbosity.note(format_args!("protocol: {}", plan.protocol.file));
     let displays = participant::displays(options, &plan.protocol.protocol.texts(), print)?;
     require_terminal(options.headless)?;

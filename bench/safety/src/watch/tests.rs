@@ -487,17 +487,14 @@ fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
         Arc::clone(&signals),
         ask.clone(),
     );
-    let levels = |estop_open, beats| {
-        let (estop_open, beats) = (Some(estop_open), Some(beats));
-        Some(LineLevels { estop_open, beats })
-    };
+    let levels = || signals.lines.get().map(|is| (is.estop_open, is.beats));
     watch.poll(0).unwrap();
-    assert_eq!(signals.lines.get(), levels(false, false));
+    assert_eq!(levels(), Some((Some(false), Some(false))));
     ask.send(SafetyCommand::Arm);
     watch.poll(1_000_000).unwrap();
-    assert_eq!(signals.lines.get(), levels(false, true));
+    assert_eq!(levels(), Some((Some(false), Some(true))));
     watch.poll(2_000_000).unwrap();
-    assert_eq!(signals.lines.get(), levels(true, false));
+    assert_eq!(levels(), Some((Some(true), Some(false))));
     assert_eq!(
         watch.state,
         SafetyState::Tripped {

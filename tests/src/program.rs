@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
+use std::time::SystemTime;
 
 /// The binary of the bench.
 pub fn friction_bench() -> &'static Path {
@@ -83,9 +84,10 @@ fn up_to_date(package: &str, binary: &str) -> PathBuf {
 /// Whether the binary is younger than everything that cargo made it of. `cargo test --workspace` leaves it so; asking cargo
 /// again would choose other features of the dependencies and compile them anew.
 fn is_fresh(binary: &Path) -> bool {
-    let modified = |path: &Path| path.metadata().and_then(|file| file.modified()).ok();
     let Ok(list) = std::fs::read_to_string(binary.with_extension("d")) else {
-        return false;
+        // Cargo writes no list where only tests were asked for.
+        let latest = latest_source(workspace()).ok();
+        return modified(binary).is_some_and(|built| latest.is_some_and(|source| source <= built));
     };
     let Some(((_, sources), built)) = list.trim_end().split_once(": ").zip(modified(binary)) else {
         return false;
@@ -95,6 +97,27 @@ fn is_fresh(binary: &Path) -> bool {
         .split(' ')
         .map(|source| source.replace('\0', " "))
         .all(|source| modified(Path::new(&source)).is_some_and(|modified| modified <= built))
+}
+
+fn modified(path: &Path) -> Option<SystemTime> {
+    path.metadata().and_then(|file| file.modified()).ok()
+}
+
+/// When the youngest source in `folder` was written.
+fn latest_source(folder: &Path) -> std::io::Result<SystemTime> {
+    let mut latest = SystemTime::UNIX_EPOCH;
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        if path.is_dir() {
+            if !path.ends_with("target") && !path.ends_with(".git") {
+                latest = latest.max(latest_source(&path)?);
+            }
+        } else if matches!(extension, Some("rs" | "toml" | "lock")) {
+            latest = latest.max(path.metadata()?.modified()?);
+        }
+    }
+    Ok(latest)
 }
 
 fn build(profile: &Path, package: &str, binary: &str) {

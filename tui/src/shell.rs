@@ -23,6 +23,7 @@ use crate::terminal_kind::{is_ascii, theme};
 const FRAME: Duration = Duration::from_millis(33);
 /// Time between two rings of the bell while the bench is tripped and no key was pressed, s.
 const BELL_S: f64 = 5.0;
+
 /// Shows the dashboard on this process's terminal. Returns when [`Event::Close`] comes, when all senders of events are
 /// gone, or when nothing receives actions. Blocks the calling thread: what drives the plate must not wait for it.
 ///

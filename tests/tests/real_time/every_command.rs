@@ -104,6 +104,7 @@ fn judged(command: &str) -> Result<(), String> {
     Ok(())
 }
 
+/// Fault 29.
 #[test]
 fn ends_within_a_second_of_a_signal() {
     let folder = tempfile::tempdir().unwrap();

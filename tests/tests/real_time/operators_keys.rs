@@ -230,6 +230,7 @@ fn a_stopped_calibration_goes_on_with_the_points_it_has() {
     assert!(terminal.folder.path().join("calibration.toml").exists());
 }
 
+/// Fault 37.
 /// What waits for both may wake for the window and forget the key.
 #[test]
 fn a_key_pressed_while_the_window_changes_its_size_is_read() {

@@ -12,6 +12,8 @@ const MINUTE: Duration = Duration::from_secs(60);
 /// A terminal that took nothing for so long is full.
 const FULL: Duration = Duration::from_millis(500);
 
+/// Fault 29.
+/// Hazard 15.
 #[test]
 fn its_stop_key_stops_the_drive_and_a_signal_ends_the_session() {
     let folder = tempfile::tempdir().unwrap();

@@ -10,9 +10,9 @@ use participant_window::ruler::Ruler;
 use protocols::{Language, Texts};
 use tui::{Instruction, ParticipantView};
 
-/// Of a monitor of 34 cm, in pixels.
+/// Width and height of the pictured monitor, pixels.
 const SIZE: (u32, u32) = (960, 540);
-/// Width of such a pixel, m.
+/// Width of a pixel of a monitor 34 cm wide, m.
 const PIXEL_M: f64 = 0.34 / 960.0;
 
 fn kept(name: &str, canvas: &Canvas) {

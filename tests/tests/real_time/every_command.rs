@@ -26,7 +26,7 @@ const EARLY: Duration = Duration::from_millis(700);
 /// While it is at work.
 const LATE: Duration = Duration::from_millis(1800);
 
-/// What runs until somebody ends it.
+/// Commands that run until a person or a signal ends them.
 const COMMANDS: &[&str] = &[
     "run --mock --study new --participant sub-01 --protocol demo --consent-by T --config CONFIG",
     "monitor --mock --config CONFIG",

@@ -67,7 +67,9 @@ fn quits(terminal: &Terminal) {
 fn a_rejected_trial_is_kept_and_a_verdict_waits_through_a_pause() {
     let terminal = session(40, "");
     terminal.shows(&["now  verdict", "trial 1/2", "o keep anyway", "r repeat"]);
-    terminal.press(&["p"]);
+    terminal.press(&["4"]);
+    terminal.shows(&["wired, closed", "wired, beats", "wired, not pressed"]);
+    terminal.press(&["1", "p"]);
     terminal.shows(&["PAUSED", "trial 1/2", "o keep anyway"]);
     terminal.press(&["o"]);
     terminal.shows(&["kept by the operator, although"]);
@@ -231,7 +233,7 @@ fn a_stopped_calibration_goes_on_with_the_points_it_has() {
 }
 
 /// Fault 37.
-/// What waits for both may wake for the window and forget the key.
+/// Waiting for edges wakes for the window's signal and forgets the key that came with it.
 #[test]
 fn a_key_pressed_while_the_window_changes_its_size_is_read() {
     let (terminal, pid) = super::terminal::in_the_first_trial();

@@ -5,54 +5,30 @@
 )]
 
 use std::ffi::OsStr;
-use std::fs::{self, File};
-use std::io::Read;
+use std::fs;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 
 use bench_tests::program::{bench, friction_bench, workspace};
+use bench_tests::screen::Screen;
 use bench_tests::session::{
     ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
 };
 use config::Config;
 use recording::RecordingReader;
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{Winsize, tcsetwinsize};
 
 use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
 
 /// Runs `command` in a terminal of its own and returns all that it shows there.
 fn in_terminal(mut command: Command, columns: u16, rows: u16) -> (ExitStatus, String) {
-    let mut controller = File::from(openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap());
-    grantpt(&controller).unwrap();
-    unlockpt(&controller).unwrap();
-    let name = ptsname(&controller, Vec::new()).unwrap();
-    let terminal = File::options()
-        .read(true)
-        .write(true)
-        .open(OsStr::from_bytes(name.to_bytes()))
-        .unwrap();
-    let size = Winsize {
-        ws_row: rows,
-        ws_col: columns,
-        ws_xpixel: 0,
-        ws_ypixel: 0,
-    };
-    tcsetwinsize(&terminal, size).unwrap();
-    let again = || terminal.try_clone().unwrap();
-    command.stdin(again()).stdout(again()).stderr(again());
+    let screen = Screen::open(columns, rows);
+    screen.attach(&mut command);
     let mut child = command.spawn().unwrap();
     // The terminal closes with the program's own handles.
-    drop((command, terminal));
-    let mut shown = Vec::new();
-    let mut block = [0; 4096];
-    // Linux reports an error instead of an end.
-    while let Ok(read @ 1..) = controller.read(&mut block) {
-        shown.extend_from_slice(&block[..read]);
-    }
+    drop(command);
     let status = child.wait().unwrap();
-    (status, String::from_utf8_lossy(&shown).into_owned())
+    (status, screen.to_the_end())
 }
 
 /// Fault 37.

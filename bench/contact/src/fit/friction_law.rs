@@ -1,8 +1,7 @@
 //! From the friction ratio of Eq. 19 to friction.
 
+use first_order_lag::Lag;
 use nalgebra::Matrix2;
-
-use super::lag::Lag;
 
 /// How μ0 changes within an instance: a skin that grows moist, a slide that slows down.
 #[derive(Clone, Copy, Default)]

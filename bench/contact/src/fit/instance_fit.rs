@@ -109,9 +109,10 @@ impl InstanceFit {
             slopes: friction.slopes.into(),
             noise: friction.mu0_scatter(),
         });
+        let z_m_at_rest = model.z_m_at_rest();
         let measured = MeasuredSamples {
             time_s: samples.time_s,
-            z_m: model.z_m,
+            z_m: &z_m_at_rest,
             z_m_std: &z_m_std,
             amplitude_m: samples.amplitude_m,
             normal_n: &model.normal_n[model.lead..],

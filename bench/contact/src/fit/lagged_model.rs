@@ -1,14 +1,15 @@
 //! The model that `dynamic` and `trial` fit: the impedance of one instance, whose gap follows its equilibrium with a lag.
 
+use first_order_lag::{GrowingLag, GrowthLaw};
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
-use super::lag::Lag;
 use super::least_squares::ImpedanceModel;
 use super::loads::Loads;
 use super::series::InstanceSeries;
+use super::transient::{Row, Transient};
 use super::trend::Trend;
 use crate::assumed::AssumedConstants;
 use crate::calibration_errors::CalibrationErrors;
@@ -40,6 +41,8 @@ pub(super) struct LaggedModel<'a> {
     pub(super) z_m: &'a [Complex64],
     pub(super) loads: Loads,
     pub(super) trend: Trend,
+    /// What the skin's inertia adds, once it is followed.
+    pub(super) transient: Transient,
     /// Standard deviation of the residual mobility of other modes, m/(N·s); 0 where they are not reckoned with.
     pub(super) residual_mobility_std: f64,
     /// Time of the middle of the instance, s.
@@ -76,12 +79,8 @@ struct GapSlopes {
     unlagged: [Vec<f64>; OF_EQUILIBRIUM],
     /// But by the force: a heavier finger is one on a smaller area.
     lagged: [Vec<f64>; OF_GAP.len() - 1],
-    /// How each step depends on its own lag.
-    pushes: Vec<f64>,
-    /// Lag of each step, sampling intervals.
-    lags: Vec<f64>,
     /// The lag that the gap was followed with last.
-    lag: Lag,
+    lag: GrowingLag,
 }
 
 impl<'a> LaggedModel<'a> {
@@ -108,6 +107,11 @@ impl<'a> LaggedModel<'a> {
             z_m: &samples.z_m_corrected_n_s_per_m[lead..],
             loads: Loads::new(samples.amplitude_m, samples.normal_n, reference_n),
             trend: Trend::new(samples.time_s, lead),
+            transient: Transient::new(
+                &samples.amplitude_m[lead..],
+                &samples.z_m_plain_n_s_per_m[lead..],
+                instance.interval_s(),
+            ),
             residual_mobility_std: 0.0,
             middle_s: 0.5 * (samples.time_s[lead] + samples.time_s[samples.time_s.len() - 1]),
             equilibrium: zeros(),
@@ -115,9 +119,7 @@ impl<'a> LaggedModel<'a> {
             gap_slopes: GapSlopes {
                 unlagged: std::array::from_fn(|_| zeros()),
                 lagged: std::array::from_fn(|_| zeros()),
-                pushes: zeros(),
-                lags: zeros(),
-                lag: Lag::new(0.0, 1.0),
+                lag: GrowingLag::new(samples.time_s.len()),
             },
             by_gap: vec![Complex64::ZERO; samples.time_s.len() - lead],
             by_ln_area: vec![Complex64::ZERO; samples.time_s.len() - lead],
@@ -161,12 +163,7 @@ impl<'a> LaggedModel<'a> {
                 unlagged[at] = of_gap.by(parameter, &loads.slopes[at]);
             }
         }
-        slopes.follow(
-            &self.equilibrium,
-            &self.gap,
-            (parameters[TAU_MS], parameters[LAG_EXPONENT]),
-            MS / self.interval_s,
-        );
+        slopes.follow(&self.equilibrium, &self.gap, MS / self.interval_s);
         Some(contact)
     }
 
@@ -189,12 +186,14 @@ impl<'a> LaggedModel<'a> {
             )
         });
         equilibrium_gaps(each, &mut self.equilibrium).ok()?;
-        self.gap_slopes.lag(
-            &self.equilibrium,
-            (parameters[TAU_MS], parameters[LAG_EXPONENT]),
-            MS / self.interval_s,
-            &mut self.gap,
-        );
+        let law = GrowthLaw {
+            tau: parameters[TAU_MS] * MS / self.interval_s,
+            exponent: parameters[LAG_EXPONENT],
+            reference: LAG_REFERENCE_GAP_M,
+        };
+        self.gap_slopes
+            .lag
+            .follow(law, &self.equilibrium, &mut self.gap);
         self.gap.iter().all(|gap| *gap > 0.0).then_some(contact)
     }
 
@@ -208,7 +207,7 @@ impl<'a> LaggedModel<'a> {
         let (mut impulse, mut gap) = (vec![0.0; all], vec![0.0; all]);
         for (at, &by_ln_area) in self.gap_slopes.unlagged[AREA].iter().enumerate() {
             impulse[at] = smaller * by_ln_area;
-            self.gap_slopes.lag.apply(&impulse, &mut gap);
+            self.gap_slopes.lag.slope_by_input(&impulse, &mut gap);
             impulse[at] = 0.0;
             for (index, &by_gap) in self.by_gap.iter().enumerate() {
                 let mut of = by_gap * gap[self.lead + index];
@@ -220,6 +219,37 @@ impl<'a> LaggedModel<'a> {
             }
         }
         response
+    }
+
+    /// Follows what the skin's inertia adds to the impedance. A mass or a spring alone has the reactance that was fitted; of both
+    /// together, which may be more (Foster 1924), the carrier tells nothing.
+    pub(super) fn follow_transient(&mut self, parameters: &[f64; PARAMETERS]) -> Option<()> {
+        let contact = self.follow_gap(parameters)?;
+        let (fitted, omega) = (Fitted::new(parameters), self.carrier_rad_per_s);
+        let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, omega);
+        let rows: Vec<Row> = (self.lead..self.gap.len())
+            .map(|at| {
+                let k_c = self
+                    .contact_at(&contact, at)
+                    .stiffness_n_per_m(self.gap[at], self.loads.amplitude_m[at]);
+                let seen = self.seen(&fitted, z_c_per_stiffness * k_c, at);
+                Row {
+                    on_contact: seen.z_t / seen.both,
+                    on_skin: seen.z_c / seen.both,
+                    contact_kg: k_c / omega.powi(2),
+                    skin_kg: seen.z_t.im.abs() / omega,
+                    seen: seen.part * seen.part * seen.finger_scale,
+                }
+            })
+            .collect();
+        self.transient.follow(&rows);
+        Some(())
+    }
+
+    /// Returns the measured Z_m without what the skin's inertia adds, N·s/m.
+    pub(super) fn z_m_at_rest(&self) -> Vec<Complex64> {
+        let each = self.z_m.iter().zip(&self.transient.n_s_per_m);
+        each.map(|(z_m, added)| z_m - added).collect()
     }
 
     /// Returns the contact at a sample.
@@ -270,7 +300,7 @@ impl<'a> LaggedModel<'a> {
                 .contact_at(&contact, at)
                 .stiffness_n_per_m(self.gap[at], self.loads.amplitude_m[at]);
             let seen = self.seen(&fitted, z_c_per_stiffness * k_c, at);
-            *z_m = seen.z_p + seen.finger();
+            *z_m = seen.z_p + seen.finger() + self.transient.n_s_per_m[index];
         }
         Some(())
     }
@@ -356,7 +386,7 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
             let by_stiffness = by_z_c * z_c_per_stiffness;
             let by_z_t = (seen.z_c / seen.both).powi(2) * by_alone;
             let finger = seen.finger();
-            z_m[index] = seen.z_p + finger;
+            z_m[index] = seen.z_p + finger + self.transient.n_s_per_m[index];
             self.by_gap[index] = by_stiffness * by_gap;
             self.by_ln_area[index] = by_stiffness * at_gap.by_ln_area;
             let slope = &mut slopes[index];
@@ -424,73 +454,20 @@ pub(super) fn finger_scale(parameters: &[f64; PARAMETERS]) -> Complex64 {
 }
 
 impl GapSlopes {
-    /// Writes the gap that lags behind its equilibrium.
-    fn lag(
-        &mut self,
-        equilibrium: &[f64],
-        (tau_ms, exponent): (f64, f64),
-        intervals_per_ms: f64,
-        gap: &mut [f64],
-    ) {
-        self.lag = if exponent == 0.0 {
-            self.lags.fill(tau_ms * intervals_per_ms);
-            Lag::new(tau_ms * intervals_per_ms, 1.0)
-        } else {
-            for (n, lag) in self.lags.iter_mut().enumerate() {
-                *lag = tau_ms * intervals_per_ms * at_middle(equilibrium, n).powf(exponent);
-            }
-            Lag::varying(&self.lags)
-        };
-        self.lag.apply(equilibrium, gap);
-    }
-
-    /// Follows the slopes of the gap that [`lag`](Self::lag) wrote.
-    fn follow(
-        &mut self,
-        equilibrium: &[f64],
-        gap: &[f64],
-        (tau_ms, exponent): (f64, f64),
-        intervals_per_ms: f64,
-    ) {
-        let lag = &self.lag;
-        lag.pushes(equilibrium, gap, &mut self.pushes);
-        let (lags, pushes) = (&self.lags, &self.pushes);
+    /// Follows the slopes of the gap that lags behind its equilibrium.
+    fn follow(&mut self, equilibrium: &[f64], gap: &[f64], intervals_per_ms: f64) {
+        self.lag.differentiate(equilibrium, gap);
         let (of_equilibrium, of_lag) = self.lagged.split_at_mut(OF_EQUILIBRIUM);
         for (unlagged, lagged) in self.unlagged.iter().zip(of_equilibrium) {
-            if exponent == 0.0 {
-                lag.apply(unlagged, lagged);
-            } else {
-                // The lag follows the gap that the parameter moves.
-                let by_gap = |n: usize| twice_mean(unlagged, n) / twice_mean(equilibrium, n);
-                let push = |n: usize| pushes[n] * exponent * lags[n] * by_gap(n);
-                lag.apply_pushed(unlagged, push, lagged);
-            }
+            self.lag.slope_by_input(unlagged, lagged);
         }
         let [by_tau_ms, by_exponent] = of_lag else {
             unreachable!("the slopes by the lag's two parameters come last")
         };
-        let by_tau = |n: usize| {
-            let by_tau_ms = if exponent == 0.0 {
-                intervals_per_ms
-            } else {
-                lags[n] / tau_ms
-            };
-            pushes[n] * by_tau_ms
-        };
-        lag.accumulate(by_tau, by_tau_ms);
-        let by_growth = |n: usize| pushes[n] * lags[n] * at_middle(equilibrium, n).ln();
-        lag.accumulate(by_growth, by_exponent);
+        self.lag.slope_by_tau(by_tau_ms);
+        by_tau_ms.iter_mut().for_each(|of| *of *= intervals_per_ms);
+        self.lag.slope_by_exponent(by_exponent);
     }
-}
-
-fn twice_mean(of: &[f64], n: usize) -> f64 {
-    of[n.saturating_sub(1)] + of[n]
-}
-
-/// Returns the gap at the middle of the step that ends at a sample, over that at which τ is that of the parameters: a step's lag is
-/// that of the gap there.
-fn at_middle(gap: &[f64], n: usize) -> f64 {
-    0.5 * twice_mean(gap, n) / LAG_REFERENCE_GAP_M
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@
 //! (Adams et al. 2013). The film answers to the squared amplitude as it was a moment ago: its pressure needs some cycles of the
 //! carrier to build up. Both are 0 for the published model.
 
-use super::lag::Lag;
+use first_order_lag::Lag;
+
 use crate::contact::Contact;
 use crate::inversion::Inversion;
 use crate::parameters::LoadSlopes;

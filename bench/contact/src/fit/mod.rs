@@ -31,7 +31,6 @@ mod fit_error;
 mod fit_verdict;
 mod friction_law;
 mod instance_fit;
-mod lag;
 mod lagged_model;
 mod least_squares;
 mod loads;
@@ -40,6 +39,7 @@ pub mod paper;
 mod sensitivity;
 mod series;
 mod sigma_search;
+mod transient;
 mod trend;
 pub mod trial;
 

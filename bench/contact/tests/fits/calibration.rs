@@ -194,7 +194,10 @@ fn errors_of_a_trial_hold_those_of_the_calibration() {
 
 #[test]
 fn errors_of_an_instance_alone_hold_those_of_the_calibration() {
-    let right = [SKINS[0].record().with_noise(4, 1e-5)];
+    let right = [SKINS[0]
+        .record()
+        .with_inertia(&SKINS[0])
+        .with_noise(4, 1e-5)];
     let fitted = |records: &[Record], conditions: &FitConditions| {
         let series = records[0].series();
         of_instance(&dynamic::fit(&series, conditions, &DynamicOptions::default()).unwrap())

@@ -205,6 +205,40 @@ impl Record {
         }
     }
 
+    /// With what the inertia of the skin adds while plate and contact change, from the parts of the plate's velocity that fall on contact
+    /// and skin.
+    pub fn with_inertia(mut self, truth: &Truth) -> Self {
+        let skin_kg = truth.z_t.im / OMEGA;
+        let parts: Vec<[Complex64; 2]> = self
+            .k_c
+            .iter()
+            .map(|k_c| {
+                let z_c = Complex64::new(truth.loss_factor, -1.0) * k_c / OMEGA;
+                [truth.z_t, z_c].map(|of| of / (truth.z_t + z_c))
+            })
+            .collect();
+        let velocities: Vec<Complex64> = self
+            .amplitude_m
+            .iter()
+            .zip(&self.plain)
+            .map(|(a, plain)| Complex64::from_polar(*a, -plain.arg()))
+            .collect();
+        for at in 1..parts.len() - 1 {
+            let per_s = |before: Complex64, after: Complex64| (after - before) * (0.5 * RATE_HZ);
+            for (of, kg) in [self.k_c[at] / (OMEGA * OMEGA), skin_kg]
+                .into_iter()
+                .enumerate()
+            {
+                let moving = |at: usize| parts[at][of] * velocities[at];
+                let acceleration = per_s(moving(at - 1), moving(at + 1));
+                let added = kg * parts[at][of] * acceleration / velocities[at];
+                self.corrected[at] += added;
+                self.plain[at] += added;
+            }
+        }
+        self
+    }
+
     /// The lateral force through a first-order lag, exact for one that is constant over a sample.
     pub fn with_lateral_lag(&self, lag_s: f64) -> Self {
         let mut lagging = self.clone();

@@ -91,7 +91,7 @@ pub fn placed(series: InstanceSeries<'_>) -> Placed<'_> {
 /// Records of instances so far apart that none tells how another changes.
 pub fn records(truths: &[Truth]) -> Vec<Record> {
     let each = (0..).map(f64::from).zip(truths);
-    each.map(|(at_s, truth)| truth.record().later(at_s))
+    each.map(|(at_s, truth)| truth.record().with_inertia(truth).later(at_s))
         .collect()
 }
 
@@ -406,7 +406,7 @@ fn standard_errors_of_a_trial_are_the_scatter() {
 /// A single instance that hardly tells S from τ is kept sane by the priors; one without a lift is not identified.
 #[test]
 fn one_instance_is_held_by_the_priors() {
-    let fit = fitted(&[TRUTH.record().with_noise(3, 1e-4)]);
+    let fit = fitted(&[TRUTH.record().with_inertia(&TRUTH).with_noise(3, 1e-4)]);
     assert_eq!(fit.shared.verdict, FitVerdict::Converged);
     let found = fit.shared.contact_area_m2;
     assert!(
@@ -418,7 +418,7 @@ fn one_instance_is_held_by_the_priors() {
         mean_amplitude_m: 0.05e-6,
         ..TRUTH
     };
-    let fit = fitted(&[still.record().with_noise(3, 1e-4)]);
+    let fit = fitted(&[still.record().with_inertia(&still).with_noise(3, 1e-4)]);
     let verdict = fit.shared.verdict;
     let weak = matches!(
         verdict,

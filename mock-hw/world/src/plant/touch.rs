@@ -33,6 +33,24 @@ pub(super) struct Touched {
 struct FilmContact {
     gap_m: f64,
     target_m: f64,
+    normal_n: f64,
+    amplitude2_m2: f64,
+}
+
+impl FilmContact {
+    /// Returns the state in the middle of the coming step, in which all goes on as in the last one; a step is `step_per_lag` of the
+    /// lag. A spring that is held for a whole step is half a step late unless all that it depends on is ahead.
+    fn half_a_step_ahead(&self, last: &Self, step_per_lag: f64) -> Self {
+        let ahead = |now: f64, last: f64| (now + 0.5 * (now - last)).max(0.0);
+        let target_m = ahead(self.target_m, last.target_m);
+        let middle_m = 0.5 * (self.target_m + target_m);
+        Self {
+            gap_m: middle_m + (self.gap_m - middle_m) * (-0.5 * step_per_lag).exp(),
+            target_m,
+            normal_n: ahead(self.normal_n, last.normal_n),
+            amplitude2_m2: ahead(self.amplitude2_m2, last.amplitude2_m2),
+        }
+    }
 }
 
 /// A finger that touches, or does not.
@@ -73,25 +91,27 @@ impl Touch {
     ) -> Touched {
         let (normal_n, pad) = (finger.normal_n, &skin.pad);
         let area_m2 = pad.area_m2(normal_n);
-        let film = SqueezeFilm::new(
-            &self.laws,
-            pad,
-            self.ambient_pressure_pa,
-            skin.sigma_t_m,
-            area_m2,
-        );
+        let (laws, pressure_pa) = (&self.laws, self.ambient_pressure_pa);
+        let film_on = |area_m2| SqueezeFilm::new(laws, pad, pressure_pa, skin.sigma_t_m, area_m2);
+        let film = film_on(area_m2);
         let guess_m = self.contact.map_or(0.0, |c| c.target_m);
         let target_m = film.equilibrium(normal_n, amplitude2_m2, guess_m);
         let gap_m = self.contact.map_or(target_m, |c| {
             let middle = 0.5 * (c.target_m + target_m);
             middle + (c.gap_m - middle) * (-dt_s / film.lag(c.gap_m)).exp()
         });
-        self.contact = Some(FilmContact { gap_m, target_m });
-
         let lag_s = film.lag(gap_m);
-        let ahead_m = target_m + (gap_m - target_m) * (-0.5 * dt_s / lag_s).exp();
+        let now = FilmContact {
+            gap_m,
+            target_m,
+            normal_n,
+            amplitude2_m2,
+        };
+        let ahead = now.half_a_step_ahead(&self.contact.replace(now).unwrap_or(now), dt_s / lag_s);
         // An attraction could make it negative, and the plate's motion grow.
-        let k_c = film.stiffness(ahead_m, amplitude2_m2).max(0.0);
+        let k_c = film_on(pad.area_m2(ahead.normal_n))
+            .stiffness(ahead.gap_m, ahead.amplitude2_m2)
+            .max(0.0);
         let velocity = finger.velocity_m_per_s;
         let mu0 = skin.mu0 * self.friction.factor(dt_s, pad, normal_n, velocity);
         let mu = mu0 * relative(pad, film.relative_asperities(gap_m, normal_n));

@@ -5,13 +5,13 @@
 //! instance's; all three come from the measured friction, after the impedance has been fitted and without a say in it. Given φ
 //! and the lag, μ0 of an instance is linear, and is left out of the search (Golub & Pereyra 1973, with Kaufman's slopes).
 
+use first_order_lag::Lag;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DVector, Dyn, Matrix2, Matrix3, OMatrix, SMatrix, SVector, U2, Vector2};
 use num_complex::Complex64;
 
 use super::super::friction_law::{Course, FrictionLaw};
-use super::super::lag::Lag;
 use super::super::lagged_model::OF_GAP;
 use super::super::least_squares::correlation;
 use super::super::trend::rate_about;

@@ -16,6 +16,7 @@ use crate::calibration_errors::{ByError, ERRORS};
 use crate::fit::fit_error::FitError;
 use crate::fit::least_squares::ImpedanceModel;
 use crate::fit::sigma_search::sigma_starts;
+use crate::fit::transient::Transient;
 use crate::fit::trend::{Rates, rate_about};
 use crate::parameters::PARAMETERS;
 
@@ -69,10 +70,10 @@ pub(super) struct Search<'a> {
     slopes: Vec<[Complex64; PARAMETERS]>,
 }
 
-/// What a minimum is refined by: how the residuals scatter, the plate's likely offset, and the trends.
+/// What a minimum is refined by: how the residuals scatter, the plate's likely offset, the trends, and the skin's transients.
 struct Refinement {
     scatters: Vec<Scatter>,
-    plate_and_trend: Vec<(OffsetPrior, Rates)>,
+    of_members: Vec<(OffsetPrior, Rates, Transient)>,
 }
 
 impl<'a> Search<'a> {
@@ -134,17 +135,22 @@ impl<'a> Search<'a> {
         let members = self.members.iter();
         Refinement {
             scatters: self.scatters.clone(),
-            plate_and_trend: members
-                .map(|of| (of.offset, of.model.trend.rates()))
+            of_members: members
+                .map(|of| {
+                    let model = &of.model;
+                    (of.offset, model.trend.rates(), model.transient.clone())
+                })
                 .collect(),
         }
     }
 
     fn restore(&mut self, refinement: Refinement) {
         self.scatters = refinement.scatters;
-        for (member, (offset, rates)) in self.members.iter_mut().zip(refinement.plate_and_trend) {
+        let refined = refinement.of_members;
+        for (member, (offset, rates, transient)) in self.members.iter_mut().zip(refined) {
             member.offset = offset;
             member.model.trend.follow(rates);
+            member.model.transient = transient;
         }
     }
 
@@ -205,6 +211,7 @@ impl<'a> Search<'a> {
         for _ in 0..REFINEMENTS {
             self.follow_trends(&at);
             self.follow_plate(&mut at);
+            self.follow_transients(&at).ok_or(FitError::NoStart)?;
             self.weigh(&at);
             at = minimise(self, at.shared, at.own, TO_THE_MINIMUM).ok_or(FitError::NoStart)?;
         }
@@ -267,6 +274,15 @@ impl<'a> Search<'a> {
                 finger_angle_rad_per_s: per_s[ANGLE],
             });
         }
+    }
+
+    /// Takes what the skins of a minimum add while they follow the plate.
+    fn follow_transients(&mut self, minimum: &Minimised) -> Option<()> {
+        for (member, own) in self.members.iter_mut().zip(&minimum.own) {
+            let parameters = member.parameters(&minimum.shared, own);
+            member.model.follow_transient(&parameters)?;
+        }
+        Some(())
     }
 
     /// Takes the scatter of the residuals at a minimum.

@@ -1,0 +1,92 @@
+//! The lag over one step of the grid.
+
+/// The lag over one step, exact for an input that is cubic between samples.
+#[derive(Debug, Clone)]
+pub(crate) struct Step {
+    /// τ in sampling intervals.
+    pub(crate) tau: f64,
+    /// What is left of the output of the sample before.
+    pub(crate) decay: Weight,
+    /// Input weights where samples stand on both sides: at n − 1, n, n + 1, n + 2 for the step from n to n + 1.
+    inner: [Weight; 4],
+    /// For the last step: n − 2, n − 1, n, n + 1.
+    last: [Weight; 4],
+    /// For the first step, linear: n, n + 1.
+    first: [Weight; 2],
+}
+
+/// A coefficient and its derivative with respect to τ in units of the sampling interval.
+pub(crate) type Weight = (f64, f64);
+
+/// Lagrange cubics over the step s ∈ [0, 1] as coefficients of 1, s, s², s³, nodes at −1, 0, 1, 2.
+const INNER_CUBICS: [[f64; 4]; 4] = [
+    [0.0, -1.0 / 3.0, 0.5, -1.0 / 6.0],
+    [1.0, -0.5, -1.0, 0.5],
+    [0.0, 1.0, 0.5, -0.5],
+    [0.0, -1.0 / 6.0, 0.0, 1.0 / 6.0],
+];
+/// The same, nodes at −2, −1, 0, 1.
+const LAST_CUBICS: [[f64; 4]; 4] = [
+    [0.0, 1.0 / 6.0, 0.0, -1.0 / 6.0],
+    [0.0, -1.0, 0.5, 0.5],
+    [1.0, 0.5, -1.0, -0.5],
+    [0.0, 1.0 / 3.0, 0.5, 1.0 / 6.0],
+];
+
+impl Step {
+    /// Makes the step of a τ in sampling intervals.
+    pub(crate) fn new(tau: f64) -> Self {
+        let decay = if tau > 0.0 {
+            ((-1.0 / tau).exp(), (-1.0 / tau).exp() / (tau * tau))
+        } else {
+            (0.0, 0.0)
+        };
+        // Moments ∫₀¹ e^(−(1−s)/τ)/τ s^k ds by parts: I₀ = 1 − decay, I_k = 1 − k τ I_(k−1).
+        let mut moments = [(1.0 - decay.0, -decay.1); 4];
+        for k in 1..4 {
+            let (previous, slope) = moments[k - 1];
+            moments[k] = (
+                1.0 - k as f64 * tau * previous,
+                -(k as f64) * (previous + tau * slope),
+            );
+        }
+        let weigh = |cubic: &[f64; 4]| {
+            cubic
+                .iter()
+                .zip(&moments)
+                .fold((0.0, 0.0), |sum, (c, moment)| {
+                    (sum.0 + c * moment.0, sum.1 + c * moment.1)
+                })
+        };
+        let [constant, ramp, ..] = moments;
+        Self {
+            tau,
+            decay,
+            inner: INNER_CUBICS.each_ref().map(weigh),
+            last: LAST_CUBICS.each_ref().map(weigh),
+            first: [(constant.0 - ramp.0, constant.1 - ramp.1), ramp],
+        }
+    }
+
+    /// Returns what the input adds over the step that ends at sample `n`.
+    pub(crate) fn drive(&self, input: &[f64], n: usize) -> Weight {
+        let (weights, nodes): (&[Weight], &[f64]) = if n == 1 {
+            (&self.first, &input[..2])
+        } else if n + 1 == input.len() {
+            (&self.last, &input[n - 3..=n])
+        } else {
+            (&self.inner, &input[n - 2..=n + 1])
+        };
+        weights
+            .iter()
+            .zip(nodes)
+            .fold((0.0, 0.0), |sum, (weight, x)| {
+                (sum.0 + weight.0 * x, sum.1 + weight.1 * x)
+            })
+    }
+}
+
+/// Returns the slope per interval at the first sample, of the parabola through the first three.
+pub(crate) fn first_slope(input: &[f64]) -> f64 {
+    0.5 * (4.0 * input[1] - 3.0 * input[0] - input[2])
+}

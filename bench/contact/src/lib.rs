@@ -18,7 +18,7 @@
 //! | friction μ/μ0 | 19 | [`Contact::friction_ratio`] |
 //! | σ_t as published | | [`fit::paper`] |
 //! | σ_t, Z_t, τ and the plate's offset jointly, with the levitation lag | | [`fit::dynamic`] |
-//! | all instances of a trial, S, q0 and η found | | [`fit::trial`] |
+//! | all instances of a trial, S, q0 and η found, the skin's inertia | | [`fit::trial`] |
 //! | normal force without a sensor | | [`self_sensed`] |
 //! | frame by frame | | [`live_estimator`] |
 //! | the plate's resonance, tracked while the finger slides | | [`plate_tracker`] |

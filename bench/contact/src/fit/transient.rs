@@ -1,6 +1,6 @@
 //! What the skin's own inertia adds to the impedance while plate and contact change.
 //!
-//! The corrected Z_m is free of the plate's transients ([`impedance::Zm`](https://docs.rs/impedance)), not of the skin's: the finger's
+//! The corrected Z_m is free of the plate's transients (`impedance::Zm`), not of the skin's: the finger's
 //! part of it is f̃_c/ṽ, and Z_t Z_c/(Z_t + Z_c) is that of a carrier that has stood still for long. With ũ the velocity across
 //! the contact's spring, w̃ that of the skin, and their rates to first order,
 //!
@@ -14,7 +14,7 @@
 //! f̃_c/ṽ = Z_t Z_c/(Z_t + Z_c) + (k_c/ω²) A (A d ln ṽ/dt + dA/dt) + m_t B (B d ln ṽ/dt + dB/dt)
 //! ```
 //!
-//! At 6 Hz, index 0.95 that is up to 0.002 N·s/m, some times the noise; left out it makes σ_t 0.3 % and S 0.5 % too small.
+//! At 6 Hz, index 0.95 that is up to 0.002 N·s/m, more than the noise; left out it makes σ_t 0.3 % and S 0.5 % too small.
 
 use num_complex::Complex64;
 

@@ -111,7 +111,9 @@ pub(super) fn fit(instances: &[RatioSamples<'_>], interval_s: f64) -> Option<Tri
     let measured = |of: &AtRest| (of.mu0, of.alone);
     let mu0: Vec<(f64, f64)> = still.each.iter().map(measured).collect();
     let per_s: Vec<f64> = courses.iter().map(|of| of.per_s).collect();
-    let wander_per_s = diffusivity_per_s(&times_s, &mu0, &per_s);
+    let samples: usize = instances.iter().map(|of| of.mu.len()).sum();
+    let each_s = interval_s * samples as f64 / instances.len() as f64;
+    let wander_per_s = diffusivity_per_s(&times_s, each_s, &mu0, &per_s);
     fit_on(&courses, wander_per_s, instances, interval_s)
 }
 

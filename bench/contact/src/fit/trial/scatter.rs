@@ -16,7 +16,7 @@ use crate::fit::least_squares::ImpedanceModel;
 const FORCE_ERROR_LASTS_S: f64 = 2e-3;
 /// Time for which an error of the impedance lasts, s: between the demodulator's window and the milliseconds of what the model leaves
 /// out.
-const NOISE_LASTS_S: f64 = 2e-3;
+const NOISE_LASTS_S: f64 = 1.5e-3;
 /// Error of the force that is always reckoned with, as a part of it: no sensor is better.
 const LEAST_FORCE_ERROR: f64 = 1e-4;
 /// Most samples of an instance, with its lead-in, that are weighed together: time goes with their third power, and an instance of

@@ -6,8 +6,13 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use crate::fit::trend::NEIGHBOURS_S;
 
 /// Returns the variance of ln μ0 that a second of wandering adds, 1/s, from μ0 of instances beside a steady change at relative rates
-/// `per_s`, each with the variance that its measurement has by itself.
-pub(super) fn diffusivity_per_s(times_s: &[f64], mu0: &[(f64, f64)], per_s: &[f64]) -> f64 {
+/// `per_s`, each a mean over `each_s` with the variance that its measurement has by itself.
+pub(super) fn diffusivity_per_s(
+    times_s: &[f64],
+    each_s: f64,
+    mu0: &[(f64, f64)],
+    per_s: &[f64],
+) -> f64 {
     let (mut squares, mut time_s, mut steps) = (0.0, 0.0, 0.0);
     for (index, pair) in times_s.windows(2).enumerate() {
         let lasted_s = pair[1] - pair[0];
@@ -16,7 +21,8 @@ pub(super) fn diffusivity_per_s(times_s: &[f64], mu0: &[(f64, f64)], per_s: &[f6
             let steady = 0.5 * (per_s[index] + per_s[index + 1]) * lasted_s;
             let measured = of_a / (a * a) + of_b / (b * b);
             squares += ((b / a).ln() - steady).powi(2) - measured;
-            time_s += lasted_s;
+            // Two means over a walk are nearer to each other than two of its points.
+            time_s += lasted_s - each_s.min(lasted_s) / 3.0;
             steps += 1.0;
         }
     }
@@ -65,17 +71,39 @@ mod tests {
                 })
                 .collect();
             let per_s = vec![rate; times_s.len()];
-            let found = diffusivity_per_s(&times_s, &mu0, &per_s);
+            let found = diffusivity_per_s(&times_s, 0.0, &mu0, &per_s);
             assert!((found - diffusivity).abs() < 1e-5, "{found} {diffusivity}");
         }
     }
 
     #[test]
+    fn means_over_a_walk_show_all_of_it() {
+        let mut random = ChaCha8Rng::seed_from_u64(9);
+        let (diffusivity, step_s) = (1e-4_f64, 1e-3);
+        let mut ln_mu0 = 0.0_f64;
+        let (mut times_s, mut mu0) = (Vec::new(), Vec::new());
+        for instance in 0..6000 {
+            let mut sum = 0.0;
+            for sample in 0..150 {
+                let news: f64 = StandardNormal.sample(&mut random);
+                ln_mu0 += (diffusivity * step_s).sqrt() * news;
+                sum += if sample < 100 { ln_mu0 } else { 0.0 };
+            }
+            times_s.push(0.15 * f64::from(instance));
+            mu0.push(((sum / 100.0).exp(), 0.0));
+        }
+        let per_s = vec![0.0; times_s.len()];
+        let found = diffusivity_per_s(&times_s, 0.1, &mu0, &per_s);
+        assert_relative_eq!(found, diffusivity, max_relative = 0.06);
+    }
+
+    #[test]
     fn two_instances_show_no_walk() {
-        let found = diffusivity_per_s(&[0.0, 0.2], &[(0.5, 0.0), (0.6, 0.0)], &[0.0; 2]);
+        let found = diffusivity_per_s(&[0.0, 0.2], 0.0, &[(0.5, 0.0), (0.6, 0.0)], &[0.0; 2]);
         assert_eq!(found, 0.0);
         let apart = diffusivity_per_s(
             &[0.0, 2.0, 4.0],
+            0.0,
             &[(0.5, 0.0), (0.6, 0.0), (0.7, 0.0)],
             &[0.0; 3],
         );

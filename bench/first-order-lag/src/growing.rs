@@ -20,10 +20,13 @@ pub struct GrowingLag {
     law: GrowthLaw,
     /// One for all samples where the exponent is 0, or for each that of the step that ends there; the first is that of the start.
     steps: Vec<Step>,
-    /// Output over the law's reference in the middle of each step.
+    /// Output over the law's reference in the middle of each step, and that to the power of the exponent.
     middles: Vec<f64>,
+    factors: Vec<f64>,
     /// How each output depends on its own step's τ alone, output units per sampling interval.
     pushes: Vec<f64>,
+    /// How each output depends on its step's middle.
+    fed_back: Vec<f64>,
 }
 
 impl GrowingLag {
@@ -39,7 +42,9 @@ impl GrowingLag {
             law,
             steps: vec![Step::new(0.0)],
             middles: vec![0.0; samples],
+            factors: vec![1.0; samples],
             pushes: vec![0.0; samples],
+            fed_back: vec![0.0; samples],
         }
     }
 
@@ -53,8 +58,8 @@ impl GrowingLag {
                 n => foreseen(output, n),
             } / law.reference;
             if n == 0 || law.exponent != 0.0 {
-                self.steps
-                    .push(Step::new(law.tau * self.middles[n].powf(law.exponent)));
+                self.factors[n] = self.middles[n].powf(law.exponent);
+                self.steps.push(Step::new(law.tau * self.factors[n]));
             }
             let step = self.step(n);
             output[n] = match n {
@@ -71,12 +76,14 @@ impl GrowingLag {
             let step = self.step(n);
             self.pushes[n] = step.decay.1 * output[n - 1] + step.drive(input, n).1;
         }
+        for n in 0..input.len() {
+            self.fed_back[n] = self.pushes[n] * self.growth(n);
+        }
     }
 
     /// Writes how the output depends on what moves the input as given, after [`differentiate`](Self::differentiate).
     pub fn slope_by_input(&self, input: &[f64], slope: &mut [f64]) {
-        let start = self.growth(0) * input[0];
-        slope[0] = input[0] - self.step(0).tau * first_slope(input) + self.pushes[0] * start;
+        slope[0] = input[0] - self.step(0).tau * first_slope(input) + self.fed_back[0] * input[0];
         for n in 1..input.len() {
             slope[n] = self.carried(slope, n) + self.step(n).drive(input, n).0;
         }
@@ -85,26 +92,26 @@ impl GrowingLag {
     /// Writes how the output depends on the law's τ, output units per sampling interval, after
     /// [`differentiate`](Self::differentiate).
     pub fn slope_by_tau(&self, slope: &mut [f64]) {
-        self.slope_by_lag(|_, middle| middle.powf(self.law.exponent), slope);
+        let grows = self.law.exponent != 0.0;
+        self.slope_by_lag(|n| if grows { self.factors[n] } else { 1.0 }, slope);
     }
 
     /// Writes how the output depends on the law's exponent, after [`differentiate`](Self::differentiate).
     pub fn slope_by_exponent(&self, slope: &mut [f64]) {
-        self.slope_by_lag(|n, middle| self.step(n).tau * middle.ln(), slope);
+        self.slope_by_lag(|n| self.step(n).tau * self.middles[n].ln(), slope);
     }
 
-    /// Writes the slope by what moves each step's τ by `of` its number and middle.
-    fn slope_by_lag(&self, of: impl Fn(usize, f64) -> f64, slope: &mut [f64]) {
-        slope[0] = self.pushes[0] * of(0, self.middles[0]);
+    /// Writes the slope by what moves each step's τ as said.
+    fn slope_by_lag(&self, moved: impl Fn(usize) -> f64, slope: &mut [f64]) {
+        slope[0] = self.pushes[0] * moved(0);
         for n in 1..slope.len() {
-            slope[n] = self.carried(slope, n) + self.pushes[n] * of(n, self.middles[n]);
+            slope[n] = self.carried(slope, n) + self.pushes[n] * moved(n);
         }
     }
 
     /// Returns what the slopes before a sample make of its own: what decay leaves of the last, and the lag that they move.
     fn carried(&self, slope: &[f64], n: usize) -> f64 {
-        let moved = self.growth(n) * foreseen(slope, n);
-        self.step(n).decay.0 * slope[n - 1] + self.pushes[n] * moved
+        self.step(n).decay.0 * slope[n - 1] + self.fed_back[n] * foreseen(slope, n)
     }
 
     /// Returns how a step's τ depends on its middle.

@@ -20,13 +20,15 @@ use crate::fit::transient::Transient;
 use crate::fit::trend::{Rates, rate_about};
 use crate::parameters::PARAMETERS;
 
-/// S and τ that starts are tried with, m² and s.
+/// S and τ that starts are tried with, m² and s: the first two are the furthest apart.
 const STARTS: [(f64, f64); 4] = [
     (300e-6, 0.7e-3),
+    (150e-6, 2e-3),
     (300e-6, 2e-3),
     (150e-6, 0.7e-3),
-    (150e-6, 2e-3),
 ];
+/// Part by which the squares of two minima differ that are the same.
+const THE_SAME: f64 = 1e-3;
 /// Standard deviation of a residual's component that the first search weighs priors with, N·s/m.
 const FIRST_STD: f64 = 0.01;
 /// What belongs to laws beside the published ones.
@@ -154,16 +156,25 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Returns the best minimum from all starts.
+    /// Returns the best minimum from all starts, or the first at which two of them meet.
     fn search_from_afar(&mut self) -> Option<Minimised> {
         let mut best: Option<Minimised> = None;
         for (area_m2, tau_s) in STARTS {
             let Some((shared, own)) = self.start(area_m2, tau_s) else {
                 continue;
             };
-            let found = minimise(self, shared, own, FROM_AFAR);
-            let both = best.into_iter().chain(found);
+            let Some(found) = minimise(self, shared, own, FROM_AFAR) else {
+                continue;
+            };
+            let meets = best.as_ref().is_some_and(|best| {
+                let apart = (found.squares - best.squares).abs();
+                best.converged && found.converged && apart <= THE_SAME * best.squares
+            });
+            let both = best.into_iter().chain([found]);
             best = both.min_by(|a, b| a.squares.total_cmp(&b.squares));
+            if meets {
+                break;
+            }
         }
         best
     }

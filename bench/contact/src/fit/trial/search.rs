@@ -47,6 +47,11 @@ const TO_THE_MINIMUM: Until = Until {
     tolerance: 1e-7,
     iterations: 500,
 };
+/// Until a minimum is refined once more.
+const TO_BE_REFINED: Until = Until {
+    tolerance: 1e-4,
+    iterations: 500,
+};
 /// A start that is far from the finger wanders for long: what leads on is found by others sooner.
 const FROM_AFAR: Until = Until {
     tolerance: 1e-4,
@@ -219,12 +224,17 @@ impl<'a> Search<'a> {
     /// Minimises from a minimum nearby, with what it tells of the trends within the instances, of the plate's course, and of
     /// how much each sample weighs.
     fn refined(&mut self, mut at: Minimised) -> Result<Minimised, FitError> {
-        for _ in 0..REFINEMENTS {
+        for refinement in 1..=REFINEMENTS {
             self.follow_trends(&at);
             self.follow_plate(&mut at);
             self.follow_transients(&at).ok_or(FitError::NoStart)?;
             self.weigh(&at);
-            at = minimise(self, at.shared, at.own, TO_THE_MINIMUM).ok_or(FitError::NoStart)?;
+            let until = if refinement < REFINEMENTS {
+                TO_BE_REFINED
+            } else {
+                TO_THE_MINIMUM
+            };
+            at = minimise(self, at.shared, at.own, until).ok_or(FitError::NoStart)?;
         }
         Ok(at)
     }

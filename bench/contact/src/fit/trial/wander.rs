@@ -5,32 +5,71 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::fit::trend::NEIGHBOURS_S;
 
-/// Returns the variance of ln μ0 that a second of wandering adds, 1/s, from μ0 of instances beside a steady change at relative rates
-/// `per_s`, each a mean over `each_s` with the variance that its measurement has by itself.
+/// Least part of a departure that is taken to be left at the next instance: what forgets sooner does not show how fast it was.
+const LEAST_LEFT: f64 = 1.0 / std::f64::consts::E;
+
+/// Returns the variance of ln μ0 that a second of wandering adds within an instance, 1/s, from μ0 of instances beside a steady change
+/// at relative rates `per_s`, each a mean over `each_s` with the variance that its measurement has by itself.
+///
+/// Friction that returns to its mean wanders faster within an instance than from one to the next: two steps are then less than twice one
+/// (Uhlenbeck & Ornstein 1930).
 pub(super) fn diffusivity_per_s(
     times_s: &[f64],
     each_s: f64,
     mu0: &[(f64, f64)],
     per_s: &[f64],
 ) -> f64 {
-    let (mut squares, mut time_s, mut steps) = (0.0, 0.0, 0.0);
-    for (index, pair) in times_s.windows(2).enumerate() {
-        let lasted_s = pair[1] - pair[0];
-        if lasted_s <= NEIGHBOURS_S {
-            let ((a, of_a), (b, of_b)) = (mu0[index], mu0[index + 1]);
-            let steady = 0.5 * (per_s[index] + per_s[index + 1]) * lasted_s;
-            let measured = of_a / (a * a) + of_b / (b * b);
-            squares += ((b / a).ln() - steady).powi(2) - measured;
-            // Two means over a walk are nearer to each other than two of its points.
-            time_s += lasted_s - each_s.min(lasted_s) / 3.0;
-            steps += 1.0;
-        }
-    }
+    let of = |steps: usize| Steps::over(steps, times_s, mu0, per_s);
+    let (one, two) = (of(1), of(2));
     // A rate took one of the steps.
-    if steps < 2.0 {
+    if one.count < 2.0 || one.squares <= 0.0 {
         return 0.0;
     }
-    (squares / time_s * steps / (steps - 1.0)).max(0.0)
+    let mean = |of: &Steps| of.squares / of.count;
+    let left = if two.count > 0.0 {
+        (mean(&two) / mean(&one) - 1.0).clamp(LEAST_LEFT, 1.0)
+    } else {
+        1.0
+    };
+    let faster = if left < 1.0 {
+        -left.ln() / (1.0 - left)
+    } else {
+        1.0
+    };
+    // Two means over a walk are nearer to each other than two of its points.
+    let lasted_s = one.time_s - one.count * each_s.min(one.time_s / one.count) / 3.0;
+    one.squares / lasted_s * one.count / (one.count - 1.0) * faster
+}
+
+/// Steps of ln μ0 between instances of one exploration, beside a steady change.
+struct Steps {
+    count: f64,
+    time_s: f64,
+    /// Of the steps, less what measurement makes of them.
+    squares: f64,
+}
+
+impl Steps {
+    fn over(steps: usize, times_s: &[f64], mu0: &[(f64, f64)], per_s: &[f64]) -> Self {
+        let (mut count, mut time_s, mut squares) = (0.0, 0.0, 0.0);
+        for (index, near) in times_s.windows(steps + 1).enumerate() {
+            if near.windows(2).any(|pair| pair[1] - pair[0] > NEIGHBOURS_S) {
+                continue;
+            }
+            let (last, lasted_s) = (index + steps, near[steps] - near[0]);
+            let ((a, of_a), (b, of_b)) = (mu0[index], mu0[last]);
+            let steady = 0.5 * (per_s[index] + per_s[last]) * lasted_s;
+            let measured = of_a / (a * a) + of_b / (b * b);
+            squares += ((b / a).ln() - steady).powi(2) - measured;
+            time_s += lasted_s;
+            count += 1.0;
+        }
+        Self {
+            count,
+            time_s,
+            squares,
+        }
+    }
 }
 
 /// Returns the covariance, for a walk of diffusivity 1 per sample, of the weighted sums over it: of μ0 that a fit with the weights
@@ -95,6 +134,24 @@ mod tests {
         let per_s = vec![0.0; times_s.len()];
         let found = diffusivity_per_s(&times_s, 0.1, &mu0, &per_s);
         assert_relative_eq!(found, diffusivity, max_relative = 0.06);
+    }
+
+    /// A departure of which a part of `left` is left after each step has 2 (1 − left) of its variance in a step.
+    #[test]
+    fn what_returns_to_its_mean_wandered_faster() {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let (left, std, step_s) = (0.6_f64, 3e-3, 0.17);
+        let mut departure = 0.0;
+        let (mut times_s, mut mu0) = (Vec::new(), Vec::new());
+        for instance in 0..20_000 {
+            let news: f64 = StandardNormal.sample(&mut random);
+            departure = left * departure + std * (1.0 - left * left).sqrt() * news;
+            times_s.push(step_s * f64::from(instance));
+            mu0.push((f64::exp(departure), 0.0));
+        }
+        let found = diffusivity_per_s(&times_s, 0.0, &mu0, &vec![0.0; times_s.len()]);
+        let at_once = 2.0 * std * std * -left.ln() / step_s;
+        assert_relative_eq!(found, at_once, max_relative = 0.05);
     }
 
     #[test]

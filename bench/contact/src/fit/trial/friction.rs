@@ -10,12 +10,12 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DVector, Dyn, Matrix2, Matrix3, OMatrix, SMatrix, SVector, U2, Vector2};
 use num_complex::Complex64;
+use random_walk::{Means, spread};
 
 use super::super::friction_law::{Course, FrictionLaw};
 use super::super::lagged_model::OF_GAP;
 use super::super::least_squares::correlation;
-use super::super::trend::rate_about;
-use super::wander::{self, diffusivity_per_s};
+use super::super::trend::{NEIGHBOURS_S, rate_about};
 use crate::parameters::{LN_FORCE, MS, PARAMETERS};
 use crate::uncertain::Uncertain;
 
@@ -113,7 +113,14 @@ pub(super) fn fit(instances: &[RatioSamples<'_>], interval_s: f64) -> Option<Tri
     let per_s: Vec<f64> = courses.iter().map(|of| of.per_s).collect();
     let samples: usize = instances.iter().map(|of| of.mu.len()).sum();
     let each_s = interval_s * samples as f64 / instances.len() as f64;
-    let wander_per_s = diffusivity_per_s(&times_s, each_s, &mu0, &per_s);
+    let means = Means {
+        times_s: &times_s,
+        each_s,
+        apart_s: NEIGHBOURS_S,
+        values: &mu0,
+        per_s: &per_s,
+    };
+    let wander_per_s = means.diffusivity_per_s();
     fit_on(&courses, wander_per_s, instances, interval_s)
 }
 
@@ -234,7 +241,7 @@ impl InstanceFriction {
         let of_trial: Vec<Vector2<f64>> = slopes
             .map(|((floor, lag), unit)| inverse * Vector2::new(*floor, *lag) * (self.mu0 * unit))
             .collect();
-        wander::spread(&of_mu0, &of_trial)
+        spread(&of_mu0, &of_trial)
     }
 }
 

@@ -18,7 +18,6 @@ mod plate;
 mod prior;
 mod scatter;
 mod search;
-mod wander;
 
 use num_complex::Complex64;
 

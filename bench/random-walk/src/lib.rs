@@ -1,47 +1,74 @@
-//! How far friction wanders while an instance lasts, by how it does from instance to instance: a random walk, as a skin that slides
-//! into and out of moisture makes it.
+#![doc = include_str!("../README.md")]
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::fit::trend::NEIGHBOURS_S;
-
-/// Least part of a departure that is taken to be left at the next instance: what forgets sooner does not show how fast it was.
+/// Least part of a departure that is taken to be left at the next stretch: what forgets sooner does not show how fast it was.
 const LEAST_LEFT: f64 = 1.0 / std::f64::consts::E;
 
-/// Returns the variance of ln μ0 that a second of wandering adds within an instance, 1/s, from μ0 of instances beside a steady change
-/// at relative rates `per_s`, each a mean over `each_s` with the variance that its measurement has by itself.
-///
-/// Friction that returns to its mean wanders faster within an instance than from one to the next: two steps are then less than twice one
-/// (Uhlenbeck & Ornstein 1930).
-pub(super) fn diffusivity_per_s(
-    times_s: &[f64],
-    each_s: f64,
-    mu0: &[(f64, f64)],
-    per_s: &[f64],
-) -> f64 {
-    let of = |steps: usize| Steps::over(steps, times_s, mu0, per_s);
-    let (one, two) = (of(1), of(2));
-    // A rate took one of the steps.
-    if one.count < 2.0 || one.squares <= 0.0 {
-        return 0.0;
-    }
-    let mean = |of: &Steps| of.squares / of.count;
-    let left = if two.count > 0.0 {
-        (mean(&two) / mean(&one) - 1.0).clamp(LEAST_LEFT, 1.0)
-    } else {
-        1.0
-    };
-    let faster = if left < 1.0 {
-        -left.ln() / (1.0 - left)
-    } else {
-        1.0
-    };
-    // Two means over a walk are nearer to each other than two of its points.
-    let lasted_s = one.time_s - one.count * each_s.min(one.time_s / one.count) / 3.0;
-    one.squares / lasted_s * one.count / (one.count - 1.0) * faster
+/// Means over stretches of a positive quantity whose logarithm walks.
+#[derive(Debug, Clone, Copy)]
+pub struct Means<'a> {
+    /// Time of the middle of each stretch, s.
+    pub times_s: &'a [f64],
+    /// Length of a stretch, s.
+    pub each_s: f64,
+    /// Stretches further apart than this are not of one walk, s.
+    pub apart_s: f64,
+    /// Each mean, and the variance that its measurement has by itself.
+    pub values: &'a [(f64, f64)],
+    /// Relative rate of the steady change about each stretch, 1/s, beside which the rest walks.
+    pub per_s: &'a [f64],
 }
 
-/// Steps of ln μ0 between instances of one exploration, beside a steady change.
+impl Means<'_> {
+    /// Returns the variance of the logarithm that a second of the walk adds within a stretch, 1/s.
+    ///
+    /// What returns to its mean wanders faster within a stretch than from one to the next: two steps are then less than twice one
+    /// (Uhlenbeck & Ornstein 1930).
+    #[must_use]
+    pub fn diffusivity_per_s(&self) -> f64 {
+        let (one, two) = (self.steps(1), self.steps(2));
+        // A rate took one of the steps.
+        if one.count < 2.0 || one.squares <= 0.0 {
+            return 0.0;
+        }
+        let mean = |of: &Steps| of.squares / of.count;
+        let left = if two.count > 0.0 {
+            (mean(&two) / mean(&one) - 1.0).clamp(LEAST_LEFT, 1.0)
+        } else {
+            1.0
+        };
+        let faster = if left < 1.0 {
+            -left.ln() / (1.0 - left)
+        } else {
+            1.0
+        };
+        // Two means over a walk are nearer to each other than two of its points.
+        let lasted_s = one.time_s - one.count * self.each_s.min(one.time_s / one.count) / 3.0;
+        one.squares / lasted_s * one.count / (one.count - 1.0) * faster
+    }
+
+    /// Returns what so many steps at once come to.
+    fn steps(&self, steps: usize) -> Steps {
+        let mut of = Steps::default();
+        for (index, near) in self.times_s.windows(steps + 1).enumerate() {
+            if near.windows(2).any(|pair| pair[1] - pair[0] > self.apart_s) {
+                continue;
+            }
+            let (last, lasted_s) = (index + steps, near[steps] - near[0]);
+            let ((a, of_a), (b, of_b)) = (self.values[index], self.values[last]);
+            let steady = 0.5 * (self.per_s[index] + self.per_s[last]) * lasted_s;
+            let measured = of_a / (a * a) + of_b / (b * b);
+            of.squares += ((b / a).ln() - steady).powi(2) - measured;
+            of.time_s += lasted_s;
+            of.count += 1.0;
+        }
+        of
+    }
+}
+
+/// Steps of the logarithm beside a steady change.
+#[derive(Default)]
 struct Steps {
     count: f64,
     time_s: f64,
@@ -49,36 +76,14 @@ struct Steps {
     squares: f64,
 }
 
-impl Steps {
-    fn over(steps: usize, times_s: &[f64], mu0: &[(f64, f64)], per_s: &[f64]) -> Self {
-        let (mut count, mut time_s, mut squares) = (0.0, 0.0, 0.0);
-        for (index, near) in times_s.windows(steps + 1).enumerate() {
-            if near.windows(2).any(|pair| pair[1] - pair[0] > NEIGHBOURS_S) {
-                continue;
-            }
-            let (last, lasted_s) = (index + steps, near[steps] - near[0]);
-            let ((a, of_a), (b, of_b)) = (mu0[index], mu0[last]);
-            let steady = 0.5 * (per_s[index] + per_s[last]) * lasted_s;
-            let measured = of_a / (a * a) + of_b / (b * b);
-            squares += ((b / a).ln() - steady).powi(2) - measured;
-            time_s += lasted_s;
-            count += 1.0;
-        }
-        Self {
-            count,
-            time_s,
-            squares,
-        }
-    }
-}
-
-/// Returns the covariance, for a walk of diffusivity 1 per sample, of the weighted sums over it: of μ0 that a fit with the weights
-/// `of_mu0` finds beside the mean, and of φ and the lag.
-pub(super) fn spread(of_mu0: &[f64], of_trial: &[Vector2<f64>]) -> Matrix3<f64> {
+/// Returns the covariance, for a walk of diffusivity 1 per sample, of three weighted sums over it: one with weights of its own, and two with
+/// those of a pair.
+#[must_use]
+pub fn spread(alone: &[f64], pair: &[Vector2<f64>]) -> Matrix3<f64> {
     // What comes at a sample stays for all after it.
     let (mut after, mut sum) = (Vector3::zeros(), Matrix3::zeros());
-    for (mu0, trial) in of_mu0.iter().zip(of_trial).rev() {
-        after += Vector3::new(*mu0, trial[0], trial[1]);
+    for (alone, pair) in alone.iter().zip(pair).rev() {
+        after += Vector3::new(*alone, pair[0], pair[1]);
         sum += after * after.transpose();
     }
     sum
@@ -92,6 +97,17 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
 
     use super::*;
+
+    fn diffusivity_per_s(times_s: &[f64], each_s: f64, values: &[(f64, f64)], rate: f64) -> f64 {
+        let means = Means {
+            times_s,
+            each_s,
+            apart_s: 0.7,
+            values,
+            per_s: &vec![rate; times_s.len()],
+        };
+        means.diffusivity_per_s()
+    }
 
     #[test]
     fn the_diffusivity_of_a_walk_is_found_beside_its_rate_and_noise() {
@@ -109,8 +125,7 @@ mod tests {
                     (measured, (noise * measured).powi(2))
                 })
                 .collect();
-            let per_s = vec![rate; times_s.len()];
-            let found = diffusivity_per_s(&times_s, 0.0, &mu0, &per_s);
+            let found = diffusivity_per_s(&times_s, 0.0, &mu0, rate);
             assert!((found - diffusivity).abs() < 1e-5, "{found} {diffusivity}");
         }
     }
@@ -131,8 +146,7 @@ mod tests {
             times_s.push(0.15 * f64::from(instance));
             mu0.push(((sum / 100.0).exp(), 0.0));
         }
-        let per_s = vec![0.0; times_s.len()];
-        let found = diffusivity_per_s(&times_s, 0.1, &mu0, &per_s);
+        let found = diffusivity_per_s(&times_s, 0.1, &mu0, 0.0);
         assert_relative_eq!(found, diffusivity, max_relative = 0.06);
     }
 
@@ -149,20 +163,20 @@ mod tests {
             times_s.push(step_s * f64::from(instance));
             mu0.push((f64::exp(departure), 0.0));
         }
-        let found = diffusivity_per_s(&times_s, 0.0, &mu0, &vec![0.0; times_s.len()]);
+        let found = diffusivity_per_s(&times_s, 0.0, &mu0, 0.0);
         let at_once = 2.0 * std * std * -left.ln() / step_s;
         assert_relative_eq!(found, at_once, max_relative = 0.05);
     }
 
     #[test]
     fn two_instances_show_no_walk() {
-        let found = diffusivity_per_s(&[0.0, 0.2], 0.0, &[(0.5, 0.0), (0.6, 0.0)], &[0.0; 2]);
+        let found = diffusivity_per_s(&[0.0, 0.2], 0.0, &[(0.5, 0.0), (0.6, 0.0)], 0.0);
         assert_eq!(found, 0.0);
         let apart = diffusivity_per_s(
             &[0.0, 2.0, 4.0],
             0.0,
             &[(0.5, 0.0), (0.6, 0.0), (0.7, 0.0)],
-            &[0.0; 3],
+            0.0,
         );
         assert_eq!(apart, 0.0);
     }

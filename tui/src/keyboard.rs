@@ -8,7 +8,7 @@ use crate::calibration_keys::CALIBRATION;
 use crate::key_table::{Effect, KeyRow, Meaning, Press, meanings};
 use crate::session_keys::{DASHBOARD, EVERYWHERE, HELP};
 use crate::state::{State, Ui};
-use crate::view_keys::VIEW;
+use crate::view_keys::{VIEW, WRITE};
 
 /// The effect of a key: the view settings after it, and at most one action.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,9 +94,9 @@ fn answer(ui: &mut Ui, code: KeyCode) -> Option<Action> {
 fn rows(state: &State) -> impl Iterator<Item = &'static KeyRow> {
     let asked: &[KeyRow] = if state.asked.is_some() { ASKED } else { &[] };
     let pages = if state.calibration.is_some() {
-        [CALIBRATION, HELP, &[]]
+        [CALIBRATION, HELP, WRITE, &[]]
     } else {
-        [HELP, DASHBOARD, VIEW]
+        [HELP, DASHBOARD, VIEW, WRITE]
     };
     EVERYWHERE
         .iter()

@@ -24,6 +24,18 @@ pub enum Page {
 }
 
 impl Page {
+    /// Returns its name in the names of files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Run => "run",
+            Self::Impedance => "impedance",
+            Self::Trials => "trials",
+            Self::Bench => "bench",
+            Self::Log => "log",
+            Self::Participant => "participant",
+        }
+    }
+
     /// Returns the number of panels that can be enlarged.
     #[must_use]
     pub fn panels(self) -> u8 {

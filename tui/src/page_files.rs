@@ -6,29 +6,20 @@ use std::path::Path;
 
 use ratatui::buffer::Buffer;
 
-use crate::page::Page;
 use drawing::picture::{self, Paper};
 use drawing::theme::Theme;
 
 /// Most pages that are written into one folder.
 const MOST: u32 = 9999;
 
-/// Writes what is drawn into `folder`, never over another file. Returns the picture's name.
+/// Writes what is drawn into `folder` as the page of that name, never over another file. Returns the picture's name.
 ///
 /// # Errors
 /// When the files cannot be written.
-pub(crate) fn write(folder: &Path, page: Page, theme: Theme, drawn: &Buffer) -> io::Result<String> {
+pub(crate) fn write(folder: &Path, name: &str, theme: Theme, drawn: &Buffer) -> io::Result<String> {
     let paper = match theme {
         Theme::Light => Paper::Light,
         _ => Paper::Dark,
-    };
-    let name = match page {
-        Page::Run => "run",
-        Page::Impedance => "impedance",
-        Page::Trials => "trials",
-        Page::Bench => "bench",
-        Page::Log => "log",
-        Page::Participant => "participant",
     };
     for number in 1..=MOST {
         let stem = format!("page-{name}-{number}");
@@ -63,12 +54,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut drawn = Buffer::empty(Rect::new(0, 0, 8, 1));
         drawn.set_string(0, 0, "μ 0.42", Style::new());
-        let written = |page| write(folder.path(), page, Theme::Colour, &drawn).unwrap();
-        assert_eq!(written(Page::Run), "page-run-1.svg");
-        assert_eq!(written(Page::Run), "page-run-2.svg");
+        let written = |name| write(folder.path(), name, Theme::Colour, &drawn).unwrap();
+        assert_eq!(written("run"), "page-run-1.svg");
+        assert_eq!(written("run"), "page-run-2.svg");
         let text = std::fs::read_to_string(folder.path().join("page-run-2.txt")).unwrap();
         assert_eq!(text, "μ 0.42\n");
         let gone = folder.path().join("gone");
-        assert!(write(&gone, Page::Log, Theme::Light, &drawn).is_err());
+        assert!(write(&gone, "log", Theme::Light, &drawn).is_err());
     }
 }

@@ -144,7 +144,11 @@ fn draw<B: Backend<Error = io::Error>>(
         .map_err(TerminalError::failed("drawing"))?;
     if std::mem::take(&mut state.ui.write) {
         let ui = &state.ui;
-        let written = page_files::write(Path::new("."), ui.page, ui.theme, drawn.buffer);
+        let name = match state.calibration {
+            Some(_) => "calibration",
+            None => ui.page.name(),
+        };
+        let written = page_files::write(Path::new("."), name, ui.theme, drawn.buffer);
         state.ui.note = Some(match written {
             Ok(name) => format!("wrote {name}, and its text beside it"),
             Err(error) => format!("the page is not written: {error}"),

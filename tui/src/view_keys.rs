@@ -107,12 +107,14 @@ pub(crate) const VIEW: &[KeyRow] = &[
         shown: "+ -",
         here: |_| Meaning::viewing(span, "shorter or longer time span of the strips", None),
     },
-    KeyRow {
-        presses: &[Press::of('w')],
-        shown: "w",
-        here: |_| Meaning::viewing(write, "write the page as SVG and text files", None),
-    },
 ];
+
+/// The key that keeps what is shown, on a calibration's page too.
+pub(crate) const WRITE: &[KeyRow] = &[KeyRow {
+    presses: &[Press::of('w')],
+    shown: "w",
+    here: |_| Meaning::viewing(write, "write the page as SVG and text files", None),
+}];
 
 fn write(_: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
     ui.write = true;

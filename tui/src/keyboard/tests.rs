@@ -139,6 +139,14 @@ fn the_help_lists_each_key_that_works_and_no_other() {
     }
 }
 
+#[test]
+fn every_page_can_be_written() {
+    let press = KeyEvent::new(KeyCode::Char('w'), KeyModifiers::NONE);
+    for state in states() {
+        assert!(key(&state, press).ui.write, "{:?}", state.calibration);
+    }
+}
+
 /// A letter stands for one thing: what the table lists twice would be reached once.
 #[test]
 fn no_two_rows_of_a_page_share_a_key() {
@@ -146,6 +154,7 @@ fn no_two_rows_of_a_page_share_a_key() {
         let all: Vec<Press> = EVERYWHERE
             .iter()
             .chain(HELP)
+            .chain(WRITE)
             .chain(page)
             .flat_map(|row| row.presses.iter().copied())
             .collect();

@@ -98,7 +98,9 @@ impl GrowingLag {
 
     /// Writes how the output depends on the law's exponent, after [`differentiate`](Self::differentiate).
     pub fn slope_by_exponent(&self, slope: &mut [f64]) {
-        self.slope_by_lag(|n| self.step(n).tau * self.middles[n].ln(), slope);
+        // Without growth a middle may be foreseen below 0, and must not spoil slopes that nobody asks for.
+        let ln_middle = |n: usize| self.middles[n].max(f64::MIN_POSITIVE).ln();
+        self.slope_by_lag(|n| self.step(n).tau * ln_middle(n), slope);
     }
 
     /// Writes the slope by what moves each step's τ as said.
@@ -180,6 +182,21 @@ mod tests {
         let mut expected = vec![0.0; SAMPLES];
         crate::Lag::new(LAW.tau, 1.0).apply(&inputs(input), &mut expected);
         assert_eq!(output, expected);
+    }
+
+    #[test]
+    fn slopes_of_a_steep_fall_are_finite() {
+        let falling = inputs(|at| if at < 80.0 { 2.0 } else { 1e-3 });
+        let law = GrowthLaw {
+            tau: 0.1,
+            exponent: 0.0,
+            ..LAW
+        };
+        let (mut lag, output) = followed(law, &falling);
+        lag.differentiate(&falling, &output);
+        let mut slope = vec![0.0; SAMPLES];
+        lag.slope_by_exponent(&mut slope);
+        assert!(slope.iter().all(|of| of.is_finite()));
     }
 
     #[test]

@@ -5,7 +5,7 @@
 pub(crate) struct Step {
     /// τ in sampling intervals.
     pub(crate) tau: f64,
-    /// What is left of the output of the sample before.
+    /// Factor of the output at the sample before.
     pub(crate) decay: Weight,
     /// Input weights where samples stand on both sides: at n − 1, n, n + 1, n + 2 for the step from n to n + 1.
     inner: [Weight; 4],

@@ -72,7 +72,7 @@ impl Means<'_> {
 struct Steps {
     count: f64,
     time_s: f64,
-    /// Of the steps, less what measurement makes of them.
+    /// Sum of the squared steps, without the part of the measurement.
     squares: f64,
 }
 

@@ -41,7 +41,7 @@ pub(super) struct LaggedModel<'a> {
     pub(super) z_m: &'a [Complex64],
     pub(super) loads: Loads,
     pub(super) trend: Trend,
-    /// What the skin's inertia adds, once it is followed.
+    /// Change of Z_m by the skin's inertia; none until it is followed.
     pub(super) transient: Transient,
     /// Standard deviation of the residual mobility of other modes, m/(N·s); 0 where they are not reckoned with.
     pub(super) residual_mobility_std: f64,

@@ -1,7 +1,6 @@
-//! What the skin's own inertia adds to the impedance while plate and contact change.
+//! The skin's inertia: how it changes the impedance while the plate's amplitude and the contact change.
 //!
-//! The corrected Z_m is free of the plate's transients (`impedance::Zm`), not of the skin's: the finger's
-//! part of it is f̃_c/ṽ, and Z_t Z_c/(Z_t + Z_c) is that of a carrier that has stood still for long. With ũ the velocity across
+//! The corrected Z_m is free of the plate's transients (`impedance::Zm`), not of the skin's: the finger's part of it is f̃_c/ṽ, and Z_t Z_c/(Z_t + Z_c) is that of a carrier that has stood still for long. With ũ the velocity across
 //! the contact's spring, w̃ that of the skin, and their rates to first order,
 //!
 //! ```text
@@ -14,11 +13,11 @@
 //! f̃_c/ṽ = Z_t Z_c/(Z_t + Z_c) + (k_c/ω²) A (A d ln ṽ/dt + dA/dt) + m_t B (B d ln ṽ/dt + dB/dt)
 //! ```
 //!
-//! At 6 Hz, index 0.95 that is up to 0.002 N·s/m, more than the noise; left out it makes σ_t 0.3 % and S 0.5 % too small.
+//! At 6 Hz, index 0.95 that is up to 0.002 N·s/m, more than the noise; left out it makes σ_t 0.2 % and S 0.5 % too small.
 
 use num_complex::Complex64;
 
-/// The finger of a sample as two springs and masses in a row.
+/// What the transients of a sample need of its finger: a contact and a skin in series.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row {
     /// Parts of the plate's velocity that fall on the contact's spring, and on the skin.
@@ -27,7 +26,7 @@ pub(super) struct Row {
     /// k_c/ω² and m_t, kg.
     pub(super) contact_kg: f64,
     pub(super) skin_kg: f64,
-    /// What is seen of the finger, over what it is.
+    /// Factor by which the measured impedance shows the finger's force: mode shape, and the plate's other modes.
     pub(super) seen: Complex64,
 }
 
@@ -37,7 +36,7 @@ pub(super) struct Transient {
     interval_s: f64,
     /// d ln ṽ/dt, 1/s.
     velocity_per_s: Vec<Complex64>,
-    /// What is to be added to the impedance, N·s/m.
+    /// Change of the impedance by the skin's inertia, N·s/m.
     pub(super) n_s_per_m: Vec<Complex64>,
 }
 

@@ -136,3 +136,40 @@ impl Touch {
         self.contact.take().is_some()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is held for a step is what the spring comes to in its middle, though amplitude, force, area and gap all change.
+    #[test]
+    fn a_held_spring_is_that_of_the_middle_of_its_step() {
+        const STEP_S: f64 = 1e-4;
+        let mut scenario = Scenario::default();
+        scenario.film.area_force_exponent = 0.5;
+        let skin = Fingertip::draw(&scenario, 3);
+        let mut touch = Touch::new(&scenario, &skin);
+        let steps: Vec<Touched> = (0..800)
+            .map(|step| {
+                let turn = std::f64::consts::TAU * f64::from(step) * STEP_S;
+                let finger = FingerState {
+                    normal_n: 0.6 + 0.1 * (9.0 * turn).sin(),
+                    touching: true,
+                    ..FingerState::default()
+                };
+                let amplitude_m = 2e-6 * (1.0 - 0.9 * (6.0 * turn).cos());
+                touch.press(STEP_S, &skin, &finger, amplitude_m.powi(2))
+            })
+            .collect();
+        let mut late = 0.0_f64;
+        for pair in steps[200..].windows(2) {
+            let (now, next) = (pair[0].k_c_n_per_m, pair[1].k_c_n_per_m);
+            let apart = pair[0].contact.stiffness_n_per_m - 0.5 * (now + next);
+            late = late.max(apart.abs() / steps[200].k_c_n_per_m);
+        }
+        let moved = |pair: &[Touched]| (pair[1].k_c_n_per_m - pair[0].k_c_n_per_m).abs();
+        let most = steps[200..].windows(2).map(moved).fold(0.0, f64::max);
+        let half_a_step = 0.5 * most / steps[200].k_c_n_per_m;
+        assert!(late < 0.05 * half_a_step, "{late} of {half_a_step}");
+    }
+}

@@ -77,7 +77,7 @@ pub(super) struct Search<'a> {
     slopes: Vec<[Complex64; PARAMETERS]>,
 }
 
-/// What a minimum is refined by: how the residuals scatter, the plate's likely offset, the trends, and the skin's transients.
+/// State between two refinements: how the residuals scatter, the plate's likely offset, the trends, and the skin's transients.
 struct Refinement {
     scatters: Vec<Scatter>,
     of_members: Vec<(OffsetPrior, Rates, Transient)>,

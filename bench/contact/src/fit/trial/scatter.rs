@@ -37,13 +37,8 @@ pub(super) enum Scatter {
 }
 
 impl Scatter {
-    /// Estimates the scatter of each instance's residuals at the parameters at which its model was evaluated last, of one kind
-    /// for all. `None` where the residuals are 0.
-    pub(super) fn of_all(
-        residuals: &[Vec<Complex64>],
-        members: &[Member<'_>],
-    ) -> Option<Vec<Self>> {
-        let kinds: Vec<Kinds> = members.iter().map(Kinds::of).collect::<Option<_>>()?;
+    /// Estimates the scatter of each instance's residuals, of one kind for all. `None` where the residuals are 0.
+    pub(super) fn of_all(residuals: &[Vec<Complex64>], kinds: &[Kinds]) -> Option<Vec<Self>> {
         let squares: Vec<f64> = residuals
             .iter()
             .flat_map(|of| (0..2 * of.len()).map(|at| part(of, at).powi(2)))
@@ -55,13 +50,13 @@ impl Scatter {
         let of_rows: Vec<[f64; 3]> = kinds.iter().flat_map(Kinds::rows).collect();
         let freedom = squares
             .len()
-            .saturating_sub(SHARED + OWN * members.len())
+            .saturating_sub(SHARED + OWN * kinds.len())
             .max(1);
         let of_freedom = squares.len() as f64 / freedom as f64;
         let components = variance_components(&squares, &of_rows, LEAST_VARIANCE * mean)
             .map(|of| of * of_freedom);
         kinds
-            .into_iter()
+            .iter()
             .map(|kinds| kinds.scatter(components, LEAST_VARIANCE * mean))
             .collect()
     }
@@ -81,7 +76,7 @@ impl Scatter {
 }
 
 /// What each kind of error would make of an instance's residuals.
-struct Kinds {
+pub(super) struct Kinds {
     interval_s: f64,
     /// Squares of the shape of noise.
     shapes2: Vec<f64>,
@@ -90,7 +85,8 @@ struct Kinds {
 }
 
 impl Kinds {
-    fn of(member: &Member<'_>) -> Option<Self> {
+    /// Takes them at the parameters at which the model was evaluated last.
+    pub(super) fn of(member: &Member<'_>) -> Self {
         let model = &member.model;
         let all = model.gap.len();
         let by_force = if all > MOST_TOGETHER {
@@ -100,13 +96,13 @@ impl Kinds {
             by_errors_that_last(&mut by_force, FORCE_ERROR_LASTS_S / model.interval_s);
             Some(&by_force * by_force.transpose())
         };
-        Some(Self {
+        Self {
             interval_s: model.interval_s,
             shapes2: (0..model.z_m.len())
                 .map(|index| model.noise_shape(index).powi(2))
                 .collect(),
             by_force,
-        })
+        }
     }
 
     /// Returns the variance of each residual for each kind of its own size: alike for all, noise, force.
@@ -116,7 +112,7 @@ impl Kinds {
         (0..2 * n).map(move |at| [1.0, self.shapes2[at % n], of_force(at)])
     }
 
-    fn scatter(self, [alike, noise, of_force]: [f64; 3], least: f64) -> Option<Scatter> {
+    fn scatter(&self, [alike, noise, of_force]: [f64; 3], least: f64) -> Option<Scatter> {
         let n = self.shapes2.len();
         let stds: Vec<f64> = self
             .shapes2
@@ -124,7 +120,7 @@ impl Kinds {
             .map(|shape2| (alike + noise * shape2).max(least).sqrt())
             .collect();
         let samples_alike = NOISE_LASTS_S / self.interval_s;
-        let Some(by_force) = self.by_force else {
+        let Some(by_force) = &self.by_force else {
             // As many samples as share a noise tell no more than one.
             let widened = (1.0 + 2.0 * samples_alike).sqrt();
             let both = stds.iter().chain(&stds);

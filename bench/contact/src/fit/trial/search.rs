@@ -11,7 +11,7 @@ use super::members::{
 };
 use super::plate::{self, OffsetPrior, PlateApart, PlateReadings};
 use super::prior::{LogNormal, Normal, TrialPriors};
-use super::scatter::Scatter;
+use super::scatter::{Kinds, Scatter};
 use crate::calibration_errors::{ByError, ERRORS};
 use crate::fit::fit_error::FitError;
 use crate::fit::least_squares::ImpedanceModel;
@@ -27,6 +27,8 @@ const STARTS: [(f64, f64); 4] = [
     (300e-6, 2e-3),
     (150e-6, 0.7e-3),
 ];
+/// How far from the last instance's an instance's ln σ_t starts at most.
+const NEAR: f64 = 0.5;
 /// Part by which the squares of two minima differ that are the same.
 const THE_SAME: f64 = 1e-3;
 /// Standard deviation of a residual's component that the first search weighs priors with, N·s/m.
@@ -68,6 +70,8 @@ pub(super) struct Search<'a> {
     priors: TrialPriors,
     /// How the residuals of each instance scatter.
     scatters: Vec<Scatter>,
+    /// What each kind of error would make of them, so far as it was found.
+    kinds: Vec<Kinds>,
     /// Standard deviation of the offset of the plate's damping where no reference tells, N·s/m.
     damping_std: f64,
     readings: &'a PlateReadings,
@@ -94,6 +98,7 @@ impl<'a> Search<'a> {
         Self {
             priors,
             scatters: members.iter().map(|_| Scatter::Alike(FIRST_STD)).collect(),
+            kinds: Vec::new(),
             damping_std: HELD,
             readings,
             from_afar: true,
@@ -205,16 +210,24 @@ impl<'a> Search<'a> {
             0.0,
         ]);
         let mut own = Vec::with_capacity(self.members.len());
+        let mut last: Option<f64> = None;
         for member in &mut self.members {
-            let candidates: Vec<_> = sigma_starts()
-                .map(|sigma_t_m| {
-                    let mut at = Own::zeros();
-                    at[SIGMA_T] = sigma_t_m.ln();
-                    member.parameters(&shared, &at)
-                })
-                .collect();
-            let best = member.model.best_start(candidates)?;
+            let mut best_of = |allowed: &dyn Fn(f64) -> bool| {
+                let candidates: Vec<_> = sigma_starts()
+                    .map(f64::ln)
+                    .filter(|ln_sigma_t| allowed(*ln_sigma_t))
+                    .map(|ln_sigma_t| {
+                        let mut at = Own::zeros();
+                        at[SIGMA_T] = ln_sigma_t;
+                        member.parameters(&shared, &at)
+                    })
+                    .collect();
+                member.model.best_start(candidates)
+            };
+            let near = last.and_then(|last| best_of(&|of| (of - last).abs() < NEAR));
+            let best = near.or_else(|| best_of(&|_| true))?;
             let mut at: Own = OF_INSTANCE.map(|parameter| best[parameter]).into();
+            last = Some(at[SIGMA_T]);
             (at[DAMPING], at[REACTANCE]) = (0.0, 0.0);
             own.push(at);
         }
@@ -228,12 +241,9 @@ impl<'a> Search<'a> {
             self.follow_trends(&at);
             self.follow_plate(&mut at);
             self.follow_transients(&at).ok_or(FitError::NoStart)?;
-            self.weigh(&at);
-            let until = if refinement < REFINEMENTS {
-                TO_BE_REFINED
-            } else {
-                TO_THE_MINIMUM
-            };
+            let last = refinement == REFINEMENTS;
+            self.weigh(&at, !last);
+            let until = if last { TO_THE_MINIMUM } else { TO_BE_REFINED };
             at = minimise(self, at.shared, at.own, until).ok_or(FitError::NoStart)?;
         }
         Ok(at)
@@ -306,10 +316,13 @@ impl<'a> Search<'a> {
         Some(())
     }
 
-    /// Takes the scatter of the residuals at a minimum.
-    fn weigh(&mut self, minimum: &Minimised) {
+    /// Takes the scatter of the residuals at a minimum, and what each kind of error makes of them `anew` or as it was last.
+    fn weigh(&mut self, minimum: &Minimised, anew: bool) {
         let residuals = self.left(minimum);
-        if let Some(found) = Scatter::of_all(&residuals, &self.members) {
+        if anew {
+            self.kinds = self.members.iter().map(Kinds::of).collect();
+        }
+        if let Some(found) = Scatter::of_all(&residuals, &self.kinds) {
             self.scatters = found;
         }
     }

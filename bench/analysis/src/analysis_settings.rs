@@ -6,6 +6,9 @@ use protocols::SelectionRules;
 use serde::Serialize;
 use strict::TomlError;
 
+use crate::assumable::{NOT_NEGATIVE, Number, PART, POISSON, POSITIVE};
+use crate::prior_settings;
+
 /// Assumptions of an analysis. The names are those of the results' `settings`, of `--assume` and of
 /// `--assume-file`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -45,6 +48,9 @@ pub struct Settings {
     pub smoothing_hz: f64,
     /// Amplitudes under this many standard deviations of their noise have no impedance.
     pub null_sigmas: f64,
+    /// `trial`: what is likely beforehand.
+    #[serde(serialize_with = "prior_settings::print")]
+    pub trial_priors: trial::TrialPriors,
 }
 
 impl Default for Settings {
@@ -73,6 +79,7 @@ impl Default for Settings {
             contact_n: rules.contact_n,
             smoothing_hz: crate::measurements::SMOOTHING_HZ,
             null_sigmas: impedance::NULL_SIGMAS,
+            trial_priors: trial::TrialPriors::default(),
         }
     }
 }
@@ -87,18 +94,18 @@ pub enum SettingError {
         text: String,
     },
     /// No assumed number has this name.
-    #[error("no assumption is called `{name}`{}", remedy(*nearest))]
+    #[error("no assumption is called `{name}`{}", remedy(nearest.as_deref()))]
     Unknown {
         /// The name given.
         name: String,
         /// The known name that was probably meant; `None` if no name is like it.
-        nearest: Option<&'static str>,
+        nearest: Option<String>,
     },
     /// The value is out of the parameter's range.
     #[error("`{name}` = {value} is not allowed; allowed: {allowed}")]
     Value {
         /// The parameter.
-        name: &'static str,
+        name: String,
         /// The value as given.
         value: String,
         /// What is allowed.
@@ -126,67 +133,6 @@ fn remedy(nearest: Option<&str>) -> String {
     }
 }
 
-type Parameter = (
-    &'static str,
-    &'static str,
-    fn(f64) -> bool,
-    fn(&mut Settings) -> &mut f64,
-);
-
-/// Name, allowed values in words and as a rule, and place of everything that may be assumed otherwise.
-const PARAMETERS: [Parameter; 14] = {
-    const POSITIVE: &str = "finite numbers above 0";
-    const NOT_NEGATIVE: &str = "finite numbers from 0";
-    fn positive(value: f64) -> bool {
-        value.is_finite() && value > 0.0
-    }
-    fn not_negative(value: f64) -> bool {
-        value.is_finite() && value >= 0.0
-    }
-    fn poisson(value: f64) -> bool {
-        value > -1.0 && value <= 0.5
-    }
-    fn part(value: f64) -> bool {
-        value > 0.0 && value <= 1.0
-    }
-    [
-        ("sigma_q0_rad_per_m", POSITIVE, positive, |s| {
-            &mut s.sigma_q0_rad_per_m
-        }),
-        ("poisson_ratio", "above -1, at most 0.5", poisson, |s| {
-            &mut s.poisson_ratio
-        }),
-        ("young_modulus_pa", POSITIVE, positive, |s| {
-            &mut s.young_modulus_pa
-        }),
-        ("contact_area_m2", POSITIVE, positive, |s| {
-            &mut s.contact_area_m2
-        }),
-        ("ambient_pressure_pa", POSITIVE, positive, |s| {
-            &mut s.ambient_pressure_pa
-        }),
-        ("loss_factor", NOT_NEGATIVE, not_negative, |s| {
-            &mut s.loss_factor
-        }),
-        ("rest_amplitude_m", POSITIVE, positive, |s| {
-            &mut s.rest_amplitude_m
-        }),
-        ("rest_lowest_s", POSITIVE, positive, |s| {
-            &mut s.rest_lowest_s
-        }),
-        ("lead_in_s", POSITIVE, positive, |s| &mut s.lead_in_s),
-        ("central_m", POSITIVE, positive, |s| &mut s.central_m),
-        ("speed_m_per_s", POSITIVE, positive, |s| {
-            &mut s.speed_m_per_s
-        }),
-        ("speed_tolerance", "above 0, at most 1", part, |s| {
-            &mut s.speed_tolerance
-        }),
-        ("instance_s", POSITIVE, positive, |s| &mut s.instance_s),
-        ("contact_n", POSITIVE, positive, |s| &mut s.contact_n),
-    ]
-};
-
 impl Settings {
     /// Sets a number from `name=value`.
     ///
@@ -197,7 +143,9 @@ impl Settings {
     /// let mut settings = Settings::default();
     /// settings.assume("young_modulus_pa = 25e6").unwrap();
     /// assert_eq!(settings.young_modulus_pa, 25e6);
-    /// assert!(matches!(settings.assume("poisson_ratio=0.6"), Err(SettingError::Value { name: "poisson_ratio", .. })));
+    /// settings.assume("trial_priors.tau_s.median = 2e-3").unwrap();
+    /// assert_eq!(settings.trial_priors.tau_s.median, 2e-3);
+    /// assert!(matches!(settings.assume("poisson_ratio=0.6"), Err(SettingError::Value { .. })));
     /// ```
     ///
     /// # Errors
@@ -209,12 +157,13 @@ impl Settings {
         self.set(name.trim(), value.trim())
     }
 
-    /// Sets the numbers that the TOML of a file names, each as `name = value`.
+    /// Sets the numbers that the TOML of a file names, each as `name = value`; those below a name in its table, or with dots.
     ///
     /// # Errors
     /// [`SettingError`], with the line.
     pub fn assume_file(&mut self, text: &str, file: &str) -> Result<(), SettingError> {
-        for (name, value) in strict::parse::<toml::Table>(text, file)? {
+        let table = strict::parse::<toml::Table>(text, file)?;
+        for (name, value) in leaves("", table) {
             self.set(&name, &value.to_string())
                 .map_err(|reason| SettingError::InFile {
                     file: file.to_owned(),
@@ -226,28 +175,59 @@ impl Settings {
     }
 
     fn set(&mut self, name: &str, value: &str) -> Result<(), SettingError> {
-        let known = PARAMETERS.iter().find(|(known, ..)| *known == name);
-        let Some((name, allowed, rule, place)) = known else {
-            let names = PARAMETERS.map(|(known, ..)| known);
-            let nearest = strict::nearest(name, &names);
+        let mut numbers = self.numbers();
+        let Some(at) = numbers.iter().position(|known| known.name == name) else {
+            let names = numbers.iter().map(|known| known.name.as_str());
+            let (below, own): (Vec<_>, Vec<_>) = names.partition(|known| known.contains('.'));
+            let of_its_own = strict::nearest(name, &own).filter(|_| !name.contains('.'));
             return Err(SettingError::Unknown {
                 name: name.to_owned(),
-                nearest: names
-                    .into_iter()
-                    .find(|known| nearest.as_deref() == Some(known)),
+                nearest: of_its_own.or_else(|| strict::nearest(name, &below)),
             });
         };
+        let number = numbers.swap_remove(at);
         match value.parse() {
-            Ok(number) if rule(number) => {
-                *place(self) = number;
+            Ok(value) if (number.allowed.rule)(value) => {
+                *number.value = value;
                 Ok(())
             }
             _ => Err(SettingError::Value {
-                name,
+                name: number.name,
                 value: value.to_owned(),
-                allowed,
+                allowed: number.allowed.words,
             }),
         }
+    }
+
+    /// Returns everything that may be assumed otherwise.
+    fn numbers(&mut self) -> Vec<Number<'_>> {
+        let own = [
+            ("sigma_q0_rad_per_m", POSITIVE, &mut self.sigma_q0_rad_per_m),
+            ("poisson_ratio", POISSON, &mut self.poisson_ratio),
+            ("young_modulus_pa", POSITIVE, &mut self.young_modulus_pa),
+            ("contact_area_m2", POSITIVE, &mut self.contact_area_m2),
+            (
+                "ambient_pressure_pa",
+                POSITIVE,
+                &mut self.ambient_pressure_pa,
+            ),
+            ("loss_factor", NOT_NEGATIVE, &mut self.loss_factor),
+            ("rest_amplitude_m", POSITIVE, &mut self.rest_amplitude_m),
+            ("rest_lowest_s", POSITIVE, &mut self.rest_lowest_s),
+            ("lead_in_s", POSITIVE, &mut self.lead_in_s),
+            ("central_m", POSITIVE, &mut self.central_m),
+            ("speed_m_per_s", POSITIVE, &mut self.speed_m_per_s),
+            ("speed_tolerance", PART, &mut self.speed_tolerance),
+            ("instance_s", POSITIVE, &mut self.instance_s),
+            ("contact_n", POSITIVE, &mut self.contact_n),
+        ];
+        let own = own.into_iter().map(|(name, allowed, value)| Number {
+            name: name.to_owned(),
+            allowed,
+            value,
+        });
+        own.chain(prior_settings::numbers(&mut self.trial_priors))
+            .collect()
     }
 
     /// Returns the assumptions of the contact model.
@@ -282,7 +262,7 @@ impl Settings {
     pub fn trial(&self) -> trial::TrialOptions {
         trial::TrialOptions {
             lead_in_s: self.lead_in_s,
-            priors: trial::TrialPriors::default(),
+            priors: self.trial_priors,
         }
     }
 
@@ -299,26 +279,45 @@ impl Settings {
     }
 }
 
+/// Returns the values of a table and of those in it, by their names with dots.
+fn leaves(above: &str, table: toml::Table) -> Vec<(String, toml::Value)> {
+    let each = table.into_iter().flat_map(|(key, value)| {
+        let name = format!("{above}{key}");
+        match value {
+            toml::Value::Table(below) => leaves(&format!("{name}."), below),
+            value => vec![(name, value)],
+        }
+    });
+    each.collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn each_name_sets_the_number_that_the_results_print_under_it() {
-        for (name, ..) in PARAMETERS {
+        let printed = |settings: Settings| {
+            let printed = toml::Table::try_from(settings).unwrap();
+            let mut leaves = leaves("", printed);
+            leaves.sort_by(|a, b| a.0.cmp(&b.0));
+            leaves
+        };
+        let usual = printed(Settings::default());
+        for name in Settings::default().numbers().iter().map(|of| &of.name) {
             let mut settings = Settings::default();
             settings.assume(&format!("{name} = 0.125")).unwrap();
-            let printed = serde_json::to_value(settings).unwrap();
-            assert_eq!(printed[name], 0.125, "{name}");
-            let changed = serde_json::to_value(Settings::default())
-                .unwrap()
-                .as_object()
-                .unwrap()
-                .iter()
-                .filter(|(key, value)| printed[key.as_str()] != **value)
-                .count();
-            assert_eq!(changed, 1, "{name}");
+            let changed: Vec<_> = printed(settings)
+                .into_iter()
+                .zip(&usual)
+                .filter(|(now, usual)| now != *usual)
+                .map(|(now, _)| now)
+                .collect();
+            assert_eq!(changed, [(name.clone(), toml::Value::Float(0.125))]);
         }
+        let priors = usual.iter().filter(|(name, _)| name.starts_with("trial"));
+        let named = Settings::default().numbers().len() - 14;
+        assert_eq!(priors.count(), named, "every prior can be another");
     }
 
     #[test]
@@ -329,18 +328,22 @@ mod tests {
         assert!(refuse("contact_area_m2=nan").contains("above 0"));
         assert!(refuse("lead_in_s=soon").contains("soon"));
         assert!(refuse("lead_in_s").contains("NAME=VALUE"));
+        assert!(refuse("area=3").contains("did you mean `contact_area_m2`?"));
+        assert!(refuse("trial_priors.tau_s.std=1").contains("did you mean `trial_priors.tau_s."));
+        assert!(refuse("trial_priors.tau_s.ln_std=0").contains("1e-9"));
     }
 
     #[test]
     fn a_file_sets_what_it_names_and_nothing_else() {
         let mut settings = Settings::default();
-        let text = "# skin\nsigma_q0_rad_per_m = 2e4\n\ncontact_n = 1\n";
+        let text = "# skin\nsigma_q0_rad_per_m = 2e4\n\ncontact_n = 1\n\n[trial_priors]\ntau_s.median = 2e-3\n";
         settings.assume_file(text, "skin.toml").unwrap();
-        let expected = Settings {
+        let mut expected = Settings {
             sigma_q0_rad_per_m: 2e4,
             contact_n: 1.0,
             ..Settings::default()
         };
+        expected.trial_priors.tau_s.median = 2e-3;
         assert_eq!(settings, expected);
 
         let refuse = |text: &str| {
@@ -353,7 +356,8 @@ mod tests {
         for (text, word) in [
             ("poisson_ratio = 0.6", "at most 0.5"),
             ("poisson_ratio = \"0.5\"", "is not allowed"),
-            ("[poisson_ratio]\nvalue = 0.5", "is not allowed"),
+            ("[poisson_ratio]\nvalue = 0.5", "`poisson_ratio.value`"),
+            ("contact_n = 1\n[trial_priors]\ntau_s.ln_std = -1", "line 3"),
             ("poisson_ratio = 0.4\npoisson_ratio = 0.5", "line 2"),
             ("poisson_ratio", "line 1"),
         ] {

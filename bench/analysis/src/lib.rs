@@ -7,6 +7,7 @@
 pub mod amplitude_profile;
 pub mod analysed;
 pub mod analysis_settings;
+mod assumable;
 pub mod averaged;
 mod clipping;
 pub mod clustered;
@@ -25,6 +26,7 @@ pub mod model_check;
 pub mod motion;
 mod plate_references;
 pub mod printed_settings;
+mod prior_settings;
 pub mod published;
 pub mod recording_analysis;
 pub mod results;

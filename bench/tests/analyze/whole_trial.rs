@@ -77,6 +77,30 @@ fn stated_errors_of_the_calibration_are_in_the_intervals() {
     }
 }
 
+/// A prior that leaves no room holds its parameter, whatever the recording shows.
+#[test]
+fn a_prior_that_is_assumed_otherwise_holds() {
+    let recording = unknown_skin();
+    let held = "trial_priors.contact_area_m2";
+    let output = analyze(
+        &[
+            "--json",
+            "-",
+            "--assume",
+            &format!("{held}.median=200e-6"),
+            "--assume",
+            &format!("{held}.ln_std=1e-5"),
+        ],
+        &[&recording],
+    );
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let prior = &found["settings"]["trial_priors"]["contact_area_m2"];
+    assert_eq!(prior["median"], 200e-6);
+    let area_m2 = &found["recordings"][0]["trial"]["contact_area_m2"];
+    let off = ln_ratio(area_m2.as_f64().unwrap(), 200e-6);
+    assert!(off.abs() < 1e-3, "{area_m2}");
+}
+
 fn ln_ratio(to: f64, from: f64) -> f64 {
     (to / from).ln()
 }

@@ -72,13 +72,13 @@ impl TrialPriors {
     /// Returns the priors on a plate whose amplitude along it was measured and is accounted for.
     #[must_use]
     pub fn on_a_measured_plate(self) -> Self {
-        let left = Normal {
+        let left = |prior: Normal| Normal {
             mean: 0.0,
-            std: 3e-3,
+            std: prior.std.min(3e-3),
         };
         Self {
-            amplitude_tilt: left,
-            amplitude_bow: left,
+            amplitude_tilt: left(self.amplitude_tilt),
+            amplitude_bow: left(self.amplitude_bow),
             ..self
         }
     }

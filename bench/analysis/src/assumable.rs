@@ -1,0 +1,36 @@
+//! Numbers that may be assumed otherwise, and the values that they may have.
+
+/// Values that a number may have: in words, and as a rule.
+#[derive(Clone, Copy)]
+pub(crate) struct Allowed {
+    pub(crate) words: &'static str,
+    pub(crate) rule: fn(f64) -> bool,
+}
+
+pub(crate) const POSITIVE: Allowed = Allowed {
+    words: "finite numbers above 0",
+    rule: |value| value.is_finite() && value > 0.0,
+};
+pub(crate) const FINITE: Allowed = Allowed {
+    words: "finite numbers",
+    rule: f64::is_finite,
+};
+pub(crate) const NOT_NEGATIVE: Allowed = Allowed {
+    words: "finite numbers from 0",
+    rule: |value| value.is_finite() && value >= 0.0,
+};
+pub(crate) const POISSON: Allowed = Allowed {
+    words: "above -1, at most 0.5",
+    rule: |value| value > -1.0 && value <= 0.5,
+};
+pub(crate) const PART: Allowed = Allowed {
+    words: "above 0, at most 1",
+    rule: |value| value > 0.0 && value <= 1.0,
+};
+
+/// A number that may be assumed otherwise.
+pub(crate) struct Number<'a> {
+    pub(crate) name: String,
+    pub(crate) allowed: Allowed,
+    pub(crate) value: &'a mut f64,
+}

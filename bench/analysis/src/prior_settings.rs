@@ -1,0 +1,147 @@
+//! The priors of `trial` as the results print them, and as a user names those that are to be others.
+
+use contact::fit::trial::{LogNormal, Normal, TrialPriors};
+use serde::{Serialize, Serializer};
+
+use crate::assumable::{Allowed, FINITE, Number, POSITIVE};
+
+/// Where they stand among the settings.
+const KEY: &str = "trial_priors";
+
+/// Standard deviations that can be weighed beside data. The least holds its parameter where it is.
+const SPREAD: Allowed = Allowed {
+    words: "1e-9 to 1e9",
+    rule: |value| (1e-9..=1e9).contains(&value),
+};
+
+/// Medians and standard deviations of the logarithms, or means and standard deviations; of the plate's offset and the finger's
+/// angle, whose mean is 0, standard deviations. On a plate whose profile was measured tilt and bow are 0 ± 0.003, or less if it is
+/// less here.
+#[derive(Serialize)]
+struct Printed {
+    contact_area_m2: OfLogarithm,
+    q0_rad_per_m: OfLogarithm,
+    loss_factor: OfLogarithm,
+    tau_s: OfLogarithm,
+    film_mean_s: OfLogarithm,
+    area_force_exponent: OfItself,
+    lag_gap_exponent: OfItself,
+    amplitude_tilt_per_30_mm: OfItself,
+    amplitude_bow_per_30_mm: OfItself,
+    finger_angle_std_rad: f64,
+    residual_mobility_std_m_per_n_s: f64,
+    plate_reactance_std_n_s_per_m: f64,
+    plate_damping_std_n_s_per_m: f64,
+}
+
+#[derive(Serialize)]
+struct OfLogarithm {
+    median: f64,
+    ln_std: f64,
+}
+
+#[derive(Serialize)]
+struct OfItself {
+    mean: f64,
+    std: f64,
+}
+
+impl From<LogNormal> for OfLogarithm {
+    fn from(LogNormal { median, ln_std }: LogNormal) -> Self {
+        Self { median, ln_std }
+    }
+}
+
+impl From<Normal> for OfItself {
+    fn from(Normal { mean, std }: Normal) -> Self {
+        Self { mean, std }
+    }
+}
+
+/// Writes priors as the results print them.
+pub(crate) fn print<S: Serializer>(priors: &TrialPriors, to: S) -> Result<S::Ok, S::Error> {
+    Printed {
+        contact_area_m2: priors.contact_area_m2.into(),
+        q0_rad_per_m: priors.q0_rad_per_m.into(),
+        loss_factor: priors.loss_factor.into(),
+        tau_s: priors.tau_s.into(),
+        film_mean_s: priors.film_mean_s.into(),
+        area_force_exponent: priors.area_exponent.into(),
+        lag_gap_exponent: priors.lag_exponent.into(),
+        amplitude_tilt_per_30_mm: priors.amplitude_tilt.into(),
+        amplitude_bow_per_30_mm: priors.amplitude_bow.into(),
+        finger_angle_std_rad: priors.finger_angle_std_rad,
+        residual_mobility_std_m_per_n_s: priors.residual_mobility_std_m_per_n_s,
+        plate_reactance_std_n_s_per_m: priors.plate_reactance_std_n_s_per_m,
+        plate_damping_std_n_s_per_m: priors.plate_damping_std_n_s_per_m,
+    }
+    .serialize(to)
+}
+
+/// Returns each number of the priors, as it is named in settings.
+pub(crate) fn numbers(priors: &mut TrialPriors) -> Vec<Number<'_>> {
+    let TrialPriors {
+        contact_area_m2,
+        q0_rad_per_m,
+        loss_factor,
+        tau_s,
+        area_exponent,
+        film_mean_s,
+        lag_exponent,
+        amplitude_tilt,
+        amplitude_bow,
+        finger_angle_std_rad,
+        residual_mobility_std_m_per_n_s,
+        plate_reactance_std_n_s_per_m,
+        plate_damping_std_n_s_per_m,
+    } = priors;
+    let of_logarithms = [
+        ("contact_area_m2", contact_area_m2),
+        ("q0_rad_per_m", q0_rad_per_m),
+        ("loss_factor", loss_factor),
+        ("tau_s", tau_s),
+        ("film_mean_s", film_mean_s),
+    ];
+    let of_themselves = [
+        ("area_force_exponent", area_exponent),
+        ("lag_gap_exponent", lag_exponent),
+        ("amplitude_tilt_per_30_mm", amplitude_tilt),
+        ("amplitude_bow_per_30_mm", amplitude_bow),
+    ];
+    let about_zero = [
+        ("finger_angle_std_rad", finger_angle_std_rad),
+        (
+            "residual_mobility_std_m_per_n_s",
+            residual_mobility_std_m_per_n_s,
+        ),
+        (
+            "plate_reactance_std_n_s_per_m",
+            plate_reactance_std_n_s_per_m,
+        ),
+        ("plate_damping_std_n_s_per_m", plate_damping_std_n_s_per_m),
+    ];
+    let number = |name: String, allowed, value| Number {
+        name: format!("{KEY}.{name}"),
+        allowed,
+        value,
+    };
+    let of_logarithms = of_logarithms.into_iter().flat_map(|(name, prior)| {
+        [
+            number(format!("{name}.median"), POSITIVE, &mut prior.median),
+            number(format!("{name}.ln_std"), SPREAD, &mut prior.ln_std),
+        ]
+    });
+    let of_themselves = of_themselves.into_iter().flat_map(|(name, prior)| {
+        [
+            number(format!("{name}.mean"), FINITE, &mut prior.mean),
+            number(format!("{name}.std"), SPREAD, &mut prior.std),
+        ]
+    });
+    let about_zero = about_zero
+        .into_iter()
+        .map(|(name, std)| number(name.to_owned(), SPREAD, std));
+    of_logarithms
+        .chain(of_themselves)
+        .chain(about_zero)
+        .collect()
+}

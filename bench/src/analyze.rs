@@ -81,7 +81,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     let table = options.table.format();
     if let Some(format) = table {
         let mut text = statistics(&analysed).to_table(format);
-        if format == TableFormat::Text {
+        if matches!(format, TableFormat::Text { .. }) {
             text.push_str(&lines(&skin));
         }
         write!(std::io::stdout(), "{}", escaped(&text))?;
@@ -93,7 +93,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         write!(std::io::stdout(), "{}", escaped(&lines))?;
     }
     // Where another program reads the table, nothing else stands beside it.
-    if summarised || table == Some(TableFormat::Text) {
+    if summarised || matches!(table, Some(TableFormat::Text { .. })) {
         write!(std::io::stdout(), "{}", escaped(&excluded))?;
     } else {
         let _ = write!(std::io::stderr(), "{}", escaped(&excluded));

@@ -6,6 +6,10 @@ use analysis::estimate::Method;
 use analysis::published::TableFormat;
 use clap::{Args, ValueEnum};
 use measured_figures::Drawn;
+use terminal_size::terminal_size_of;
+
+/// A table is made for as many columns at least.
+const FEWEST_COLUMNS: u16 = 60;
 
 /// `analyze`
 #[derive(Debug, Args)]
@@ -47,7 +51,8 @@ pub struct Analyze {
         requires = "figures"
     )]
     pub instances_of: InstancesOf,
-    /// Assume another value, such as contact_area_m2=314e-6; the names are those of `settings` in the results.
+    /// Assume another value, such as contact_area_m2=314e-6; the names are those of `settings` in the results,
+    /// with dots for what stands in a table: trial_priors.tau_s.median=2e-3.
     #[arg(long, value_name = "NAME=VALUE")]
     pub assume: Vec<String>,
     /// Assume the values of a TOML file, NAME = VALUE on each line; --assume takes precedence.
@@ -86,7 +91,7 @@ impl Table {
     /// Returns the form that was asked for.
     pub fn format(&self) -> Option<TableFormat> {
         [
-            (self.table, TableFormat::Text),
+            (self.table, TableFormat::Text { columns: columns() }),
             (self.table_csv, TableFormat::Csv),
             (self.table_markdown, TableFormat::Markdown),
             (self.table_latex, TableFormat::Latex),
@@ -94,6 +99,12 @@ impl Table {
         .into_iter()
         .find_map(|(asked, format)| asked.then_some(format))
     }
+}
+
+/// Returns the columns of the terminal that a table is printed on; `None` where it goes elsewhere.
+fn columns() -> Option<u16> {
+    let (columns, _) = terminal_size_of(std::io::stdout())?;
+    Some(columns.0.max(FEWEST_COLUMNS))
 }
 
 /// Method that figures show.

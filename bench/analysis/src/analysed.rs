@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use contact::fit::FitConditions;
 use contact::fit::trial::SharedFit;
-use contact::{AssumedConstants, CalibrationErrors, FittedFinger};
+use contact::{AssumedConstants, FittedFinger};
 use protocols::{Direction, SelectionRules};
 
 use crate::analysis_settings::Settings;
@@ -119,16 +119,9 @@ impl RecordingFindings {
 
     /// Returns the conditions that all fits share, of a skin that is `assumed`; `None` if Z_p is not known.
     pub(crate) fn conditions(&self, assumed: AssumedConstants) -> Option<FitConditions> {
-        let errors = self.manifest.standard_errors.unwrap_or_default();
-        let calibration = CalibrationErrors {
-            amplitude_relative: errors.amplitude_relative,
-            impedance_relative: errors.impedance_relative,
-            phase_rad: errors.pickup_phase_rad,
-            normal_force_relative: errors.normal_force_relative,
-            lateral_force_relative: errors.lateral_force_relative,
-        };
+        let stated = self.manifest.standard_errors.unwrap_or_default();
         let z_p = self.z_p?;
-        Some(z_p.conditions(assumed, self.manifest.carrier_hz, calibration))
+        Some(z_p.conditions(assumed, self.manifest.carrier_hz, &stated))
     }
 
     /// Returns the finger fitted on the first instance, which the model check extrapolates.

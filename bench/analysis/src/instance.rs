@@ -8,6 +8,7 @@ use contact::{AssumedConstants, CalibrationErrors};
 use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
+use recording::manifest::StandardErrors;
 
 use crate::measurements::{FrameSeries, SMOOTHING_HZ};
 use crate::method::Method;
@@ -220,19 +221,25 @@ impl PlateReading {
         }
     }
 
-    /// Returns the conditions that all fits of the recording share.
+    /// Returns the conditions that all fits of the recording share, whose calibration leaves open what is stated.
     pub fn conditions(
         &self,
         assumed: AssumedConstants,
         carrier_hz: f64,
-        calibration: CalibrationErrors,
+        stated: &StandardErrors,
     ) -> FitConditions {
         FitConditions {
             assumed,
             carrier_hz,
             z_p_plain_n_s_per_m: self.plain_n_s_per_m,
             z_p_corrected_n_s_per_m: self.corrected_n_s_per_m,
-            calibration,
+            calibration: CalibrationErrors {
+                amplitude_relative: stated.amplitude_relative,
+                impedance_relative: stated.impedance_relative,
+                phase_rad: stated.pickup_phase_rad,
+                normal_force_relative: stated.normal_force_relative,
+                lateral_force_relative: stated.lateral_force_relative,
+            },
         }
     }
 }

@@ -8,6 +8,7 @@ use num_complex::Complex64;
 use protocols::{
     Instance, Interval, IntervalKind, SelectionRules, Stretch, TrialAnalysis, Validity,
 };
+use recording::manifest::StandardErrors;
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::instance::{PlateReading, PreparedInstance};
@@ -25,6 +26,8 @@ pub struct FitRequest {
     pub label: String,
     /// Carrier that it was driven at, Hz.
     pub carrier_hz: f64,
+    /// What the calibration in force leaves open.
+    pub calibration: StandardErrors,
     /// Impedance of the unloaded plate, or why it could not be read.
     pub plate: Result<PlateReading, UnloadedError>,
     /// Measured data.
@@ -36,9 +39,9 @@ pub struct FitRequest {
 }
 
 impl FitRequest {
-    /// Returns what all fits share. While a session runs the calibration is taken as exact: `analyze` adds its errors.
+    /// Returns what all fits share.
     fn conditions(&self, plate: PlateReading, assumed: AssumedConstants) -> FitConditions {
-        plate.conditions(assumed, self.carrier_hz, CalibrationErrors::default())
+        plate.conditions(assumed, self.carrier_hz, &self.calibration)
     }
 }
 
@@ -109,7 +112,7 @@ pub struct TrialFit {
     /// τ, s.
     pub tau_s: Uncertain,
     /// μ0: mean over the usable instances, because it hardly depends on the other parameters; its error is their
-    /// scatter.
+    /// scatter, and that of the forces' calibration.
     pub mu0: Uncertain,
     /// Half the distance between the 16th and 84th percentile of σ_t over the usable instances, m.
     pub sigma_t_spread_m: f64,
@@ -264,7 +267,7 @@ fn typical(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialFit, No
             value: typical.tau_s,
             std: typical.tau_std_s,
         },
-        mu0: friction_at_rest(&usable, typical),
+        mu0: friction_at_rest(&usable, typical, &conditions.calibration),
         sigma_t_spread_m: spread_m / 2.0,
         usable: usable.len(),
         instances: prepared.len(),
@@ -275,14 +278,22 @@ fn typical(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialFit, No
     })
 }
 
-fn friction_at_rest(usable: &[InstanceFit], typical: &InstanceFit) -> Uncertain {
+fn friction_at_rest(
+    usable: &[InstanceFit],
+    typical: &InstanceFit,
+    forces: &CalibrationErrors,
+) -> Uncertain {
     let n = usable.len() as f64;
     let mean = usable.iter().map(|fit| fit.mu0).sum::<f64>() / n;
     let squares: f64 = usable.iter().map(|fit| (fit.mu0 - mean).powi(2)).sum();
+    let of_forces = mean
+        * forces
+            .lateral_force_relative
+            .hypot(forces.normal_force_relative);
     Uncertain {
         value: mean,
         std: if usable.len() > 1 {
-            (squares / (n - 1.0)).sqrt()
+            (squares / (n - 1.0)).sqrt().hypot(of_forces)
         } else {
             typical.mu0_std
         },

@@ -187,41 +187,19 @@ impl Effective {
     /// Returns the check of the volts against an independent meter, unless it is too old at `now` or dated in the future.
     #[must_use]
     pub fn checked_volts(&self, now: Timestamp) -> Option<&MeasuredOutput> {
-        let calibration = &self.calibration.as_ref()?.calibration;
-        let output = calibration.output.as_ref()?;
-        if calibration.is_in_simulated_time("output") {
-            return None;
-        }
-        let age = now.duration_since(output.measured.date);
-        let days = age.as_secs_f64() / 86_400.0;
-        (age >= -AHEAD && days <= self.config.calibration.meter_max_age_days).then_some(output)
+        checked_volts(&self.config, self.file()?, now)
     }
 
-    /// Returns what nobody has measured on this bench at `now` although its safety rests on it: a line each. A simulated
-    /// bench has nothing to be verified.
+    /// Returns what nobody has measured on this bench at `now`, as [`unverified`].
     #[must_use]
     pub fn unverified(&self, now: Timestamp) -> Vec<String> {
-        let safety = &self.config.safety;
-        let delay = safety.measured_delay_s.is_none().then(|| {
-            format!(
-                "the loop's delay was never measured: any up to safety.loop_latency_s = {} s is accepted; run `friction-bench \
-                 calibrate channels`",
-                safety.loop_latency_s
-            )
-        });
-        let output = self.calibration.as_ref();
-        let output = output.and_then(|in_force| in_force.calibration.output.as_ref());
-        let volts = self.checked_volts(now).is_none().then(|| match output {
-            Some(output) => format!(
-                "the volts were checked against a meter on {}, too long ago: run `friction-bench calibrate output --meter \
-                 NAME`",
-                output.measured.date.strftime("%Y-%m-%d")
-            ),
-            None => "the volts were never checked against an independent meter: run `friction-bench calibrate output \
-                     --meter NAME`"
-                .to_owned(),
-        });
-        delay.into_iter().chain(volts).collect()
+        unverified(&self.config, self.file(), now)
+    }
+
+    /// Returns what the calibration in force holds; `None` for an uncalibrated bench.
+    #[must_use]
+    pub fn file(&self) -> Option<&CalibrationFile> {
+        self.calibration().map(InForce::calibration)
     }
 
     /// Returns the configuration with its calibrated constants.
@@ -375,6 +353,47 @@ impl InForce {
 
 fn signed(of: &Provenance) -> String {
     format!("{}, {}", of.date.strftime("%Y-%m-%d"), of.operator)
+}
+
+/// Returns the check of the volts that `file` holds, unless it is too old at `now` or dated in the future.
+fn checked_volts<'a>(
+    config: &Config,
+    file: &'a CalibrationFile,
+    now: Timestamp,
+) -> Option<&'a MeasuredOutput> {
+    let output = file.output.as_ref()?;
+    if file.is_in_simulated_time("output") {
+        return None;
+    }
+    let age = now.duration_since(output.measured.date);
+    let days = age.as_secs_f64() / 86_400.0;
+    (age >= -AHEAD && days <= config.calibration.meter_max_age_days).then_some(output)
+}
+
+/// Returns what nobody has measured at `now` on the bench of `config`, whose calibration is in `file`, although its safety
+/// rests on it: a line each. A simulated bench has nothing to be verified.
+#[must_use]
+pub fn unverified(config: &Config, file: Option<&CalibrationFile>, now: Timestamp) -> Vec<String> {
+    let safety = &config.safety;
+    let delay = safety.measured_delay_s.is_none().then(|| {
+        format!(
+            "the loop's delay was never measured: any up to safety.loop_latency_s = {} s is accepted; run `friction-bench \
+             calibrate channels`",
+            safety.loop_latency_s
+        )
+    });
+    let checked = file.and_then(|file| checked_volts(config, file, now));
+    let volts = checked.is_none().then(|| match file.and_then(|file| file.output.as_ref()) {
+        Some(output) => format!(
+            "the volts were checked against a meter on {}, too long ago: run `friction-bench calibrate output --meter \
+             NAME`",
+            output.measured.date.strftime("%Y-%m-%d")
+        ),
+        None => "the volts were never checked against an independent meter: run `friction-bench calibrate output \
+                 --meter NAME`"
+            .to_owned(),
+    });
+    delay.into_iter().chain(volts).collect()
 }
 
 /// Returns `config` with the measured constants: sensitivity and phase of the pickup, resonance and force factor of the

@@ -35,7 +35,7 @@ pub use calibration_file::{
 };
 pub use calibration_rules::{CalibrationRules, GRAVITY};
 pub use correction::{Correction, Implausible, MOST_CROSSTALK};
-pub use effective::{CalibrationError, Effective, InForce};
+pub use effective::{CalibrationError, Effective, InForce, unverified};
 pub use error::ConfigError;
 pub use field::{Encoder, EncoderSource, Gpio, GpioBackend, Sound};
 pub use field_box::{BoxForce, FieldBox};

@@ -10,6 +10,8 @@
     reason = "docs/accuracy.md has the numbers from here"
 )]
 
+mod curves;
+mod stated_errors;
 mod uneven_plate;
 
 use std::f64::consts::TAU;

@@ -77,17 +77,18 @@ fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
     assert_eq!(by_paper[0], by_paper[1]);
 }
 
-/// Fits a recording's exploration as a session does after a trial.
-fn trial_fit(folder: &Path, profile: &AmplitudeProfile) -> TrialFit {
+/// A recording's exploration, to be fitted as a session fits it after a trial.
+pub(super) fn fit_request(folder: &Path) -> FitRequest {
     let reading = demodulated::read(folder, PickupOffset::default()).unwrap();
     let settings = Settings::default();
     let rules = settings.selection_rules(reading.manifest.plate.centre_m);
     let (start_s, end_s) = EXPLORATION_S;
     let series = reading.record.series(start_s, end_s);
     let stretches = select(&series.exploration(Direction::LeftToRight), &rules).unwrap();
-    let request = FitRequest {
+    FitRequest {
         label: "trial 1".to_owned(),
         carrier_hz: reading.manifest.carrier_hz,
+        calibration: reading.manifest.standard_errors.unwrap_or_default(),
         plate: Ok(findings(folder).z_p.unwrap()),
         record: reading.record,
         explorations: vec![Selected {
@@ -96,8 +97,13 @@ fn trial_fit(folder: &Path, profile: &AmplitudeProfile) -> TrialFit {
             stretches,
         }],
         rules,
-    };
-    fit(&request, settings.assumed(), profile).unwrap()
+    }
+}
+
+/// Fits a recording's exploration as a session does after a trial.
+pub(super) fn trial_fit(folder: &Path, profile: &AmplitudeProfile) -> TrialFit {
+    let request = fit_request(folder);
+    fit(&request, Settings::default().assumed(), profile).unwrap()
 }
 
 #[test]

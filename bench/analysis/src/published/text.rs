@@ -1,5 +1,8 @@
 //! The statistics as one table: for a terminal, a spreadsheet, a page or a manuscript.
 
+use comfy_table::presets::NOTHING;
+use comfy_table::{ContentArrangement, Table};
+
 use super::statistic::{Found, Level, Statistic};
 use super::table::{StatisticRow, Statistics};
 use crate::clustered::Clustered;
@@ -8,8 +11,11 @@ use crate::estimate::Method;
 /// Form of the table of statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TableFormat {
-    /// Columns of text.
-    Text,
+    /// Columns of text, wrapped so that no line is longer than so many, if they are told.
+    Text {
+        /// Columns of the terminal.
+        columns: Option<u16>,
+    },
     /// A row for each statistic, method and level, every number in a column of its own.
     Csv,
     /// Markdown.
@@ -25,7 +31,7 @@ impl Statistics {
     /// Returns the table of the statistics beside the published values.
     pub fn to_table(&self, format: TableFormat) -> String {
         match format {
-            TableFormat::Text => self.to_text(),
+            TableFormat::Text { columns } => self.to_text(columns),
             TableFormat::Csv => self.to_csv(),
             TableFormat::Markdown => self.to_markdown(),
             TableFormat::Latex => self.to_latex(),
@@ -57,24 +63,20 @@ impl Statistics {
         lines
     }
 
-    fn to_text(&self) -> String {
-        let lines: Vec<[String; COLUMNS]> = std::iter::once(HEADER.map(str::to_owned))
-            .chain(self.lines())
-            .collect();
-        let widths: [usize; COLUMNS] = std::array::from_fn(|column| {
-            let cells = lines.iter().map(|line| line[column].chars().count());
-            cells.max().unwrap_or(0)
-        });
-        let mut text = String::new();
-        for line in &lines {
-            let cells = line
-                .iter()
-                .zip(widths)
-                .map(|(cell, width)| format!("{cell:width$}"));
-            text.push_str(cells.collect::<Vec<_>>().join("  ").trim_end());
-            text.push('\n');
+    fn to_text(&self, columns: Option<u16>) -> String {
+        let mut table = Table::new();
+        table
+            .load_style(NOTHING)
+            .set_content_arrangement(ContentArrangement::Dynamic);
+        if let Some(columns) = columns {
+            table.set_width(columns);
         }
-        text
+        table.set_header(HEADER);
+        for line in self.lines() {
+            // What stands under a row belongs to it; the table would take its indentation off.
+            table.add_row(line.map(|cell| cell.replacen("  ", "\u{a0}\u{a0}", 1)));
+        }
+        table.to_string()
     }
 
     fn to_csv(&self) -> String {
@@ -276,7 +278,7 @@ mod tests {
             "-0.12 (p=0.250, n=70 trials, clustered p=0.400 of 7 people)",
             "0.25 (p=0.250, n=70 trials, clustered p=0.400 of 7 people)",
         ];
-        let text = table(TableFormat::Text);
+        let text = table(TableFormat::Text { columns: None });
         assert_eq!(text.lines().count(), 2);
         assert!(cells.iter().all(|cell| text.contains(cell)), "{text}");
         assert_eq!(
@@ -298,6 +300,20 @@ mod tests {
         let numbers: Vec<&str> = (3..11).map(|column| &rows[1][column]).collect();
         let expected = ["dynamic", "trials", "-0.125", "", "70", "0.25", "0.4", "7"];
         assert_eq!(numbers, expected);
+    }
+
+    #[test]
+    fn on_a_terminal_no_line_is_longer_than_it_is_wide_and_no_word_is_lost() {
+        for columns in [60, 80, 120, 200] {
+            let text = statistics().to_table(TableFormat::Text {
+                columns: Some(columns),
+            });
+            let longest = text.lines().map(|line| line.chars().count()).max();
+            assert!(longest <= Some(columns.into()), "{columns}:\n{text}");
+            let count = |word: &str| text.matches(word).count();
+            assert_eq!(count("p=0.250"), 3, "{columns}:\n{text}");
+            assert_eq!(count("Spearman") + count("-0.12"), 2, "{columns}:\n{text}");
+        }
     }
 
     #[test]

@@ -1,0 +1,53 @@
+//! The curves that the operator is shown after a trial, beside what was measured in it.
+
+use analysis::Settings;
+use analysis::amplitude_profile::AmplitudeProfile;
+use analysis::trial_fit::fit;
+use live::contact_curves::contact_curves;
+use tui::event::ComplexImpedance;
+
+use super::PUBLISHED;
+use super::uneven_plate::fit_request;
+
+#[test]
+fn the_curves_of_a_fit_go_through_what_was_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    PUBLISHED.record(folder.path());
+    let request = fit_request(folder.path());
+    let profile = AmplitudeProfile::default();
+    let fitted = fit(&request, Settings::default().assumed(), &profile).unwrap();
+    let curves = contact_curves(&request, &fitted).unwrap();
+    assert!(curves.measured.len() >= 15);
+    assert!(curves.measured.is_sorted_by(|a, b| a.0 < b.0));
+    for (amplitude_m, measured) in &curves.measured {
+        let nearest = curves.friction.iter().min_by(|a, b| {
+            (a.0 - amplitude_m)
+                .abs()
+                .total_cmp(&(b.0 - amplitude_m).abs())
+        });
+        let (_, estimated) = nearest.unwrap();
+        // The measured one is behind the quasi-static curve by the levitation lag.
+        assert!(
+            (measured - estimated).abs() < 0.1,
+            "{amplitude_m}: {measured} {estimated}"
+        );
+    }
+    // A finger adds both dissipation and inertia, less of either as it is levitated.
+    let distance = |of: &ComplexImpedance| {
+        let z_p = &curves.z_p_n_s_per_m;
+        (of.re_n_s_per_m - z_p.re_n_s_per_m).hypot(of.im_n_s_per_m - z_p.im_n_s_per_m)
+    };
+    let [first, .., last] = &curves.locus[..] else {
+        panic!("a locus of {} points", curves.locus.len());
+    };
+    assert!(distance(first) > 1.5 * distance(last));
+
+    let nothing = contact_curves(
+        &analysis::trial_fit::FitRequest {
+            explorations: Vec::new(),
+            ..request
+        },
+        &fitted,
+    );
+    assert_eq!(nothing, None);
+}

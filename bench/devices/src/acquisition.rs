@@ -422,24 +422,29 @@ impl Acquisition {
         }
     }
 
+    /// Returns the time of a moment on the audio clock, s, if it is known.
+    fn placed_s(&self, moment: Moment) -> Option<f64> {
+        match moment {
+            Moment::Host(host_s) => self.clock.to_source_s(host_s),
+            Moment::Card(frame) => Some(self.card_map.audio(frame)? / self.pipeline.rate_hz()),
+        }
+    }
+
     /// Places readings on the audio clock, each stream in order.
     fn take_readings(&mut self, batch: &mut Batch) {
         self.waiting.extend(self.readings.try_iter());
         for reading in std::mem::take(&mut self.waiting) {
-            let time_s = match reading.at() {
-                Moment::Host(host_s) => self.clock.to_source_s(host_s),
-                Moment::Card(frame) => {
-                    let Some(frame) = self.card_map.audio(frame) else {
-                        // The blocks about an xrun are held back until it is counted.
-                        self.waiting.push(reading);
-                        continue;
-                    };
-                    Some(frame / self.pipeline.rate_hz())
+            let Some(time_s) = self.placed_s(reading.at()) else {
+                // The blocks about an xrun are held back until it is counted.
+                if matches!(reading.at(), Moment::Card(_)) {
+                    self.waiting.push(reading);
                 }
+                continue;
             };
-            let Some(time_s) = time_s else { continue };
-            let sample = (time_s.max(0.0) * self.pipeline.rate_hz()).round() as u64;
-            let mut note = |fault, count| self.flags.note(fault, sample..=sample, count);
+            let since_s = self.placed_s(reading.since()).unwrap_or(time_s);
+            let [since, until] = [since_s.min(time_s), time_s]
+                .map(|time_s| (time_s.max(0.0) * self.pipeline.rate_hz()).round() as u64);
+            let mut note = |fault, count| self.flags.note(fault, since..=until, count);
             match reading {
                 FieldReading::Force(force) => {
                     // The estimate of the clocks may still move by more than a sample's distance.

@@ -20,9 +20,11 @@ use tasks::{Clock, Mailbox, Task};
 pub enum FieldReading {
     /// A sample of the force sensor.
     Force(TimedForce),
-    /// Faults of the force sensor within the burst that was just read.
+    /// Faults of the force sensor within the burst that was just read, or before it.
     ForceFaults {
-        /// When the burst began.
+        /// When the last sample before the burst acted.
+        since: Moment,
+        /// When its own last one did, or when it came if it has none.
         at: Moment,
         /// Faults since the reading before.
         faults: LineFaults,
@@ -41,6 +43,14 @@ pub enum FieldReading {
 }
 
 impl FieldReading {
+    /// Returns from when on what the reading tells may have been so.
+    pub fn since(&self) -> Moment {
+        match self {
+            Self::ForceFaults { since, .. } => *since,
+            _ => self.at(),
+        }
+    }
+
     /// Returns the moment of the reading.
     pub fn at(&self) -> Moment {
         match self {
@@ -57,6 +67,8 @@ const BOUNCE_NS: u64 = 30_000_000;
 /// The task that reads force sensor, encoder and button.
 pub struct Field {
     force: Option<Box<dyn ForceSource>>,
+    /// When the last force acted.
+    force_at: Option<Moment>,
     encoder: Option<PositionEncoder>,
     button: Option<Box<dyn InputLine>>,
     readings: Sender<FieldReading>,
@@ -89,6 +101,7 @@ impl Field {
     ) -> Self {
         Self {
             force,
+            force_at: None,
             encoder,
             button,
             readings,
@@ -106,11 +119,11 @@ impl Field {
         let Some(source) = &mut self.force else {
             return;
         };
-        let (mut first, mut hardest) = (None, None::<Press>);
-        let mut arrived = 0;
+        let (since, mut last) = (self.force_at, self.force_at);
+        let (mut arrived, mut hardest) = (0, None::<Press>);
         let clock = &self.clock;
         let polled = source.poll(&|| seconds(clock.now_ns()), &mut |force| {
-            first.get_or_insert(force.at);
+            last = Some(force.at);
             let press = Press {
                 normal_n: force.normal_n,
                 lateral_n: force.lateral_n,
@@ -135,9 +148,14 @@ impl Field {
         let faults = so_far.since(&health.force);
         // Bytes before the first sample are the end of a frame that began before the port was opened.
         if faults != LineFaults::default() && health.force_samples > 0 {
-            let at = first.unwrap_or(Moment::Host(seconds(now_ns)));
-            let _ = self.readings.send(FieldReading::ForceFaults { at, faults });
+            let now = Moment::Host(seconds(now_ns));
+            let at = last.filter(|_| arrived > 0).unwrap_or(now);
+            let since = since.unwrap_or(at);
+            let _ = self
+                .readings
+                .send(FieldReading::ForceFaults { since, at, faults });
         }
+        self.force_at = last;
         health.force = so_far;
         health.drift_ppm = drift_ppm;
         health.force_samples += arrived;
@@ -196,16 +214,20 @@ impl Field {
         };
         let high = button.is_high()?;
         let mut health = self.gauges.field.get().unwrap_or_default();
-        if health.button_pressed != Some(high) {
-            health.button_pressed = Some(high);
-            self.gauges.field.set(health);
-        }
+        let mut news = health.button_pressed != Some(high);
+        health.button_pressed = Some(high);
         if high != self.button_high && now_ns.saturating_sub(self.button_changed_ns) >= BOUNCE_NS {
             self.button_high = high;
             self.button_changed_ns = now_ns;
             if high {
                 self.pressed.store(true, Ordering::Release);
+                news = true;
+                health.button_presses += 1;
+                health.button_press_ns = Some(now_ns);
             }
+        }
+        if news {
+            self.gauges.field.set(health);
         }
         Ok(())
     }
@@ -228,5 +250,53 @@ impl Task for Field {
         self.read_force(now_ns);
         self.read_encoder(now_ns)?;
         self.read_button(now_ns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use safety::GpioError;
+    use tasks::SystemClock;
+
+    /// A line that the test sets.
+    struct Level(Arc<AtomicBool>);
+
+    impl InputLine for Level {
+        fn is_high(&mut self) -> Result<bool, GpioError> {
+            Ok(self.0.load(Ordering::Relaxed))
+        }
+    }
+
+    #[test]
+    fn a_short_press_stays_counted_with_its_time() {
+        let (level, pressed) = <(Arc<AtomicBool>, Arc<AtomicBool>)>::default();
+        let gauges: Arc<Gauges> = Arc::default();
+        let mut field = Field::new(
+            None,
+            None,
+            Some(Box::new(Level(level.clone()))),
+            crossbeam_channel::unbounded().0,
+            pressed.clone(),
+            Arc::default(),
+            gauges.clone(),
+            Mailbox::default(),
+            Arc::new(SystemClock::start()),
+        );
+        let mut at = |ms: u64, high: bool| {
+            level.store(high, Ordering::Relaxed);
+            field.poll(ms * 1_000_000).unwrap();
+            let now = gauges.field.get().unwrap();
+            (now.button_pressed, now.button_presses, now.button_press_ns)
+        };
+        assert_eq!(at(100, false), (Some(false), 0, None));
+        assert_eq!(at(110, true), (Some(true), 1, Some(110_000_000)));
+        // It bounces.
+        assert_eq!(at(112, false).1, 1);
+        assert_eq!(at(113, true).1, 1);
+        assert_eq!(at(160, false), (Some(false), 1, Some(110_000_000)));
+        assert_eq!(at(900, false), (Some(false), 1, Some(110_000_000)));
+        assert_eq!(at(910, true), (Some(true), 2, Some(910_000_000)));
+        assert!(pressed.load(Ordering::Acquire));
     }
 }

@@ -21,6 +21,10 @@ pub struct FieldHealth {
     pub encoder_skipped: u64,
     /// Whether the participant's button is pressed; `None` where none is wired.
     pub button_pressed: Option<bool>,
+    /// Number of presses of the button so far.
+    pub button_presses: u64,
+    /// Time of the last press, ns.
+    pub button_press_ns: Option<u64>,
 }
 
 /// Latest values that the devices' tasks publish.

@@ -82,6 +82,8 @@ pub fn output(line: &'static str, pin: impl OutputPin + Send + 'static) -> Box<d
 pub struct LineLevels {
     /// Whether the emergency stop's loop is open: pressed or cut.
     pub estop_open: Option<bool>,
+    /// Time at which the loop was last seen open, ns.
+    pub estop_open_ns: Option<u64>,
     /// Whether the heartbeat beats.
     pub beats: Option<bool>,
 }

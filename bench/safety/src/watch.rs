@@ -508,6 +508,9 @@ impl Watch {
             self.set_state(SafetyState::Tripped { trip });
         }
         let wired = self.lines.heartbeat.is_some();
+        if self.levels.estop_open == Some(true) {
+            self.levels.estop_open_ns = Some(now_ns);
+        }
         self.levels.beats = wired.then_some(self.heartbeat_high != beat);
         self.unpublished.lines = Some(self.levels);
         Ok(())

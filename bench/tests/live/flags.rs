@@ -180,6 +180,29 @@ fn force_frames_that_fail_are_counted_exactly() {
     assert!(rig.warnings[0].starts_with(told[0].1));
 }
 
+/// Fault 22.
+#[test]
+fn a_gap_of_the_force_is_flagged_for_as_long_as_it_lasts() {
+    let mut rig = Rig::driven();
+    rig.pass(0.3);
+    let begin_ns = rig.apparatus.now_ns();
+    let folder = rig.begin("r");
+    rig.pass(0.2);
+    let at_ns = rig.apparatus.now_ns();
+    rig.apparatus.faults().force(ForceFault::Drop(300));
+    rig.pass(0.8);
+    rig.end();
+    let events = events(&folder);
+    let [(kind, from, frames, _)] = &events[..] else {
+        panic!("{events:?}");
+    };
+    assert_eq!(*kind, EventKind::ForceLost);
+    assert!(near(*from, begin_ns, at_ns, 0.02), "{events:?}");
+    // 300 samples at 10 kHz, and a burst of 16 ms before and after them at most.
+    let lasts_s = frames.unwrap() as f64 / f64::from(RATE_HZ);
+    assert!((0.03..0.065).contains(&lasts_s), "{lasts_s}");
+}
+
 /// Fault 23.
 #[test]
 fn a_saturated_axis_is_one_flag_for_as_long_as_it_lasts() {

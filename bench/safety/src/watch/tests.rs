@@ -503,6 +503,8 @@ fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
     );
     assert!(card.kills() > 0);
     watch.poll(30_000_000).unwrap();
+    let last_ns = signals.lines.get().and_then(|is| is.estop_open_ns);
+    assert_eq!(last_ns, Some(30_000_000));
     let (mut estop, mut enable, mut heartbeat) = pins;
     estop.done();
     enable.done();

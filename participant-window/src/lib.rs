@@ -6,10 +6,12 @@
 //! - [`page`] on a [`canvas`], by a [`geometry`] and in a [`lettering`]; [`ruler`], [`scales`]: the picture, without any
 //!   display, and the width of a pixel.
 //! - [`frame_log`]: when the frames came, and how far the slider was from its ideal.
+//! - [`fitness`]: whether a finger can follow what the window shows.
 //! - `window` (Unix, feature `window`): the window on a screen.
 
 pub mod bench_clock;
 pub mod canvas;
+pub mod fitness;
 pub mod frame_log;
 pub mod geometry;
 pub mod lettering;

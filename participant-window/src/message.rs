@@ -44,6 +44,11 @@ pub enum FromWindow {
         /// In words.
         text: String,
     },
+    /// Whether the participant can follow it.
+    Unfit {
+        /// Why not, in words; `None` when they can again.
+        why: Option<String>,
+    },
 }
 
 /// The monitor that the window is on.

@@ -29,6 +29,11 @@ pub enum SeatEvent {
         /// In words.
         text: String,
     },
+    /// Whether the participant can follow it.
+    Unfit {
+        /// Why not, in words; `None` when they can again.
+        why: Option<String>,
+    },
 }
 
 /// The session's end of the socket.
@@ -184,6 +189,7 @@ impl Window {
                 FromWindow::Trouble { text } if self.ready => {
                     events.push(SeatEvent::Trouble { text })
                 }
+                FromWindow::Unfit { why } if self.ready => events.push(SeatEvent::Unfit { why }),
                 _ => {
                     return Err(Ended::Garbage(
                         "not what a window says at this point".to_owned(),

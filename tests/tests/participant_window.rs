@@ -197,6 +197,8 @@ fn explore(display: &VirtualDisplay, seat: &mut Seat) -> Seen {
         for event in seat.look(shared_s()) {
             match event {
                 SeatEvent::Explored(report) => seen.report = Some(report),
+                // A busy computer: the reports count what did not come.
+                SeatEvent::Trouble { .. } => {}
                 other => panic!("{other:?}"),
             }
         }
@@ -294,6 +296,7 @@ fn a_finger_that_follows_the_pixels_follows_the_slider_within_a_frame() {
     }
 }
 
+/// Fault 43.
 #[test]
 fn a_window_that_dies_or_hangs_is_missed_and_another_takes_its_place() {
     let display = VirtualDisplay::start();
@@ -322,6 +325,41 @@ fn a_window_that_dies_or_hangs_is_missed_and_another_takes_its_place() {
     let began = shared_s();
     drop(seat);
     assert!(shared_s() - began < 1.0);
+}
+
+/// Nobody sees a virtual display, so there it is told; before a participant the session pauses.
+///
+/// Fault 43.
+#[test]
+fn a_slider_that_jerks_again_and_again_is_told() {
+    let display = VirtualDisplay::start();
+    let mut seat = Seat::open(&display.socket()).unwrap();
+    let window = display.window("window.log");
+    wait_for(&mut seat, "a window", is_taken);
+    let offset_s = shared_s() - 5.0;
+    seat.show(shown(Some(5.2)));
+    let begun = Instant::now();
+    let mut told = None;
+    while told.is_none() && begun.elapsed() < PATIENCE {
+        for pause in [Signal::STOP, Signal::CONT] {
+            seat.beat(Beat {
+                audio_s: shared_s() - offset_s,
+                shared_s: shared_s(),
+                finger_m: None,
+            });
+            window.signal(pause);
+            sleep(Duration::from_millis(80));
+        }
+        told = seat
+            .look(shared_s())
+            .into_iter()
+            .find_map(|event| match event {
+                SeatEvent::Trouble { text } => Some(text),
+                _ => None,
+            });
+    }
+    let told = told.expect("a word about frames");
+    assert!(told.contains("over 50 ms"), "{told}");
 }
 
 #[test]

@@ -196,6 +196,13 @@ impl WindowTask {
                 self.keep("window_opened", &display);
             }
             SeatEvent::Left { why } => self.shared.lost.set(Some(why)),
+            SeatEvent::Unfit { why } => {
+                self.keep(
+                    "window_unfit",
+                    &Map::from_iter([("why".to_owned(), why.clone().into())]),
+                );
+                self.shared.lost.set(why);
+            }
             SeatEvent::Explored(report) => {
                 if report.slider_error_max_m > 3.0 * report.frame_m {
                     self.say(

@@ -17,6 +17,7 @@ use super::monitor;
 use super::options::Options;
 use super::stage::Stage;
 use crate::canvas::Canvas;
+use crate::fitness::OnMonitor;
 use crate::geometry::Geometry;
 use crate::lettering::Typeface;
 use crate::message::{Display, FORMAT};
@@ -43,6 +44,7 @@ struct Screen {
     surface: Surface<Rc<Window>, Rc<Window>>,
     page: Page,
     display: Display,
+    chosen: OnMonitor,
     /// When the next frame is due.
     due: Instant,
     /// Time from the beginning of a frame to its presentation, s.
@@ -110,6 +112,7 @@ impl App {
             surface,
             page,
             display,
+            chosen: monitor::identity(&monitor),
             due: Instant::now(),
             lead_s: 0.0,
             moving: Moving::default(),
@@ -159,6 +162,12 @@ impl App {
             .presented(presented_s, moving.slider_m, refresh_s)
         {
             self.link.say(&report);
+        }
+        let now_on = screen.surface.window().current_monitor();
+        let now_on = now_on.as_ref().map(monitor::identity);
+        let fit = self.stage.fit(presented_s, &screen.chosen, now_on.as_ref());
+        if let Some(fit) = fit {
+            self.link.say(&fit);
         }
         for trouble in self.stage.troubles(screen.page.geometry(), &self.face) {
             self.link.say(&trouble);

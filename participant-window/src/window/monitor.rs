@@ -4,6 +4,7 @@ use winit::event_loop::ActiveEventLoop;
 use winit::monitor::MonitorHandle;
 
 use super::error::WindowError;
+use crate::fitness::OnMonitor;
 
 /// What a monitor that does not tell is taken for, Hz.
 const ASSUMED_REFRESH_HZ: f64 = 60.0;
@@ -11,6 +12,14 @@ const ASSUMED_REFRESH_HZ: f64 = 60.0;
 /// Returns the name of a monitor.
 pub(super) fn name(monitor: &MonitorHandle) -> String {
     monitor.name().unwrap_or_else(|| "unnamed".to_owned())
+}
+
+/// Returns a monitor's name and size.
+pub(super) fn identity(monitor: &MonitorHandle) -> OnMonitor {
+    OnMonitor {
+        name: name(monitor),
+        size_px: monitor.size().into(),
+    }
 }
 
 /// Returns the time between two pictures of a monitor, s.

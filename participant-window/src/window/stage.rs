@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use crate::bench_clock::BenchClock;
+use crate::fitness::{Fitness, OnMonitor};
 use crate::frame_log::FrameLog;
 use crate::geometry::Geometry;
 use crate::lettering::Typeface;
@@ -18,6 +19,7 @@ pub(super) struct Stage {
     /// Whether a session is there.
     running: bool,
     log: Option<FrameLog>,
+    fitness: Fitness,
     told: HashSet<String>,
 }
 
@@ -28,6 +30,7 @@ impl Stage {
             ToWindow::Welcome { .. } => {
                 self.clock = BenchClock::default();
                 self.told.clear();
+                self.fitness.forget();
                 self.running = true;
             }
             ToWindow::Refused { why } => self.lost(&why),
@@ -118,9 +121,11 @@ impl Stage {
             .zip(audio_s)
             .filter(|(motion, audio_s)| self.running && motion.moves(*audio_s));
         let Some(((motion, audio_s), slider_m)) = moving.zip(slider_m) else {
+            self.fitness.stands();
             let report = self.log.take()?.report()?;
             return Some(FromWindow::Explored(report));
         };
+        self.fitness.moved(shared_s);
         let mut report = None;
         if self.log.as_ref().is_some_and(|log| *log.motion() != motion) {
             report = self
@@ -133,6 +138,20 @@ impl Stage {
             .get_or_insert_with(|| FrameLog::new(motion, refresh_s))
             .take(audio_s, slider_m);
         report
+    }
+
+    /// Returns whether a finger can follow the window, if the session does not know it.
+    pub(super) fn fit(
+        &mut self,
+        shared_s: f64,
+        chosen: &OnMonitor,
+        now: Option<&OnMonitor>,
+    ) -> Option<FromWindow> {
+        self.fitness.on(chosen, now);
+        let virtual_display = super::monitor::is_virtual(&chosen.name);
+        self.fitness
+            .news(shared_s, virtual_display)
+            .filter(|_| self.running)
     }
 
     /// Returns what the operator should know of what is shown, once each.

@@ -8,3 +8,4 @@ mod panics;
 mod signals;
 mod standing_still;
 mod terminal;
+mod window_of_its_own;

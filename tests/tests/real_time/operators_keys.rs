@@ -5,7 +5,8 @@
     reason = "what cannot be unwrapped fails the test"
 )]
 
-use std::os::unix::fs::symlink;
+use std::fs::Permissions;
+use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::time::Duration;
 
@@ -15,7 +16,10 @@ use protocols::{Interruption, SessionEventKind, TrialOutcome, TrialRecord, recor
 use recording::study::LOCK_FILE;
 use rustix::process::{Pid, Signal, kill_process};
 
+use participant_window::message::FromWindow;
+
 use super::terminal::Terminal;
+use super::window_of_its_own::Window;
 
 const RUN: &str =
     "run --mock --study study --participant sub-01 --protocol protocol.toml --consent-by Tester";
@@ -39,7 +43,9 @@ fn session(min_instances: u32, more: &str) -> Terminal {
             ("min_instances = 5", instances.as_str()),
         ];
         demo_with(folder, &changes);
-        if more.contains("participant") {
+        // Where session and window meet is nobody else's.
+        std::fs::set_permissions(folder, Permissions::from_mode(0o700)).unwrap();
+        if more.contains("--participant-display") {
             std::fs::write(folder.join("wait"), "").unwrap();
         }
     };
@@ -198,6 +204,54 @@ fn a_lost_participants_terminal_pauses_the_session_and_is_brought_back() {
     ));
 }
 
+/// A window that jerks or stands on another monitor is no more to be followed than one that is gone.
+///
+/// Fault 43.
+#[test]
+fn a_window_that_is_unfit_or_gone_pauses_the_session_until_it_is_back() {
+    let terminal = session(1, "--participant-window=meeting");
+    let socket = || terminal.folder.path().join("meeting");
+    let window = Window::at(socket());
+    terminal.shows(&["DRIVING", "trial 1/2"]);
+    let unfit = |why: Option<&str>| {
+        let why = why.map(str::to_owned);
+        window.say(FromWindow::Unfit { why });
+    };
+    unfit(Some("it is on the monitor eDP-1, not on HDMI-1"));
+    terminal.shows(&["PARTICIPANT'S DISPLAY LOST", "PAUSED"]);
+    terminal.press(&["5"]);
+    terminal.shows(&["on the monitor eDP-1"]);
+    terminal.press(&["1", "p"]);
+    terminal.shows(&["Show again on the participant's window"]);
+    terminal.press(&["y"]);
+    terminal.shows(&["not now: the participant's display", "PAUSED"]);
+    unfit(None);
+    terminal.press(&["5"]);
+    terminal.shows(&["display is back"]);
+    terminal.press(&["1", "p"]);
+    terminal.shows(&["DRIVING", "attempt 2"]);
+    window.close();
+    terminal.shows(&["PARTICIPANT'S DISPLAY LOST", "PAUSED"]);
+    let another = Window::at(socket());
+    terminal.press(&["5"]);
+    terminal.shows(&["the participant's window is on monitor HDMI-1"]);
+    terminal.press(&["1", "p"]);
+    terminal.shows(&["DRIVING", "attempt 3"]);
+    quits(&terminal);
+    another.close();
+    let lost = outcomes(&terminal);
+    assert_eq!(lost.len(), 3, "{lost:?}");
+    for (at, why) in ["eDP-1", "closed"].into_iter().enumerate() {
+        let TrialOutcome::Interrupted {
+            interruption: Interruption::DisplayLost { reason },
+        } = &lost[at].2
+        else {
+            panic!("{lost:?}");
+        };
+        assert!(reason.contains(why), "{reason}");
+    }
+}
+
 #[test]
 fn a_stopped_calibration_goes_on_with_the_points_it_has() {
     let terminal = Terminal::calibrate(100, 30, "pickup --levels-v 10,20,30");
@@ -213,7 +267,7 @@ fn a_stopped_calibration_goes_on_with_the_points_it_has() {
     ]);
     // Too early: nothing is armed by itself.
     terminal.press(&["Enter"]);
-    terminal.shows(&["x re-arms first"]);
+    terminal.shows(&["press x to re-arm it first"]);
     terminal.press(&["x"]);
     terminal.shows(&["Re-arm?"]);
     terminal.press(&["y"]);

@@ -1,0 +1,202 @@
+//! Whether a finger can follow what the window shows: frames that come in time, on the monitor that was chosen.
+
+use std::collections::VecDeque;
+
+use crate::message::FromWindow;
+
+/// A frame that stays for longer than this is seen to stop, s.
+const SLOW_S: f64 = 0.05;
+/// More of them than this are too many …
+const MOST_SLOW: usize = 5;
+/// … within this time, s; and after as long without one the window is fit again.
+const WITHIN_S: f64 = 10.0;
+
+/// A monitor, as far as the slider depends on it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OnMonitor {
+    /// Its name.
+    pub name: String,
+    /// Its width and height, pixels.
+    pub size_px: (u32, u32),
+}
+
+/// What speaks against the window.
+#[derive(Debug, Default)]
+pub struct Fitness {
+    /// When the last frame came of a slider that moves, s.
+    last_s: Option<f64>,
+    /// When the last slow frames ended, s, one more than may be.
+    slow_s: VecDeque<f64>,
+    is_slow: bool,
+    astray: Option<String>,
+    /// What the session was told.
+    told: Option<String>,
+}
+
+impl Fitness {
+    /// Takes a frame of a slider that moves, presented at a time that goes forward.
+    pub fn moved(&mut self, presented_s: f64) {
+        let before_s = self.last_s.replace(presented_s);
+        if before_s.is_none_or(|before_s| presented_s - before_s <= SLOW_S) {
+            return;
+        }
+        self.slow_s.push_back(presented_s);
+        if self.slow_s.len() > MOST_SLOW + 1 {
+            self.slow_s.pop_front();
+        }
+        let first_s = self.slow_s.front().copied().unwrap_or(presented_s);
+        self.is_slow |= self.slow_s.len() > MOST_SLOW && presented_s - first_s <= WITHIN_S;
+    }
+
+    /// The slider stands: the next frame may come when it likes.
+    pub fn stands(&mut self) {
+        self.last_s = None;
+    }
+
+    /// Takes the monitor that the window was put on, and the one that it is on; `None` if nobody knows.
+    pub fn on(&mut self, chosen: &OnMonitor, now: Option<&OnMonitor>) {
+        self.astray = now.filter(|now| *now != chosen).map(|now| {
+            if now.name == chosen.name {
+                let ((was_x, was_y), (x, y)) = (chosen.size_px, now.size_px);
+                format!(
+                    "its monitor {} has {x} × {y} pixels now, not {was_x} × {was_y}, and the slider is not true to the millimetre: \
+                     close it (Ctrl-Q) and start it again",
+                    now.name
+                )
+            } else {
+                format!(
+                    "it is on the monitor {}, not on {}: move it back, or close it (Ctrl-Q) and start it again with --monitor",
+                    now.name, chosen.name
+                )
+            }
+        });
+    }
+
+    /// Another session is there, which has been told nothing.
+    pub fn forget(&mut self) {
+        *self = Self {
+            astray: self.astray.take(),
+            ..Self::default()
+        };
+    }
+
+    /// Returns what there is to say, if it is not what was said last. Frames of a virtual display, which nobody sees, are
+    /// told of, but are no reason to stop.
+    pub fn news(&mut self, now_s: f64, virtual_display: bool) -> Option<FromWindow> {
+        let last_slow_s = self.slow_s.back().copied();
+        if last_slow_s.is_none_or(|last_s| now_s - last_s > WITHIN_S) {
+            self.is_slow = false;
+        }
+        let slow = self.is_slow.then(|| {
+            format!(
+                "more than {MOST_SLOW} of its frames took over {:.0} ms within {WITHIN_S:.0} s, so that the slider jerks: close other \
+                 programs on this computer",
+                1e3 * SLOW_S
+            )
+        });
+        let why = self.astray.clone().or(slow);
+        if why == self.told {
+            return None;
+        }
+        self.told = why.clone();
+        if virtual_display {
+            return why.map(|text| FromWindow::Trouble { text });
+        }
+        Some(FromWindow::Unfit { why })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Frames at 60 Hz for a time, of which some take longer, s.
+    fn run(fitness: &mut Fitness, from_s: f64, to_s: f64, slow_every_s: f64, slow_s: f64) {
+        let (mut at_s, mut slow_at_s) = (from_s, from_s + slow_every_s);
+        while at_s < to_s {
+            let slow = at_s >= slow_at_s;
+            if slow {
+                slow_at_s += slow_every_s;
+            }
+            at_s += if slow { slow_s } else { 1.0 / 60.0 };
+            fitness.moved(at_s);
+        }
+    }
+
+    fn why(news: Option<FromWindow>) -> Option<String> {
+        match news {
+            Some(FromWindow::Unfit { why }) => why,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Fault 43.
+    #[test]
+    fn frames_that_are_slow_again_and_again_make_it_unfit_until_they_have_come_in_time_for_as_long()
+    {
+        let mut fitness = Fitness::default();
+        run(&mut fitness, 0.0, 10.0, 1.5, 0.06);
+        let said = why(fitness.news(10.0, false)).unwrap();
+        assert!(said.contains("over 50 ms"), "{said}");
+        assert_eq!(fitness.news(10.0, false), None, "said twice");
+        fitness.stands();
+        assert_eq!(fitness.news(18.0, false), None);
+        assert_eq!(why(fitness.news(20.0, false)), None);
+    }
+
+    #[test]
+    fn five_slow_frames_in_ten_seconds_are_allowed_and_so_are_many_short_ones() {
+        for (every_s, slow_s) in [(2.1, 0.06), (0.1, 0.049)] {
+            let mut fitness = Fitness::default();
+            run(&mut fitness, 0.0, 60.0, every_s, slow_s);
+            assert_eq!(fitness.news(60.0, false), None, "{every_s} {slow_s}");
+        }
+    }
+
+    #[test]
+    fn a_slider_that_stands_is_not_slow() {
+        let mut fitness = Fitness::default();
+        for exploration in 0..20 {
+            let from_s = 0.4 * f64::from(exploration);
+            run(&mut fitness, from_s, from_s + 0.2, 9.0, 0.0);
+            fitness.stands();
+        }
+        assert_eq!(fitness.news(8.0, false), None);
+    }
+
+    /// Fault 43.
+    #[test]
+    fn a_window_on_another_monitor_or_one_of_other_pixels_is_unfit_until_it_is_back() {
+        let monitor = |name: &str, width| OnMonitor {
+            name: name.to_owned(),
+            size_px: (width, 1080),
+        };
+        let chosen = monitor("HDMI-1", 1920);
+        for (elsewhere, word) in [
+            (monitor("eDP-1", 1920), "eDP-1, not on HDMI-1"),
+            (monitor("HDMI-1", 1280), "1280 × 1080 pixels now"),
+        ] {
+            let mut fitness = Fitness::default();
+            fitness.on(&chosen, Some(&chosen));
+            assert_eq!(fitness.news(0.0, false), None);
+            fitness.on(&chosen, Some(&elsewhere));
+            let said = why(fitness.news(1.0, false)).unwrap();
+            assert!(said.contains(word), "{said}");
+            fitness.forget();
+            assert!(why(fitness.news(2.0, false)).is_some(), "another session");
+            fitness.on(&chosen, None);
+            assert_eq!(why(fitness.news(3.0, false)), None);
+        }
+    }
+
+    #[test]
+    fn on_a_virtual_display_it_is_told_and_nothing_stops() {
+        let mut fitness = Fitness::default();
+        run(&mut fitness, 0.0, 10.0, 0.5, 0.1);
+        assert!(matches!(
+            fitness.news(10.0, true),
+            Some(FromWindow::Trouble { .. })
+        ));
+        assert_eq!(fitness.news(30.0, true), None);
+    }
+}

@@ -1,0 +1,64 @@
+//! A participant's window that is played: it meets the session at its socket, and says what a test wants it to say.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use bench_tests::running::until;
+use participant_window::message::{Display, FORMAT, FromWindow, ToWindow};
+use participant_window::{Lines, place};
+
+/// Between two looks at the socket.
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// A window at a session's socket, until it is closed.
+pub struct Window {
+    says: Sender<FromWindow>,
+    life: JoinHandle<()>,
+}
+
+impl Window {
+    /// Meets the session that opens a socket.
+    pub fn at(socket: PathBuf) -> Self {
+        let (says, said) = channel();
+        let life = std::thread::spawn(move || live(&socket, &said));
+        Self { says, life }
+    }
+
+    pub fn say(&self, message: FromWindow) {
+        let _what_the_session_says_shows_it = self.says.send(message);
+    }
+
+    /// Closes it.
+    pub fn close(self) {
+        drop(self.says);
+        let _what_the_session_says_shows_it = self.life.join();
+    }
+}
+
+fn live(socket: &Path, said: &Receiver<FromWindow>) {
+    let Some(met) = until(Duration::from_secs(60), || place::connect(socket).ok()?) else {
+        return;
+    };
+    let Ok(mut lines) = Lines::new(met) else {
+        return;
+    };
+    let display = Display {
+        format: FORMAT,
+        monitor: "HDMI-1".to_owned(),
+        width_px: 1920,
+        height_px: 1080,
+        pixel_m: 2.5e-4,
+        refresh_s: 1.0 / 60.0,
+        virtual_display: false,
+    };
+    let mut message = FromWindow::Ready(display);
+    while lines.send(&message).is_ok() && lines.receive::<ToWindow>(1000).is_ok() {
+        message = match said.recv_timeout(PERIOD) {
+            Ok(message) => message,
+            Err(RecvTimeoutError::Timeout) => FromWindow::Alive,
+            Err(RecvTimeoutError::Disconnected) => return,
+        };
+    }
+}

@@ -39,7 +39,7 @@ say "Results"
 printf '  %s\n' \
     "$demo/calibration  the calibration and its figures" \
     "$demo/study        the recordings and the session's log" \
-    "$demo/results.json the estimates of every instance by both methods" \
+    "$demo/results.json the estimates of every instance by all three methods" \
     "$demo/figures      the published figures from these data"
 printf '\nThe same session with the dashboard, in real time:\n'
 printf '  %q run --mock --protocol demo --study %q/study --participant sub-02 --consent-by ME\n' "$program" "$demo"

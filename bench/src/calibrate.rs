@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
+use calibration::beside::{ended_early, write_beside};
 use calibration::channels::{ChannelsProcedure, ChannelsSetup};
 use calibration::clear::ClearPlate;
 use calibration::guided::Guided;
@@ -27,7 +28,7 @@ use volts::{OutputProcedure, OutputSetup, VoltMeter};
 
 use crate::apparatus::Apparatus;
 use crate::calibration_report::Report;
-use crate::calibration_report::{require_writable, write_beside};
+use crate::calibration_report::require_writable;
 use crate::cli;
 use crate::verbosity::Verbosity;
 
@@ -207,12 +208,15 @@ impl<'a> Begun<'a> {
         .collect::<Vec<_>>()
         .join(", ");
         let simulated = hardware.simulated;
+        // Nobody holds a switch while a bench is calibrated.
+        let clear = self.bench.clone().without_dead_man();
+        let facts = bench_page::facts(clear.config(), Some(&self.calibration), &hardware);
         let (attended, verbosity) = (self.attended, self.verbosity);
         let attend = |stop: &StopFlag| -> anyhow::Result<Attendance> {
             if !attended {
                 return Ok((Box::new(Unattended::new(verbosity.progress())), None));
             }
-            let (guided, screen) = Guided::open(title, simulated, stop.clone())?;
+            let (guided, screen) = Guided::open(title, simulated, facts, &notices, stop.clone())?;
             Ok((Box::new(guided), Some(screen)))
         };
         let ledger = if C::DRIVES_A_FINGER {
@@ -221,10 +225,17 @@ impl<'a> Begun<'a> {
             driving_time::of_clear_plate(&self.path, config, &hardware)?
         };
         driving_time::require_cool(&ledger.warmth, hardware.clock.as_ref())?;
+        let notice = rehearsed::notice(&rehearsed);
+        let named = |stem: &str| match &notice {
+            Some(_) => format!("rehearsal-{stem}"),
+            None => stem.to_owned(),
+        };
         let bench = &self.bench;
         let outcome = rig::run(
             bench, hardware, ledger, hands, instrument, attend, procedure,
-        )?;
+        );
+        let unfinished = named(&format!("{}-unfinished", C::NAME));
+        let outcome = outcome.map_err(|error| ended_early(error, &self.path, &unfinished))?;
         own(&mut self.calibration, outcome.identity, &self.path)?;
         let Judged {
             part,
@@ -238,11 +249,6 @@ impl<'a> Begun<'a> {
         } = outcome
             .procedure
             .judge(outcome.date, &self.measure.operator)?;
-        let notice = rehearsed::notice(&rehearsed);
-        let named = |stem: &str| match &notice {
-            Some(_) => format!("rehearsal-{stem}"),
-            None => stem.to_owned(),
-        };
         if let Some(notice) = &notice {
             let beside = beside
                 .iter_mut()

@@ -6,7 +6,6 @@ use crate::outcome::probe_folder_of;
 
 use anyhow::Context;
 use config::Quantity;
-use figures::Figure;
 use serde::Serialize;
 
 /// What was measured, for a person and for scripts.
@@ -67,22 +66,4 @@ pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
             path.parent().unwrap_or(path).display()
         )
     })
-}
-
-/// Puts the points of `what`, and their figure if there is one, beside the calibration at `path`.
-pub(crate) fn write_beside(
-    path: &Path,
-    what: &str,
-    points: &str,
-    figure: Option<&Figure>,
-) -> anyhow::Result<Vec<PathBuf>> {
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let beside = path.with_file_name(format!("{stem}-{what}"));
-    let table = path.with_file_name(format!("{stem}-{what}.csv"));
-    std::fs::write(&table, points).with_context(|| format!("cannot write {}", table.display()))?;
-    let mut written = vec![table];
-    if let Some(figure) = figure {
-        written.extend(::figures::write_one(figure, &beside)?);
-    }
-    Ok(written)
 }

@@ -4,17 +4,15 @@ use std::io::Write;
 
 use config::{Config, Effective};
 use console::{Dashboard, DashboardThread, Front};
-use devices::{Gauges, stop_on_signals};
+use devices::stop_on_signals;
 pub use drill::Watched;
-use drill::{Course, DrillRecord, Screen, Scripted};
-use recording::pipeline::{Account, Batch};
+use drill::{Course, DrillRecord, Scripted};
 use tasks::StopFlag;
 use tui::Event;
 use tui::event::{LogLevel, SessionHeader};
 
 use crate::apparatus::pace;
 use crate::cli;
-use live::live_meter::LiveMeter;
 
 /// Plans the drill of these options: nothing is opened or driven.
 ///
@@ -69,42 +67,11 @@ pub fn run(
         let level = LogLevel::Warning;
         front.show(Event::Log { level, text });
     }
-    let rate_hz = config.audio.rate_hz;
-    let screen = || -> Box<dyn Screen> {
-        Box::new(Panels {
-            meter: LiveMeter::default(),
-            account: Account::default(),
-            rate_hz,
-        })
-    };
-    let ran = course.run(&options.out, front, &over, open, screen);
+    let ran = course.run(&options.out, front, &over, open);
     let closed = dashboard.map_or(Ok(()), DashboardThread::join);
     let (record, folder) = ran?;
     closed?;
     let mut lines = record.lines();
     lines.push(format!("times             {}", folder.file().display()));
     Ok((record, lines))
-}
-
-/// The live panels of a drill.
-struct Panels {
-    meter: LiveMeter,
-    account: Account,
-    rate_hz: u32,
-}
-
-impl Screen for Panels {
-    fn take(&mut self, batch: &Batch) {
-        self.account = batch.account;
-        self.meter.take(batch);
-    }
-
-    fn events(&mut self, now_ns: u64, gauges: &Gauges) -> Vec<Event> {
-        let live = self.meter.live(None).map(Event::Live);
-        let health = self
-            .meter
-            .health(now_ns, &self.account, gauges, None, self.rate_hz, || None)
-            .map(Event::Health);
-        live.into_iter().chain(health).collect()
-    }
 }

@@ -27,7 +27,6 @@ use crate::apparatus::{Apparatus, Watcher, pace};
 use crate::calibrate;
 use crate::dates;
 use drill::rehearsed;
-use live::bench_facts;
 use live::interference::Interference;
 use live::live_meter::LiveMeter;
 use live::screen_words;
@@ -146,9 +145,7 @@ pub fn run(
         rehearsed,
     } = plan;
     let (config, simulated) = (effective.config(), apparatus.hardware.simulated);
-    let clock = &apparatus.hardware.clock;
-    let opened = (clock.utc(), clock.is_simulated());
-    let wired = bench_facts::Wired::of(&apparatus.hardware.lines);
+    let facts = bench_page::facts(config, effective.file(), &apparatus.hardware);
     let prompt = HoldPrompt {
         watchers: apparatus.watchers,
         plate_m: config.plate.length_m,
@@ -188,12 +185,7 @@ pub fn run(
         ..tui::event::SessionHeader::default()
     }));
     front.show(tui::Event::Phase(PhaseView::new(PhaseKind::Monitoring)));
-    front.show(tui::Event::Bench(bench_facts::facts(
-        &effective,
-        opened,
-        wired,
-        &unverified,
-    )));
+    front.show(tui::Event::Bench(facts));
     let notices = config.safety_notices(config.plate.resonance_hz);
     let rehearsed = rehearsed::notice(&rehearsed).into_iter();
     let forceless = config.forceless_in_words();
@@ -502,14 +494,12 @@ impl Task for MonitorTask {
                 }
             }
         }
-        if let Some(health) = self.meter.health(
-            now_ns,
-            &self.account,
-            &self.gauges,
-            None,
-            self.rate_hz,
-            || None,
-        ) {
+        let (account, gauges) = (&self.account, &self.gauges);
+        let health = self
+            .meter
+            .health
+            .read(now_ns, account, gauges, self.rate_hz);
+        if let Some(health) = health {
             self.front.show(tui::Event::Health(health));
             self.show_safety();
         }

@@ -10,13 +10,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use config::{Config, Effective};
 use console::Front;
-use devices::{Gauges, Hardware};
-use drill::{Course, Deed, DrillFolder, DrillRecord, Screen, Scripted, Watched};
+use devices::Hardware;
+use drill::{Course, Deed, DrillFolder, DrillRecord, Scripted, Watched};
 use jiff::Timestamp;
 use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, RehearsalHand};
 use mock_hw::world_clock::Pace;
 use mock_world::scenario::Scenario;
-use recording::pipeline::Batch;
 use rehearsal::FaultKind;
 use safety::{input, output};
 use sources::{Lines, Place};
@@ -33,17 +32,6 @@ impl Clock for HostClock {
 
     fn utc(&self) -> Timestamp {
         "2026-05-04T12:00:00Z".parse().unwrap()
-    }
-}
-
-/// Nothing is shown.
-struct Blank;
-
-impl Screen for Blank {
-    fn take(&mut self, _batch: &Batch) {}
-
-    fn events(&mut self, _now_ns: u64, _gauges: &Gauges) -> Vec<Event> {
-        Vec::new()
     }
 }
 
@@ -107,9 +95,8 @@ fn run(
     front: Box<dyn Front>,
     open: impl FnMut() -> anyhow::Result<Watched>,
 ) -> (DrillRecord, DrillFolder) {
-    let screen = || -> Box<dyn Screen> { Box::new(Blank) };
     course
-        .run(parent, front, &StopFlag::default(), open, screen)
+        .run(parent, front, &StopFlag::default(), open)
         .unwrap()
 }
 
@@ -175,6 +162,8 @@ struct Asked {
     leaves: bool,
     over: bool,
     asked_for: Arc<AtomicBool>,
+    parts: Arc<std::sync::Mutex<Vec<(String, String)>>>,
+    healthy: bool,
 }
 
 impl Front for Asked {
@@ -184,7 +173,15 @@ impl Front for Asked {
                 self.looks = 0;
                 self.view = view;
             }
-            Event::Finished { .. } => self.over = true,
+            Event::Bench(facts) => {
+                let parts = facts.parts.into_iter();
+                *self.parts.lock().unwrap() = parts.map(|part| (part.name, part.words)).collect();
+            }
+            Event::Health(health) => self.healthy |= health.frames > 0,
+            Event::Finished { .. } => {
+                assert!(self.healthy, "rates and losses are shown");
+                self.over = true;
+            }
             _ => {}
         }
     }
@@ -227,6 +224,7 @@ fn by_hand(only: &[FaultKind], leaves: bool) -> (DrillRecord, bool) {
     let temp = tempfile::tempdir().unwrap();
     let hand: Arc<std::sync::Mutex<Option<RehearsalHand>>> = Arc::default();
     let asked_for: Arc<AtomicBool> = Arc::default();
+    let parts: Arc<std::sync::Mutex<Vec<(String, String)>>> = Arc::default();
     let front = Asked {
         hand: hand.clone(),
         view: DrillView::default(),
@@ -234,6 +232,8 @@ fn by_hand(only: &[FaultKind], leaves: bool) -> (DrillRecord, bool) {
         leaves,
         over: false,
         asked_for: asked_for.clone(),
+        parts: parts.clone(),
+        healthy: false,
     };
     let open = || {
         let (hardware, now) = hardware();
@@ -246,6 +246,11 @@ fn by_hand(only: &[FaultKind], leaves: bool) -> (DrillRecord, bool) {
     let course = course(only, false).unwrap();
     let (record, folder) = run(&course, temp.path(), Box::new(front), open);
     assert_eq!(kept(&folder), record);
+    // The bench as it is, although an exercise opens it without its button.
+    for part in ["e-stop", "heartbeat", "button"] {
+        let wired = (part.to_owned(), "wired".to_owned());
+        assert!(parts.lock().unwrap().contains(&wired), "{part}");
+    }
     (record, asked_for.load(Ordering::Acquire))
 }
 
@@ -285,9 +290,8 @@ fn a_simulated_bench_that_cannot_be_opened_again_ends_the_drill() {
         anyhow::ensure!(opened < 2, "busy");
         by_program()
     };
-    let screen = || -> Box<dyn Screen> { Box::new(Blank) };
     let front = Box::new(Scripted::new(std::io::sink()));
-    let ended = course.run(temp.path(), front, &StopFlag::default(), open, screen);
+    let ended = course.run(temp.path(), front, &StopFlag::default(), open);
     assert!(ended.is_err());
     let folder = std::fs::read_dir(temp.path())
         .unwrap()

@@ -1,4 +1,4 @@
-//! The keys of a calibration's page.
+//! The keys of a calibration: those of its own page, and those that turn to the bench and the log.
 
 use ratatui::crossterm::event::KeyCode;
 
@@ -7,20 +7,19 @@ use crate::asked_keys::DIGITS;
 use crate::calibration_page::{Question, Reply};
 use crate::event::SafetyState;
 use crate::key_table::{Effect, KeyRow, Meaning, Press};
+use crate::page::Page;
 use crate::session_keys::rearm;
 use crate::state::{State, Ui};
 
 /// Largest number of characters of a typed number.
 const LONGEST: usize = 12;
 
-/// The keys of a calibration's page.
+/// The keys of a calibration; those that answer it work on its own page alone.
 pub(crate) const CALIBRATION: &[KeyRow] = &[
     KeyRow {
         presses: DIGITS,
         shown: "0–9",
-        here: |state| {
-            types(state).then(|| Meaning::viewing(typed, "type the number", Some("type")))?
-        },
+        here: |state| types(state).then(|| Meaning::viewing(typed, "type the number", None))?,
     },
     KeyRow {
         presses: &[Press::of('.'), Press::of(','), Press::of('-')],
@@ -42,6 +41,10 @@ pub(crate) const CALIBRATION: &[KeyRow] = &[
         shown: "enter",
         here: |state| {
             let calibration = state.calibration.as_ref()?;
+            let waits = calibration.asked.is_some() || calibration.failed;
+            if waits && state.guided().is_none() {
+                return Meaning::explaining("turn back to the calibration first: 1");
+            }
             let (help, hint) = match &calibration.asked {
                 None if calibration.failed => {
                     return Meaning::doing(Action::Quit, "leave", "leave");
@@ -105,9 +108,44 @@ pub(crate) const CALIBRATION: &[KeyRow] = &[
     },
 ];
 
-/// Whether a number is asked for.
+/// The keys that turn pages, where no number is typed.
+pub(crate) const BESIDE: &[KeyRow] = &[
+    KeyRow {
+        presses: &[Press::key(KeyCode::Tab)],
+        shown: "tab",
+        here: |state| {
+            let (help, hint) = match state.ui.page {
+                Page::Bench => ("turn to the log", "log"),
+                Page::Log => ("turn back to the calibration", "calibration"),
+                _ => ("turn to the bench, the log, and back", "bench"),
+            };
+            Meaning::viewing(turn, help, Some(hint))
+        },
+    },
+    KeyRow {
+        presses: &[Press::of('1'), Press::of('4'), Press::of('5')],
+        shown: "1 4 5",
+        here: |_| Meaning::viewing(turn, "Calibration, Bench, Log", None),
+    },
+    KeyRow {
+        presses: &[Press::of('2'), Press::of('3')],
+        shown: "2 3",
+        here: |_| Meaning::explaining("a calibration has the pages 1, 4 and 5"),
+    },
+];
+
+fn turn(_: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
+    ui.turn_to(match (code, ui.page) {
+        (KeyCode::Char('4'), _) | (KeyCode::Tab, Page::Run) => Page::Bench,
+        (KeyCode::Char('5'), _) | (KeyCode::Tab, Page::Bench) => Page::Log,
+        _ => Page::Run,
+    });
+    None
+}
+
+/// Whether a number is asked for on the page that is shown.
 fn types(state: &State) -> bool {
-    let asked = state.calibration.as_ref().map(|page| &page.asked);
+    let asked = state.guided().map(|page| &page.asked);
     matches!(asked, Some(Some(Question::Number { .. })))
 }
 
@@ -165,9 +203,9 @@ fn enter(state: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
     Some(Action::Answer(answer))
 }
 
-/// Whether [`Reply::Redo`] is possible now.
+/// Whether [`Reply::Redo`] is possible on the page that is shown.
 fn can_redo(state: &State) -> bool {
-    let asked = state.calibration.as_ref().map(|page| &page.asked);
+    let asked = state.guided().map(|page| &page.asked);
     let asked = matches!(
         asked,
         Some(Some(Question::Number { .. } | Question::Review))

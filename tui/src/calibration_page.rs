@@ -31,6 +31,17 @@ pub struct CalibrationPage {
     pub failed: bool,
 }
 
+impl CalibrationPage {
+    /// Whether the page calls for the operator, by a question or a failure that was not shown `before`.
+    pub(crate) fn calls(&self, before: Option<&Self>) -> bool {
+        let called = |page: &Self| {
+            let words = (page.instruction.clone(), page.note.clone());
+            (page.asked.clone(), page.failed, words)
+        };
+        (self.asked.is_some() || self.failed) && before.map(called) != Some(called(self))
+    }
+}
+
 /// What the calibration asks for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -104,6 +115,9 @@ pub struct CalibrationReadings {
     pub amplitude_m: Option<f64>,
     /// Peak amplitude by the reference instrument, m.
     pub known_m: Option<f64>,
+    /// Reading of the meter, in the volts that it reads, V.
+    #[serde(default)]
+    pub known_v: Option<f64>,
     /// Largest sample of any input, as a fraction of full scale.
     pub level: Option<f64>,
 }
@@ -118,6 +132,7 @@ impl CalibrationReadings {
             drive_v: number(self.drive_v),
             amplitude_m: number(self.amplitude_m),
             known_m: number(self.known_m),
+            known_v: number(self.known_v),
             level: number(self.level),
         }
     }

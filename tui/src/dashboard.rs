@@ -10,8 +10,8 @@ use crate::page::Page;
 use crate::pages::{self, Room};
 use crate::panels::panel::{note, rows};
 use crate::panels::{
-    asked_detail, calibration_layout, drill, help, key_hints, log, new_carrier, readings,
-    safety_line, session_phase, stage, strips, summary, tabs,
+    asked_detail, bench_tables, calibration_layout, drill, help, key_hints, log, new_carrier,
+    readings, safety_line, session_phase, stage, strips, summary, tabs,
 };
 use crate::participant_screen;
 use crate::state::State;
@@ -56,7 +56,7 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
     let [body, bottom] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(keys_rows)]).areas(rest);
     key_hints::render(state, bottom, buf);
-    match (state.ui.page, &state.calibration) {
+    match (state.ui.page, state.guided()) {
         (_, Some(calibrated)) => calibration_layout::render(state, calibrated, body, buf),
         (Page::Participant, _) if state.asked.is_none() && state.new_carrier.is_none() => {
             preview(state, body, buf);
@@ -64,7 +64,8 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
         _ if area.width >= TWO_COLUMNS.0 && area.height >= TWO_COLUMNS.1 => {
             page(state, area, body, buf);
         }
-        (Page::Log, _) => log::whole(state, body, buf),
+        (Page::Log, _) if state.calibration.is_none() => log::whole(state, body, buf),
+        _ if state.calibration.is_some() => beside(state, body, buf),
         _ => list(state, body, buf),
     }
     if state.ui.help {
@@ -153,13 +154,28 @@ fn phase(state: &State, area: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Returns a drill's instruction, a question or a proposal, which are shown in place of the phase.
+/// Returns a calibration's or a drill's instruction, a question or a proposal, which are shown in place of the phase.
 fn in_place_of_phase(state: &State, columns: u16) -> Option<Vec<Line<'_>>> {
+    if let Some(calibrated) = &state.calibration {
+        return Some(calibration_layout::beside(state, calibrated, columns));
+    }
     match (&state.drill, &state.asked, &state.new_carrier) {
         (Some(drilled), ..) => Some(drill::instruction(state, drilled, columns)),
         (None, Some(asked), _) => Some(asked_detail::question(state, asked, columns)),
         (None, None, Some(proposal)) => Some(new_carrier::lines(state, proposal, columns)),
         (None, None, None) => None,
+    }
+}
+
+/// Draws the log or the bench's health below what a calibration asks for.
+fn beside(state: &State, body: Rect, buf: &mut Buffer) {
+    let phase_rows = phase_rows(state, body.width, body.height.min(4));
+    let [stand, rest] =
+        Layout::vertical([Constraint::Length(phase_rows), Constraint::Fill(1)]).areas(body);
+    phase(state, stand, buf);
+    match state.ui.page {
+        Page::Log => log::whole(state, rest, buf),
+        _ => bench_tables::health(state, rest, buf),
     }
 }
 

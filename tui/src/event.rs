@@ -82,7 +82,7 @@ pub enum Event {
         /// Which display is lost and what became of it; `None` while each is seen.
         lost: Option<String>,
     },
-    /// The page of a calibration, shown in place of the dashboard.
+    /// The page of a calibration, in place of the dashboard's first; the bench and the log stay beside it.
     Calibration(CalibrationPage),
     /// The current readings of a calibration.
     CalibrationReadings(CalibrationReadings),
@@ -353,6 +353,9 @@ pub struct TrialVerdict {
     pub attempt: u32,
     /// Whether the trial is accepted; a rejected trial is repeated.
     pub accepted: bool,
+    /// Whether the attempt was broken off: there is nothing to accept or reject.
+    #[serde(default)]
+    pub interrupted: bool,
     /// Why the trial is rejected.
     pub reasons: Vec<String>,
     /// Number of instances found.
@@ -411,7 +414,7 @@ pub struct SystemHealth {
 }
 
 /// How the bench's lines are now; `None` for one that is not wired, or not known.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LineStates {
     /// Whether the e-stop's loop is open: pressed or cut.
@@ -420,18 +423,48 @@ pub struct LineStates {
     pub heartbeat_beats: Option<bool>,
     /// Whether the participant's button is pressed.
     pub button_pressed: Option<bool>,
+    /// Number of presses of the button so far.
+    pub button_presses: u64,
+    /// Time since the e-stop's loop was last open, s.
+    pub estop_open_ago_s: Option<f64>,
+    /// Time since the button was last pressed, s.
+    pub button_press_ago_s: Option<f64>,
 }
 
 impl LineStates {
-    /// Returns how `line` is, in words, and whether that is as it may be while the plate is driven.
+    /// Returns in words how `line` is, or is and was, and whether it is as it may be while the plate is driven.
     #[must_use]
-    pub fn of(&self, line: BenchLine) -> Option<(&'static str, bool)> {
-        let (on, (yes, no), well) = match line {
-            BenchLine::Estop => (self.estop_open?, ("PRESSED OR CUT", "closed"), false),
-            BenchLine::Heartbeat => (self.heartbeat_beats?, ("beats", "still"), true),
-            BenchLine::Button => (self.button_pressed?, ("pressed", "not pressed"), true),
+    pub fn of(&self, line: BenchLine) -> Option<(String, bool)> {
+        let presses = match self.button_presses {
+            1 => "pressed".to_owned(),
+            several => format!("pressed ×{several},"),
         };
-        Some(if on { (yes, well) } else { (no, true) })
+        let (on, (yes, no), well, last) = match line {
+            BenchLine::Estop => {
+                let last = self.estop_open_ago_s.map(|s| format!("open {}", ago(s)));
+                (self.estop_open?, ("PRESSED OR CUT", "closed"), false, last)
+            }
+            BenchLine::Heartbeat => (self.heartbeat_beats?, ("beats", "still"), true, None),
+            BenchLine::Button => {
+                let last = self.button_press_ago_s;
+                let last = last.map(|s| format!("{presses} {}", ago(s)));
+                (self.button_pressed?, ("pressed", "not pressed"), true, last)
+            }
+        };
+        Some(match last {
+            _ if on => (yes.to_owned(), well),
+            Some(last) => (format!("{no}; {last}"), true),
+            None => (no.to_owned(), true),
+        })
+    }
+}
+
+/// Returns a time in the past in words.
+fn ago(s: f64) -> String {
+    match s {
+        ..1.0 => "just now".to_owned(),
+        ..60.0 => format!("{s:.0} s ago"),
+        _ => format!("{:.0} min ago", s / 60.0),
     }
 }
 

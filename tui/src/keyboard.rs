@@ -4,11 +4,11 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind};
 
 use crate::action::Action;
 use crate::asked_keys::ASKED;
-use crate::calibration_keys::CALIBRATION;
+use crate::calibration_keys::{BESIDE, CALIBRATION};
 use crate::key_table::{Effect, KeyRow, Meaning, Press, meanings};
 use crate::session_keys::{DASHBOARD, EVERYWHERE, HELP};
 use crate::state::{State, Ui};
-use crate::view_keys::{VIEW, WRITE};
+use crate::view_keys::{PAGES, SCROLL, VIEW, WRITE};
 
 /// The effect of a key: the view settings after it, and at most one action.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,15 +93,15 @@ fn answer(ui: &mut Ui, code: KeyCode) -> Option<Action> {
 /// Returns the rows of the table for what the screen shows.
 fn rows(state: &State) -> impl Iterator<Item = &'static KeyRow> {
     let asked: &[KeyRow] = if state.asked.is_some() { ASKED } else { &[] };
-    let pages = if state.calibration.is_some() {
-        [CALIBRATION, HELP, WRITE, &[]]
+    let pages: &[&[KeyRow]] = if state.calibration.is_some() {
+        &[CALIBRATION, BESIDE, HELP, SCROLL, WRITE]
     } else {
-        [HELP, DASHBOARD, VIEW, WRITE]
+        &[HELP, DASHBOARD, VIEW, SCROLL, PAGES, WRITE]
     };
     EVERYWHERE
         .iter()
         .chain(asked)
-        .chain(pages.into_iter().flatten())
+        .chain(pages.iter().copied().flatten())
 }
 
 /// Returns what `press` means in `state`.

@@ -9,7 +9,6 @@ mod calibration_keys;
 pub mod calibration_page;
 mod contact_view;
 mod dashboard;
-mod digits;
 pub mod display;
 pub mod drill_view;
 mod escape;

@@ -9,7 +9,7 @@ pub const HISTORY_S: f64 = 10.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Page {
-    /// The experiment at a glance.
+    /// The experiment at a glance, or what a calibration asks for.
     Run,
     /// The impedance in the complex plane, and friction against amplitude.
     Impedance,

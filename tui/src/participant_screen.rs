@@ -10,8 +10,8 @@ use ratatui::text::{Line, Text};
 use ratatui::widgets::Widget;
 use serde::{Deserialize, Serialize};
 
-use crate::digits;
 use crate::words::wrap;
+use drawing::digits;
 use drawing::plot::put;
 use drawing::theme::Theme;
 

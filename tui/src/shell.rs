@@ -143,12 +143,11 @@ fn draw<B: Backend<Error = io::Error>>(
         .draw(|frame: &mut Frame| view(state, frame))
         .map_err(TerminalError::failed("drawing"))?;
     if std::mem::take(&mut state.ui.write) {
-        let ui = &state.ui;
-        let name = match state.calibration {
+        let name = match state.guided() {
             Some(_) => "calibration",
-            None => ui.page.name(),
+            None => state.ui.page.name(),
         };
-        let written = page_files::write(Path::new("."), name, ui.theme, drawn.buffer);
+        let written = page_files::write(Path::new("."), name, state.ui.theme, drawn.buffer);
         state.ui.note = Some(match written {
             Ok(name) => format!("wrote {name}, and its text beside it"),
             Err(error) => format!("the page is not written: {error}"),

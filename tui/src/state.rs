@@ -150,7 +150,7 @@ pub struct LogLine {
     pub count: u32,
 }
 
-/// The operator's view settings. Keys change them, events do not.
+/// The operator's view settings. Keys change them; of the events, only a calibration's that calls for the operator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ui {
     /// Page shown.
@@ -187,6 +187,19 @@ pub struct Ui {
     /// Whether the page is to be written to files.
     #[serde(default)]
     pub write: bool,
+}
+
+impl Ui {
+    /// Turns to a page, whole and from its beginning.
+    pub(crate) fn turn_to(&mut self, page: Page) {
+        (self.page, self.zoom, self.scroll) = (page, 0, 0);
+    }
+
+    /// Turns to the first page, with nothing over it.
+    fn uncover(&mut self) {
+        self.turn_to(Page::Run);
+        self.help = false;
+    }
 }
 
 impl State {
@@ -270,13 +283,22 @@ impl State {
             Event::Verdict(verdict) => self.judge(verdict),
             Event::Health(health) => self.health = Some(*health),
             Event::Safety { state, reason } => {
+                let trips = *state == SafetyState::Tripped && self.safety != Some(*state);
+                if trips && self.calibration.is_some() {
+                    self.ui.uncover();
+                }
                 self.safety = Some(*state);
                 self.safety_reason.clone_from(reason);
             }
             Event::Log { level, text } => self.push_log(*level, text),
             Event::Participant(view) => self.participant = Some(view.clone()),
             Event::ParticipantDisplay { lost } => self.display_lost.clone_from(lost),
-            Event::Calibration(calibration) => self.calibration = Some(calibration.clone()),
+            Event::Calibration(calibration) => {
+                if calibration.calls(self.calibration.as_ref()) {
+                    self.ui.uncover();
+                }
+                self.calibration = Some(calibration.clone());
+            }
             Event::CalibrationReadings(readings) => {
                 self.live_heard_s = Some(self.now_s);
                 self.readings = Some(readings.finite_only());
@@ -328,6 +350,12 @@ impl State {
             && matches!(self.phase.kind, PhaseKind::Monitoring | PhaseKind::Paused);
         let taking_part = self.calibration.is_none() && !self.session.replayed;
         taking_part && self.drill.is_none() && self.is_running() && !watching
+    }
+
+    /// Returns the calibration while its own page is shown.
+    pub(crate) fn guided(&self) -> Option<&CalibrationPage> {
+        let calibration = self.calibration.as_ref();
+        calibration.filter(|_| self.ui.page == Page::Run)
     }
 
     /// Returns the point of a calibration that would be remeasured, counted from 0: the selected one, else the one with
@@ -397,7 +425,9 @@ impl State {
                 verdict: Some(verdict.clone()),
             }),
         }
-        self.verdict = Some(verdict.clone());
+        if !verdict.interrupted {
+            self.verdict = Some(verdict.clone());
+        }
     }
 
     fn push_live(&mut self, live: &Live) {

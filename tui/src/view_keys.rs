@@ -61,21 +61,10 @@ pub(crate) const VIEW: &[KeyRow] = &[
             ),
         },
     },
-    KeyRow {
-        presses: &[
-            Press::of('j'),
-            Press::of('k'),
-            Press::key(KeyCode::PageDown),
-            Press::key(KeyCode::PageUp),
-        ],
-        shown: "j k",
-        here: |state| match state.ui.page {
-            Page::Trials | Page::Bench | Page::Log => {
-                Meaning::viewing(scroll, "scroll, as the mouse's wheel does", Some("scroll"))
-            }
-            _ => None,
-        },
-    },
+];
+
+/// The keys that turn pages, and the time that the strips span.
+pub(crate) const PAGES: &[KeyRow] = &[
     KeyRow {
         presses: &[
             Press::of('1'),
@@ -109,6 +98,23 @@ pub(crate) const VIEW: &[KeyRow] = &[
     },
 ];
 
+/// The keys that scroll a list.
+pub(crate) const SCROLL: &[KeyRow] = &[KeyRow {
+    presses: &[
+        Press::of('j'),
+        Press::of('k'),
+        Press::key(KeyCode::PageDown),
+        Press::key(KeyCode::PageUp),
+    ],
+    shown: "j k",
+    here: |state| match state.ui.page {
+        Page::Trials | Page::Bench | Page::Log => {
+            Meaning::viewing(scroll, "scroll, as the mouse's wheel does", Some("scroll"))
+        }
+        _ => None,
+    },
+}];
+
 /// The key that keeps what is shown, on a calibration's page too.
 pub(crate) const WRITE: &[KeyRow] = &[KeyRow {
     presses: &[Press::of('w')],
@@ -139,9 +145,7 @@ fn turn(_: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
         (KeyCode::Tab, _) => Page::Participant,
         _ => Page::Run,
     };
-    ui.page = page;
-    ui.zoom = 0;
-    ui.scroll = 0;
+    ui.turn_to(page);
     None
 }
 

@@ -2,6 +2,8 @@
 
 use safety::Trip;
 
+use crate::operator::{CalibrationProgress, PointRead};
+
 /// Share of the command below which a read-back is no gain error: the carrier is gone.
 const VANISHED: f64 = 0.3;
 
@@ -25,6 +27,38 @@ impl BrokenOff {
             ),
             _ => format!("the safety watch stopped the calibration: {trip}"),
         })
+    }
+}
+
+/// A measurement that ended early, with nobody there who could go on with it.
+#[derive(Debug, thiserror::Error)]
+#[error("{why:#}")]
+pub struct EndedEarly {
+    /// Why it ended.
+    pub why: anyhow::Error,
+    /// Points measured until then.
+    pub points: Vec<PointRead>,
+}
+
+impl EndedEarly {
+    /// Makes the error of a measurement that had come this far.
+    pub(super) fn after(progress: Option<CalibrationProgress>, why: anyhow::Error) -> Self {
+        let points = progress.map_or_else(Vec::new, |progress| progress.points);
+        Self { why, points }
+    }
+
+    /// Returns the points as CSV, each number with its unit.
+    ///
+    /// # Errors
+    /// Never for what can be printed.
+    pub fn table(&self) -> anyhow::Result<String> {
+        let mut table = csv::Writer::from_writer(Vec::new());
+        table.write_record(["at", "value", "residual"])?;
+        for point in &self.points {
+            let residual = point.residual.as_deref().unwrap_or_default();
+            table.write_record([&point.at, &point.value, residual])?;
+        }
+        Ok(String::from_utf8(table.into_inner()?)?)
     }
 }
 

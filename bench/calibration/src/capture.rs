@@ -5,6 +5,7 @@ use std::ops::Range;
 use anyhow::bail;
 use metrology::tone::{SteadyTone, ToneError};
 use signalgen::Waveform;
+use sources::TimedForce;
 
 /// A tone within a capture, at full amplitude throughout.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,6 +42,15 @@ pub struct Capture {
 }
 
 impl Capture {
+    /// Takes a reading of the force sensor.
+    pub(super) fn take_force(&mut self, force: &TimedForce) {
+        self.normal_n.push(force.normal_n);
+        self.lateral_n.push(force.lateral_n);
+        let [normal, lateral] = &mut self.force_saturated;
+        *normal += usize::from(force.normal_saturated);
+        *lateral += usize::from(force.lateral_saturated);
+    }
+
     /// Reads `channel` at the tone of `dwell`, `settle_s` after its beginning.
     ///
     /// # Errors

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
+use recording::pipeline::Account;
 use signalgen::BlockHeader;
 
 use crate::broken_off::BrokenOff;
@@ -25,6 +26,7 @@ const CHANGE: f64 = 0.02;
 pub(super) struct DropOuts {
     /// Number of frames that the card has delivered.
     pub(super) frames: u64,
+    lost: u64,
     xruns: (u64, u64),
     /// Number of input and output xruns reported during the step.
     step: (u64, u64),
@@ -40,6 +42,7 @@ impl DropOuts {
     pub(super) fn take(&mut self, header: &BlockHeader) -> anyhow::Result<bool> {
         let lost = header.first_frame.saturating_sub(self.frames);
         self.frames = header.first_frame + u64::from(header.frames);
+        self.lost += lost;
         let xruns = (header.input_xruns, header.output_xruns);
         let new = (xruns.0 - self.xruns.0, xruns.1 - self.xruns.1);
         self.xruns = xruns;
@@ -89,6 +92,17 @@ impl DropOuts {
             .into());
         }
         Ok(())
+    }
+
+    /// Returns the account of the stream so far.
+    pub(super) fn account(&self) -> Account {
+        Account {
+            frames: self.frames,
+            lost_frames: self.lost,
+            input_xruns: self.xruns.0,
+            output_xruns: self.xruns.1,
+            ..Account::default()
+        }
     }
 
     /// Returns the number of xruns so far, of either direction.
@@ -230,5 +244,7 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(error.starts_with("44 frames lost"), "{error}");
+        let account = drop_outs.account();
+        assert_eq!((account.frames, account.lost_frames), (556, 44));
     }
 }

@@ -3,6 +3,7 @@
 use tui::calibration_page::{
     CalibrationPage, CalibrationReadings, Chart, MainReading, PointLine, Question, Reply,
 };
+use tui::event::{BenchFacts, LogLevel, SystemHealth};
 use tui::{Action, Event};
 
 use crate::operator::{
@@ -30,26 +31,39 @@ pub struct Guided<F> {
 }
 
 impl Guided<Dashboard> {
-    /// Opens the page `title` on this process's terminal; leaving it raises `stop`.
+    /// Opens the page `title` on this process's terminal, with what is known of the bench and warned of; leaving it raises
+    /// `stop`.
     ///
     /// # Errors
     /// When no thread can be started.
     pub fn open(
         title: String,
         simulated: bool,
+        facts: BenchFacts,
+        notices: &[String],
         stop: StopFlag,
     ) -> anyhow::Result<(Self, DashboardThread)> {
         let (front, thread) = Dashboard::open(stop)?;
-        Ok((Self::new(front, title, simulated), thread))
+        let guided = Self::new(front, title, simulated, facts, notices);
+        Ok((guided, thread))
     }
 }
 
 impl<F: Front> Guided<F> {
-    fn new(mut front: F, title: String, simulated: bool) -> Self {
+    /// Shows the page `title` on `front`, with what is known of the bench and warned of.
+    pub fn new(
+        mut front: F,
+        title: String,
+        simulated: bool,
+        facts: BenchFacts,
+        notices: &[String],
+    ) -> Self {
         front.show(Event::Session(tui::event::SessionHeader {
             simulated,
             ..tui::event::SessionHeader::default()
         }));
+        let unverified = facts.unverified.clone();
+        front.show(Event::Bench(facts));
         let mut guided = Self {
             front,
             title,
@@ -64,8 +78,15 @@ impl<F: Front> Guided<F> {
             safety: None,
             safety_shown_s: 0.0,
         };
+        for text in notices.iter().cloned().chain(unverified) {
+            guided.log(LogLevel::Warning, text);
+        }
         guided.show_page();
         guided
+    }
+
+    fn log(&mut self, level: LogLevel, text: String) {
+        self.front.show(Event::Log { level, text });
     }
 
     fn show_page(&mut self) {
@@ -77,7 +98,7 @@ impl<F: Front> Guided<F> {
                 format!("{why}. {}", Request::GoOn.words())
             }
             (None, Some(request)) => request.words(),
-            (None, None) => progress.doing.clone(),
+            (None, None) => sentence(&progress.doing),
         };
         self.front.show(Event::Calibration(CalibrationPage {
             title: self.title.clone(),
@@ -124,6 +145,18 @@ impl<F: Front> Guided<F> {
     }
 }
 
+/// Returns `words` with a capital at their beginning and a full stop at their end.
+fn sentence(words: &str) -> String {
+    let mut letters = words.trim_end_matches('.').chars();
+    let first = letters.next().map(char::to_uppercase);
+    first
+        .into_iter()
+        .flatten()
+        .chain(letters)
+        .chain(['.'])
+        .collect()
+}
+
 fn asked(request: &Request) -> Question {
     match (request, request.input()) {
         (_, Some(input)) => Question::Number {
@@ -163,6 +196,7 @@ fn watched(request: &Request) -> Option<MainReading> {
 impl<F: Front> Operator for Guided<F> {
     fn ask(&mut self, request: Option<&Request>) {
         self.asked = request.copied();
+        self.broken_off = None;
         if let Some(watched) = request.and_then(watched) {
             self.watched = watched;
         }
@@ -170,6 +204,15 @@ impl<F: Front> Operator for Guided<F> {
     }
 
     fn progress(&mut self, progress: &CalibrationProgress) {
+        let now = |progress: &CalibrationProgress| (progress.step, progress.doing.clone());
+        if now(progress) != now(&self.progress) {
+            let (step, doing) = now(progress);
+            self.log(LogLevel::Info, format!("step {step}: {doing}"));
+        }
+        let note = progress.note.as_ref();
+        if let Some(note) = note.filter(|_| note != self.progress.note.as_ref()) {
+            self.log(LogLevel::Warning, note.clone());
+        }
         self.progress = progress.clone();
         self.asked = None;
         self.show_page();
@@ -183,6 +226,7 @@ impl<F: Front> Operator for Guided<F> {
                 drive_v: Some(now.drive_v),
                 amplitude_m: Some(now.amplitude_m),
                 known_m: now.known_m,
+                known_v: now.known_v,
                 level: Some(now.level),
             }));
         let safety = (now.safety.clone(), now.sounds);
@@ -193,6 +237,10 @@ impl<F: Front> Operator for Guided<F> {
             self.safety = Some(safety);
             self.safety_shown_s = now.t_s;
         }
+    }
+
+    fn health(&mut self, now: &SystemHealth) {
+        self.front.show(Event::Health(*now));
     }
 
     fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>> {
@@ -214,7 +262,11 @@ impl<F: Front> Operator for Guided<F> {
     }
 
     fn broken_off(&mut self, why: &str, too_early: bool) -> bool {
-        self.progress.note = too_early.then(|| "Stopped still: x re-arms first.".to_owned());
+        if self.broken_off.as_deref() != Some(why) {
+            self.log(LogLevel::Error, why.to_owned());
+        }
+        self.progress.note =
+            too_early.then(|| "The bench is still stopped: press x to re-arm it first.".to_owned());
         self.broken_off = Some(why.to_owned());
         self.asked = Some(Request::GoOn);
         self.show_page();
@@ -222,6 +274,7 @@ impl<F: Front> Operator for Guided<F> {
     }
 
     fn failed(&mut self, why: &str) -> bool {
+        self.log(LogLevel::Error, why.to_owned());
         self.failed = Some(why.to_owned());
         self.asked = None;
         self.show_page();
@@ -230,5 +283,109 @@ impl<F: Front> Operator for Guided<F> {
 
     fn close(&mut self) {
         self.front.show(Event::Close);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Keeps what is shown.
+    #[derive(Default)]
+    struct Shown(Vec<Event>);
+
+    impl Front for Shown {
+        fn show(&mut self, event: Event) {
+            self.0.push(event);
+        }
+
+        fn action(&mut self) -> Option<Action> {
+            None
+        }
+    }
+
+    fn guided() -> Guided<Shown> {
+        let facts = BenchFacts {
+            plate: "plate of 105 mm".to_owned(),
+            unverified: vec!["the volts were never checked".to_owned()],
+            ..BenchFacts::default()
+        };
+        let notices = ["limits loosened".to_owned()];
+        Guided::new(
+            Shown::default(),
+            "calibrate".to_owned(),
+            true,
+            facts,
+            &notices,
+        )
+    }
+
+    fn logged(guided: &Guided<Shown>) -> Vec<(LogLevel, &str)> {
+        let shown = guided.front.0.iter();
+        let lines = shown.filter_map(|event| match event {
+            Event::Log { level, text } => Some((*level, text.as_str())),
+            _ => None,
+        });
+        lines.collect()
+    }
+
+    #[test]
+    fn the_bench_is_shown_from_the_start_and_its_health_as_it_comes() {
+        let mut guided = guided();
+        let known =
+            |event: &Event| matches!(event, Event::Bench(facts) if facts.plate.contains("105 mm"));
+        assert!(guided.front.0.iter().any(known));
+        let warned = [
+            (LogLevel::Warning, "limits loosened"),
+            (LogLevel::Warning, "the volts were never checked"),
+        ];
+        assert_eq!(logged(&guided), warned);
+        let health = SystemHealth {
+            frames: 7,
+            ..SystemHealth::default()
+        };
+        guided.health(&health);
+        assert_eq!(guided.front.0.last(), Some(&Event::Health(health)));
+    }
+
+    #[test]
+    fn each_step_each_note_and_each_stop_is_logged_once() {
+        let mut guided = guided();
+        let before = logged(&guided).len();
+        let driving = CalibrationProgress {
+            step: 2,
+            steps: 3,
+            doing: "Driving.".to_owned(),
+            ..CalibrationProgress::default()
+        };
+        let noted = CalibrationProgress {
+            note: Some("a slip of ten".to_owned()),
+            ..driving.clone()
+        };
+        for progress in [&driving, &noted, &noted] {
+            guided.progress(progress);
+        }
+        for _ in 0..2 {
+            assert!(guided.broken_off("the e-stop was pressed", false));
+            guided.broken_off("the e-stop was pressed", true);
+            guided.broken_off("the e-stop was pressed", false);
+            guided.ask(Some(&Request::Unload));
+        }
+        guided.failed("no audio");
+        let stop = (LogLevel::Error, "the e-stop was pressed");
+        let expected = [
+            (LogLevel::Info, "step 2: Driving."),
+            (LogLevel::Warning, "a slip of ten"),
+            stop,
+            stop,
+            (LogLevel::Error, "no audio"),
+        ];
+        assert_eq!(logged(&guided)[before..], expected);
+    }
+
+    #[test]
+    fn what_the_bench_does_is_a_sentence() {
+        assert_eq!(sentence("reading the zero"), "Reading the zero.");
+        assert_eq!(sentence("Playing 4.00 V."), "Playing 4.00 V.");
     }
 }

@@ -119,6 +119,12 @@ impl Instrument {
         self
     }
 
+    /// Returns whether its lines are in volts.
+    #[must_use]
+    pub fn reads_volts(&self) -> bool {
+        self.si_per_unit == 1.0
+    }
+
     /// Listens to `port`, whose reads never wait; `path` is its name in errors.
     #[must_use]
     pub fn on(port: Box<dyn Read + Send>, path: &Path) -> Self {
@@ -216,6 +222,13 @@ mod tests {
             read(b"1.5\r\n 2.0 um\n#begin\n\n3.25").unwrap(),
             [1.5e-6, 2.0e-6]
         );
+    }
+
+    #[test]
+    fn an_instrument_says_whether_it_reads_volts() {
+        let instrument = || Instrument::on(Box::new(Cursor::new(Vec::new())), Path::new("x"));
+        assert!(!instrument().reads_volts());
+        assert!(instrument().in_volts().reads_volts());
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! [`judged::Calibrates`] judges what came out.
 
 mod admission;
+pub mod beside;
 mod broken_off;
 pub mod calibration_figures;
 pub mod capture;
@@ -30,6 +31,8 @@ mod rig_step;
 pub mod typed_table;
 pub mod unattended;
 mod watched_inputs;
+
+pub use broken_off::EndedEarly;
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

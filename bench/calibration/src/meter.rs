@@ -1,12 +1,16 @@
 //! Means over the time since the operator was last shown a reading.
 
+use crate::known::Instrument;
+use crate::operator::LiveReading;
+use crate::watched_inputs::WatchedInputs;
+
 /// Sums over the time since the operator was last shown a reading.
 #[derive(Default)]
 pub(super) struct Meter {
     pub(super) frames: usize,
     /// Sum and sum of squares of the drive's and of the pickup's input.
-    pub(super) sums: [(f64, f64); 2],
-    pub(super) level: f64,
+    sums: [(f64, f64); 2],
+    level: f64,
     pub(super) force: (f64, f64, u32),
     pub(super) known_m: Option<f64>,
 }
@@ -24,10 +28,64 @@ impl Meter {
         self.frames += block.len() / channels;
     }
 
+    /// Returns the means since the last reading, which begin anew, and the latest reading of the instrument `of`.
+    pub(super) fn reading(
+        &mut self,
+        watched: &WatchedInputs,
+        of: Option<&Instrument>,
+    ) -> LiveReading {
+        let [drive, pickup] = self.amplitudes();
+        let (normal, lateral, count) = self.force;
+        let mean = |sum: f64| (count > 0).then(|| sum / f64::from(count));
+        let (known_m, known_v) = self.known(of);
+        let reading = LiveReading {
+            normal_n: mean(normal),
+            lateral_n: mean(lateral),
+            drive_v: drive * watched.volts_per_unit,
+            amplitude_m: pickup * watched.metres_per_unit,
+            level: self.level,
+            known_m,
+            known_v,
+            ..LiveReading::default()
+        };
+        *self = Self {
+            known_m: self.known_m,
+            ..Self::default()
+        };
+        reading
+    }
+
     /// Returns the peak amplitudes of drive and pickup, sample units.
-    pub(super) fn amplitudes(&self) -> [f64; 2] {
+    fn amplitudes(&self) -> [f64; 2] {
         let n = self.frames as f64;
         self.sums
             .map(|(sum, squares)| (2.0 * (squares / n - (sum / n).powi(2)).max(0.0)).sqrt())
+    }
+
+    /// Returns the latest reading of the instrument `of`, in metres or in volts.
+    fn known(&self, of: Option<&Instrument>) -> (Option<f64>, Option<f64>) {
+        match of {
+            Some(meter) if meter.reads_volts() => (None, self.known_m),
+            _ => (self.known_m, None),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::empty;
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn a_reading_in_volts_is_shown_as_no_amplitude() {
+        let read = Meter {
+            known_m: Some(2.5),
+            ..Meter::default()
+        };
+        let instrument = Instrument::on(Box::new(empty()), Path::new("x"));
+        assert_eq!(read.known(Some(&instrument)), (Some(2.5), None));
+        assert_eq!(read.known(Some(&instrument.in_volts())), (None, Some(2.5)));
     }
 }

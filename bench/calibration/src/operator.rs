@@ -2,6 +2,7 @@
 
 use config::MeterReads;
 use safety::{DoseLeft, SafetyState};
+use tui::event::SystemHealth;
 
 /// Standard gravity, m/s² (ISO 80000-3).
 pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
@@ -138,12 +139,12 @@ impl Request {
                 grams(*mass_kg)
             ),
             Self::NameMass { axis: ForceAxis::Normal } => {
-                "Type the masses that you will put on the plate, one at a time; Enter alone when these are all, r takes the chosen one out.".to_owned()
+                "Type the masses that you will put on the plate, one at a time. Press Enter alone after the last; r removes the selected mass.".to_owned()
             }
             Self::NameMass {
                 axis: ForceAxis::Lateral,
             } => {
-                "Type the masses that you will hang over the pulley, one at a time; Enter alone when these are all, or at once for those of the plate, as far as the axis may carry them.".to_owned()
+                "Type the masses that you will hang over the pulley, one at a time. Press Enter alone after the last, or at once to use the masses of the plate that the lateral axis can carry.".to_owned()
             }
             Self::Unload => "Take everything off the plate: finger, weights, threads.".to_owned(),
             Self::RestFinger { least_n, most_n } => format!(
@@ -247,8 +248,10 @@ pub struct LiveReading {
     pub amplitude_m: f64,
     /// Largest sample of any input, of full scale.
     pub level: f64,
-    /// Latest reading of the instrument, m peak.
+    /// Latest reading of an instrument that reads micrometres, m peak.
     pub known_m: Option<f64>,
+    /// Latest reading of a meter that reads volts, V.
+    pub known_v: Option<f64>,
     /// State of the safety watch.
     pub safety: SafetyState,
     /// Whether the plate is driven, ramps included.
@@ -312,6 +315,9 @@ pub trait Operator: Send {
 
     /// Shows the present readings, about twenty times a second.
     fn show(&mut self, now: &LiveReading);
+
+    /// Shows how the machinery does, twice a second.
+    fn health(&mut self, _now: &SystemHealth) {}
 
     /// Returns the operator's next input; `None` when there is none.
     ///

@@ -5,19 +5,20 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
+use bench_page::HealthMeter;
 use config::{Effective, Force, Identity};
 use console::DashboardThread;
 use crossbeam_channel::{Receiver, Sender};
 use devices::drive_control::DriveControl;
 use devices::field_task::FieldReading;
-use devices::{Boot, DriveLedger, Hardware, OpenHardware};
+use devices::{Boot, DriveLedger, Gauges, Hardware, OpenHardware};
 use jiff::Timestamp;
 use safety::{SafetyState, Signals, Trip};
 use signalgen::{BlockHeader, DrivePhase, InputReader, StreamDirection};
 use tasks::{StopFlag, Task};
 
 use crate::admission::Admission;
-use crate::broken_off::BrokenOff;
+use crate::broken_off::{BrokenOff, EndedEarly};
 use crate::capture::{Capture, dwells, held_tone};
 use crate::drop_outs::DropOuts;
 use crate::known::Instrument;
@@ -51,7 +52,7 @@ pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
 ///
 /// # Errors
 /// When a part of the bench is missing or fails, samples are lost, the safety watch trips, the operator quits, or the
-/// procedure fails.
+/// procedure fails; [`EndedEarly`] where nobody is there to go on.
 pub fn run<P: Procedure>(
     bench: &Effective,
     hardware: Hardware,
@@ -92,6 +93,8 @@ pub fn run<P: Procedure>(
         readings: open.readings,
         drive: open.drive,
         signals: open.signals,
+        gauges: open.gauges,
+        health: HealthMeter::default(),
         instrument,
         operator,
         hands,
@@ -151,6 +154,8 @@ struct RigTask<P> {
     readings: Receiver<FieldReading>,
     drive: DriveControl,
     signals: Arc<Signals>,
+    gauges: Arc<Gauges>,
+    health: HealthMeter,
     instrument: Option<Instrument>,
     operator: Box<dyn Operator>,
     hands: Option<Hands>,
@@ -407,14 +412,13 @@ impl<P: Procedure> RigTask<P> {
         }
         for reading in self.readings.try_iter() {
             if let FieldReading::Force(force) = reading {
-                let (normal_n, lateral_n) = (force.normal_n, force.lateral_n);
-                self.capture.normal_n.push(normal_n);
-                self.capture.lateral_n.push(lateral_n);
-                let [normal_saturated, lateral_saturated] = &mut self.capture.force_saturated;
-                *normal_saturated += usize::from(force.normal_saturated);
-                *lateral_saturated += usize::from(force.lateral_saturated);
+                self.capture.take_force(&force);
                 let (normal, lateral, count) = self.meter.force;
-                self.meter.force = (normal + normal_n, lateral + lateral_n, count + 1);
+                self.meter.force = (
+                    normal + force.normal_n,
+                    lateral + force.lateral_n,
+                    count + 1,
+                );
             }
         }
         let frames = self.frames();
@@ -429,29 +433,23 @@ impl<P: Procedure> RigTask<P> {
     }
 
     fn show(&mut self, safety: &SafetyState) {
-        let meter = &self.meter;
-        if (meter.frames as f64) < SHOW_S * self.rate_hz {
+        if (self.meter.frames as f64) < SHOW_S * self.rate_hz {
             return;
         }
-        let [drive, pickup] = meter.amplitudes();
-        let (normal, lateral, count) = meter.force;
-        let mean = |sum: f64| (count > 0).then(|| sum / f64::from(count));
         self.operator.show(&LiveReading {
             t_s: self.drop_outs.frames as f64 / self.rate_hz,
-            normal_n: mean(normal),
-            lateral_n: mean(lateral),
-            drive_v: drive * self.watched.volts_per_unit,
-            amplitude_m: pickup * self.watched.metres_per_unit,
-            level: meter.level,
-            known_m: meter.known_m,
             safety: safety.clone(),
             sounds: self.drive.sounds(),
             dose: self.signals.dose.get(),
+            ..self.meter.reading(&self.watched, self.instrument.as_ref())
         });
-        self.meter = Meter {
-            known_m: meter.known_m,
-            ..Meter::default()
-        };
+    }
+
+    fn show_health(&mut self, now_ns: u64) {
+        self.gauges.ring_fill.set(self.input.ring_fill());
+        let (account, rate_hz) = (self.drop_outs.account(), self.rate_hz as u32);
+        let now = self.health.read(now_ns, &account, &self.gauges, rate_hz);
+        now.iter().for_each(|now| self.operator.health(now));
     }
 
     fn work(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
@@ -557,6 +555,7 @@ impl<P: Procedure> Task for RigTask<P> {
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let safety = self.signals.state.get().unwrap_or_default();
+        self.show_health(now_ns);
         if matches!(self.step, Step::Failed(_)) {
             return self.after_failure(&safety, now_ns);
         }
@@ -574,7 +573,8 @@ impl<P: Procedure> Task for RigTask<P> {
             return Ok(());
         }
         if !self.operator.failed(&format!("{error:#}")) {
-            return Err(error);
+            let progress = self.procedure.as_ref().map(P::progress);
+            return Err(EndedEarly::after(progress, error).into());
         }
         self.step = Step::Failed(error);
         Ok(())

@@ -19,9 +19,10 @@ use crate::draw::{Drawn, NotDrilledError, draw};
 use crate::drill_task::{Company, DrillTask};
 use crate::exercise::{Exercise, Sight};
 use crate::page::Page;
+use crate::panels::Panels;
 use crate::record::{DrillFolder, DrillRecord};
 use crate::signs::Signs;
-use crate::{FaultHand, Screen, TONE_V};
+use crate::{FaultHand, TONE_V};
 
 /// Mean voltage that drives a simulated bench, and its modulation (Huloux 2021, section IV).
 const MEAN_V: f64 = 20.0;
@@ -98,7 +99,6 @@ impl Course {
         mut front: Box<dyn Front>,
         over: &StopFlag,
         mut open: impl FnMut() -> anyhow::Result<Watched>,
-        mut screen: impl FnMut() -> Box<dyn Screen>,
     ) -> anyhow::Result<(DrillRecord, DrillFolder)> {
         let first = open()?;
         let began = first.hardware.clock.utc();
@@ -108,6 +108,9 @@ impl Course {
         record.unattended = self.unattended;
         let folder = DrillFolder::create(parent, began)?;
         folder.write(&record)?;
+        let (config, file) = (self.bench.config(), self.bench.file());
+        let facts = bench_page::facts(config, file, &first.hardware);
+        front.show(Event::Bench(facts));
 
         let mut page = Page::new(drawn.len());
         let (mut opened, mut leaves) = (Some(first), false);
@@ -127,8 +130,7 @@ impl Course {
                 None => self.reopened(&mut company, over, &mut open)?,
             };
             if let Some(watched) = watched {
-                company =
-                    self.exercised(company, watched, over, screen(), (number, record.planned))?;
+                company = self.exercised(company, watched, over, (number, record.planned))?;
             }
             record.add(&company.exercise);
             folder.write(&record)?;
@@ -194,7 +196,6 @@ impl Course {
         company: Company,
         watched: Watched,
         over: &StopFlag,
-        screen: Box<dyn Screen>,
         (number, numbers): (u32, usize),
     ) -> anyhow::Result<Company> {
         let mut hardware = watched.hardware;
@@ -216,7 +217,7 @@ impl Course {
             over: over.clone(),
             program: self.program,
             hand: watched.hand,
-            screen,
+            panels: Panels::new(self.bench.config().audio.rate_hz),
             company: Some(company),
             back,
             signs: Signs::default(),

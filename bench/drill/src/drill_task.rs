@@ -16,8 +16,9 @@ use tui::{Action, Event};
 
 use crate::exercise::{Exercise, Order, Sight};
 use crate::page::Page;
+use crate::panels::Panels;
 use crate::signs::Signs;
-use crate::{Deed, FaultHand, Screen};
+use crate::{Deed, FaultHand};
 
 /// The screen is fed this often, ns.
 const SCREEN_PERIOD_NS: u64 = 16_000_000;
@@ -71,7 +72,7 @@ pub(crate) struct DrillTask {
     pub over: StopFlag,
     pub program: Program,
     pub hand: Option<FaultHand>,
-    pub screen: Box<dyn Screen>,
+    pub panels: Panels,
     pub company: Option<Company>,
     pub back: Sender<Company>,
     pub signs: Signs,
@@ -133,7 +134,7 @@ impl DrillTask {
         }
         if due {
             self.screen_due_ns = now_ns + SCREEN_PERIOD_NS;
-            for event in self.screen.events(now_ns, &self.gauges) {
+            for event in self.panels.events(now_ns, &self.gauges) {
                 company.front.show(event);
             }
         }
@@ -159,7 +160,7 @@ impl Task for DrillTask {
         let batches: Vec<Batch> = self.batches.try_iter().collect();
         for batch in batches {
             self.signs.take(&batch, &self.gauges);
-            self.screen.take(&batch);
+            self.panels.take(&batch);
             for text in batch.warnings {
                 company.front.show(Event::Log {
                     level: LogLevel::Warning,

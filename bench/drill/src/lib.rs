@@ -9,6 +9,7 @@ mod draw;
 mod drill_task;
 mod exercise;
 mod page;
+mod panels;
 mod record;
 pub mod rehearsed;
 mod scripted;
@@ -21,8 +22,6 @@ pub use record::{DrillFolder, DrillRecord, ExerciseRecord};
 pub use scripted::Scripted;
 pub use times::{Outcome, Times};
 
-use devices::Gauges;
-use recording::pipeline::Batch;
 use rehearsal::FaultKind;
 
 /// Amplitude of the faint tone that drives a real bench, V peak.
@@ -39,15 +38,6 @@ pub enum Deed {
 
 /// Brings faults over a simulated apparatus, and removes them.
 pub type FaultHand = Box<dyn FnMut(Deed) + Send>;
-
-/// Turns what was acquired into what the dashboard shows.
-pub trait Screen: Send {
-    /// Takes what was acquired.
-    fn take(&mut self, batch: &Batch);
-
-    /// Returns what is to be shown at `now_ns`.
-    fn events(&mut self, now_ns: u64, gauges: &Gauges) -> Vec<tui::Event>;
-}
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -3,6 +3,7 @@
 //! The curves are quasi-static: the gap is where the forces balance at each amplitude. A real period lags behind by τ,
 //! which opens its trace around the locus.
 
+use analysis::model_check::quantile;
 use analysis::trial_fit::{FitRequest, TrialFit};
 use contact::harmonic;
 use num_complex::Complex64;
@@ -76,7 +77,7 @@ pub fn contact_curves(request: &FitRequest, fit: &TrialFit) -> Option<ContactCur
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
+    quantile(&values, 0.5)
 }
 
 fn shown(z: Complex64) -> ComplexImpedance {

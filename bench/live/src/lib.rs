@@ -1,9 +1,8 @@
 //! What is made of the samples while they come, for the operator: readings and words for the dashboard, the participant's
 //! contact fitted after each trial, interference that disturbs the bench.
 
-pub mod bench_facts;
 pub mod carrier_decision;
-mod contact_curves;
+pub mod contact_curves;
 pub mod exploration_crop;
 pub mod fit_report;
 pub mod interference;
@@ -14,7 +13,6 @@ pub mod participant_screen;
 pub mod participant_skin;
 pub mod past_trials;
 mod period;
-mod processor;
 pub mod refit;
 pub mod resumed;
 pub mod screen_words;

@@ -1,21 +1,17 @@
-//! What the live panels show: the newest values, and how the machinery does.
+//! What the live panels show: the newest values.
 
 use analysis::measurements::SMOOTHING_HZ;
-use devices::Gauges;
+use bench_page::HealthMeter;
 use devices::field_task::POSITION_HZ;
 use impedance::ZmFrame;
 use impedance::smoothing::{Causal, LowPass};
-use recording::pipeline::{Account, Batch};
-use recording::recorder::RecorderGauge;
+use recording::pipeline::Batch;
 use recording::{ForceRow, PositionRow};
-use tui::event::{Live, PeriodTrace, SystemHealth};
+use tui::event::{Live, PeriodTrace};
 
 use crate::period::LastPeriod;
-use crate::processor::ProcessorMeter;
 use crate::screen_words;
 
-/// Health is reported this often, ns.
-const PERIOD_NS: u64 = 500_000_000;
 /// Least normal force for a friction coefficient, N.
 const CONTACT_N: f64 = 0.1;
 /// Least speed of a finger that slides, m/s.
@@ -32,9 +28,8 @@ pub struct LiveMeter {
     /// Measured friction coefficient while the finger slides.
     measured_mu: Option<f64>,
     period: LastPeriod,
-    processor: ProcessorMeter,
-    due_ns: u64,
-    last: Option<(u64, u64, u64)>,
+    /// How the machinery does.
+    pub health: HealthMeter,
 }
 
 /// Velocity of the finger: positions through a causal second-order 100 Hz Butterworth filter, differentiated; late by 2.3 ms.
@@ -135,57 +130,5 @@ impl LiveMeter {
         self.velocity
             .m_per_s
             .is_none_or(|m_per_s| m_per_s.abs() >= SLIDING_M_PER_S)
-    }
-
-    /// How the machinery does, twice a second.
-    pub fn health(
-        &mut self,
-        now_ns: u64,
-        account: &Account,
-        gauges: &Gauges,
-        recorder: Option<&RecorderGauge>,
-        rate_hz: u32,
-        disk_free_bytes: impl FnOnce() -> Option<u64>,
-    ) -> Option<SystemHealth> {
-        if now_ns < self.due_ns {
-            return None;
-        }
-        self.due_ns = now_ns + PERIOD_NS;
-        let field = gauges.field.get().unwrap_or_default();
-        let faults = field.force;
-        let lines = gauges.lines.get().unwrap_or_default();
-        let now = (now_ns, account.frames, field.force_samples);
-        let since = self.last.replace(now);
-        let per_second = |count: u64, since_ns: u64| {
-            count as f64 / (now_ns.saturating_sub(since_ns).max(1) as f64 * 1e-9)
-        };
-        Some(SystemHealth {
-            xruns_in: account.input_xruns,
-            xruns_out: account.output_xruns,
-            ring_fill: gauges.ring_fill.get().unwrap_or_default(),
-            clock_drift_ppm: field.drift_ppm,
-            recorder_lag_s: recorder.map_or(0.0, RecorderGauge::lag_s),
-            frames: account.frames,
-            lost_frames: account.lost_frames,
-            force_rate_hz: since
-                .map(|(at_ns, _, samples)| per_second(field.force_samples - samples, at_ns)),
-            speed: since.map_or(1.0, |(at_ns, frames, _)| {
-                per_second(account.frames - frames, at_ns) / f64::from(rate_hz)
-            }),
-            disk_free_bytes: disk_free_bytes(),
-            disk_sessions: None,
-            force_faults: faults.corrupt
-                + faults.lost
-                + faults.repeated
-                + faults.reordered
-                + faults.failed,
-            encoder_skipped: field.encoder_skipped,
-            cores: self.processor.cores(now_ns as f64 * 1e-9),
-            lines: tui::event::LineStates {
-                estop_open: lines.estop_open,
-                heartbeat_beats: lines.beats,
-                button_pressed: field.button_pressed,
-            },
-        })
     }
 }

@@ -149,8 +149,10 @@ fn steps(
         }
         Phase::Verdict => (Some(after(number + 1)), None),
         Phase::Rest => (Some(trial(number)), None),
-        Phase::Paused => (is("p goes on"), Some(trial(number))),
-        Phase::Fault => (is("x re-arms"), is("p goes on")),
+        Phase::Paused | Phase::Fault if session.is_judged() && !session.verdict_repeats() => {
+            (is("p goes on"), Some(after(number + 1)))
+        }
+        Phase::Paused | Phase::Fault => (is("p goes on"), Some(trial(number))),
         Phase::Finished | Phase::Aborted => (None, None),
     }
 }

@@ -100,6 +100,7 @@ pub fn settled(record: &TrialRecord, protocol: &Protocol) -> TrialVerdict {
     let reasons = reasons.iter().map(ToString::to_string).collect();
     TrialVerdict {
         accepted,
+        interrupted: matches!(record.outcome, TrialOutcome::Interrupted { .. }),
         settled,
         ..screen_words::judged(&record.key, protocol, reasons, record.analysis.as_ref())
     }
@@ -107,7 +108,7 @@ pub fn settled(record: &TrialRecord, protocol: &Protocol) -> TrialVerdict {
 
 #[cfg(test)]
 mod tests {
-    use protocols::{RedoReason, built_in};
+    use protocols::{Interruption, RedoReason, built_in};
     use serde_json::json;
 
     use super::*;
@@ -200,6 +201,14 @@ mod tests {
                 false,
                 Some("given up: no repetition was left"),
                 1,
+            ),
+            (
+                TrialOutcome::Interrupted {
+                    interruption: Interruption::Paused,
+                },
+                false,
+                Some("paused by the operator"),
+                0,
             ),
         ] {
             let record = TrialRecord {

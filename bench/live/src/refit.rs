@@ -122,11 +122,13 @@ mod tests {
     use analysis::unloaded::UnloadedError;
     use num_complex::Complex64;
     use protocols::SelectionRules;
+    use recording::manifest::StandardErrors;
 
     fn request(plate: Result<PlateReading, UnloadedError>) -> FitRequest {
         FitRequest {
             label: "trial 1".to_owned(),
             carrier_hz: 35_000.0,
+            calibration: StandardErrors::default(),
             plate,
             record: Measurements::default(),
             explorations: vec![Selected {

@@ -79,7 +79,7 @@ pub fn advice(phase: Phase) -> Option<&'static str> {
         Phase::Baseline => "no finger on the plate",
         Phase::Ready => "the participant places the finger and presses the button",
         Phase::Hold => "the participant releases the dead-man switch, then holds it",
-        Phase::Fault => "stopped: find the cause, x re-arms, p goes on",
+        Phase::Fault => "the drive has stopped: find the cause",
         Phase::Lift => "the participant lifts the finger",
         _ => return None,
     })
@@ -228,6 +228,7 @@ pub fn judged(
         practice: key.practice,
         attempt: key.attempt,
         accepted: reasons.is_empty(),
+        interrupted: false,
         reasons,
         instances: analysis.map_or(0, |analysis| analysis.instances() as u32),
         mean_normal_n: (!forces.is_empty())

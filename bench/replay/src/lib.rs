@@ -348,6 +348,7 @@ impl Replay {
         let _ = self.refits.send(FitRequest {
             label,
             carrier_hz: self.source.manifest().carrier_hz,
+            calibration: self.source.manifest().standard_errors.unwrap_or_default(),
             plate: self.plate,
             record: self.record.clone(),
             explorations: vec![Selected {
@@ -492,10 +493,8 @@ impl Replay {
         }
         let wall_ns = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
         let (gauges, rate_hz) = (Gauges::default(), self.source.rate_hz());
-        if let Some(health) =
-            self.meter
-                .health(wall_ns, &self.account, &gauges, None, rate_hz, || None)
-        {
+        let meter = &mut self.meter.health;
+        if let Some(health) = meter.read(wall_ns, &self.account, &gauges, rate_hz) {
             self.front.show(tui::Event::Health(SystemHealth {
                 force_rate_hz: None,
                 ..health

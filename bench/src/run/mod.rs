@@ -2,7 +2,7 @@
 
 mod files;
 mod plan;
-mod recorded_plate;
+pub(crate) mod recorded_plate;
 
 use drill::rehearsed;
 use std::collections::BTreeMap;
@@ -25,6 +25,7 @@ use recording::study::event_log::Start;
 use recording::study::{self, GeneratedBy, Study};
 use signalgen::StreamDirection;
 use tasks::{Slot, StopFlag};
+use tui::event::LogLevel::{self, Info, Warning};
 
 use crate::apparatus::Apparatus;
 use crate::journal::Journal;
@@ -32,7 +33,6 @@ use crate::readiness::Readiness;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use crate::shell_words::quoted;
 use files::{begin_recording, last_trial, machine, open_session, past_crops};
-use live::bench_facts;
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
 use live::live_side::LiveSide;
@@ -45,14 +45,14 @@ use recorded_plate::recorded_profile;
 
 pub use plan::{Plan, ProtocolFile, session_bytes};
 
-/// Runs the session to its end.
+/// Runs the session to its end. `shown` opens the operator's screen; quitting that raises the flag that it is given.
 ///
 /// # Errors
 /// When a part of the bench is missing or fails; a session that ends early for reasons of its own is a [`Report`].
 pub fn run(
     plan: Plan,
     apparatus: Apparatus,
-    out: impl Write + Send + 'static,
+    shown: impl FnOnce(&Plan, StopFlag) -> anyhow::Result<Shown>,
 ) -> anyhow::Result<(Report, KeptUp)> {
     let Apparatus {
         hardware,
@@ -66,9 +66,9 @@ pub fn run(
         fault_hand: _,
     } = apparatus;
     let simulated = hardware.simulated;
-    let wired = bench_facts::Wired::of(&hardware.lines);
     let effective = plan.bench.clone();
     let config = effective.config();
+    let facts = bench_page::facts(config, effective.file(), &hardware);
     let protocol = &plan.protocol.protocol;
     // Before the sound card waits to be read.
     let last_trial = if plan.resume {
@@ -170,7 +170,7 @@ pub fn run(
     let folder = session.folder().to_owned();
     let begin = begin_recording(&plan, number, folder, (&life, field_box), priorities);
 
-    let (mut front, dashboard) = front(&plan, stop.clone(), out)?;
+    let (mut front, dashboard) = shown(&plan, stop.clone())?;
     front.show(tui::Event::Session(tui::event::SessionHeader {
         replayed: false,
         participant: Some(plan.participant.to_string()),
@@ -189,55 +189,51 @@ pub fn run(
     past.into_iter()
         .chain(crops)
         .for_each(|event| front.show(event));
-    front.show(tui::Event::Bench(bench_facts::facts(
-        &effective,
-        (clock.utc(), clock.is_simulated()),
-        wired,
-        &plan.unverified,
-    )));
+    front.show(tui::Event::Bench(facts));
     front.show(tui::Event::ForceBand {
         min_n: protocol.force.min_n,
         max_n: protocol.force.max_n,
     });
     if let Some((text, whole)) = last_trial {
-        front.show(if whole { note(text) } else { warning(text) });
+        front.show(log(if whole { Info } else { Warning }, text));
     }
     for text in config.safety.dead_man_in_words().into_iter().chain([left]) {
-        front.show(note(text));
+        front.show(log(Info, text));
     }
     if let Some(notice) = rehearsed::notice(&plan.rehearsed) {
-        front.show(warning(notice));
+        front.show(log(Warning, notice));
     }
     let warned = config.safety_notices(plan.carrier_hz);
     for notice in warned.into_iter().chain(plan.unverified.clone()) {
-        front.show(warning(notice));
+        front.show(log(Warning, notice));
     }
     if !has_position {
         let text = "no encoder: positions are not recorded, and no stretch can be selected live";
-        front.show(warning(text.to_owned()));
+        front.show(log(Warning, text.to_owned()));
     }
     if button.is_none() {
         let text = "no button: a finger at rest on the plate for a second counts as ready";
-        front.show(warning(text.to_owned()));
+        front.show(log(Warning, text.to_owned()));
     }
     let sound = match Loudspeaker::open(life.host(), &config.sound) {
         Ok(sound) => sound,
         Err(error) => {
-            front.show(warning(format!(
-                "no sound for the participant: {error:#}; the session goes on without"
-            )));
+            front.show(log(
+                Warning,
+                format!("no sound for the participant: {error:#}; the session goes on without"),
+            ));
             None
         }
     };
 
     if plan.headless && !ask.is_empty() {
         let unstated: Vec<_> = ask.drain(..).map(|detail| detail.to_string()).collect();
-        front.show(note(format!("not stated: {}", unstated.join(", "))));
+        front.show(log(Info, format!("not stated: {}", unstated.join(", "))));
     }
     for detail in PersonDetail::ALL {
         let (typed, held) = (plan.person.text(detail), stated.text(detail));
         if typed != NOT_STATED && typed != held {
-            front.show(warning(format!(
+            front.show(log(Warning, format!(
                 "participants.tsv says {detail} {held} of {}, and keeps it: {typed} was not taken",
                 plan.participant
             )));
@@ -255,7 +251,7 @@ pub fn run(
             known
                 .lines()
                 .into_iter()
-                .for_each(|line| front.show(note(line)));
+                .for_each(|line| front.show(log(Info, line)));
         }
         Refit::new(assumed, profile.unwrap_or_default(), resumed_from.skin)
     };
@@ -334,30 +330,24 @@ pub fn run(
     Ok((report, KeptUp::read(&signals, &gauges, &recorder)))
 }
 
-fn note(text: String) -> tui::Event {
-    tui::Event::Log {
-        level: tui::event::LogLevel::Info,
-        text,
-    }
+fn log(level: LogLevel, text: String) -> tui::Event {
+    tui::Event::Log { level, text }
 }
 
-fn warning(text: String) -> tui::Event {
-    tui::Event::Log {
-        level: tui::event::LogLevel::Warning,
-        text,
-    }
-}
+/// Who is shown a session, and the thread of their screen if there is one.
+pub type Shown = (Box<dyn Front>, Option<DashboardThread>);
 
-fn front(
-    plan: &Plan,
-    stop: StopFlag,
+/// The dashboard on this process's terminal; of a headless session lines that are written to `out`.
+pub fn on_terminal(
     out: impl Write + Send + 'static,
-) -> anyhow::Result<(Box<dyn Front>, Option<DashboardThread>)> {
-    if plan.headless {
-        return Ok((Box::new(Headless::new(out)), None));
+) -> impl FnOnce(&Plan, StopFlag) -> anyhow::Result<Shown> {
+    move |plan, stop| {
+        if plan.headless {
+            return Ok((Box::new(Headless::new(out)), None));
+        }
+        let (dashboard, thread) = Dashboard::open(stop)?;
+        Ok((Box::new(dashboard), Some(thread)))
     }
-    let (dashboard, thread) = Dashboard::open(stop)?;
-    Ok((Box::new(dashboard), Some(thread)))
 }
 
 fn kept(config: &Config, protocol: &Protocol) -> (f64, f64) {

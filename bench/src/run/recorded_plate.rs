@@ -35,7 +35,7 @@ pub(super) fn recorded_profile(bench: &Effective) -> Option<manifest::RecordedPr
 }
 
 /// Returns the errors of the calibration in force.
-pub(super) fn recorded_errors(bench: &Effective) -> Option<manifest::StandardErrors> {
+pub(crate) fn recorded_errors(bench: &Effective) -> Option<manifest::StandardErrors> {
     let calibration = bench.calibration()?.calibration();
     let (pickup, plate) = (calibration.pickup.as_ref()?, calibration.plate.as_ref()?);
     let relative = |of: &Quantity| (of.standard_error / of.value).abs();

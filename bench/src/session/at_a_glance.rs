@@ -116,17 +116,18 @@ impl AtAGlance {
                 wiring.front.show(tui::Event::Outlook(outlook));
             }
         }
-        let (gauges, gauge) = (&wiring.gauges, &wiring.gauge);
-        let free = || recording::study::free_bytes(&wiring.study_folder).ok();
-        let meter = &mut wiring.live.meter;
-        let Some(health) = meter.health(now_ns, account, gauges, Some(gauge), rate_hz, free) else {
+        let meter = &mut wiring.live.meter.health;
+        let Some(health) = meter.read(now_ns, account, &wiring.gauges, rate_hz) else {
             return false;
         };
+        let free_bytes = recording::study::free_bytes(&wiring.study_folder).ok();
         let room = |bytes: u64| bytes.checked_div(wiring.session_bytes);
         wiring
             .front
             .show(tui::Event::Health(tui::event::SystemHealth {
-                disk_sessions: health.disk_free_bytes.and_then(room),
+                recorder_lag_s: wiring.gauge.lag_s(),
+                disk_free_bytes: free_bytes,
+                disk_sessions: free_bytes.and_then(room),
                 ..health
             }));
         true

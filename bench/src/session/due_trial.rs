@@ -6,8 +6,11 @@ use analysis::trial_selection;
 use analysis::unloaded;
 use config::Effective;
 use protocols::{Interval, IntervalKind, Protocol, SelectionRules, TrialAnalysis, TrialKey};
+use recording::manifest::StandardErrors;
 use recording::pipeline::Account;
 use recording::study::TrialLabel;
+
+use crate::run::recorded_plate::recorded_errors;
 
 /// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's
 /// delay, s.
@@ -45,7 +48,8 @@ impl DueTrial {
         count_losses(&mut analysis, now, begin);
         let number = TrialLabel::new(&key, protocol.trials.practice).number;
         let carrier = (number, carrier_hz);
-        let request = fit_request(&key, carrier, &self.intervals, record, &analysis, rules);
+        let mut request = fit_request(&key, carrier, &self.intervals, record, &analysis, rules);
+        request.calibration = recorded_errors(bench).unwrap_or_default();
         AnalysedTrial {
             analysis,
             of: (number, key.practice, key.attempt),
@@ -82,6 +86,7 @@ fn fit_request(
     FitRequest {
         label: format!("{sort} {number}"),
         carrier_hz,
+        calibration: StandardErrors::default(),
         plate: plate.map(|reading| reading.plate),
         record,
         explorations: Selected::of(intervals, analysis),

@@ -434,9 +434,14 @@ impl SessionTask {
             } => self.resumed = Some("after the program's end"),
             SessionEventKind::TrialSettled { record } => {
                 let protocol = self.machine.protocol();
-                if let Some(text) = screen_words::overruled(record, protocol) {
-                    let verdict = past_trials::settled(record, protocol);
+                let (verdict, overruled) = (
+                    past_trials::settled(record, protocol),
+                    screen_words::overruled(record, protocol),
+                );
+                if verdict.interrupted || overruled.is_some() {
                     self.wiring.front.show(tui::Event::Verdict(verdict));
+                }
+                if let Some(text) = overruled {
                     self.log(LogLevel::Warning, text);
                 }
             }

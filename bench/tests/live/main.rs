@@ -6,6 +6,7 @@
 
 mod alignment;
 mod box_watchdog;
+mod calibrating;
 #[path = "../../../tests/src/campaign.rs"]
 mod campaign;
 mod delay;

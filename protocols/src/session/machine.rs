@@ -178,13 +178,8 @@ impl Session {
 
     /// Returns whether the open verdict repeats its trial if nobody overrules it.
     pub fn verdict_repeats(&self) -> bool {
-        match &self.state {
-            State::Judged { key, reasons, .. } => {
-                let outcome = self.outcome(key, reasons.clone());
-                !outcome.settles()
-            }
-            _ => false,
-        }
+        let judged = self.state.current().zip(self.state.reasons());
+        judged.is_some_and(|(key, reasons)| !self.outcome(key, reasons.to_vec()).settles())
     }
 
     /// Returns the attempts so far, restored ones included.

@@ -149,6 +149,7 @@ impl Script {
                 estop_open: Some(false),
                 heartbeat_beats: None,
                 button_pressed: Some(false),
+                ..LineStates::default()
             },
         }));
     }
@@ -208,6 +209,7 @@ impl Script {
             practice,
             attempt,
             accepted,
+            interrupted: false,
             reasons: if accepted {
                 Vec::new()
             } else {

@@ -5,6 +5,7 @@ use ratatui::crossterm::event::{KeyEvent, KeyModifiers};
 use super::*;
 use crate::calibration_page::{CalibrationPage, PointLine, Question};
 use crate::event::{AskedDetail, Event, PhaseKind, PhaseView, SafetyState, SessionHeader};
+use crate::page::Page;
 use drawing::theme::Theme;
 
 /// Every press that a terminal can tell of, as far as the table could take it.
@@ -92,7 +93,10 @@ fn states() -> Vec<State> {
                 points: vec![PointLine::default(); 3],
                 ..CalibrationPage::default()
             }));
-            states.push(state);
+            for page in [Page::Run, Page::Bench, Page::Log] {
+                state.ui.page = page;
+                states.push(state.clone());
+            }
         }
     }
     states
@@ -126,7 +130,7 @@ fn the_help_lists_each_key_that_works_and_no_other() {
                     | KeyCode::Down
                     | KeyCode::Backspace
                     | KeyCode::Enter
-                    | KeyCode::Char('1')
+                    | KeyCode::Char('1' | '4' | '5' | 'j' | 'k')
             );
             assert!(
                 did || !is_listed || may_do_nothing,
@@ -150,7 +154,7 @@ fn every_page_can_be_written() {
 /// A letter stands for one thing: what the table lists twice would be reached once.
 #[test]
 fn no_two_rows_of_a_page_share_a_key() {
-    for page in [DASHBOARD, CALIBRATION, ASKED, VIEW] {
+    for page in [DASHBOARD, CALIBRATION, BESIDE, ASKED, VIEW, SCROLL, PAGES] {
         let all: Vec<Press> = EVERYWHERE
             .iter()
             .chain(HELP)

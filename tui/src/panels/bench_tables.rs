@@ -76,7 +76,7 @@ pub(crate) fn parts(state: &State, area: Rect, buf: &mut Buffer) {
     let levels = state.health.as_ref().map(|health| health.lines);
     for part in &bench.parts {
         let level = levels.zip(part.line).and_then(|(all, line)| all.of(line));
-        let words = match level {
+        let words = match &level {
             Some((level, _)) => format!("{}, {level}", part.words),
             None => part.words.clone(),
         };

@@ -8,9 +8,9 @@ use super::live_values::stale;
 use super::panel::rows;
 use super::{calibration_points, calibration_values};
 use crate::calibration_page::{CalibrationPage, Question};
-use crate::digits;
 use crate::state::State;
 use crate::words::{render_line, wrap};
+use drawing::digits;
 
 /// Width from which the points and their chart stand side by side.
 const TWO_COLUMNS: u16 = 60;
@@ -43,7 +43,13 @@ pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, b
         Constraint::Fill(1),
     ])
     .areas(area);
-    title(state, calibration, head, buf);
+    let mut titled = title(state, calibration);
+    if state.live_stale_s().is_some() {
+        titled.push_span(Span::styled(" · ", theme.faint()));
+        let stale = stale(state).spans.into_iter();
+        titled.extend(stale.map(|span| span.style(theme.warning())));
+    }
+    render_line(titled, head, buf);
     let style = if calibration.failed {
         theme.bad()
     } else {
@@ -79,8 +85,8 @@ pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, b
     calibration_points::chart(state, calibration, right, buf);
 }
 
-/// Draws the calibration's name, its step, and the age of stale readings.
-fn title(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
+/// Returns the calibration's name and its step.
+pub(crate) fn title(state: &State, calibration: &CalibrationPage) -> Line<'static> {
     let theme = state.ui.theme;
     let mut spans = vec![Span::styled(calibration.title.clone(), theme.strong())];
     if calibration.steps > 0 {
@@ -90,16 +96,25 @@ fn title(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buf
             calibration.step, calibration.steps
         )));
     }
-    if state.live_stale_s().is_some() {
-        spans.push(Span::styled(" · ", theme.faint()));
-        spans.extend(
-            stale(state)
-                .spans
-                .into_iter()
-                .map(|span| span.style(theme.warning())),
-        );
-    }
-    render_line(Line::from(spans), area, buf);
+    Line::from(spans)
+}
+
+/// Returns what the calibration asks for or does, for the head of another page.
+pub(crate) fn beside<'a>(
+    state: &State,
+    calibration: &CalibrationPage,
+    columns: u16,
+) -> Vec<Line<'a>> {
+    let theme = state.ui.theme;
+    let (head, style) = match (calibration.failed, &calibration.asked) {
+        (true, _) => (Some("▸ failed: 1 turns back"), theme.bad()),
+        (false, Some(_)) => (Some("▸ it waits for you: 1 turns back"), theme.driving()),
+        (false, None) => (None, theme.strong()),
+    };
+    let words = wrap(&calibration.instruction, columns);
+    let head = head.map(str::to_owned).into_iter();
+    let lines = head.chain(words).map(|line| Line::styled(line, style));
+    lines.collect()
 }
 
 /// Returns the line that is typed into, or the key that confirms.

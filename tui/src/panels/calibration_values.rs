@@ -8,9 +8,9 @@ use ratatui::text::{Line, Span};
 use super::live_values::{TO_MICRO, live_style, number};
 use super::panel::rows;
 use crate::calibration_page::{CalibrationPage, CalibrationReadings, MainReading};
-use crate::digits;
 use crate::state::State;
 use crate::words::render_line;
+use drawing::digits;
 
 /// A reading with its name, value and unit.
 struct NamedValue {
@@ -52,15 +52,14 @@ fn values(state: &State, watched: MainReading) -> Vec<NamedValue> {
             unit: "V",
         },
     );
-    if reading.known_m.is_some() {
-        figures.insert(
-            1,
-            NamedValue {
-                name: "instrument",
-                value: number(reading.known_m, TO_MICRO, 4),
-                unit: "µm",
-            },
-        );
+    for (known, name, scale, places, unit) in [
+        (reading.known_m, "instrument", TO_MICRO, 4, "µm"),
+        (reading.known_v, "meter", 1.0, 3, "V"),
+    ] {
+        if known.is_some() {
+            let value = number(known, scale, places);
+            figures.insert(1, NamedValue { name, value, unit });
+        }
     }
     figures
 }
@@ -127,4 +126,28 @@ pub(crate) fn small(state: &State, calibration: &CalibrationPage, area: Rect, bu
         ));
     }
     render_line(Line::from(spans), area, buf);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration_page::CalibrationReadings;
+    use drawing::theme::Theme;
+
+    #[test]
+    fn a_meter_reads_volts_and_an_instrument_micrometres() {
+        let known = |known_m, known_v| {
+            let mut state = State::new(Theme::Mono);
+            state.readings = Some(CalibrationReadings {
+                known_m,
+                known_v,
+                ..CalibrationReadings::default()
+            });
+            let values = values(&state, MainReading::Amplitude);
+            let at = &values[1];
+            format!("{} {} {}", at.name, at.value, at.unit)
+        };
+        assert_eq!(known(Some(1.3488e-6), None), "instrument 1.3488 µm");
+        assert_eq!(known(None, Some(2.783)), "meter 2.783 V");
+    }
 }

@@ -121,7 +121,13 @@ fn feedback(view: &ParticipantView) -> String {
 fn next(state: &State) -> Option<String> {
     let over = state.phase.kind == PhaseKind::Finished;
     let outlook = state.outlook.as_ref().filter(|_| !over)?;
-    let steps = [outlook.next.as_deref(), outlook.then.as_deref()];
+    let halted = state.phase.kind == PhaseKind::Paused;
+    let tripped = halted && state.safety == Some(SafetyState::Tripped);
+    let steps = [
+        tripped.then_some("x re-arms"),
+        outlook.next.as_deref(),
+        outlook.then.as_deref(),
+    ];
     let words = steps
         .into_iter()
         .flatten()

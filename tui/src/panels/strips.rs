@@ -312,7 +312,7 @@ pub(crate) fn missing_estimate(state: &State) -> Option<String> {
         }) {
             Some(words) => words,
             None if state.session.protocol.is_none() => "needs the fit of a trial".to_owned(),
-            None => "from trial 2 on".to_owned(),
+            None => "after the first fit".to_owned(),
         },
         NoEstimate::NoFinger => "no finger on the plate".to_owned(),
         NoEstimate::NoForce => "the normal force is not measured".to_owned(),

@@ -4,6 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 
+use super::calibration_layout;
 use crate::page::Page;
 use crate::state::State;
 use crate::words::render_line;
@@ -25,6 +26,11 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     };
     let mut spans = Vec::new();
     for (page, name) in PAGES {
+        let name = match (page, &state.calibration) {
+            (Page::Run, Some(_)) => "1 Calibration",
+            (Page::Impedance | Page::Trials, Some(_)) => continue,
+            _ => name,
+        };
         let style = if page == shown {
             theme.chosen()
         } else {
@@ -33,25 +39,10 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         spans.push(Span::styled(format!(" {name} "), style));
     }
     let pages = Line::from(spans);
-    let session = &state.session;
-    let mut spans = vec![Span::styled(
-        session
-            .participant
-            .as_deref()
-            .unwrap_or("no participant")
-            .to_owned(),
-        theme.strong(),
-    )];
-    let also = [
-        session.protocol.as_deref(),
-        session.study.as_deref(),
-        session.calibration_label.as_deref(),
-    ];
-    for words in also.into_iter().flatten() {
-        spans.push(Span::styled(" · ", theme.faint()));
-        spans.push(Span::raw(words.to_owned()));
-    }
-    let who = Line::from(spans);
+    let who = match &state.calibration {
+        Some(calibration) => calibration_layout::title(state, calibration),
+        None => participant(state),
+    };
     let taken = pages.width();
     render_line(pages, area, buf);
     let room = usize::from(area.width).saturating_sub(taken + 2);
@@ -66,4 +57,25 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         ..area
     };
     render_line(who, end, buf);
+}
+
+/// Returns who takes part in what.
+fn participant(state: &State) -> Line<'_> {
+    let theme = state.ui.theme;
+    let session = &state.session;
+    let participant = session.participant.as_deref();
+    let mut spans = vec![Span::styled(
+        participant.unwrap_or("no participant"),
+        theme.strong(),
+    )];
+    let also = [
+        session.protocol.as_deref(),
+        session.study.as_deref(),
+        session.calibration_label.as_deref(),
+    ];
+    for words in also.into_iter().flatten() {
+        spans.push(Span::styled(" · ", theme.faint()));
+        spans.push(Span::raw(words));
+    }
+    Line::from(spans)
 }

@@ -28,7 +28,8 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     };
     let sort = if line.practice { "practice" } else { "trial" };
     let title = Line::styled(format!("{sort} {}", name(line)), theme.strong());
-    let judged = match line.verdict.as_ref().map(|verdict| verdict.accepted) {
+    let verdict = line.verdict.as_ref().filter(|of| !of.interrupted);
+    let judged = match verdict.map(|verdict| verdict.accepted) {
         Some(true) => Line::styled("✓ accepted", theme.good()),
         Some(false) => Line::styled("✗ rejected", theme.bad()),
         None => Line::default(),

@@ -14,7 +14,7 @@ pub(crate) fn render(state: &State, chosen: bool, area: Rect, buf: &mut Buffer) 
     let judged = |accepted: bool| {
         let main = state.trials.iter().filter(|line| !line.practice);
         main.filter_map(|line| line.verdict.as_ref())
-            .filter(|verdict| verdict.accepted == accepted)
+            .filter(|verdict| verdict.accepted == accepted && !verdict.interrupted)
             .count()
     };
     let rejected = judged(false);
@@ -82,6 +82,10 @@ fn entry<'a>(state: &State, line: &'a TrialLine, whole: bool) -> Line<'a> {
     let mut spans = vec![Span::raw(format!("{:>4} ", name(line)))];
     let fit = state.fit_of(line);
     match &line.verdict {
+        Some(verdict) if verdict.interrupted => {
+            let why = verdict.settled.as_deref().unwrap_or_default();
+            spans.push(Span::styled(format!("– {why}"), theme.faint()));
+        }
         Some(verdict) => {
             let (mark, style) = if verdict.accepted {
                 ("✓", theme.good())

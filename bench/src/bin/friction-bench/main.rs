@@ -379,7 +379,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     )?;
     apparatus.displays = displays;
     let (study, participant) = (plan.study.clone(), plan.participant.clone());
-    let (report, kept_up) = run::run(plan, apparatus, std::io::stdout())?;
+    let (report, kept_up) = run::run(plan, apparatus, run::on_terminal(std::io::stdout()))?;
     let mut stdout = std::io::stdout();
     for line in run::report_lines(&report, &kept_up, &study, &participant) {
         // The session has ended as it has, whether this is read or not.

@@ -9,6 +9,20 @@ use crate::trial::*;
 use crate::verdict::Verdict;
 
 #[test]
+fn a_pause_keeps_what_the_open_verdict_says() {
+    for (normal_n, repeats) in [(0.65, false), (1.2, true)] {
+        let mut rig = Rig::new(demo()).consented();
+        rig.until_main(Phase::Baseline);
+        rig.normal_n = normal_n;
+        rig.until(Phase::Verdict);
+        rig.tell(OperatorCommand::Pause);
+        assert_eq!(rig.session.phase(), Phase::Paused);
+        assert!(rig.session.is_judged());
+        assert_eq!(rig.session.verdict_repeats(), repeats);
+    }
+}
+
+#[test]
 fn a_bad_trial_is_repeated_with_its_reasons_until_the_limit() {
     let mut rig = Rig::new(demo()).consented();
     rig.until_main(Phase::Baseline);

@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 
 /// Rows of a digit.
-pub(crate) const ROWS: u16 = 5;
+pub const ROWS: u16 = 5;
 
 /// Digits of three by five cells. A cell is drawn two columns wide, nearly square on most terminals.
 const DIGITS: [[&str; 5]; 10] = [
@@ -37,7 +37,8 @@ fn glyph_columns(symbol: char) -> u16 {
 }
 
 /// Returns the columns that `number` takes.
-pub(crate) fn columns(number: &str) -> u16 {
+#[must_use]
+pub fn columns(number: &str) -> u16 {
     number
         .chars()
         .map(glyph_columns)
@@ -45,7 +46,7 @@ pub(crate) fn columns(number: &str) -> u16 {
 }
 
 /// Draws digits, points and minus signs from the left of `area`, which must hold [`ROWS`] and [`columns`].
-pub(crate) fn render(number: &str, style: Style, area: Rect, buf: &mut Buffer) {
+pub fn render(number: &str, style: Style, area: Rect, buf: &mut Buffer) {
     let mut left = area.x;
     for symbol in number.chars() {
         for (row, cells) in (0u16..).zip(glyph(symbol)) {

@@ -1,29 +1,30 @@
 //! What the operator should know of the bench itself.
 
-use config::{CalibrationFile, Config, Effective, Provenance};
-use config::{HardwareStop, Quantity};
+use config::{CalibrationFile, Config, HardwareStop, Provenance, Quantity, unverified};
+use devices::Hardware;
 use jiff::Timestamp;
+use safety::Pace;
 use sources::Lines;
 use tui::event::{BenchFacts, BenchLine, CalibrationFact, PartFact};
 
 const DAY_S: f64 = 86_400.0;
 
 /// Lines that the bench has, wherever they are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Wired {
+#[derive(Debug, Clone, Copy)]
+struct Wired {
     /// The e-stop's loop.
-    pub estop: bool,
+    estop: bool,
     /// The participant's button.
-    pub button: bool,
+    button: bool,
     /// The amplifier's enable line.
-    pub enable: bool,
+    enable: bool,
     /// The heartbeat.
-    pub heartbeat: bool,
+    heartbeat: bool,
 }
 
 impl Wired {
     /// Returns which of the lines there are.
-    pub fn of(lines: &Lines) -> Self {
+    fn of(lines: &Lines) -> Self {
         Self {
             estop: lines.estop.is_some(),
             button: lines.button.is_some(),
@@ -33,29 +34,24 @@ impl Wired {
     }
 }
 
-/// Returns calibrations, lines, sources and limits of the bench at `now`, which is in simulated time or not: dates of the one have
-/// no age in the other.
-pub fn facts(
-    bench: &Effective,
-    (now, simulated): (Timestamp, bool),
-    wired: Wired,
-    unverified: &[String],
-) -> BenchFacts {
-    let config = bench.config();
+/// Returns calibrations, lines, sources and limits of the bench of `config`, whose calibrations are in `file`. Dates of
+/// simulated time have no age in another.
+#[must_use]
+pub fn facts(config: &Config, file: Option<&CalibrationFile>, hardware: &Hardware) -> BenchFacts {
+    let clock = &hardware.clock;
     BenchFacts {
         plate: format!(
             "plate of {:.0} mm at {:.1} Hz",
             config.plate.length_m * 1e3,
             config.plate.resonance_hz
         ),
-        calibrations: calibrations(
-            bench.calibration().map(|held| held.calibration()),
-            now,
-            simulated,
-        ),
-        parts: parts(config, wired),
+        calibrations: calibrations(file, clock.utc(), clock.is_simulated()),
+        parts: parts(config, Wired::of(&hardware.lines)),
         loosened: config.loosened(),
-        unverified: unverified.to_vec(),
+        unverified: match hardware.pace {
+            Pace::Card => unverified(config, file, clock.utc()),
+            Pace::Simulated => Vec::new(),
+        },
     }
 }
 

@@ -1,0 +1,88 @@
+//! The files that a calibration leaves beside the calibration file, whether it passes or ends early.
+
+use std::path::{Path, PathBuf};
+
+use ::figures::Figure;
+use anyhow::Context;
+
+use crate::broken_off::EndedEarly;
+
+/// Puts the points of `what`, and their figure if there is one, beside the calibration at `path`.
+///
+/// # Errors
+/// When they cannot be written.
+pub fn write_beside(
+    path: &Path,
+    what: &str,
+    points: &str,
+    figure: Option<&Figure>,
+) -> anyhow::Result<Vec<PathBuf>> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let beside = path.with_file_name(format!("{stem}-{what}"));
+    let table = path.with_file_name(format!("{stem}-{what}.csv"));
+    std::fs::write(&table, points).with_context(|| format!("cannot write {}", table.display()))?;
+    let mut written = vec![table];
+    if let Some(figure) = figure {
+        written.extend(::figures::write_one(figure, &beside)?);
+    }
+    Ok(written)
+}
+
+/// Returns the error of a calibration that ended, with how to go on; the points of one that nobody attended are put into the
+/// table `what` beside the calibration at `path`.
+#[must_use]
+pub fn ended_early(error: anyhow::Error, path: &Path, what: &str) -> anyhow::Error {
+    let Some(early) = error.downcast_ref::<EndedEarly>() else {
+        return error;
+    };
+    let kept = match early.points.len() {
+        0 => "nothing was measured yet".to_owned(),
+        points => match early
+            .table()
+            .and_then(|table| write_beside(path, what, &table, None))
+        {
+            Ok(written) => format!("points so far: {points}, kept in {}", written[0].display()),
+            Err(why) => format!("points so far: {points}, lost: {why:#}"),
+        },
+    };
+    anyhow::anyhow!(
+        "{early}; {kept}; nothing was put in force. Remove the cause and run the command again: without an operator it \
+         measures from the beginning, on a terminal it can be re-armed and goes on where it was stopped"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operator::PointRead;
+
+    fn ended(points: usize, path: &Path) -> String {
+        let early = EndedEarly {
+            why: anyhow::anyhow!("the safety watch stopped the calibration: it was pressed"),
+            points: vec![PointRead::default(); points],
+        };
+        let error = anyhow::Error::from(early).context("the part `calibration`");
+        ended_early(error, path, "pickup-unfinished").to_string()
+    }
+
+    #[test]
+    fn points_of_a_calibration_that_ended_early_are_kept_and_it_says_how_to_go_on() {
+        let temp = tempfile::tempdir().unwrap();
+        let path = temp.path().join("mine.toml");
+        let table = temp.path().join("mine-pickup-unfinished.csv");
+        let said = ended(0, &path);
+        assert!(
+            said.contains("nothing was measured yet") && !table.exists(),
+            "{said}"
+        );
+        let said = ended(2, &path);
+        let kept = format!("points so far: 2, kept in {}", table.display());
+        let wanted = ["it was pressed", &kept, "run the command again"];
+        assert!(wanted.iter().all(|words| said.contains(words)), "{said}");
+        assert_eq!(std::fs::read_to_string(&table).unwrap().lines().count(), 3);
+        let said = ended(2, &temp.path().join("gone/mine.toml"));
+        assert!(said.contains("points so far: 2, lost"), "{said}");
+        let other = ended_early(anyhow::anyhow!("no card"), &path, "pickup-unfinished");
+        assert_eq!(other.to_string(), "no card");
+    }
+}

@@ -3,6 +3,7 @@
 pub mod campaign;
 pub mod handbook;
 pub mod house;
+pub mod in_process;
 pub mod panicking;
 pub mod program;
 pub mod recorded;

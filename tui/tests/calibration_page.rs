@@ -7,8 +7,8 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use tui::calibration_page::{
     CalibrationPage, CalibrationReadings, Chart, MainReading, PointLine, Question, Reply,
 };
-use tui::event::{SafetyState, SessionHeader};
-use tui::{Action, Event, State, Theme, key, view};
+use tui::event::{LogLevel, SafetyState, SessionHeader, SystemHealth};
+use tui::{Action, Event, Page, State, Theme, key, view};
 
 /// Levels, V, known amplitudes, μm, and what they depart from their line by, nm, of a ladder of six.
 const LADDER: [(f64, f64, f64); 6] = [
@@ -125,6 +125,7 @@ fn state(calibration: CalibrationPage) -> State {
             drive_v: Some(if driven { 20.26 } else { 0.0 }),
             amplitude_m: Some(if driven { 1.3491e-6 } else { 1e-10 }),
             known_m: Some(1.34877e-6),
+            known_v: None,
             level: Some(0.338),
         }),
         Event::Safety {
@@ -177,6 +178,23 @@ fn states() -> Vec<(&'static str, State)> {
     });
     let mut help = state(review());
     press(&mut help, "?");
+    let mut bench = state(review());
+    bench.apply(&Event::Health(SystemHealth {
+        speed: 1.0,
+        force_rate_hz: Some(500.0),
+        ..SystemHealth::default()
+    }));
+    press(&mut bench, "4");
+    let mut log = state(CalibrationPage {
+        asked: None,
+        instruction: "Driving 20.26 V.".to_owned(),
+        ..typing()
+    });
+    log.apply(&Event::Log {
+        level: LogLevel::Warning,
+        text: "the volts were never checked".to_owned(),
+    });
+    press(&mut log, "5");
     vec![
         ("empty", empty),
         ("typing", typed),
@@ -187,6 +205,8 @@ fn states() -> Vec<(&'static str, State)> {
         ("failed", failed),
         ("leaving", leaving),
         ("help", help),
+        ("bench", bench),
+        ("log", log),
     ]
 }
 
@@ -252,7 +272,7 @@ proptest! {
     fn any_size_in_any_state_shows_the_safety_word(
         columns in 0..=200u16,
         rows in 0..=60u16,
-        which in 0..9usize,
+        which in 0..11usize,
     ) {
         let state = STATES.with(|states| states[which].1.clone());
         let terminal = drawn(&state, columns, rows);
@@ -296,6 +316,7 @@ proptest! {
             drive_v: Some(values[2]),
             amplitude_m: Some(values[3]),
             known_m: Some(values[4]),
+            known_v: Some(values[4]),
             level: Some(values[5]),
         }));
         let _ = drawn(&state, columns, rows);
@@ -312,6 +333,7 @@ fn code(letter: char) -> KeyCode {
         '\u{8}' => KeyCode::Backspace,
         '↑' => KeyCode::Up,
         '↓' => KeyCode::Down,
+        '\t' => KeyCode::Tab,
         other => KeyCode::Char(other),
     }
 }
@@ -410,4 +432,107 @@ fn the_chosen_point_is_marked_and_the_worst_is_named() {
         .find(|line| line.starts_with('▸') && line.contains(" V "))
         .unwrap();
     assert!(chosen.starts_with("▸ 3"), "{chosen}");
+}
+
+#[test]
+fn the_bench_and_the_log_are_looked_at_and_nothing_is_answered_there() {
+    let done = CalibrationPage {
+        asked: Some(Question::Done),
+        ..typing()
+    };
+    for calibration in [done, review(), typing()] {
+        let mut state = state(calibration);
+        for (key, page) in [
+            ("\t", Page::Bench),
+            ("\t", Page::Log),
+            ("\t", Page::Run),
+            ("\t5", Page::Log),
+            ("4", Page::Bench),
+        ] {
+            assert_eq!(press(&mut state, key), []);
+            assert_eq!(state.ui.page, page);
+        }
+        let shown: String = (0..24).map(|y| row(&state, 80, 24, y)).collect();
+        assert!(shown.contains("1 turns back"), "{shown}");
+        // The points are not seen here, nor is what is typed.
+        assert_eq!(press(&mut state, "\n"), []);
+        assert!(row(&state, 80, 24, 23).contains("turn back"));
+        assert_eq!(press(&mut state, "r.\n7\n"), []);
+        assert_eq!((state.ui.page, state.ui.typed.as_str()), (Page::Bench, ""));
+        assert_eq!(
+            press(&mut state, "eqy"),
+            [Action::EmergencyStop, Action::Quit]
+        );
+        press(&mut state, "1");
+        assert_eq!(state.ui.page, Page::Run);
+    }
+}
+
+#[test]
+fn a_number_that_is_half_typed_is_still_there_after_a_look_at_the_bench() {
+    let mut state = state(typing());
+    assert_eq!(
+        press(&mut state, "1.4\t5\t5\n"),
+        [Action::Answer(Reply::Number(1.45))]
+    );
+}
+
+#[test]
+fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
+    let working = CalibrationPage {
+        asked: None,
+        ..typing()
+    };
+    let looking = || {
+        let mut state = state(working.clone());
+        press(&mut state, "4?");
+        state
+    };
+    let called = |events: &[Event]| {
+        let mut state = looking();
+        events.iter().for_each(|event| state.apply(event));
+        assert_eq!(state.ui.page == Page::Run, !state.ui.help);
+        state.ui.page == Page::Run
+    };
+    let page = Event::Calibration;
+    assert!(called(&[page(typing())]));
+    assert!(called(&[page(CalibrationPage {
+        failed: true,
+        ..working.clone()
+    })]));
+    let safety = |state| Event::Safety {
+        state,
+        reason: None,
+    };
+    assert!(called(&[safety(SafetyState::Tripped)]));
+    for state in [
+        SafetyState::Disarmed,
+        SafetyState::Armed,
+        SafetyState::Driving,
+    ] {
+        assert!(!called(&[safety(state)]));
+    }
+    let next = CalibrationPage {
+        step: 6,
+        instruction: "Driving 27.86 V.".to_owned(),
+        ..working.clone()
+    };
+    assert!(!called(&[page(next)]), "it works on");
+    // Whoever turns away from a question may go on looking until something new is asked.
+    let mut state = looking();
+    state.apply(&page(typing()));
+    press(&mut state, "\t");
+    state.apply(&page(CalibrationPage {
+        findings: vec!["off a line by 0.1 %".to_owned()],
+        ..typing()
+    }));
+    state.apply(&safety(SafetyState::Tripped));
+    press(&mut state, "\t\t\t\t");
+    state.apply(&safety(SafetyState::Tripped));
+    assert_eq!(state.ui.page, Page::Bench);
+    state.apply(&page(CalibrationPage {
+        note: Some("again, please".to_owned()),
+        ..typing()
+    }));
+    assert_eq!(state.ui.page, Page::Run);
 }

@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use tui::event::{Live, PhaseKind, SafetyState, ValueAndStd};
+use tui::event::{BenchLine, LineStates, Live, PhaseKind, SafetyState, TrialVerdict, ValueAndStd};
 use tui::{Event, Page, State, Theme, key, view};
 
 const PAGES: [(Page, &str); 5] = [
@@ -110,6 +110,47 @@ fn every_page_in_every_state_at_three_sizes() {
 }
 
 #[test]
+fn a_stop_is_to_be_re_armed_first_until_it_is() {
+    let mut state = normal();
+    synthetic::trip()
+        .iter()
+        .for_each(|event| state.apply(event));
+    let first = |state: &State| lines(state, 120, 40).contains("next x re-arms, then");
+    assert!(first(&state));
+    state.apply(&Event::Safety {
+        state: SafetyState::Disarmed,
+        reason: None,
+    });
+    assert!(!first(&state));
+}
+
+#[test]
+fn an_attempt_that_was_broken_off_is_neither_accepted_nor_rejected() {
+    let verdict = |attempt: u32, interrupted: bool| {
+        Event::Verdict(TrialVerdict {
+            trial: 7,
+            attempt,
+            interrupted,
+            settled: interrupted.then(|| "paused by the operator".to_owned()),
+            ..TrialVerdict::default()
+        })
+    };
+    let mut state = State::new(Theme::Mono);
+    state.ui.page = Page::Trials;
+    state.apply(&verdict(1, true));
+    assert_eq!(state.verdict, None, "there is nothing to overrule");
+    let shown = lines(&state, 120, 40);
+    assert!(shown.contains("– paused by the operator"), "{shown}");
+    assert!(
+        shown.contains("0 accepted") && !shown.contains("rejected"),
+        "{shown}"
+    );
+    state.apply(&verdict(2, false));
+    let shown = lines(&state, 120, 40);
+    assert!(shown.contains("0 accepted, 1 rejected"), "{shown}");
+}
+
+#[test]
 fn a_panel_is_enlarged_and_held_strips_have_their_values() {
     let mut state = normal();
     let press = |state: &mut State, code| {
@@ -133,7 +174,7 @@ fn an_estimate_that_is_missing_says_why() {
             ..Live::default()
         }));
     }
-    assert!(lines(&state, 120, 40).contains("from trial 2 on"));
+    assert!(lines(&state, 120, 40).contains("after the first fit"));
 }
 
 #[test]
@@ -256,4 +297,59 @@ proptest! {
             let _ = drawn(&state, columns, rows);
         }
     }
+}
+
+#[test]
+fn a_line_says_how_it_is_and_how_it_was_last() {
+    let levels = |open: bool, presses, ago_s| LineStates {
+        estop_open: Some(open),
+        button_pressed: Some(false),
+        button_presses: presses,
+        estop_open_ago_s: Some(ago_s),
+        button_press_ago_s: (presses > 0).then_some(ago_s),
+        heartbeat_beats: Some(true),
+    };
+    for (state, line, words, well) in [
+        (
+            levels(true, 0, 0.0),
+            BenchLine::Estop,
+            "PRESSED OR CUT",
+            false,
+        ),
+        (
+            levels(false, 0, 0.4),
+            BenchLine::Estop,
+            "closed; open just now",
+            true,
+        ),
+        (
+            levels(false, 0, 0.4),
+            BenchLine::Button,
+            "not pressed",
+            true,
+        ),
+        (
+            levels(false, 1, 3.2),
+            BenchLine::Button,
+            "not pressed; pressed 3 s ago",
+            true,
+        ),
+        (
+            levels(false, 3, 150.0),
+            BenchLine::Button,
+            "not pressed; pressed ×3, 2 min ago",
+            true,
+        ),
+        (levels(false, 3, 0.0), BenchLine::Heartbeat, "beats", true),
+    ] {
+        assert_eq!(state.of(line), Some((words.to_owned(), well)));
+    }
+    // It stands on the page, and is not cut there.
+    let mut state = normal();
+    let mut health = state.health.unwrap();
+    health.lines = levels(false, 3, 150.0);
+    state.apply(&Event::Health(health));
+    state.ui.page = Page::Bench;
+    let shown = lines(&state, 80, 24);
+    assert!(shown.contains("pressed ×3, 2 min ago"), "{shown}");
 }

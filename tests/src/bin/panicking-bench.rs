@@ -226,7 +226,11 @@ fn command(command: Command, apparatus: Apparatus) -> anyhow::Result<bool> {
     match command {
         Command::Run(options) => {
             let bench = Effective::uncalibrated(config_of(&options.hardware.config)?);
-            let (report, _) = run::run(Plan::new(bench, &options)?, apparatus, std::io::stdout())?;
+            let (report, _) = run::run(
+                Plan::new(bench, &options)?,
+                apparatus,
+                run::on_terminal(std::io::stdout()),
+            )?;
             Ok(report.completed)
         }
         Command::Monitor(options) => {

@@ -10,6 +10,7 @@ mod commands;
 mod manual;
 mod messages;
 mod pictures;
+mod simulated;
 mod window_pictures;
 
 use std::path::Path;

@@ -25,6 +25,7 @@ const LEFT_OUT: &[&str] = &[
     "DamagedLine",
     "DemodulatorError",
     "DiskError",
+    "EndedEarly",
     "EstimateError",
     "EventLogError",
     "ExclusionsError",

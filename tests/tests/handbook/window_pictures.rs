@@ -1,4 +1,5 @@
-//! The handbook's pictures of the participant's window, as the window draws them.
+//! The handbook's pictures of the participant's window, as the window draws them: of the same simulated session
+//! as the dashboard's.
 
 use bench_tests::handbook::folder;
 use live::window_screen;
@@ -7,8 +8,9 @@ use participant_window::geometry::Geometry;
 use participant_window::lettering::Typeface;
 use participant_window::page::{GROUND, Moving, Page};
 use participant_window::ruler::Ruler;
-use protocols::{Language, Texts};
-use tui::{Instruction, ParticipantView};
+use tui::ParticipantView;
+
+use super::pictures::state;
 
 /// Width and height of the pictured monitor, pixels.
 const SIZE: (u32, u32) = (960, 540);
@@ -40,21 +42,9 @@ fn drawn(view: &ParticipantView, moving: Moving) -> Canvas {
     page.draw(&shown, Some(view.audio_s), moving).0.clone()
 }
 
-fn view(instruction: Instruction) -> ParticipantView {
-    ParticipantView {
-        instruction,
-        plate_m: 0.105,
-        start_m: 0.01,
-        end_m: 0.095,
-        speed_m_per_s: 0.02,
-        audio_s: 14.0,
-        moves_at_s: Some(12.0),
-        trial: 3,
-        trials: 20,
-        force_band_n: Some((0.5, 0.8)),
-        texts: Texts::of(Language::En).clone().into(),
-        ..ParticipantView::default()
-    }
+/// What the participant is shown in a state of the simulated session that was taken under `name`.
+fn shown(name: &str) -> &'static ParticipantView {
+    state(name).participant.as_ref().unwrap()
 }
 
 #[test]
@@ -66,22 +56,16 @@ fn the_ruler_page() {
 
 #[test]
 fn the_slider_to_follow() {
-    let slider_m = Some(0.05);
+    let view = shown("participant");
     let moving = Moving {
-        slider_m,
+        slider_m: view.slider_m,
         finger_m: None,
     };
-    kept(
-        "window-slider.png",
-        &drawn(&view(Instruction::FollowSlider), moving),
-    );
+    kept("window-slider.png", &drawn(view, moving));
 }
 
 #[test]
 fn what_the_participant_learns_after_an_exploration() {
-    let view = ParticipantView {
-        mean_force_n: Some(0.63),
-        ..view(Instruction::Feedback)
-    };
-    kept("window-force.png", &drawn(&view, Moving::default()));
+    let view = shown("force shown");
+    kept("window-force.png", &drawn(view, Moving::default()));
 }

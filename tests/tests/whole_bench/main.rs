@@ -14,7 +14,6 @@ mod forceless;
 mod forget;
 mod hostile;
 mod impedance_live;
-mod in_process;
 mod kills;
 mod long;
 mod new_carrier;

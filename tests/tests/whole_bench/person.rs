@@ -9,16 +9,16 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use bench_tests::in_process::{Setup, apparatus, config, options};
 use bench_tests::program::bench;
 use bench_tests::session::{SessionFolder, config_with, finish, text, unattended};
 use config::{Config, Effective};
-use friction_bench::run::{Plan, run};
+use friction_bench::run::{Plan, on_terminal, run};
 use friction_bench::session::Report;
 use recording::RecordingReader;
 use safety::{GpioError, InputLine};
 use tui::Instruction;
 
-use super::in_process::{Setup, apparatus, config, options};
 use super::refusals::{refused_before_anything_is_made, room};
 
 /// A bench that passes for hardware, and allows 12 s an hour; the session of one exploration wants 10.4 s.
@@ -35,7 +35,7 @@ fn held(study: &Path, participant: &str, config: Config, setup: Setup) -> anyhow
     options.new_session = true;
     options.hardware.calibration = Some(study.with_file_name("calibration.toml"));
     let plan = Plan::new(Effective::uncalibrated(config), &options)?;
-    run(plan, apparatus(setup), std::io::sink()).map(|(report, _)| report)
+    run(plan, apparatus(setup), on_terminal(std::io::sink())).map(|(report, _)| report)
 }
 
 /// What the session's first recording says of a dead-man switch.

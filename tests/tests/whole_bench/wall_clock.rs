@@ -7,13 +7,12 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use bench_tests::in_process::{Setup, apparatus, config, options};
 use bench_tests::session::SessionFolder;
 use config::Effective;
-use friction_bench::run::{Plan, run};
+use friction_bench::run::{Plan, on_terminal, run};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;
-
-use super::in_process::{Setup, apparatus, config, options};
 
 /// Holds a session and returns its folder.
 fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
@@ -22,7 +21,7 @@ fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
         set,
         ..Setup::default()
     };
-    let (report, _) = run(plan, apparatus(setup), std::io::sink()).unwrap();
+    let (report, _) = run(plan, apparatus(setup), on_terminal(std::io::sink())).unwrap();
     assert!(report.completed, "{:?}", report.reason);
     SessionFolder::read(study, "sub-01").unwrap().path
 }

@@ -1,4 +1,4 @@
-//! Sessions in this process, on a simulated apparatus that a test puts in the place of hardware.
+//! Sessions and calibrations in this process, on a simulated apparatus that a test puts in the place of hardware.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -7,20 +7,23 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use bench_tests::program::protocol;
+use calibration::operator::{ForceAxis, Hands, Request};
 use config::Config;
 use devices::Hardware;
 use devices::loudspeaker::Tone;
 use friction_bench::apparatus::{Apparatus as Bench, Watcher};
 use friction_bench::cli;
 use jiff::{SignedDuration, Timestamp};
-use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, Senses};
+use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, FaultPanel, MassSet, Senses};
 use mock_hw::world_clock::Pace;
 use mock_world::person::{Cue, Instruction, Percept};
+use mock_world::plant::Axis;
 use mock_world::scenario::Scenario;
 use safety::{InputLine, input, output};
 use sources::Lines;
 use tasks::{Clock, Schedule, later};
+
+use crate::program::protocol;
 
 /// An apparatus's clock whose date is set by an hour back and forth.
 struct SetClock {
@@ -43,10 +46,13 @@ impl Clock for SetClock {
     }
 }
 
-/// Shows the simulated person what a session of one exploration, without a button, shows.
+/// Shows the simulated person what a session shows.
 fn participant(senses: Senses) -> Watcher {
-    Box::new(move |view, _, tone| {
+    Box::new(move |view, button, tone| {
         let instruction = match view.instruction {
+            tui::Instruction::Welcome | tui::Instruction::Rest if button => {
+                Instruction::PressButton
+            }
             tui::Instruction::LiftFinger => Instruction::LiftFinger,
             tui::Instruction::PlaceFinger => Instruction::PlaceFinger,
             tui::Instruction::GetReady => Instruction::GetReady,
@@ -68,9 +74,31 @@ fn participant(senses: Senses) -> Watcher {
     })
 }
 
+/// Puts masses on the plate, and takes all off it, as a calibration asks its operator to.
+fn hands(masses: MassSet, senses: Senses) -> Hands {
+    Box::new(move |request| match *request {
+        Request::Load { axis, mass_kg } => {
+            let axis = match axis {
+                ForceAxis::Normal => Axis::Normal,
+                ForceAxis::Lateral => Axis::Lateral,
+            };
+            masses.place(axis, mass_kg);
+        }
+        Request::Unload => {
+            masses.remove();
+            senses.show(Percept::default());
+        }
+        _ => {}
+    })
+}
+
 /// What a session's bench is made of.
 #[derive(Default)]
 pub struct Setup {
+    /// What is simulated.
+    pub scenario: Scenario,
+    /// The participant has a button.
+    pub button: bool,
     /// From when on the date is wrong, s, and by how much, h.
     pub set: &'static [(f64, i64)],
     /// Whether it passes for hardware.
@@ -79,15 +107,22 @@ pub struct Setup {
     pub dead_man: Option<(Box<dyn InputLine>, Watcher)>,
 }
 
-/// A bench without a button, in lock step.
+/// A bench in lock step.
 pub fn apparatus(setup: Setup) -> Bench {
+    with_faults(setup).0
+}
+
+/// A bench in lock step, and the faults that may befall it.
+pub fn with_faults(setup: Setup) -> (Bench, FaultPanel) {
     let Setup {
+        scenario,
+        button,
         set,
         real,
         dead_man,
     } = setup;
     let (dead_man, holder) = dead_man.unzip();
-    let config = ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped);
+    let config = ApparatusConfig::new(scenario, 1, Pace::Stepped);
     let mut apparatus = Apparatus::new(config).unwrap();
     let pins = apparatus.pins().unwrap();
     let clock = SetClock {
@@ -96,6 +131,9 @@ pub fn apparatus(setup: Setup) -> Bench {
     };
     let mut watchers = vec![participant(apparatus.senses())];
     watchers.extend(holder);
+    let hands = hands(apparatus.masses(), apparatus.senses());
+    let vibrometer_port = apparatus.vibrometer_port().unwrap().to_owned();
+    let faults = apparatus.faults();
     let hardware = Hardware {
         cues: None,
         host: apparatus.host(),
@@ -106,7 +144,7 @@ pub fn apparatus(setup: Setup) -> Bench {
                 input("encoder B", pins.encoder_b),
             ]),
             estop: Some(input("e-stop", pins.estop)),
-            button: None,
+            button: button.then(|| input("button", pins.button)),
             dead_man,
             enable: Some(output("enable", pins.amplifier_enable)),
             heartbeat: Some(output("heartbeat", pins.heartbeat)),
@@ -126,22 +164,23 @@ pub fn apparatus(setup: Setup) -> Bench {
         keeps_accounts: real,
         schedule: Schedule::Lockstep(Box::new(move || Ok(apparatus.step()?))),
     };
-    Bench {
+    let bench = Bench {
         fault_hand: None,
         voltmeter_port: None,
         hardware,
         watchers,
         displays: friction_bench::displays::Displays::default(),
         rehearsed: Vec::new(),
-        hands: None,
-        vibrometer_port: None,
+        hands: Some(hands),
+        vibrometer_port: Some(vibrometer_port),
         estop_hand: None,
-    }
+    };
+    (bench, faults)
 }
 
 /// The simulated bench's description with some of its lines changed.
 pub fn config(changes: &[(&str, &str)]) -> Config {
-    let text = include_str!("../../../bench/mock-bench.toml").to_owned();
+    let text = include_str!("../../bench/mock-bench.toml").to_owned();
     let text = changes.iter().fold(text, |text, (from, to)| {
         assert!(text.contains(from), "no `{from}`");
         text.replacen(from, to, 1)

@@ -1,0 +1,299 @@
+//! Calibrations and a session on a simulated bench, for the pictures of what an operator sees: in lock step, so that the
+//! same screens come each time.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use bench_tests::in_process::{Setup, apparatus, config, options, with_faults};
+use calibration::clear::ClearPlate;
+use calibration::guided::Guided;
+use calibration::judged::Calibrates;
+use calibration::known::{Instrument, Known};
+use calibration::operator::ForceAxis;
+use calibration::pickup::{PickupProcedure, PickupSetup};
+use calibration::plate_procedure::{PlateProcedure, PlateSetup};
+use calibration::rig;
+use config::{CalibrationFile, Effective, Identity};
+use console::Front;
+use devices::driving_time;
+use friction_bench::cli;
+use friction_bench::run::{Plan, run};
+use masses::{Accuracy, ForceProcedure, ForceSetup, from_g};
+use mock_world::scenario::{Scenario, built_in};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::buffer::Buffer;
+use tui::calibration_page::{Question, Reply};
+use tui::event::{BenchFacts, SessionHeader, SystemHealth};
+use tui::{Action, Event, State, Theme, view};
+
+/// Seed of the bench whose constants the program does not know, and of the person.
+const SEED: u64 = 7;
+/// Number of readings for which the simulated operator waits before answering: a second.
+const PATIENCE: u32 = 20;
+
+/// What is taken of a screen, and when.
+pub struct Shot {
+    pub name: &'static str,
+    pub when: fn(&State) -> bool,
+    /// Number of readings after that, for which a screen settles.
+    pub after: u32,
+    /// What the operator does next.
+    pub then: Option<Deed>,
+}
+
+/// Something that an operator does once a screen is taken.
+#[derive(Clone, Copy)]
+pub enum Deed {
+    PressEstop,
+    Leave,
+}
+
+/// The states of the screen that were taken, by name.
+pub type Taken = Arc<Mutex<Vec<(&'static str, State)>>>;
+
+/// An operator whose screen is kept, and who answers what a calibration asks.
+struct Operator {
+    state: State,
+    shots: Vec<Shot>,
+    taken: Taken,
+    deed: Box<dyn FnMut(Deed) -> Option<Action> + Send>,
+    /// Number of readings since the question.
+    waited: u32,
+    actions: Vec<Action>,
+}
+
+impl Operator {
+    fn new(
+        shots: Vec<Shot>,
+        taken: &Taken,
+        deed: impl FnMut(Deed) -> Option<Action> + Send + 'static,
+    ) -> Self {
+        let mut state = State::new(Theme::Colour);
+        state.apply(&Event::Tick { now_s: 0.0 });
+        Self {
+            state,
+            shots,
+            taken: taken.clone(),
+            deed: Box::new(deed),
+            waited: 0,
+            actions: Vec::new(),
+        }
+    }
+
+    fn answer(&self) -> Option<Reply> {
+        let page = self.state.calibration.as_ref()?;
+        if self.waited < PATIENCE {
+            return None;
+        }
+        Some(match page.asked.as_ref()? {
+            Question::Done | Question::Review => Reply::Ready,
+            // Read off the instrument's display, with its four decimals.
+            Question::Number { .. } => {
+                let shown_um = self.state.readings.and_then(|now| now.known_m)? * 1e6;
+                Reply::Number((shown_um * 1e4).round() * 1e-4)
+            }
+        })
+    }
+}
+
+/// The event as it would be on any computer: nothing of the disk, the folder or the speed of this one.
+fn of_no_computer(event: Event) -> Event {
+    match event {
+        Event::Session(header) => Event::Session(SessionHeader {
+            study: header.study.map(|_| "my-study".to_owned()),
+            ..header
+        }),
+        Event::Health(health) => Event::Health(SystemHealth {
+            ring_fill: 0.0,
+            recorder_lag_s: 0.0,
+            speed: 1.0,
+            disk_free_bytes: None,
+            disk_sessions: Some(400),
+            cores: None,
+            ..health
+        }),
+        event => event,
+    }
+}
+
+impl Front for Operator {
+    fn show(&mut self, event: Event) {
+        let event = of_no_computer(event);
+        match &event {
+            Event::Live(live) => self.state.apply(&Event::Tick { now_s: live.t_s }),
+            Event::CalibrationReadings(_) => self.waited += 1,
+            Event::Calibration(_) => self.waited = 0,
+            _ => {}
+        }
+        self.state.apply(&event);
+        if !matches!(event, Event::Live(_) | Event::CalibrationReadings(_)) {
+            return;
+        }
+        let due = |shot: &mut Shot| {
+            let holds = (shot.when)(&self.state);
+            shot.after = shot.after.saturating_sub(holds.into());
+            holds && shot.after == 0
+        };
+        if let Some(at) = self.shots.iter_mut().position(due) {
+            let shot = self.shots.remove(at);
+            let taken = (shot.name, self.state.clone());
+            self.taken.lock().unwrap().push(taken);
+            self.actions
+                .extend(shot.then.and_then(|deed| (self.deed)(deed)));
+        }
+    }
+
+    fn action(&mut self) -> Option<Action> {
+        if let Some(reply) = self.answer() {
+            self.waited = 0;
+            return Some(Action::Answer(reply));
+        }
+        self.actions.pop()
+    }
+}
+
+/// A bench whose constants differ from its description, with a person who follows the slider badly at first.
+fn scenario() -> Scenario {
+    let behaviour = built_in("participant-late").unwrap().participant.behaviour;
+    let mut scenario = built_in("bench-unknown").unwrap().realised(SEED);
+    scenario.participant.behaviour = behaviour;
+    scenario
+}
+
+fn setup() -> Setup {
+    Setup {
+        scenario: scenario(),
+        button: true,
+        ..Setup::default()
+    }
+}
+
+/// Measures by `procedure` and puts what it found into `calibration`.
+fn calibrate<C: Calibrates>(
+    calibration: &mut CalibrationFile,
+    (bench, beside): (&Effective, &Path),
+    shots: Vec<Shot>,
+    taken: &Taken,
+    procedure: C,
+) {
+    let bench = bench.clone();
+    let apparatus = apparatus(setup());
+    let hardware = apparatus.hardware;
+    let instrument = (C::NAME == "pickup").then(|| {
+        let port = apparatus.vibrometer_port.unwrap();
+        Instrument::open(&port, 115_200).unwrap()
+    });
+    let ledger = driving_time::of_clear_plate(beside, bench.config(), &hardware).unwrap();
+    let operator = Operator::new(shots, taken, |_| None);
+    let title = format!("calibrate {}", C::NAME);
+    let outcome = rig::run(
+        &bench,
+        hardware,
+        ledger,
+        apparatus.hands,
+        instrument,
+        |_| {
+            let guided = Guided::new(operator, title, true, BenchFacts::default(), &[]);
+            Ok((Box::new(guided), None))
+        },
+        procedure,
+    )
+    .unwrap();
+    let judged = outcome.procedure.judge(outcome.date, "A. Tester").unwrap();
+    assert!(judged.faults.is_empty(), "{:?}", judged.faults);
+    if calibration.identity.input_device.is_empty() {
+        calibration.identity = outcome.identity;
+    }
+    judged.part.put_into(calibration);
+}
+
+/// Calibrates pickup, plate and force sensor with the operator guided, each with its own shot, and writes the calibration
+/// to `path`.
+pub fn calibrated(path: &Path, [pickup, plate, force]: [Shot; 3], taken: &Taken) {
+    let described = config(&[]);
+    let identity = Identity::of(&described, String::new(), String::new());
+    let mut calibration = CalibrationFile::of(identity);
+    let held = |calibration: &CalibrationFile| {
+        Effective::under_calibration(described.clone(), calibration)
+    };
+
+    let bench = held(&calibration);
+    let setup = PickupSetup::new(
+        bench.config(),
+        &calibration,
+        Vec::new(),
+        Known::Typed,
+        None,
+        0.001,
+    );
+    let procedure = PickupProcedure::new(setup.unwrap());
+    let procedure = ClearPlate::new(procedure, bench.config(), true);
+    calibrate(
+        &mut calibration,
+        (&bench, path),
+        vec![pickup],
+        taken,
+        procedure,
+    );
+
+    let bench = held(&calibration);
+    let setup = PlateSetup::new(bench.config(), &calibration, 20.0).unwrap();
+    let procedure = ClearPlate::new(PlateProcedure::new(setup), bench.config(), true);
+    calibrate(
+        &mut calibration,
+        (&bench, path),
+        vec![plate],
+        taken,
+        procedure,
+    );
+
+    let bench = held(&calibration).with_raw_forces();
+    let masses = [
+        from_g(ForceAxis::Normal, &[20.0, 50.0, 100.0, 200.0]),
+        from_g(ForceAxis::Lateral, &[20.0, 50.0, 100.0]),
+    ];
+    let accuracy = Accuracy {
+        masses: 1e-3,
+        pulley: 1e-2,
+    };
+    let setup = ForceSetup::new(bench.config(), masses.concat(), accuracy, None).unwrap();
+    let procedure = ForceProcedure::new(setup, true);
+    calibrate(
+        &mut calibration,
+        (&bench, path),
+        vec![force],
+        taken,
+        procedure,
+    );
+    std::fs::write(path, calibration.to_text().unwrap()).unwrap();
+}
+
+/// Runs the protocol `demo` in `folder` on the bench that `calibration` was made of, until the operator leaves.
+pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, taken: &Taken) {
+    let mut options = options(&folder.join("my-study"));
+    options.protocol = "demo".to_owned();
+    options.headless = false;
+    options.hardware.calibration = Some(calibration.to_owned());
+    options.hardware.mock = Some("bench-unknown".to_owned());
+    options.uncalibrated = false;
+    options.speed = cli::Speed::Max;
+    let bench = Effective::calibrated(config(&[]), calibration).unwrap();
+    let plan = Plan::new(bench, &options).unwrap();
+    let (apparatus, faults) = with_faults(setup());
+    let operator = Operator::new(shots, taken, move |deed| match deed {
+        Deed::PressEstop => {
+            faults.press_estop(true);
+            None
+        }
+        Deed::Leave => Some(Action::Interrupt),
+    });
+    run(plan, apparatus, |_, _| Ok((Box::new(operator), None))).unwrap();
+}
+
+/// Draws the dashboard.
+pub fn drawn(state: &State, (columns, rows): (u16, u16)) -> Buffer {
+    let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
+    terminal.draw(|frame| view(state, frame)).unwrap();
+    terminal.backend().buffer().clone()
+}

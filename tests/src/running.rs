@@ -3,14 +3,27 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Once};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
+use signal_hook::consts::SIGINT;
 
 use crate::screen::Screen;
 
 /// Polls come this often.
 const POLL: Duration = Duration::from_millis(5);
+
+static HEED_SIGINT: Once = Once::new();
+
+/// Handles SIGINT, so that children heed it too: they inherit that it is ignored, as it is in what a shell puts into the
+/// background, but not a handler.
+fn heed_sigint() {
+    let ends = Arc::new(AtomicBool::new(true));
+    signal_hook::flag::register_conditional_shutdown(SIGINT, 130, ends)
+        .expect("SIGINT can be handled");
+}
 
 /// A child whose output goes to a file, so that it never waits for a reader.
 pub struct Running {
@@ -38,6 +51,7 @@ impl Running {
     /// Starts `command` on `screen`.
     pub fn on(screen: &Screen, command: &mut Command) -> Self {
         screen.attach(command);
+        HEED_SIGINT.call_once(heed_sigint);
         let child = command
             .spawn()
             .unwrap_or_else(|error| panic!("{command:?} does not start: {error}"));

@@ -8,10 +8,16 @@
 //! f̃ = Z ṽ + M' dṽ/dt,    Z = e^(iφ) Z_p,    M' = e^(iφ) (M + Z_p d),
 //! M'/Z = M/Z_p + d,      so    d = Re(M'/Z) − √((M/|Z|)² − Im²(M'/Z)),    Z_p = M/(M'/Z − d).
 //! ```
+//!
+//! Z_p may change steadily meanwhile. A resonance that moves by 3 Hz a second, taken for one that stands still, passes for a phase
+//! of 0.015 rad, since over some periods of the modulation time itself goes with dṽ/dt.
 
 use crate::zm::{PlateConstants, ZmFrame};
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+/// Frames that lie further apart are of no one course of the plate, s.
+const APART_S: f64 = 0.5;
 
 /// The pickup's phase and delay as the modulation of an unloaded plate shows them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,10 +40,10 @@ pub struct Transient {
 }
 
 impl Transient {
-    /// Fits Z_p and M to frames of the unloaded plate by least squares on the force. Frames need not be contiguous:
-    /// those with two neighbours on either side count. Envelopes that turn, because the drive's carrier is beside
-    /// `carrier_hz`, are first referred to that carrier; derivatives are the differences of fourth order. Returns
-    /// `None` with fewer than three such frames, or without motion.
+    /// Fits M, and in each stretch of frames Z_p and its change with time, to the unloaded plate by least squares on the
+    /// force. Frames need not be contiguous: those with two neighbours on either side count. Envelopes that turn, because
+    /// the drive's carrier is beside `carrier_hz`, are first referred to that carrier; derivatives are the differences of
+    /// fourth order. Returns `None` with too few such frames, or without motion.
     ///
     /// Measured on the exact response of a plate 20 Hz off its stated resonance, index 0.9: phase within 2e-4 rad,
     /// delay within 2 µs (`phase_and_delay_are_told_from_the_resonance`).
@@ -50,8 +56,7 @@ impl Transient {
         let stiffness = plate.stiffness_n_per_m();
         let free_mass_kg = plate.modal_mass_kg + stiffness / omega.powi(2);
         let mut noise = 0.0;
-        // Of each frame ṽ, what M stands before, and f̃.
-        let terms: Vec<[Complex64; 3]> = frames
+        let terms: Vec<Term> = frames
             .windows(5)
             .filter(|w| w[4].sample - w[0].sample == 4 * step)
             .filter(|w| w.iter().all(|frame| frame.mask.is_clear()))
@@ -68,34 +73,36 @@ impl Transient {
                 // Of the slope, both quadratures.
                 noise += 2.0 * 130.0 * (omega * w[2].amplitude_std_m / (12.0 * step_s)).powi(2);
                 let acceleration = i_omega * slope + curvature;
-                [
-                    i_omega * x[2] + slope,
-                    (plate.modal_mass_kg * acceleration - stiffness / i_omega * slope)
+                Term {
+                    time_s: w[2].time_s,
+                    velocity: i_omega * x[2] + slope,
+                    change: (plate.modal_mass_kg * acceleration - stiffness / i_omega * slope)
                         / free_mass_kg,
-                    w[2].drive_v * plate.force_factor_n_per_v,
-                ]
+                    force: w[2].drive_v * plate.force_factor_n_per_v,
+                }
             })
             .collect();
-        if terms.len() < 3 {
+        let stretches: Vec<Stretch> = terms
+            .chunk_by(|a, b| b.time_s - a.time_s <= APART_S)
+            .map(Stretch::of)
+            .collect();
+        let freedom = terms.len().checked_sub(1 + 2 * stretches.len())?;
+        let sum = |of: fn(&Stretch) -> f64| stretches.iter().map(of).sum::<f64>();
+        let velocities = sum(|of| of.velocities);
+        let forces: f64 = terms.iter().map(|term| term.force.norm_sqr()).sum();
+        if freedom == 0 || velocities == 0.0 || forces == 0.0 {
             return None;
         }
-        let sum = |a: usize, b: usize| -> Complex64 {
-            terms.iter().map(|term| term[a].conj() * term[b]).sum()
-        };
-        let [vv, aa, ff] = [0, 1, 2].map(|term| sum(term, term).re);
-        let (va, vf, af) = (sum(0, 1), sum(0, 2), sum(1, 2));
-        if vv == 0.0 || ff == 0.0 {
-            return None;
-        }
-        // What of dṽ/dt is no multiple of ṽ.
-        let apart = aa - va.norm_sqr() / vv;
-        let mass = (af - va.conj() * vf / vv) / apart;
-        let impedance = (vf - mass * va) / vv;
-        let left: f64 = terms
+        let apart = sum(|of| of.changes_apart);
+        let across: Complex64 = stretches.iter().map(|of| of.across_apart).sum();
+        let mass = across / apart;
+        let impedance = stretches
             .iter()
-            .map(|[v, a, f]| (f - impedance * v - mass * a).norm_sqr())
-            .sum();
-        let mass_error = (left / (terms.len() - 2) as f64 / apart).sqrt();
+            .map(|of| of.force_on_velocity - mass * of.change_on_velocity)
+            .sum::<Complex64>()
+            / velocities;
+        let left = (sum(|of| of.forces_apart) - mass.norm_sqr() * apart).max(0.0);
+        let mass_error = (left / freedom as f64 / apart).sqrt();
 
         let ratio_s = mass / impedance;
         // Re(M/Z_p), in which the errors of M' are divided: off the resonance it is small.
@@ -112,8 +119,71 @@ impl Transient {
             delay_s,
             delay_error_s: phase_error_rad * free_mass_kg / impedance.norm(),
             mass_ratio: mass.norm() / free_mass_kg,
-            residual: (left / ff).sqrt(),
+            residual: (left / forces).sqrt(),
         })
+    }
+}
+
+/// A frame of a plate alone.
+struct Term {
+    time_s: f64,
+    /// ṽ, m/s.
+    velocity: Complex64,
+    /// What M stands before, m/s².
+    change: Complex64,
+    /// f̃, N.
+    force: Complex64,
+}
+
+/// Sums over a stretch of frames; what is apart is no multiple of ṽ, neither of one that stays nor of one that grows with time.
+struct Stretch {
+    velocities: f64,
+    force_on_velocity: Complex64,
+    change_on_velocity: Complex64,
+    forces_apart: f64,
+    changes_apart: f64,
+    across_apart: Complex64,
+}
+
+impl Stretch {
+    fn of(terms: &[Term]) -> Self {
+        let velocities: f64 = terms.iter().map(|of| of.velocity.norm_sqr()).sum();
+        let middle_s = terms
+            .iter()
+            .map(|of| of.velocity.norm_sqr() * of.time_s)
+            .sum::<f64>()
+            / velocities;
+        // About this middle, what stays and what grows are orthogonal.
+        let grown = |of: &Term| of.velocity * (of.time_s - middle_s);
+        let growths: f64 = terms.iter().map(|of| grown(of).norm_sqr()).sum();
+        let on = |seen: fn(&Term) -> Complex64| {
+            let (mut stays, mut grows) = (Complex64::ZERO, Complex64::ZERO);
+            for of in terms {
+                stays += of.velocity.conj() * seen(of);
+                grows += grown(of).conj() * seen(of);
+            }
+            (stays, grows)
+        };
+        let (force, change) = (on(|of| of.force), on(|of| of.change));
+        let apart = |a: (Complex64, Complex64), b: (Complex64, Complex64), all: Complex64| {
+            let growing = if growths > 0.0 {
+                a.1.conj() * b.1 / growths
+            } else {
+                Complex64::ZERO
+            };
+            all - a.0.conj() * b.0 / velocities - growing
+        };
+        let all = |a: fn(&Term) -> Complex64, b: fn(&Term) -> Complex64| {
+            terms.iter().map(|of| a(of).conj() * b(of)).sum()
+        };
+        Self {
+            velocities,
+            force_on_velocity: force.0,
+            change_on_velocity: change.0,
+            forces_apart: apart(force, force, all(|of| of.force, |of| of.force)).re,
+            changes_apart: apart(change, change, all(|of| of.change, |of| of.change)).re,
+            across_apart: apart(change, force, all(|of| of.change, |of| of.force)),
+        }
     }
 }
 
@@ -221,6 +291,25 @@ mod tests {
                 assert!(transient.phase_error_rad < 1e-3, "{transient:?}");
                 assert!(transient.residual < 1e-3, "{transient:?}");
             }
+        }
+    }
+
+    #[test]
+    fn a_resonance_that_moves_is_taken_for_no_phase() {
+        for hz_per_s in [-3.0, 3.0] {
+            let mut frames = frames(35e3, 0.95, 0.0, 0.0);
+            // Two stretches, between which the plate has moved too.
+            frames.drain(660..1800);
+            for frame in &mut frames {
+                let added =
+                    -Complex64::I * TAU * hz_per_s * frame.time_s * 2.0 * PLATE.modal_mass_kg;
+                let velocity = Complex64::I * TAU * CARRIER_HZ * frame.displacement_m;
+                frame.drive_v += added * velocity / PLATE.force_factor_n_per_v;
+            }
+            let transient = Transient::fit(&frames, CARRIER_HZ, &PLATE).unwrap();
+            assert_abs_diff_eq!(transient.phase_rad, 0.0, epsilon = 1e-3);
+            assert_abs_diff_eq!(transient.delay_s, 0.0, epsilon = 2e-6);
+            assert!(transient.phase_error_rad < 1e-3, "{transient:?}");
         }
     }
 

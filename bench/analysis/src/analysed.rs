@@ -124,9 +124,15 @@ impl RecordingFindings {
         Some(z_p.conditions(assumed, self.manifest.carrier_hz, &stated))
     }
 
-    /// Returns the finger fitted on the first instance, which the model check extrapolates.
+    /// Returns the finger by `dynamic` of the first instance that it can use, which the model check extrapolates.
     pub fn first_finger(&self) -> Option<&FittedFinger> {
-        self.instances.first().map(|instance| &instance.finger)
+        self.first_by_dynamic().map(|instance| &instance.finger)
+    }
+
+    /// Returns the first instance that `dynamic` can use.
+    pub(crate) fn first_by_dynamic(&self) -> Option<&InstanceAnalysis> {
+        let mut instances = self.instances.iter();
+        instances.find(|instance| instance.estimated(Method::Dynamic).is_some())
     }
 }
 

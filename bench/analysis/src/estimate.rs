@@ -71,16 +71,32 @@ impl<'a> InstanceBy<'a> {
 }
 
 impl InstanceAnalysis {
-    /// Returns the estimate by a method; `None` by `trial` where its fit cannot be used.
+    /// Returns the estimate by a method; `None` where its fit cannot be used.
     pub fn estimated(&self, method: Method) -> Option<&Estimated> {
-        match method {
-            Method::Paper => Some(&self.paper),
-            Method::Dynamic => Some(&self.dynamic),
-            Method::Trial => self.trial.as_ref(),
-        }
+        let estimated = match method {
+            Method::Paper => &self.paper,
+            Method::Dynamic => &self.dynamic,
+            Method::Trial => self.trial.as_ref()?,
+        };
+        estimated.verdict.is_usable().then_some(estimated)
     }
 
-    /// Returns the instance as a method sees it; `None` by `trial` where its fit cannot be used.
+    /// Returns why `paper` or `dynamic` cannot be used; `None` if both can.
+    pub fn unusable(&self) -> Option<EstimateError> {
+        let alone = [
+            (Method::Paper, &self.paper),
+            (Method::Dynamic, &self.dynamic),
+        ];
+        let (method, estimated) = alone
+            .into_iter()
+            .find(|(_, estimated)| !estimated.verdict.is_usable())?;
+        Some(EstimateError::Unusable {
+            method,
+            verdict: estimated.verdict.clone(),
+        })
+    }
+
+    /// Returns the instance as a method sees it; `None` where its fit cannot be used.
     pub fn by(&self, method: Method) -> Option<InstanceBy<'_>> {
         self.estimated(method).map(|estimated| InstanceBy {
             instance: self,
@@ -207,10 +223,11 @@ pub enum EstimateError {
     },
 }
 
-/// Estimates one instance of an exploration by both methods.
+/// Estimates one instance of an exploration by both methods that take it alone. Their verdicts say whether they can be used: what they
+/// assume of the skin may be too far from it, where all instances together still tell.
 ///
 /// # Errors
-/// Either method fails; so the methods are always compared on the same instances.
+/// Either method cannot be fitted.
 pub fn estimate(
     (series, under_finger): (&FrameSeries, &UnderFinger),
     (exploration, direction): (usize, Direction),
@@ -227,17 +244,6 @@ pub fn estimate(
     let paper = paper::fit(&by_paper, conditions, &paper_options).map_err(of(Method::Paper))?;
     let dynamic =
         dynamic::fit(&by_dynamic, conditions, &dynamic_options).map_err(of(Method::Dynamic))?;
-    for (method, verdict) in [
-        (Method::Paper, &paper.verdict),
-        (Method::Dynamic, &dynamic.verdict),
-    ] {
-        if !verdict.is_usable() {
-            return Err(EstimateError::Unusable {
-                method,
-                verdict: verdict.clone(),
-            });
-        }
-    }
 
     let measured = Measured::of(&samples, conditions, modal_mass_kg);
     let at_rest = paper.rest;

@@ -179,7 +179,7 @@ fn smoothed_plain(frames: &[ZmFrame], instance: Range<usize>) -> Vec<Complex64> 
 pub struct PlateReading {
     /// Mean of the plain ratio, as published, N·s/m.
     pub plain_n_s_per_m: Complex64,
-    /// Mean of the corrected impedance, each frame with its own precision, N·s/m.
+    /// Corrected impedance at the middle of the frames' times, each frame with its own precision, N·s/m.
     pub corrected_n_s_per_m: Complex64,
     /// Number of frames used.
     pub frames: usize,
@@ -189,26 +189,43 @@ pub struct PlateReading {
 pub const FEWEST_PLATE_FRAMES: usize = 100;
 
 /// Reads Z_p from the frames of the unloaded intervals; `None` with fewer than [`FEWEST_PLATE_FRAMES`] that can be
-/// used.
+/// used. What is corrected is read off a straight line in time at its middle: the frames of great amplitude count most, and lie
+/// elsewhere, where a plate that drifts has another impedance.
 pub fn plate<'a>(unloaded: impl IntoIterator<Item = &'a ZmFrame>) -> Option<PlateReading> {
-    let (mut plain, mut corrected) = (Complex64::ZERO, Complex64::ZERO);
-    let (mut weights, mut frames) = (0.0, 0);
-    for frame in unloaded {
-        if frame.mask != Mask::CLEAR {
-            continue;
-        }
-        let weight = frame.corrected_std_n_s_per_m.powi(-2);
-        // Without any noise, as in synthetic recordings, all frames are alike.
-        let weight = if weight.is_finite() { weight } else { 1.0 };
-        plain += frame.plain_n_s_per_m;
-        corrected += frame.corrected_n_s_per_m * weight;
-        weights += weight;
-        frames += 1;
+    let usable = unloaded
+        .into_iter()
+        .filter(|frame| frame.mask == Mask::CLEAR);
+    let frames: Vec<(&ZmFrame, f64)> = usable
+        .map(|frame| {
+            let weight = frame.corrected_std_n_s_per_m.powi(-2);
+            // Without any noise, as in synthetic recordings, all frames are alike.
+            (frame, if weight.is_finite() { weight } else { 1.0 })
+        })
+        .collect();
+    if frames.len() < FEWEST_PLATE_FRAMES {
+        return None;
     }
-    (frames >= FEWEST_PLATE_FRAMES).then(|| PlateReading {
-        plain_n_s_per_m: plain / frames as f64,
-        corrected_n_s_per_m: corrected / weights,
-        frames,
+    let n = frames.len() as f64;
+    let plain = frames.iter().map(|(frame, _)| frame.plain_n_s_per_m);
+    let middle_s = frames.iter().map(|(frame, _)| frame.time_s).sum::<f64>() / n;
+    let weights: f64 = frames.iter().map(|(_, weight)| weight).sum();
+    let weighted = |of: &dyn Fn(&ZmFrame) -> Complex64| {
+        let each = frames.iter().map(|(frame, weight)| of(frame) * weight);
+        each.sum::<Complex64>() / weights
+    };
+    let mean = weighted(&|frame| frame.corrected_n_s_per_m);
+    let mean_s = weighted(&|frame| frame.time_s.into()).re;
+    let across = weighted(&|frame| (frame.time_s - mean_s) * (frame.corrected_n_s_per_m - mean));
+    let spread = weighted(&|frame| (frame.time_s - mean_s).powi(2).into()).re;
+    let per_s = if spread > 0.0 {
+        across / spread
+    } else {
+        Complex64::ZERO
+    };
+    Some(PlateReading {
+        plain_n_s_per_m: plain.sum::<Complex64>() / n,
+        corrected_n_s_per_m: mean + per_s * (middle_s - mean_s),
+        frames: frames.len(),
     })
 }
 

@@ -12,7 +12,7 @@ use crate::analysis_settings::Settings;
 use crate::demodulated::{self, DemodulatedRecording};
 use contact::fit::trial::PlateReadings;
 
-use crate::estimate::estimate;
+use crate::estimate::{InstanceAnalysis, estimate};
 use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 use crate::free_plate::{FreePlate, pickup_flaws};
@@ -89,7 +89,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
     let readings = plate_references::read(&record, rules.contact_n / 2.0);
     findings.fit_together(&readings, settings);
-    if let Some(first) = findings.instances.first() {
+    if let Some(first) = findings.first_by_dynamic() {
         findings.model_check = model_check::bands(
             &first.finger,
             (first.start_s, first.end_s),
@@ -217,13 +217,41 @@ impl RecordingFindings {
         self.explorations.push(exploration);
     }
 
-    /// Fits all estimated instances together.
+    /// Fits all instances together. Those that a method which takes them alone cannot use are kept only if this one can.
     fn fit_together(&mut self, readings: &PlateReadings, settings: &Settings) {
         let Some(conditions) = self.conditions(settings.assumed()) else {
             return;
         };
-        let plate = (&conditions, &self.manifest.plate);
-        self.trial = whole_trial::fit(&mut self.instances, plate, readings, settings).ok();
+        let fit = |findings: &mut Self| {
+            let plate = (&conditions, &findings.manifest.plate);
+            findings.trial =
+                whole_trial::fit(&mut findings.instances, plate, readings, settings).ok();
+        };
+        fit(self);
+        if self.drop_unusable() {
+            fit(self);
+        }
+    }
+
+    /// Rejects each instance that no method can use which needs no other; returns whether there are any.
+    fn drop_unusable(&mut self) -> bool {
+        let unusable = |instance: &InstanceAnalysis| match instance.trial {
+            Some(_) => None,
+            None => instance.unusable(),
+        };
+        let (kept, dropped): (Vec<_>, Vec<_>) = std::mem::take(&mut self.instances)
+            .into_iter()
+            .partition(|instance| unusable(instance).is_none());
+        self.instances = kept;
+        for instance in &dropped {
+            if let Some(why) = unusable(instance) {
+                let span = (instance.start_s, instance.end_s);
+                self.reject(instance.direction, span, &why.to_string());
+            }
+        }
+        self.rejected
+            .sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+        !dropped.is_empty() && !self.instances.is_empty()
     }
 }
 

@@ -45,8 +45,8 @@ pub enum UnloadedError {
     },
 }
 
-/// Reads Z_p over the unloaded intervals, each cut to whole periods of the modulation: over those the transient that
-/// the plain ratio holds averages out. Frames under a finger (`off_n` or more) are left out.
+/// Reads Z_p over the unloaded intervals, that of the plain ratio over whole periods of the modulation: over those the transient
+/// that it holds averages out. Frames under a finger (`off_n` or more) are left out.
 ///
 /// # Errors
 /// [`UnloadedError`] names what is missing.
@@ -59,10 +59,11 @@ pub fn read(
     if intervals.is_empty() {
         return Err(UnloadedError::NoInterval);
     }
-    let mut free: Vec<ZmFrame> = Vec::new();
+    let (mut free, mut whole): (Vec<ZmFrame>, Vec<ZmFrame>) = Default::default();
     let (mut touched, mut most_n, mut interval_s) = (0u32, f64::NEG_INFINITY, 0.0);
     for &(start_s, end_s) in intervals {
-        let series = record.series(start_s, whole_periods_end_s(start_s, end_s, modulation_hz));
+        let series = record.series(start_s, end_s);
+        let whole_end_s = whole_periods_end_s(start_s, end_s, modulation_hz);
         if let [first, .., last] = series.time_s[..] {
             interval_s = (last - first) / (series.time_s.len() - 1) as f64;
         }
@@ -73,15 +74,20 @@ pub fn read(
                 most_n = most_n.max(normal_n.abs());
             } else if frame.mask.is_clear() {
                 free.push(*frame);
+                whole.extend((frame.time_s < whole_end_s).then_some(*frame));
             }
         }
     }
     let frames = free.len();
-    let plate = plate(&free).ok_or(if touched > 0 {
+    let (by_all, by_whole) = plate(&free).zip(plate(&whole)).ok_or(if touched > 0 {
         UnloadedError::Touched { most_n }
     } else {
         UnloadedError::TooShort { frames }
     })?;
+    let plate = PlateReading {
+        plain_n_s_per_m: by_whole.plain_n_s_per_m,
+        ..by_all
+    };
     // Weighted by |ṽ|², as white noise on the force would have it.
     let weight = |frame: &ZmFrame| frame.amplitude_m.powi(2);
     let weights: f64 = free.iter().map(weight).sum();

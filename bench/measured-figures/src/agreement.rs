@@ -122,13 +122,13 @@ fn by_methods(clouds: &[(Method, Vec<Pair>)]) -> String {
 /// Returns, for each instance, the mean of the samples where `paper` reads Z_m⁰.
 fn initialisation(analysed: &Analysed) -> Vec<Pair> {
     let of = |i: &InstanceAnalysis| -> Option<Pair> {
-        let up_to_m = i.paper.rest?.up_to_amplitude_m;
+        let paper = i.estimated(Method::Paper)?;
+        let up_to_m = paper.rest?.up_to_amplitude_m;
         let pairs: Vec<Pair> = (0..i.samples.mu().len())
             .filter(|&k| {
-                i.samples.amplitude_m(Method::Paper)[k] <= up_to_m
-                    && i.paper.series.mu[k].is_finite()
+                i.samples.amplitude_m(Method::Paper)[k] <= up_to_m && paper.series.mu[k].is_finite()
             })
-            .map(|k| (i.samples.mu()[k], i.paper.series.mu[k]))
+            .map(|k| (i.samples.mu()[k], paper.series.mu[k]))
             .collect();
         let n = pairs.len() as f64;
         let sum = pairs

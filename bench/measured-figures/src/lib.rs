@@ -13,6 +13,7 @@ mod variation;
 use std::path::{Path, PathBuf};
 
 use analysis::analysed::{Analysed, RecordingFindings};
+use analysis::estimate::Method;
 use figures::Figure;
 use sessions::Sessions;
 
@@ -41,10 +42,14 @@ pub fn measured_figures(analysed: &Analysed, sessions: &Sessions, drawn: &Drawn)
 fn typical(analysed: &Analysed) -> Option<&RecordingFindings> {
     let mut by_sigma: Vec<(f64, &RecordingFindings)> = analysed
         .findings()
-        .filter(|found| !found.instances.is_empty())
-        .map(|found| {
-            let sum: f64 = found.instances.iter().map(|i| i.dynamic.sigma_t_m).sum();
-            (sum / found.instances.len() as f64, found)
+        .filter_map(|found| {
+            let usable = found
+                .instances
+                .iter()
+                .filter_map(|i| i.estimated(Method::Dynamic));
+            let sigmas_m: Vec<f64> = usable.map(|of| of.sigma_t_m).collect();
+            let mean_m = sigmas_m.iter().sum::<f64>() / sigmas_m.len() as f64;
+            mean_m.is_finite().then_some((mean_m, found))
         })
         .collect();
     by_sigma.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use super::members::{
     ANGLE, ANGLE_OF_ALL, BOW, COURSE, Covariance, DAMPING, FILM_MEAN, GROWTH, LAG_GROWTH, Member,
-    Minimised, OF_INSTANCE, OWN, Own, REACTANCE, RESIDUAL, RESIDUAL_OF_ALL, SHARED, SIGMA_T,
+    Minimised, OF_INSTANCE, OWN, Own, Q0, REACTANCE, RESIDUAL, RESIDUAL_OF_ALL, SHARED, SIGMA_T,
     Shared, TILT, TISSUE, courses,
 };
 use super::plate::{self, OffsetPrior, PlateApart, PlateReadings};
@@ -14,6 +14,7 @@ use super::prior::{LogNormal, Normal, TrialPriors};
 use super::scatter::{Kinds, Scatter};
 use crate::calibration_errors::{ByError, ERRORS};
 use crate::fit::fit_error::FitError;
+use crate::fit::lagged_model::Beside;
 use crate::fit::least_squares::ImpedanceModel;
 use crate::fit::sigma_search::sigma_starts;
 use crate::fit::transient::Transient;
@@ -27,8 +28,8 @@ const STARTS: [(f64, f64); 4] = [
     (300e-6, 2e-3),
     (150e-6, 0.7e-3),
 ];
-/// How far from the last instance's an instance's ln σ_t starts at most.
-const NEAR: f64 = 0.5;
+/// Parts of its median that q0 is tried with at each start.
+const Q0_STARTS: [f64; 3] = [0.5, 1.0, 2.0];
 /// Part by which the squares of two minima differ that are the same.
 const THE_SAME: f64 = 1e-3;
 /// Standard deviation of a residual's component that the first search weighs priors with, N·s/m.
@@ -189,9 +190,11 @@ impl<'a> Search<'a> {
         best
     }
 
+    /// Returns where a search begins: with the q0 and the σ_t, of all instances alike, that leave least of Z_m where each
+    /// instance has the Z_t and the plate's reactance that go best with them.
     fn start(&mut self, area_m2: f64, tau_s: f64) -> Option<(Shared, Vec<Own>)> {
         let priors = &self.priors;
-        let shared = Shared::from([
+        let mut shared = Shared::from([
             area_m2.ln(),
             priors.q0_rad_per_m.median.ln(),
             priors.loss_factor.median.ln(),
@@ -209,29 +212,36 @@ impl<'a> Search<'a> {
             0.0,
             0.0,
         ]);
-        let mut own = Vec::with_capacity(self.members.len());
-        let mut last: Option<f64> = None;
-        for member in &mut self.members {
-            let mut best_of = |allowed: &dyn Fn(f64) -> bool| {
-                let candidates: Vec<_> = sigma_starts()
-                    .map(f64::ln)
-                    .filter(|ln_sigma_t| allowed(*ln_sigma_t))
-                    .map(|ln_sigma_t| {
-                        let mut at = Own::zeros();
-                        at[SIGMA_T] = ln_sigma_t;
-                        member.parameters(&shared, &at)
+        let median = priors.q0_rad_per_m.median;
+        let mut best: Option<(f64, Shared, f64, Vec<Beside>)> = None;
+        for part in Q0_STARTS {
+            shared[Q0] = (median * part).ln();
+            for sigma_t_m in sigma_starts() {
+                let mut own = Own::zeros();
+                own[SIGMA_T] = sigma_t_m.ln();
+                let members = self.members.iter_mut();
+                let beside: Option<Vec<Beside>> = members
+                    .map(|member| {
+                        let candidate = member.parameters(&shared, &own);
+                        member.model.beside(&candidate)
                     })
                     .collect();
-                member.model.best_start(candidates)
-            };
-            let near = last.and_then(|last| best_of(&|of| (of - last).abs() < NEAR));
-            let best = near.or_else(|| best_of(&|_| true))?;
-            let mut at: Own = OF_INSTANCE.map(|parameter| best[parameter]).into();
-            last = Some(at[SIGMA_T]);
-            (at[DAMPING], at[REACTANCE]) = (0.0, 0.0);
-            own.push(at);
+                let Some(beside) = beside else { continue };
+                let square = beside.iter().map(|of| of.square).sum();
+                if best.as_ref().is_none_or(|(least, ..)| square < *least) {
+                    best = Some((square, shared, own[SIGMA_T], beside));
+                }
+            }
         }
-        Some((shared, own))
+        let (_, shared, ln_sigma_t, beside) = best?;
+        let own = beside.iter().map(|of| {
+            let mut own = Own::zeros();
+            own[SIGMA_T] = ln_sigma_t;
+            (own[TISSUE[0]], own[TISSUE[1]]) = (of.z_t.re, of.z_t.im);
+            own[REACTANCE] = of.reactance;
+            own
+        });
+        Some((shared, own.collect()))
     }
 
     /// Minimises from a minimum nearby, with what it tells of the trends within the instances, of the plate's course, and of

@@ -73,7 +73,7 @@ pub enum Command {
     Init(setup::Options),
     /// List the audio devices, serial ports and GPIO chips of this computer.
     Devices(Devices),
-    /// Analyse recordings: impedance, gap and friction by both methods.
+    /// Analyse recordings: impedance, gap and friction by each method.
     Analyze(Analyze),
     /// Verify that a study is all there and as it was recorded.
     Verify(Verify),

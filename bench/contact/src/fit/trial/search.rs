@@ -190,8 +190,8 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// Returns where a search begins: with the q0 and the σ_t, of all instances alike, that leave least of Z_m where each
-    /// instance has the Z_t and the plate's reactance that go best with them.
+    /// Returns where a search begins: with the q0 and the σ_t, of all instances alike, that leave least of Z_m of the first, the
+    /// middle and the last one, where each has the Z_t and the plate's reactance that go best with them.
     fn start(&mut self, area_m2: f64, tau_s: f64) -> Option<(Shared, Vec<Own>)> {
         let priors = &self.priors;
         let mut shared = Shared::from([
@@ -213,35 +213,44 @@ impl<'a> Search<'a> {
             0.0,
         ]);
         let median = priors.q0_rad_per_m.median;
-        let mut best: Option<(f64, Shared, f64, Vec<Beside>)> = None;
+        let last = self.members.len() - 1;
+        let mut some = vec![0, last / 2, last];
+        some.dedup();
+        let all: Vec<usize> = (0..=last).collect();
+        let mut best: Option<(f64, Shared, Own)> = None;
         for part in Q0_STARTS {
             shared[Q0] = (median * part).ln();
             for sigma_t_m in sigma_starts() {
                 let mut own = Own::zeros();
                 own[SIGMA_T] = sigma_t_m.ln();
-                let members = self.members.iter_mut();
-                let beside: Option<Vec<Beside>> = members
-                    .map(|member| {
-                        let candidate = member.parameters(&shared, &own);
-                        member.model.beside(&candidate)
-                    })
-                    .collect();
-                let Some(beside) = beside else { continue };
+                let Some(beside) = self.beside(&some, &shared, &own) else {
+                    continue;
+                };
                 let square = beside.iter().map(|of| of.square).sum();
-                if best.as_ref().is_none_or(|(least, ..)| square < *least) {
-                    best = Some((square, shared, own[SIGMA_T], beside));
+                if best.is_none_or(|(least, ..)| square < least) {
+                    best = Some((square, shared, own));
                 }
             }
         }
-        let (_, shared, ln_sigma_t, beside) = best?;
+        let (_, shared, found) = best?;
+        let beside = self.beside(&all, &shared, &found)?;
         let own = beside.iter().map(|of| {
-            let mut own = Own::zeros();
-            own[SIGMA_T] = ln_sigma_t;
+            let mut own = found;
             (own[TISSUE[0]], own[TISSUE[1]]) = (of.z_t.re, of.z_t.im);
             own[REACTANCE] = of.reactance;
             own
         });
         Some((shared, own.collect()))
+    }
+
+    /// Returns what goes best with the parameters at each of some instances; `None` where the model allows no such contact.
+    fn beside(&mut self, some: &[usize], shared: &Shared, own: &Own) -> Option<Vec<Beside>> {
+        let each = some.iter().map(|&index| {
+            let member = &mut self.members[index];
+            let candidate = member.parameters(shared, own);
+            member.model.beside(&candidate)
+        });
+        each.collect()
     }
 
     /// Minimises from a minimum nearby, with what it tells of the trends within the instances, of the plate's course, and of

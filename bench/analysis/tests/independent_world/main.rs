@@ -16,6 +16,7 @@ use std::sync::OnceLock;
 
 use analysis::Settings;
 use analysis::analysed::RecordingFindings;
+use analysis::method::Method;
 use analysis::recording_analysis::analyse;
 use contact::uncertain::{LogUncertain, Uncertain};
 use num_complex::Complex64;
@@ -182,7 +183,8 @@ impl Errors {
     }
 }
 
-fn errors(world: &World) -> Errors {
+/// Makes a recording, and analyses it.
+fn recorded(world: &World) -> (RecordingFindings, Truth) {
     let folder = tempfile::tempdir().unwrap();
     let made = Command::new(program())
         .arg(folder.path())
@@ -192,11 +194,16 @@ fn errors(world: &World) -> Errors {
     assert!(made.success());
     let found = analyse(folder.path(), &Settings::default()).found.unwrap();
     assert_eq!(found.instances.len(), 7, "{:?}", found.rejected);
+    (found, Truth::read(folder.path()))
+}
+
+fn errors(world: &World) -> Errors {
+    let (found, truth) = recorded(world);
     let is = |name: &str, usual: f64| {
         let mut stated = world.iter();
         stated.find(|of| of.0 == name).map_or(usual, |of| of.1)
     };
-    Errors::of(&found, &Truth::read(folder.path()), is)
+    Errors::of(&found, &truth, is)
 }
 
 fn assert_found(worlds: Vec<(String, World)>) {
@@ -227,6 +234,24 @@ fn one_thing_that_is_not_as_assumed_is_found() {
     worlds.extend([3e-5, 2e-4].map(|mean_s| one("film_mean_s", mean_s)));
     worlds.push(one("pickup_phase_rad", -0.3));
     assert_found(worlds);
+}
+
+/// Where the skin is as `dynamic` assumes it.
+#[test]
+fn dynamic_bears_a_plate_that_drifts() {
+    for drift_hz in [-10.0, 10.0] {
+        let (found, truth) = recorded(&vec![("drift_hz", drift_hz)]);
+        for instance in &found.instances {
+            let of = instance.estimated(Method::Dynamic).unwrap();
+            let sigma_t_m = truth.mean("sigma_t_m", instance.start_s, instance.end_s);
+            let error = (of.sigma_t_m / sigma_t_m - 1.0).abs();
+            assert!(
+                error < 0.02,
+                "{drift_hz} Hz, {} s: {error}",
+                instance.start_s
+            );
+        }
+    }
 }
 
 fn drawn(seed: u64) -> World {

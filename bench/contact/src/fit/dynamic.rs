@@ -160,7 +160,11 @@ fn solve(model: &mut LaggedModel<'_>, options: &DynamicOptions) -> Result<JointS
     let (free, at_bound) = (&with_offset[..4 + offset], &without_tau[..3 + offset]);
     let starts: Vec<_> = TAU_STARTS_S
         .iter()
-        .filter_map(|&tau_s| start(model, tau_s))
+        .flat_map(|&tau_s| {
+            let apart = options.plate_offset.then(|| start_apart(model, tau_s));
+            [start(model, tau_s), apart.flatten()]
+        })
+        .flatten()
         .collect();
     let mut solutions: Vec<JointSolution> = Vec::with_capacity(starts.len());
     for start in starts {
@@ -197,6 +201,24 @@ fn start(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
         .map(|sigma_t_m| model.assumed_parameters(sigma_t_m, tau_s))
         .collect();
     model.best_start(candidates)
+}
+
+/// Returns the start at which the plate may already be another than it was unloaded.
+fn start_apart(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
+    let (mut least, mut best) = (f64::INFINITY, None);
+    for sigma_t_m in sigma_starts() {
+        let mut parameters = model.assumed_parameters(sigma_t_m, tau_s);
+        let Some(beside) = model.beside(&parameters) else {
+            continue;
+        };
+        if beside.square < least {
+            least = beside.square;
+            (parameters[RE_Z_T], parameters[IM_Z_T]) = (beside.z_t.re, beside.z_t.im);
+            parameters[IM_OFFSET] = beside.reactance;
+            best = Some(parameters);
+        }
+    }
+    best
 }
 
 impl JointSolution {

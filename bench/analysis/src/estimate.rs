@@ -223,8 +223,8 @@ pub enum EstimateError {
     },
 }
 
-/// Estimates one instance of an exploration by both methods that take it alone. Their verdicts say whether they can be used: what they
-/// assume of the skin may be too far from it, where all instances together still tell.
+/// Estimates one instance of an exploration by both methods that take it alone. Their verdicts say whether they can be
+/// used: what they assume of the skin may be too far from it, where all instances together still tell.
 ///
 /// # Errors
 /// Either method cannot be fitted.

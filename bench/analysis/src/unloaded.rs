@@ -45,8 +45,8 @@ pub enum UnloadedError {
     },
 }
 
-/// Reads Z_p over the unloaded intervals, that of the plain ratio over whole periods of the modulation: over those the transient
-/// that it holds averages out. Frames under a finger (`off_n` or more) are left out.
+/// Reads Z_p over the unloaded intervals, that of the plain ratio over whole periods of the modulation: over those the
+/// transient that it holds averages out. Frames under a finger (`off_n` or more) are left out.
 ///
 /// # Errors
 /// [`UnloadedError`] names what is missing.

@@ -9,8 +9,8 @@
 //! M'/Z = M/Z_p + d,      so    d = Re(M'/Z) − √((M/|Z|)² − Im²(M'/Z)),    Z_p = M/(M'/Z − d).
 //! ```
 //!
-//! Z_p may change steadily meanwhile. A resonance that moves by 3 Hz a second, taken for one that stands still, passes for a phase
-//! of 0.015 rad, since over some periods of the modulation time itself goes with dṽ/dt.
+//! Z_p may change steadily meanwhile. A resonance that moves by 3 Hz a second, taken for one that stands still, passes for
+//! a phase of 0.015 rad, since over some periods of the modulation time itself goes with dṽ/dt.
 
 use crate::zm::{PlateConstants, ZmFrame};
 use num_complex::Complex64;
@@ -135,7 +135,8 @@ struct Term {
     force: Complex64,
 }
 
-/// Sums over a stretch of frames; what is apart is no multiple of ṽ, neither of one that stays nor of one that grows with time.
+/// Sums over a stretch of frames; what is apart is no multiple of ṽ, neither of one that stays nor of one that grows
+/// with time.
 struct Stretch {
     velocities: f64,
     force_on_velocity: Complex64,

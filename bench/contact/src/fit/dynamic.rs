@@ -205,20 +205,15 @@ fn start(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
 
 /// Returns the start at which the plate may already be another than it was unloaded.
 fn start_apart(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
-    let (mut least, mut best) = (f64::INFINITY, None);
-    for sigma_t_m in sigma_starts() {
+    let candidates = sigma_starts().filter_map(|sigma_t_m| {
         let mut parameters = model.assumed_parameters(sigma_t_m, tau_s);
-        let Some(beside) = model.beside(&parameters) else {
-            continue;
-        };
-        if beside.square < least {
-            least = beside.square;
-            (parameters[RE_Z_T], parameters[IM_Z_T]) = (beside.z_t.re, beside.z_t.im);
-            parameters[IM_OFFSET] = beside.reactance;
-            best = Some(parameters);
-        }
-    }
-    best
+        let beside = model.beside(&parameters)?;
+        (parameters[RE_Z_T], parameters[IM_Z_T]) = (beside.z_t.re, beside.z_t.im);
+        parameters[IM_OFFSET] = beside.reactance;
+        Some((beside.square, parameters))
+    });
+    let best = candidates.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    Some(best.1)
 }
 
 impl JointSolution {

@@ -13,8 +13,8 @@ use super::plate::{self, OffsetPrior, PlateApart, PlateReadings};
 use super::prior::{LogNormal, Normal, TrialPriors};
 use super::scatter::{Kinds, Scatter};
 use crate::calibration_errors::{ByError, ERRORS};
+use crate::fit::beside::Beside;
 use crate::fit::fit_error::FitError;
-use crate::fit::lagged_model::Beside;
 use crate::fit::least_squares::ImpedanceModel;
 use crate::fit::sigma_search::sigma_starts;
 use crate::fit::transient::Transient;
@@ -190,8 +190,8 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// Returns where a search begins: with the q0 and the σ_t, of all instances alike, that leave least of Z_m of the first, the
-    /// middle and the last one, where each has the Z_t and the plate's reactance that go best with them.
+    /// Returns where a search begins: with the q0 and the σ_t, of all instances alike, that leave least of Z_m of the
+    /// first, the middle and the last one, where each has the Z_t and the plate's reactance that go best with them.
     fn start(&mut self, area_m2: f64, tau_s: f64) -> Option<(Shared, Vec<Own>)> {
         let priors = &self.priors;
         let mut shared = Shared::from([
@@ -212,27 +212,22 @@ impl<'a> Search<'a> {
             0.0,
             0.0,
         ]);
-        let median = priors.q0_rad_per_m.median;
+        let ln_q0 = shared[Q0];
         let last = self.members.len() - 1;
         let mut some = vec![0, last / 2, last];
         some.dedup();
+        let tried = Q0_STARTS
+            .iter()
+            .flat_map(|part| sigma_starts().map(move |sigma_t_m| (part.ln(), sigma_t_m.ln())));
+        let left = tried.filter_map(|(ln_part, ln_sigma_t)| {
+            shared[Q0] = ln_q0 + ln_part;
+            let mut own = Own::zeros();
+            own[SIGMA_T] = ln_sigma_t;
+            let beside = self.beside(&some, &shared, &own)?;
+            Some((beside.iter().map(|of| of.square).sum::<f64>(), shared, own))
+        });
+        let (_, shared, found) = left.min_by(|(a, ..), (b, ..)| a.total_cmp(b))?;
         let all: Vec<usize> = (0..=last).collect();
-        let mut best: Option<(f64, Shared, Own)> = None;
-        for part in Q0_STARTS {
-            shared[Q0] = (median * part).ln();
-            for sigma_t_m in sigma_starts() {
-                let mut own = Own::zeros();
-                own[SIGMA_T] = sigma_t_m.ln();
-                let Some(beside) = self.beside(&some, &shared, &own) else {
-                    continue;
-                };
-                let square = beside.iter().map(|of| of.square).sum();
-                if best.is_none_or(|(least, ..)| square < least) {
-                    best = Some((square, shared, own));
-                }
-            }
-        }
-        let (_, shared, found) = best?;
         let beside = self.beside(&all, &shared, &found)?;
         let own = beside.iter().map(|of| {
             let mut own = found;

@@ -39,7 +39,6 @@ use super::lagged_model::LaggedModel;
 use super::least_squares::{ImpedanceModel, Minimum};
 use super::series::{InstanceSeries, mean};
 use crate::calibration_errors::CalibrationErrors;
-use crate::parameters::RESIDUAL_MOBILITY;
 use crate::residual_noise::ResidualNoise;
 use crate::uncertain::{LogUncertain, Uncertain};
 
@@ -122,7 +121,10 @@ pub fn fit(
     let z_p = conditions.z_p_corrected_n_s_per_m;
     let mut members = Vec::with_capacity(instances.len());
     for (instance, placed) in instances.iter().zip(placed) {
-        let model = LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)?;
+        let mut model = LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)?;
+        // Of all places alike, and of each by itself.
+        model.residual_mobility_std =
+            std::f64::consts::SQRT_2 * options.priors.residual_mobility_std_m_per_n_s;
         members.push((model, placed.off_centre_m / ALONG_M));
     }
     let times_s: Vec<f64> = members.iter().map(|of| of.0.middle_s).collect();
@@ -197,10 +199,6 @@ fn report(
             noise: ResidualNoise::of(residuals, &shapes, OWN),
         };
         let (model, samples) = (&mut member.model, instance.instance());
-        // Other modes move the film too, by as much as they are found to move the finger: that is not fitted.
-        let of_modes = of_instance.covariance.as_ref();
-        let of_modes = of_modes.map_or(0.0, |of| of[(RESIDUAL_MOBILITY, RESIDUAL_MOBILITY)].sqrt());
-        model.residual_mobility_std = parameters[RESIDUAL_MOBILITY].hypot(of_modes);
         let contact = model.follow(&parameters).ok_or(FitError::NoStart)?;
         let law = match (&friction, &spread, &of_instance.covariance) {
             (Some(friction), Some(spread), Some(covariance)) => {

@@ -1,4 +1,4 @@
-//! What a contact leaves open of tissues and plate, found without a search: where searches begin.
+//! Finds tissues and plate beside a given contact, without a search: where searches begin.
 
 use num_complex::Complex64;
 
@@ -8,7 +8,7 @@ use crate::parameters::{IM_OFFSET, PARAMETERS, RE_OFFSET};
 /// Times that tissues and plate are found in turn.
 const TURNS: usize = 4;
 
-/// What goes best with a candidate's contact.
+/// Tissues and plate that go best with a candidate's contact.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beside {
     /// Z_t, N·s/m.

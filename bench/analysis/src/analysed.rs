@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use contact::fit::FitConditions;
-use contact::fit::trial::SharedFit;
 use contact::{AssumedConstants, FittedFinger};
+use estimation::FitConditions;
+use estimation::trial::SharedFit;
 use protocols::{Direction, SelectionRules};
 
 use crate::analysis_settings::Settings;

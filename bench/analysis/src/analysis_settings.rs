@@ -1,7 +1,7 @@
 //! Every number that an analysis assumes, by name and unit; every result prints them.
 
 use contact::AssumedConstants;
-use contact::fit::{dynamic, paper, trial};
+use estimation::{dynamic, paper, trial};
 use protocols::SelectionRules;
 use serde::Serialize;
 use strict::TomlError;

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use contact::Contact;
-use contact::fit::{FitConditions, FitError, ModelledSeries, dynamic, paper};
+use estimation::{FitConditions, FitError, ModelledSeries, dynamic, paper};
 
 use crate::analysed::{Analysed, RecordingFindings};
 use crate::analysis_settings::Settings;

@@ -1,11 +1,11 @@
 //! Estimates an instance by both methods that take it alone, and gives what a whole trial's fit says of it the same form.
 
-use contact::fit::paper::RestReading;
-use contact::fit::{
+use contact::{AssumedConstants, Contact, FittedFinger};
+use estimation::paper::RestReading;
+use estimation::{
     Agreement, EstimatedSeries, FitConditions, FitError, FitVerdict, InstanceFit, ModelledSeries,
     Sensitivities, dynamic, paper,
 };
-use contact::{AssumedConstants, Contact, FittedFinger};
 use num_complex::Complex64;
 use protocols::{Direction, Instance};
 

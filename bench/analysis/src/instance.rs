@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use contact::fit::trial::Placed;
-use contact::fit::{FitConditions, FitError, InstanceSamples, InstanceSeries};
 use contact::{AssumedConstants, CalibrationErrors};
+use estimation::trial::Placed;
+use estimation::{FitConditions, FitError, InstanceSamples, InstanceSeries};
 use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;

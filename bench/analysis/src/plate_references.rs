@@ -1,6 +1,6 @@
 //! Reads the plate's own impedance wherever in a recording no finger is on it, before, between and after explorations.
 
-use contact::fit::trial::{PlateReadings, PlateReference};
+use estimation::trial::{PlateReadings, PlateReference};
 use num_complex::Complex64;
 
 use crate::instance::plate;

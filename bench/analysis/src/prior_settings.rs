@@ -1,6 +1,6 @@
 //! The priors of `trial` as the results print them, and as a user names those that are to be others.
 
-use contact::fit::trial::{LogNormal, Normal, TrialPriors};
+use estimation::trial::{LogNormal, Normal, TrialPriors};
 use serde::{Serialize, Serializer};
 
 use crate::assumable::{Allowed, FINITE, Number, POSITIVE};

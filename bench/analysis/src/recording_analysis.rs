@@ -10,7 +10,7 @@ use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysed::{RecordingAnalysis, RecordingError, RecordingFindings, Rejected};
 use crate::analysis_settings::Settings;
 use crate::demodulated::{self, DemodulatedRecording};
-use contact::fit::trial::PlateReadings;
+use estimation::trial::PlateReadings;
 
 use crate::estimate::{InstanceAnalysis, estimate};
 use crate::exploration_findings::ExplorationFindings;

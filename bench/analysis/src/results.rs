@@ -1,8 +1,8 @@
 //! Results file, by the schema of RECORDING.md.
 
-use contact::fit::Sensitivities;
-use contact::fit::trial::SharedFit;
 use contact::uncertain::{LogUncertain, Uncertain};
+use estimation::Sensitivities;
+use estimation::trial::SharedFit;
 use num_complex::Complex64;
 use protocols::Direction;
 use recording::manifest::StandardErrors;
@@ -450,7 +450,7 @@ impl From<&Estimated> for Estimate {
 
 impl From<&Sensitivities> for SensitivityRows {
     fn from(sensitivities: &Sensitivities) -> Self {
-        let row = |s: contact::fit::Sensitivity| SensitivityRow {
+        let row = |s: estimation::Sensitivity| SensitivityRow {
             ln_sigma_t: s.ln_sigma_t,
             ln_abs_z_t: s.ln_abs_z_t,
             tau_s: s.tau_s,

@@ -6,9 +6,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use contact::fit::ModelledSeries;
-use contact::fit::trial::SharedFit;
 use contact::uncertain::Uncertain;
+use estimation::ModelledSeries;
+use estimation::trial::SharedFit;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;

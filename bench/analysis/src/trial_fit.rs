@@ -1,9 +1,9 @@
 //! Fits the participant's contact to a trial.
 
-use contact::fit::trial::{self, SharedFit};
-use contact::fit::{FitConditions, FitError, InstanceFit, dynamic};
 use contact::live_estimator::Uncertain;
 use contact::{AssumedConstants, CalibrationErrors, FittedFinger, self_sensed};
+use estimation::trial::{self, SharedFit};
+use estimation::{FitConditions, FitError, InstanceFit, dynamic};
 use num_complex::Complex64;
 use protocols::{
     Instance, Interval, IntervalKind, SelectionRules, Stretch, TrialAnalysis, Validity,

@@ -1,7 +1,7 @@
 //! The fit of all instances of a recording together.
 
-use contact::fit::trial::{self, Placed, PlateReadings, SharedFit, TrialOptions};
-use contact::fit::{FitConditions, FitError};
+use estimation::trial::{self, Placed, PlateReadings, SharedFit, TrialOptions};
+use estimation::{FitConditions, FitError};
 use recording::manifest::RecordedPlate;
 
 use crate::amplitude_profile::AmplitudeProfile;

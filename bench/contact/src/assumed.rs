@@ -46,7 +46,11 @@ impl AssumedConstants {
         1.25 * self.ambient_pressure_pa * self.contact_area_m2
     }
 
-    pub(crate) fn validated(&self) -> Result<&Self, ModelError> {
+    /// Returns these constants.
+    ///
+    /// # Errors
+    /// If one is outside of what it can physically be.
+    pub fn validated(&self) -> Result<&Self, ModelError> {
         positive("q0", "rad/m", self.q0_rad_per_m)?;
         positive("Young's modulus", "Pa", self.young_modulus_pa)?;
         positive("contact area", "m2", self.contact_area_m2)?;

@@ -9,10 +9,10 @@ use nalgebra::SMatrix;
 use crate::parameters::{FINGER_ANGLE, LN_FINGER, LN_FORCE, LN_RATIO, PARAMETERS};
 
 /// Number of errors that act on the parameters of the impedance.
-pub(crate) const ERRORS: usize = 4;
+pub const ERRORS: usize = 4;
 
 /// What each error, one standard deviation of it, does to parameters.
-pub(crate) type ByError<const N: usize> = SMatrix<f64, N, ERRORS>;
+pub type ByError<const N: usize> = SMatrix<f64, N, ERRORS>;
 
 /// Standard errors of the constants that turn volts into forces and amplitudes, each independent of the others; 0 is exact.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -31,7 +31,7 @@ pub struct CalibrationErrors {
 
 impl CalibrationErrors {
     /// Returns what each error does to the parameters where they act at once, before those that are fitted have followed.
-    pub(crate) fn by_parameter(&self) -> ByError<PARAMETERS> {
+    pub fn by_parameter(&self) -> ByError<PARAMETERS> {
         let mut by = ByError::zeros();
         by[(LN_RATIO, 0)] = self.amplitude_relative;
         // The ratio also scales the finger's part of Z_m, which an error of the amplitude alone does not.

@@ -42,7 +42,7 @@ pub struct Contact {
 ///
 /// # Errors
 /// The error of the first sample without a gap, with its index; `gap_m` is then filled up to it.
-pub(crate) fn equilibrium_gaps(
+pub fn equilibrium_gaps(
     loads: impl Iterator<Item = (Contact, f64, f64)>,
     gap_m: &mut [f64],
 ) -> Result<(), ModelError> {
@@ -98,7 +98,8 @@ pub struct InversionCounts {
 }
 
 impl InversionCounts {
-    pub(crate) fn count(&mut self, branch: StiffnessBranch) {
+    /// Counts an inversion that took this branch.
+    pub fn count(&mut self, branch: StiffnessBranch) {
         match branch {
             StiffnessBranch::Unique => {}
             StiffnessBranch::Ambiguous { .. } => self.ambiguous += 1,
@@ -124,7 +125,7 @@ impl Contact {
     }
 
     /// Returns the contact whose area is `ratio` times as large.
-    pub(crate) fn with_area_ratio(&self, ratio: f64) -> Self {
+    pub fn with_area_ratio(&self, ratio: f64) -> Self {
         Self {
             assumed: AssumedConstants {
                 contact_area_m2: self.assumed.contact_area_m2 * ratio,
@@ -137,7 +138,7 @@ impl Contact {
     }
 
     /// Returns the contact whose σ_t is `ratio` times as large; p_c/σ_t does not depend on it.
-    pub(crate) fn with_sigma_ratio(&self, ratio: f64) -> Self {
+    pub fn with_sigma_ratio(&self, ratio: f64) -> Self {
         Self {
             sigma_t_m: self.sigma_t_m * ratio,
             ..*self
@@ -266,7 +267,7 @@ impl Contact {
     }
 
     /// Returns how [`equilibrium_gap_m`](Self::equilibrium_gap_m) depends on the contact at its solution `gap_m`, m.
-    pub(crate) fn equilibrium_gap_slopes_m(&self, gap_m: f64, normal_n: f64) -> ContactSlopes {
+    pub fn equilibrium_gap_slopes_m(&self, gap_m: f64, normal_n: f64) -> ContactSlopes {
         let u = gap_m / self.sigma_t_m;
         let carried = self.asperity_force_n(gap_m) / normal_n;
         let by_ln_area = self.sigma_t_m * u / (carried * u + 2.0 * (1.0 - carried));
@@ -287,7 +288,7 @@ impl Contact {
     }
 
     /// ∂k_c/∂x of [`stiffness_n_per_m`](Self::stiffness_n_per_m), N/m², negative at every gap.
-    pub(crate) fn stiffness_slope_n_per_m2(&self, gap_m: f64, amplitude_m: f64) -> f64 {
+    pub fn stiffness_slope_n_per_m2(&self, gap_m: f64, amplitude_m: f64) -> f64 {
         let asperity = self.asperity_n_per_m * (-gap_m / self.sigma_t_m).exp();
         -asperity / self.sigma_t_m - 6.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m.powi(2)
     }
@@ -299,14 +300,14 @@ impl Contact {
     }
 
     /// ∂k_c/∂x of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m), N/m².
-    pub(crate) fn balance_stiffness_slope_n_per_m2(&self, gap_m: f64, normal_n: f64) -> f64 {
+    pub fn balance_stiffness_slope_n_per_m2(&self, gap_m: f64, normal_n: f64) -> f64 {
         let asperity_n = self.asperity_force_n(gap_m);
         asperity_n / self.sigma_t_m * (2.0 / gap_m - 1.0 / self.sigma_t_m)
             - 2.0 * (normal_n - asperity_n) / gap_m.powi(2)
     }
 
     /// Returns how [`stiffness_n_per_m`](Self::stiffness_n_per_m) depends on the contact at constant gap and amplitude, N/m.
-    pub(crate) fn stiffness_slopes_n_per_m(&self, gap_m: f64, amplitude_m: f64) -> ContactSlopes {
+    pub fn stiffness_slopes_n_per_m(&self, gap_m: f64, amplitude_m: f64) -> ContactSlopes {
         let u = gap_m / self.sigma_t_m;
         let asperity = self.asperity_n_per_m * (-u).exp();
         let squeeze = 2.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m;
@@ -321,7 +322,7 @@ impl Contact {
 
     /// Returns how [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) depends on the contact at constant gap and
     /// normal force, N/m.
-    pub(crate) fn balance_stiffness_slopes_n_per_m(&self, gap_m: f64) -> ContactSlopes {
+    pub fn balance_stiffness_slopes_n_per_m(&self, gap_m: f64) -> ContactSlopes {
         let u = gap_m / self.sigma_t_m;
         let asperity = self.asperity_n_per_m * (-u).exp();
         let by_asperity = asperity * (1.0 - 2.0 / u);
@@ -475,7 +476,7 @@ impl Contact {
     }
 
     /// Returns how [`friction_ratio`](Self::friction_ratio) depends on the contact at a given gap.
-    pub(crate) fn friction_ratio_slopes(&self, gap_m: f64, normal_n: f64) -> ContactSlopes {
+    pub fn friction_ratio_slopes(&self, gap_m: f64, normal_n: f64) -> ContactSlopes {
         let ratio = self.friction_ratio(gap_m, normal_n);
         ContactSlopes {
             by_ln_sigma_t: ratio * (1.0 + gap_m / self.sigma_t_m),

@@ -1,3 +1,5 @@
+//! What the model refuses, and how it says so.
+
 use thiserror::Error;
 
 /// An input for which the contact model has no answer, and the assumption that failed.
@@ -61,11 +63,11 @@ pub enum ModelError {
     },
 }
 
-pub(crate) fn positive(
-    name: &'static str,
-    unit: &'static str,
-    value: f64,
-) -> Result<f64, ModelError> {
+/// Returns `value`, in `unit`.
+///
+/// # Errors
+/// If it is not finite or not above 0.
+pub fn positive(name: &'static str, unit: &'static str, value: f64) -> Result<f64, ModelError> {
     if value.is_finite() && value > 0.0 {
         Ok(value)
     } else {
@@ -78,11 +80,11 @@ pub(crate) fn positive(
     }
 }
 
-pub(crate) fn not_negative(
-    name: &'static str,
-    unit: &'static str,
-    value: f64,
-) -> Result<f64, ModelError> {
+/// Returns `value`, in `unit`.
+///
+/// # Errors
+/// If it is not finite or below 0.
+pub fn not_negative(name: &'static str, unit: &'static str, value: f64) -> Result<f64, ModelError> {
     if value.is_finite() && value >= 0.0 {
         Ok(value)
     } else {
@@ -95,11 +97,11 @@ pub(crate) fn not_negative(
     }
 }
 
-pub(crate) fn same_length(
-    name: &'static str,
-    got: usize,
-    expected: usize,
-) -> Result<(), ModelError> {
+/// Compares the lengths of slices of the same samples.
+///
+/// # Errors
+/// If `got` is not as expected.
+pub fn same_length(name: &'static str, got: usize, expected: usize) -> Result<(), ModelError> {
     if got == expected {
         Ok(())
     } else {

@@ -13,10 +13,12 @@ use crate::residual_noise::ResidualNoise;
 /// A finger whose σ_t, Z_t and τ are known: all that samples beyond the fitted instance need.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FittedFinger {
-    pub(crate) inversion: Inversion<PARAMETERS>,
-    pub(crate) tau_s: f64,
+    /// From a sample's impedance to stiffness, gap and friction.
+    pub inversion: Inversion<PARAMETERS>,
+    /// Levitation lag τ, s.
+    pub tau_s: f64,
     /// Noise of one component of Z_m; its shape is 1/amplitude.
-    pub(crate) z_m_noise: ResidualNoise,
+    pub z_m_noise: ResidualNoise,
 }
 
 /// Gap and what follows from it at one sample, with everything they depend on.

@@ -11,14 +11,18 @@ use crate::parameters::{ContactSlopes, LoadSlopes};
 /// A quantity of one sample with what it depends on: the fitted parameters, the first of them ln σ_t, and the noise of
 /// that sample's impedance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Dependent<const N: usize> {
-    pub(crate) value: f64,
-    pub(crate) slopes: SVector<f64, N>,
-    pub(crate) noise: f64,
+pub struct Dependent<const N: usize> {
+    /// Value, in the quantity's unit.
+    pub value: f64,
+    /// ∂value/∂parameter.
+    pub slopes: SVector<f64, N>,
+    /// Standard deviation by the sample's own noise.
+    pub noise: f64,
 }
 
 impl<const N: usize> Dependent<N> {
-    pub(crate) fn unknown() -> Self {
+    /// Returns a quantity of which nothing is known: NaN throughout.
+    pub fn unknown() -> Self {
         Self {
             value: f64::NAN,
             slopes: SVector::repeat(f64::NAN),
@@ -29,40 +33,45 @@ impl<const N: usize> Dependent<N> {
 
 /// From the measured impedance to stiffness, gap and friction with fitted parameters and their covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Inversion<const N: usize> {
-    pub(crate) contact: Contact,
+pub struct Inversion<const N: usize> {
+    /// The contact with its σ_t.
+    pub contact: Contact,
     /// How the load of the sample depends on parameters; nothing where it does not.
-    pub(crate) load: LoadSlopes,
-    pub(crate) carrier_rad_per_s: f64,
-    pub(crate) z_p: Complex64,
-    pub(crate) z_t: Complex64,
+    pub load: LoadSlopes,
+    /// Angular frequency of the carrier, rad/s.
+    pub carrier_rad_per_s: f64,
+    /// Impedance of the unloaded plate, N·s/m.
+    pub z_p: Complex64,
+    /// Impedance of the tissues, N·s/m.
+    pub z_t: Complex64,
     /// ∂Z_t/∂parameter.
-    pub(crate) z_t_slopes: [Complex64; N],
+    pub z_t_slopes: [Complex64; N],
     /// ∂Z_p/∂parameter.
-    pub(crate) z_p_slopes: [Complex64; N],
+    pub z_p_slopes: [Complex64; N],
     /// The finger's part of Z_m as it is measured, over what it is.
-    pub(crate) finger_scale: Complex64,
+    pub finger_scale: Complex64,
     /// ∂ ln `finger_scale`/∂parameter.
-    pub(crate) finger_slopes: [Complex64; N],
+    pub finger_slopes: [Complex64; N],
     /// What other modes of the plate add to the mobility of that part, m/(N·s).
-    pub(crate) residual_mobility: Complex64,
+    pub residual_mobility: Complex64,
     /// ∂ `residual_mobility`/∂parameter.
-    pub(crate) residual_slopes: [Complex64; N],
+    pub residual_slopes: [Complex64; N],
     /// Standard deviation of the logarithm of the amplitude that the film answers to, beside what the parameters say.
-    pub(crate) ln_amplitude_std: f64,
+    pub ln_amplitude_std: f64,
     /// Covariance of the parameters; `None` if unknown or infinite.
-    pub(crate) covariance: Option<SMatrix<f64, N, N>>,
+    pub covariance: Option<SMatrix<f64, N, N>>,
 }
 
 impl<const N: usize> Inversion<N> {
-    pub(crate) fn std(&self, quantity: &Dependent<N>) -> f64 {
+    /// Returns the standard error of a quantity, by the parameters' covariance and the sample's noise.
+    pub fn std(&self, quantity: &Dependent<N>) -> f64 {
         self.covariance.map_or(f64::INFINITY, |c| {
             (quantity.slopes.dot(&(c * quantity.slopes)) + quantity.noise.powi(2)).sqrt()
         })
     }
 
     /// Returns k_c by Eq. 12, N/m; `z_m_std` is the standard deviation of one component of Z_m.
-    pub(crate) fn stiffness(&self, z_m: Complex64, z_m_std: f64) -> Dependent<N> {
+    pub fn stiffness(&self, z_m: Complex64, z_m_std: f64) -> Dependent<N> {
         let seen = (z_m - self.z_p) / self.finger_scale;
         let alone = (1.0 - self.residual_mobility * seen).inv();
         let finger = seen * alone;
@@ -86,11 +95,7 @@ impl<const N: usize> Inversion<N> {
     }
 
     /// Returns the gap from stiffness and amplitude, m.
-    pub(crate) fn gap(
-        &self,
-        k_c: &Dependent<N>,
-        amplitude_m: f64,
-    ) -> Result<Dependent<N>, ModelError> {
+    pub fn gap(&self, k_c: &Dependent<N>, amplitude_m: f64) -> Result<Dependent<N>, ModelError> {
         let gap_m = self.contact.gap_from_stiffness_m(k_c.value, amplitude_m)?;
         let by_gap = self.contact.stiffness_slope_n_per_m2(gap_m, amplitude_m);
         let slopes = self.contact.stiffness_slopes_n_per_m(gap_m, amplitude_m);
@@ -103,7 +108,7 @@ impl<const N: usize> Inversion<N> {
     }
 
     /// Returns the gap from stiffness in force balance, m.
-    pub(crate) fn balance_gap(
+    pub fn balance_gap(
         &self,
         k_c: &Dependent<N>,
         normal_n: f64,
@@ -124,7 +129,7 @@ impl<const N: usize> Inversion<N> {
     }
 
     /// Returns the friction ratio μ/μ0.
-    pub(crate) fn friction_ratio(&self, gap: &Dependent<N>, normal_n: f64) -> Dependent<N> {
+    pub fn friction_ratio(&self, gap: &Dependent<N>, normal_n: f64) -> Dependent<N> {
         let sigma = self.contact.sigma_t_m();
         let value = self.contact.friction_ratio(gap.value, normal_n);
         let at_gap = self.contact.friction_ratio_slopes(gap.value, normal_n);

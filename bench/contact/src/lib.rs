@@ -1,5 +1,5 @@
-//! Contact and levitation of a fingertip on an ultrasonic plate: the model, its inversion, and the fits that turn
-//! measured mechanical impedance into contact stiffness, levitation gap and friction.
+//! Contact and levitation of a fingertip on an ultrasonic plate: the model, and its inversion, with all derivatives. The
+//! methods that find its parameters are the package `estimation`.
 //!
 //! N. Huloux, C. Bernard, M. Wiertlewski, "Estimating Friction Modulation From the Ultrasonic Mechanical Impedance",
 //! IEEE Trans. Haptics 14(2), 2021, doi 10.1109/TOH.2020.3038937; cited as `Huloux 2021, Eq. n`.
@@ -16,9 +16,8 @@
 //! | film and asperity force, gap at rest, equilibrium gap | 13–17 | [`Contact`] |
 //! | stiffness k_c and the gap from it | 18 | [`Contact::stiffness_n_per_m`], [`Contact::gap_from_balance_stiffness`], [`Contact::gap_from_stiffness_m`] |
 //! | friction μ/μ0 | 19 | [`Contact::friction_ratio`] |
-//! | σ_t as published | | [`fit::paper`] |
-//! | σ_t, Z_t, τ and the plate's offset jointly, with the levitation lag | | [`fit::dynamic`] |
-//! | all instances of a trial, S, q0 and η found, the skin's inertia | | [`fit::trial`] |
+//! | from a sample's Z_m to stiffness, gap and friction, with errors | | [`inversion`] |
+//! | what depends on which parameter, in which order | | [`parameters`] |
 //! | normal force without a sensor | | [`self_sensed`] |
 //! | frame by frame | | [`live_estimator`] |
 //! | the plate's resonance, tracked while the finger slides | | [`plate_tracker`] |
@@ -29,24 +28,23 @@
 //! `Cargo.toml` disallows them. Nothing is random.
 
 mod assumed;
-mod calibration_errors;
+pub mod calibration_errors;
 mod contact;
-mod error;
+pub mod error;
 mod finger;
-pub mod fit;
 pub mod harmonic;
-mod inversion;
+pub mod inversion;
 pub mod live_estimator;
-mod parameters;
+pub mod parameters;
 pub mod plate_tracker;
-mod residual_noise;
+pub mod residual_noise;
 mod root;
 pub mod self_sensed;
 pub mod uncertain;
 
 pub use assumed::AssumedConstants;
 pub use calibration_errors::CalibrationErrors;
-pub use contact::{Contact, InversionCounts, InvertedGap, StiffnessBranch};
+pub use contact::{Contact, InversionCounts, InvertedGap, StiffnessBranch, equilibrium_gaps};
 pub use error::ModelError;
 pub use finger::FittedFinger;
 

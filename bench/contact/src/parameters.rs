@@ -3,60 +3,60 @@
 use num_complex::Complex64;
 
 /// Number of parameters.
-pub(crate) const PARAMETERS: usize = 17;
+pub const PARAMETERS: usize = 17;
 /// ln σ_t, σ_t in m. The first, so that a fit of σ_t alone has it in the same place.
-pub(crate) const LN_SIGMA_T: usize = 0;
+pub const LN_SIGMA_T: usize = 0;
 /// Re Z_t, N·s/m.
-pub(crate) const RE_Z_T: usize = 1;
+pub const RE_Z_T: usize = 1;
 /// Im Z_t, N·s/m.
-pub(crate) const IM_Z_T: usize = 2;
+pub const IM_Z_T: usize = 2;
 /// τ, ms.
-pub(crate) const TAU_MS: usize = 3;
+pub const TAU_MS: usize = 3;
 /// Im of what is added to Z_p, N·s/m: a resonance that has moved.
-pub(crate) const IM_OFFSET: usize = 4;
+pub const IM_OFFSET: usize = 4;
 /// ln S, S in m².
-pub(crate) const LN_AREA: usize = 5;
+pub const LN_AREA: usize = 5;
 /// ln q0, q0 in rad/m.
-pub(crate) const LN_Q0: usize = 6;
+pub const LN_Q0: usize = 6;
 /// ln η.
-pub(crate) const LN_LOSS_FACTOR: usize = 7;
+pub const LN_LOSS_FACTOR: usize = 7;
 /// Re of what is added to Z_p, N·s/m: a damping that has changed.
-pub(crate) const RE_OFFSET: usize = 8;
+pub const RE_OFFSET: usize = 8;
 
 /// ν of an area that grows as the normal force to the power of ν.
-pub(crate) const AREA_EXPONENT: usize = 9;
+pub const AREA_EXPONENT: usize = 9;
 /// Time over which the film averages the squared amplitude, ms.
-pub(crate) const FILM_MEAN_MS: usize = 10;
+pub const FILM_MEAN_MS: usize = 10;
 /// Exponent with which τ grows with the gap.
-pub(crate) const LAG_EXPONENT: usize = 11;
+pub const LAG_EXPONENT: usize = 11;
 
 /// ln of the amplitude under the finger over that at the pickup.
-pub(crate) const LN_RATIO: usize = 12;
+pub const LN_RATIO: usize = 12;
 
 /// Angle by which the finger's part of Z_m is turned, rad: what another mode of the plate does to it.
-pub(crate) const FINGER_ANGLE: usize = 13;
+pub const FINGER_ANGLE: usize = 13;
 
 /// Imaginary part of what other modes of the plate add to the mobility of the finger's part of Z_m, m/(N·s).
-pub(crate) const RESIDUAL_MOBILITY: usize = 14;
+pub const RESIDUAL_MOBILITY: usize = 14;
 
 /// ln of the finger's part of Z_m as it is measured over what it is: an error of calibration, 0 in every estimate.
-pub(crate) const LN_FINGER: usize = 15;
+pub const LN_FINGER: usize = 15;
 
 /// ln of the normal force over what is measured: likewise.
-pub(crate) const LN_FORCE: usize = 16;
+pub const LN_FORCE: usize = 16;
 
 /// The fits' unit of τ, s.
-pub(crate) const MS: f64 = 1e-3;
+pub const MS: f64 = 1e-3;
 
 /// ∂Z_t/∂parameter.
-pub(crate) const Z_T_SLOPES: [Complex64; PARAMETERS] = {
+pub const Z_T_SLOPES: [Complex64; PARAMETERS] = {
     let mut slopes = [Complex64::ZERO; PARAMETERS];
     slopes[RE_Z_T] = Complex64::ONE;
     slopes[IM_Z_T] = Complex64::I;
     slopes
 };
 /// ∂Z_p/∂parameter.
-pub(crate) const Z_P_SLOPES: [Complex64; PARAMETERS] = {
+pub const Z_P_SLOPES: [Complex64; PARAMETERS] = {
     let mut slopes = [Complex64::ZERO; PARAMETERS];
     slopes[IM_OFFSET] = Complex64::I;
     slopes[RE_OFFSET] = Complex64::ONE;
@@ -64,7 +64,7 @@ pub(crate) const Z_P_SLOPES: [Complex64; PARAMETERS] = {
 };
 
 /// ∂ ln of the finger's part of Z_m/∂parameter: force and velocity at the finger are both seen through the ratio.
-pub(crate) const FINGER_SLOPES: [Complex64; PARAMETERS] = {
+pub const FINGER_SLOPES: [Complex64; PARAMETERS] = {
     let mut slopes = [Complex64::ZERO; PARAMETERS];
     slopes[LN_RATIO] = Complex64::new(2.0, 0.0);
     slopes[FINGER_ANGLE] = Complex64::I;
@@ -73,7 +73,7 @@ pub(crate) const FINGER_SLOPES: [Complex64; PARAMETERS] = {
 };
 
 /// ∂ of what other modes add to the mobility/∂parameter.
-pub(crate) const RESIDUAL_SLOPES: [Complex64; PARAMETERS] = {
+pub const RESIDUAL_SLOPES: [Complex64; PARAMETERS] = {
     let mut slopes = [Complex64::ZERO; PARAMETERS];
     slopes[RESIDUAL_MOBILITY] = Complex64::I;
     slopes
@@ -81,28 +81,31 @@ pub(crate) const RESIDUAL_SLOPES: [Complex64; PARAMETERS] = {
 
 /// How a quantity of the contact depends on what the contact is made of, at a given gap, amplitude and normal force.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct ContactSlopes {
-    pub(crate) by_ln_sigma_t: f64,
-    pub(crate) by_ln_area: f64,
-    pub(crate) by_ln_q0: f64,
+pub struct ContactSlopes {
+    /// By ln σ_t.
+    pub by_ln_sigma_t: f64,
+    /// By ln S.
+    pub by_ln_area: f64,
+    /// By ln q0.
+    pub by_ln_q0: f64,
     /// By the logarithm of the squared amplitude that the film answers to.
-    pub(crate) by_ln_film: f64,
+    pub by_ln_film: f64,
     /// By the logarithm of the normal force.
-    pub(crate) by_ln_force: f64,
+    pub by_ln_force: f64,
 }
 
 /// How what acts on one sample depends on parameters.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct LoadSlopes {
+pub struct LoadSlopes {
     /// ∂ ln S/∂ν: ln of the normal force over that at which S holds.
-    pub(crate) ln_area_by_exponent: f64,
+    pub ln_area_by_exponent: f64,
     /// ∂ ln of the squared amplitude that the film answers to, by the time it averages over, 1/ms.
-    pub(crate) ln_film_by_mean_ms: f64,
+    pub ln_film_by_mean_ms: f64,
 }
 
 impl ContactSlopes {
     /// Returns the slope by a parameter of the whole order, of which a fit of fewer has the first ones.
-    pub(crate) fn by(&self, parameter: usize, load: &LoadSlopes) -> f64 {
+    pub fn by(&self, parameter: usize, load: &LoadSlopes) -> f64 {
         match parameter {
             LN_SIGMA_T => self.by_ln_sigma_t,
             LN_AREA => self.by_ln_area,

@@ -7,11 +7,11 @@ use num_complex::Complex64;
 /// for all. With the noise alone, a model error of 0.1 % of Z_m would pass for a noise that drowns the smallest
 /// amplitudes, on which σ_t and Z_t depend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct ResidualNoise {
+pub struct ResidualNoise {
     /// Model error, alike for all samples, N·s/m.
-    pub(crate) floor: f64,
+    pub floor: f64,
     /// Noise, N·s/m per unit of the shape.
-    pub(crate) scale: f64,
+    pub scale: f64,
 }
 
 const ITERATIONS: usize = 50;
@@ -21,13 +21,14 @@ const LEAST_VARIANCE: f64 = 1e-9;
 const LEAST_SPREAD: f64 = 1e-6;
 
 impl ResidualNoise {
-    pub(crate) fn std(&self, shape: f64) -> f64 {
+    /// Returns the standard deviation of one component of a residual at such a shape.
+    pub fn std(&self, shape: f64) -> f64 {
         self.floor.hypot(self.scale * shape)
     }
 
     /// Estimates both by maximum likelihood of normal residuals (Fisher scoring: the squares in weighted least squares
     /// on 1 and shape²), after a fit of as many real `parameters`.
-    pub(crate) fn of(residuals: &[Complex64], shapes: &[f64], parameters: usize) -> Self {
+    pub fn of(residuals: &[Complex64], shapes: &[f64], parameters: usize) -> Self {
         let n = residuals.len() as f64;
         let freedom = (2.0 * n - parameters as f64).max(1.0);
         let squares: Vec<f64> = residuals

@@ -6,8 +6,8 @@
 //! trials that do not are weighted alike, and the error of the mean says so.
 
 use contact::AssumedConstants;
-use contact::fit::trial::SharedFit;
 use contact::uncertain::LogUncertain;
+use estimation::trial::SharedFit;
 use pooling::Estimate;
 use serde::Serialize;
 use serde_json::Value;
@@ -207,9 +207,9 @@ fn mean(trials: impl Iterator<Item = LogUncertain>) -> LogUncertain {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use contact::fit::trial::Misfit;
-    use contact::fit::{FitParameter, FitVerdict};
     use contact::uncertain::Uncertain;
+    use estimation::trial::Misfit;
+    use estimation::{FitParameter, FitVerdict};
 
     fn shared(area_m2: f64, ln_std: f64) -> SharedFit {
         let of = |value| LogUncertain { value, ln_std };

@@ -1,6 +1,6 @@
 //! Parts that the figures of measurements share: labels, inks, and the sentence of assumed parameters.
 
-use contact::fit::EstimatedSeries;
+use estimation::EstimatedSeries;
 use figures::{Dash, Ink, Marker, Series};
 
 use crate::drawn::Drawn;

@@ -1,6 +1,6 @@
 //! Fig. 13: impedance, stiffness, gap and friction of one exploration against amplitude and against measured friction.
 
-use contact::fit::ModelledSeries;
+use estimation::ModelledSeries;
 
 use crate::drawn::Drawn;
 use crate::elements::{

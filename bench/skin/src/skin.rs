@@ -11,8 +11,8 @@ use std::path::PathBuf;
 
 use analysis::Analysed;
 use analysis::analysed::RecordingFindings;
-use contact::fit::trial::{LogNormal, SharedFit, TrialPriors};
 use contact::uncertain::LogUncertain;
+use estimation::trial::{LogNormal, SharedFit, TrialPriors};
 use pooling::{Estimate, Group, Hierarchy, hierarchy};
 use serde::Serialize;
 

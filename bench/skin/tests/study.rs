@@ -9,9 +9,9 @@ use std::path::PathBuf;
 
 use analysis::analysed::{RecordingError, RecordingFindings};
 use analysis::{Analysed, RecordingAnalysis, Settings};
-use contact::fit::trial::{Misfit, SharedFit};
-use contact::fit::{FitParameter, FitVerdict};
 use contact::uncertain::{LogUncertain, Uncertain};
+use estimation::trial::{Misfit, SharedFit};
+use estimation::{FitParameter, FitVerdict};
 use protocols::SelectionRules;
 use recording::Manifest;
 use serde_json::Value;

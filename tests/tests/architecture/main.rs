@@ -21,13 +21,14 @@ const PACKAGE_LINES: usize = 8_000;
 const FILE_LINES: usize = 600;
 
 /// Packages that build on any machine, without sound, serial port or GPIO; `./dev portable` builds them.
-const PORTABLE: [&str; 10] = [
+const PORTABLE: [&str; 11] = [
     "strict",
     "files",
     "figures",
     "impedance",
     "metrology",
     "contact",
+    "estimation",
     "protocols",
     "recording",
     "analysis",

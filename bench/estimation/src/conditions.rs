@@ -1,0 +1,43 @@
+//! What holds for every instance of a recording.
+
+use num_complex::Complex64;
+
+use contact::AssumedConstants;
+use contact::CalibrationErrors;
+use contact::error::{ModelError, positive};
+
+/// What holds for every instance of a recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitConditions {
+    /// Assumed constants of finger and air.
+    pub assumed: AssumedConstants,
+    /// Carrier frequency f0, Hz.
+    pub carrier_hz: f64,
+    /// Z_p of the unloaded plate from the plain ratio, N·s/m: `paper` subtracts this one.
+    pub z_p_plain_n_s_per_m: Complex64,
+    /// Z_p of the unloaded plate from the corrected ratio, N·s/m: `dynamic` subtracts this one.
+    pub z_p_corrected_n_s_per_m: Complex64,
+    /// What the calibration leaves open.
+    pub calibration: CalibrationErrors,
+}
+
+impl FitConditions {
+    #[cfg(test)]
+    pub(super) fn with_plate(z_p: Complex64) -> Self {
+        Self {
+            assumed: AssumedConstants::default(),
+            carrier_hz: 35_000.0,
+            z_p_plain_n_s_per_m: z_p,
+            z_p_corrected_n_s_per_m: z_p,
+            calibration: CalibrationErrors::default(),
+        }
+    }
+
+    /// Returns the carrier's angular frequency ω, rad/s.
+    ///
+    /// # Errors
+    /// If the carrier frequency is not positive.
+    pub fn carrier_rad_per_s(&self) -> Result<f64, ModelError> {
+        Ok(std::f64::consts::TAU * positive("carrier frequency", "Hz", self.carrier_hz)?)
+    }
+}

@@ -1,0 +1,257 @@
+//! The joint fit of σ_t, Re Z_t, Im Z_t, τ and the plate's offset, with the effects that the published method leaves out.
+//!
+//! - The impedance is the envelope-corrected one.
+//! - The gap follows its equilibrium (Huloux 2021, Eq. 17, with the momentary amplitude and normal force) as a
+//!   first-order lag, τ dx/dt = x_eq − x, from 20 ms before the instance.
+//! - k_c is Eq. 18 with the lagged gap and the momentary amplitude, so that the forces on the skin need not balance.
+//! - The normal force is taken as it is given, its tremor with it: a smoother one than the finger's biases σ_t and τ, and so
+//!   does a sensor's noise. Whoever prepares the samples parts the two.
+//! - Σ|Z_m,model − Z_m|² over the instance, complex, is minimised over all of them; τ ≥ 0.
+//! - The plate's own impedance may have moved since it was read unloaded: i·y is added to Z_p and y is fitted too, which the
+//!   crest of the modulation shows, where the finger is nearly let go. A resonance that has moved by δf adds −i·4π m_p δf.
+//! - μ0 is the measured friction over the modelled ratio (Eq. 19), in least squares over the instance.
+//!
+//! Then k_c(t) by Eq. 12 from the measured impedance, the gap from k_c and amplitude, μ by Eq. 19.
+
+use num_complex::Complex64;
+
+use super::conditions::FitConditions;
+use super::fit_error::FitError;
+use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD};
+use super::instance_fit::{InstanceFit, friction_at_rest};
+use super::lagged_model::LaggedModel;
+use super::least_squares::{Minimum, evaluated, minimise};
+use super::modelled_series::ModelledSeries;
+use super::sensitivity::{self, Sensitivities};
+use super::series::{InstanceSeries, mean};
+use super::sigma_search::sigma_starts;
+use contact::parameters::{IM_OFFSET, IM_Z_T, LN_SIGMA_T, MS, PARAMETERS, RE_Z_T, TAU_MS};
+
+/// Options of the joint fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DynamicOptions {
+    /// How long before the instance the gap is integrated, s. Default 20 ms, some ten τ.
+    pub lead_in_s: f64,
+    /// Whether the plate's offset is fitted. Default yes; otherwise the plate is as it was unloaded.
+    pub plate_offset: bool,
+}
+
+impl Default for DynamicOptions {
+    fn default() -> Self {
+        Self {
+            lead_in_s: 0.02,
+            plate_offset: true,
+        }
+    }
+}
+
+/// τ that starts are tried with, s.
+const TAU_STARTS_S: [f64; 2] = [0.5e-3, 2e-3];
+/// A standard error of τ beyond this is no identification, s: twice the lag that the bench is to resolve.
+const IDENTIFIABLE_TAU_STD_S: f64 = 2e-3;
+
+/// Fits σ_t, Z_t, τ and the plate's offset to one instance.
+///
+/// # Errors
+/// If the lead-in is too short, or no σ_t between 0.2 and 20 µm gives a contact that the model allows.
+pub fn fit(
+    instance: &InstanceSeries<'_>,
+    conditions: &FitConditions,
+    options: &DynamicOptions,
+) -> Result<InstanceFit, FitError> {
+    let mut model = lagged_model(instance, conditions, options)?;
+    let solution = solve(&mut model, options)?;
+    let (verdict, samples) = (solution.verdict(), instance.instance());
+    let contact = model
+        .follow(&solution.minimum.parameters)
+        .ok_or(FitError::NoStart)?;
+    let friction = friction_at_rest(&model, &contact, samples.mu);
+    InstanceFit::new(&mut model, &samples, solution.minimum, verdict, friction)
+}
+
+/// Returns the model with a σ_t that was not fitted to this instance, such as a participant's average, and with the τ and the
+/// Z_p of `fitted`; Z_t and μ0 are those that then fit the instance best.
+///
+/// # Errors
+/// If the lead-in is too short, or the model allows no such contact.
+pub fn modelled(
+    instance: &InstanceSeries<'_>,
+    conditions: &FitConditions,
+    options: &DynamicOptions,
+    sigma_t_m: f64,
+    fitted: &AlongWith,
+) -> Result<ModelledSeries, FitError> {
+    let shifted = FitConditions {
+        z_p_corrected_n_s_per_m: fitted.z_p_n_s_per_m,
+        ..*conditions
+    };
+    let mut model = lagged_model(instance, &shifted, options)?;
+    let parameters = model.assumed_parameters(sigma_t_m, fitted.tau_s);
+    let parameters = model.best_start([parameters]).ok_or(FitError::NoStart)?;
+    let contact = model.contact(&parameters).ok_or(FitError::NoStart)?;
+    let z_m_n_s_per_m = evaluated(&mut model, &parameters).ok_or(FitError::NoStart)?;
+    let mu0 = friction_at_rest(&model, &contact, instance.instance().mu).mu0;
+    let from = model.lead;
+    let gap_m = model.gap[from..].to_vec();
+    let k_c = |(&gap_m, &a)| contact.stiffness_n_per_m(gap_m, a);
+    let mu = |(&gap_m, &n)| mu0 * contact.friction_ratio(gap_m, n);
+    Ok(ModelledSeries {
+        z_m_n_s_per_m,
+        k_c_n_per_m: gap_m
+            .iter()
+            .zip(&model.amplitude_m[from..])
+            .map(k_c)
+            .collect(),
+        mu: gap_m.iter().zip(&model.normal_n[from..]).map(mu).collect(),
+        gap_m,
+    })
+}
+
+/// τ and Z_p of an instance's own fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AlongWith {
+    /// τ, s.
+    pub tau_s: f64,
+    /// Z_p with the offset that was fitted, N·s/m.
+    pub z_p_n_s_per_m: Complex64,
+}
+
+/// Returns how σ_t, Z_t and τ depend on the assumed constants.
+///
+/// # Errors
+/// As [`fit`].
+pub fn sensitivities(
+    instance: &InstanceSeries<'_>,
+    conditions: &FitConditions,
+    options: &DynamicOptions,
+) -> Result<Sensitivities, FitError> {
+    sensitivity::sensitivities(conditions, |conditions| {
+        let mut model = lagged_model(instance, conditions, options)?;
+        let parameters = solve(&mut model, options)?.minimum.parameters;
+        Ok((
+            parameters[LN_SIGMA_T],
+            Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]),
+            parameters[TAU_MS] * MS,
+        ))
+    })
+}
+
+/// Makes the model with the assumed area at every normal force.
+fn lagged_model<'a>(
+    instance: &InstanceSeries<'a>,
+    conditions: &FitConditions,
+    options: &DynamicOptions,
+) -> Result<LaggedModel<'a>, FitError> {
+    let reference_n = mean(instance.instance().normal_n);
+    LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)
+}
+
+struct JointSolution {
+    minimum: Minimum<PARAMETERS>,
+    /// Where τ would go, if the bound holds it.
+    unbounded_tau_s: Option<f64>,
+}
+
+fn solve(model: &mut LaggedModel<'_>, options: &DynamicOptions) -> Result<JointSolution, FitError> {
+    let with_offset = [LN_SIGMA_T, RE_Z_T, IM_Z_T, TAU_MS, IM_OFFSET];
+    let without_tau = [LN_SIGMA_T, RE_Z_T, IM_Z_T, IM_OFFSET];
+    let offset = usize::from(options.plate_offset);
+    let by_error = model.calibration.by_parameter();
+    let (free, at_bound) = (&with_offset[..4 + offset], &without_tau[..3 + offset]);
+    let starts: Vec<_> = TAU_STARTS_S
+        .iter()
+        .flat_map(|&tau_s| {
+            let apart = options.plate_offset.then(|| start_apart(model, tau_s));
+            [start(model, tau_s), apart.flatten()]
+        })
+        .flatten()
+        .collect();
+    let mut solutions: Vec<JointSolution> = Vec::with_capacity(starts.len());
+    for start in starts {
+        let unbounded = minimise(model, start, free, &by_error);
+        let tau_ms = unbounded.parameters[TAU_MS];
+        solutions.push(if tau_ms >= 0.0 {
+            JointSolution {
+                minimum: unbounded,
+                unbounded_tau_s: None,
+            }
+        } else {
+            let mut held = unbounded.parameters;
+            held[TAU_MS] = 0.0;
+            JointSolution {
+                minimum: minimise(model, held, at_bound, &by_error),
+                unbounded_tau_s: Some(tau_ms * MS),
+            }
+        });
+    }
+    solutions
+        .into_iter()
+        .min_by(|a, b| {
+            let (a, b) = (&a.minimum, &b.minimum);
+            a.failure
+                .is_some()
+                .cmp(&b.failure.is_some())
+                .then(a.squares.total_cmp(&b.squares))
+        })
+        .ok_or(FitError::NoStart)
+}
+
+fn start(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
+    let candidates: Vec<_> = sigma_starts()
+        .map(|sigma_t_m| model.assumed_parameters(sigma_t_m, tau_s))
+        .collect();
+    model.best_start(candidates)
+}
+
+/// Returns the start at which the plate may already be another than it was unloaded.
+fn start_apart(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
+    let candidates = sigma_starts().filter_map(|sigma_t_m| {
+        let mut parameters = model.assumed_parameters(sigma_t_m, tau_s);
+        let beside = model.beside(&parameters)?;
+        (parameters[RE_Z_T], parameters[IM_Z_T]) = (beside.z_t.re, beside.z_t.im);
+        parameters[IM_OFFSET] = beside.reactance;
+        Some((beside.square, parameters))
+    });
+    let best = candidates.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    Some(best.1)
+}
+
+impl JointSolution {
+    fn verdict(&self) -> FitVerdict {
+        let minimum = &self.minimum;
+        if let Some(reason) = &minimum.failure {
+            return FitVerdict::NotConverged {
+                reason: reason.clone(),
+            };
+        }
+        let z_t = Complex64::new(minimum.parameters[RE_Z_T], minimum.parameters[IM_Z_T]);
+        let z_t_std = minimum.std(RE_Z_T).hypot(minimum.std(IM_Z_T));
+        let weak = [
+            (
+                FitParameter::SigmaT,
+                minimum.std(LN_SIGMA_T),
+                IDENTIFIABLE_RELATIVE_STD,
+            ),
+            (
+                FitParameter::ZT,
+                z_t_std / z_t.norm(),
+                IDENTIFIABLE_RELATIVE_STD,
+            ),
+            (
+                FitParameter::Tau,
+                minimum.std(TAU_MS) * MS,
+                IDENTIFIABLE_TAU_STD_S,
+            ),
+        ];
+        let worst = weak
+            .into_iter()
+            .max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)));
+        match (worst, self.unbounded_tau_s) {
+            (Some((parameter, std, limit)), _) if std > limit || std.is_nan() => {
+                FitVerdict::NotIdentifiable { parameter, std }
+            }
+            (_, Some(unbounded_tau_s)) => FitVerdict::LagAtBound { unbounded_tau_s },
+            _ => FitVerdict::Converged,
+        }
+    }
+}

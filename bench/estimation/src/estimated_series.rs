@@ -1,0 +1,153 @@
+//! Stiffness, gap and friction of an instance from its measured impedance.
+
+use nalgebra::{SVector, Vector2};
+use num_complex::Complex64;
+
+use super::friction_law::FrictionLaw;
+use super::loads::Loads;
+use super::trend::Trend;
+use contact::InversionCounts;
+use contact::inversion::{Dependent, Inversion};
+
+/// Stiffness, gap and friction over one instance, from the measured impedance, with standard errors by the delta
+/// method: parameter covariance, and each sample's own impedance noise as the residuals show it. NaN where a sample has
+/// no gap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EstimatedSeries {
+    /// Time, s.
+    pub time_s: Vec<f64>,
+    /// Contact stiffness k_c by Eq. 12, N/m.
+    pub k_c_n_per_m: Vec<f64>,
+    /// Standard error of `k_c_n_per_m`, N/m.
+    pub k_c_std_n_per_m: Vec<f64>,
+    /// Levitation gap ⟨x_t⟩ by Eq. 18, m.
+    pub gap_m: Vec<f64>,
+    /// Standard error of `gap_m`, m.
+    pub gap_std_m: Vec<f64>,
+    /// Friction μ by Eq. 19 with the instance's μ0, and with the trial's floor and the course of μ0 where those were fitted.
+    pub mu: Vec<f64>,
+    /// Standard error of `mu`.
+    pub mu_std: Vec<f64>,
+    /// Impedance of the fitted model, N·s/m.
+    pub z_m_model_n_s_per_m: Vec<Complex64>,
+    /// Counts of the samples whose gap is not unique or does not exist.
+    pub inversion: InversionCounts,
+}
+
+/// Which form of Eq. 18 leads from stiffness to gap.
+#[derive(Clone, Copy)]
+pub(super) enum GapLaw {
+    /// In force balance at the sample's normal force: `paper`.
+    Balance,
+    /// From the sample's amplitude, whether or not the forces balance: `dynamic`.
+    Amplitude,
+}
+
+/// The samples that a series is estimated from.
+pub(super) struct MeasuredSamples<'a> {
+    pub(super) time_s: &'a [f64],
+    pub(super) z_m: &'a [Complex64],
+    /// Standard deviation of one component of each.
+    pub(super) z_m_std: &'a [f64],
+    pub(super) amplitude_m: &'a [f64],
+    pub(super) normal_n: &'a [f64],
+    /// Load and trend of each sample; `None` for the contact of the published method, alike for all.
+    pub(super) varying: Option<Varying<'a>>,
+}
+
+/// Load and trend of each sample.
+#[derive(Clone, Copy)]
+pub(super) struct Varying<'a> {
+    pub(super) loads: &'a Loads,
+    pub(super) trend: &'a Trend,
+    /// Place in them of the first sample.
+    pub(super) first: usize,
+    /// Standard deviation of the residual mobility by which other modes move the finger, m/(N·s): as far as the finger's part of
+    /// Z_m pushes them.
+    pub(super) residual_mobility_std: f64,
+}
+
+impl MeasuredSamples<'_> {
+    /// Returns the inversion of a sample, and the amplitude that its film answers to.
+    fn inversion<const N: usize>(
+        &self,
+        inversion: &Inversion<N>,
+        index: usize,
+    ) -> (Inversion<N>, f64) {
+        match self.varying {
+            None => (*inversion, self.amplitude_m[index]),
+            Some(Varying {
+                loads,
+                trend,
+                first,
+                residual_mobility_std,
+            }) => {
+                let at = first + index;
+                let mut inversion = trend.inversion(inversion, at);
+                let seen = (self.z_m[index] - inversion.z_p) / inversion.finger_scale;
+                inversion.ln_amplitude_std = residual_mobility_std * seen.im.abs();
+                (loads.inversion(&inversion, at), loads.amplitude_m[at])
+            }
+        }
+    }
+}
+
+pub(super) fn estimate<const N: usize>(
+    inversion: &Inversion<N>,
+    law: GapLaw,
+    friction: &FrictionLaw<N>,
+    measured: &MeasuredSamples<'_>,
+    z_m_model: Vec<Complex64>,
+) -> EstimatedSeries {
+    let n = measured.time_s.len();
+    let empty = || Vec::with_capacity(n);
+    let mut series = EstimatedSeries {
+        time_s: measured.time_s.to_vec(),
+        k_c_n_per_m: empty(),
+        k_c_std_n_per_m: empty(),
+        gap_m: empty(),
+        gap_std_m: empty(),
+        mu: empty(),
+        mu_std: empty(),
+        z_m_model_n_s_per_m: z_m_model,
+        inversion: InversionCounts::default(),
+    };
+    for index in 0..n {
+        let (inversion, amplitude_m) = measured.inversion(inversion, index);
+        let k_c = inversion.stiffness(measured.z_m[index], measured.z_m_std[index]);
+        let normal_n = measured.normal_n[index];
+        let gap = match law {
+            GapLaw::Balance => inversion.balance_gap(&k_c, normal_n).map(|(gap, branch)| {
+                series.inversion.count(branch);
+                gap
+            }),
+            GapLaw::Amplitude => inversion.gap(&k_c, amplitude_m),
+        };
+        let gap = gap.unwrap_or_else(|_| {
+            series.inversion.without_gap += 1;
+            Dependent::unknown()
+        });
+        let ratio = inversion.friction_ratio(&gap, normal_n);
+        let course = friction.course.at(measured.time_s[index]);
+        let over_mu0 = course * friction.of_ratio(ratio.value);
+        let by_ratio = course * friction.mu0 * (1.0 - friction.floor);
+        let by_law = Vector2::new(over_mu0, course * friction.mu0 * (1.0 - ratio.value));
+        let scatter = by_law.dot(&(friction.scatter * by_law)).sqrt();
+        let mu = Dependent {
+            value: friction.mu0 * over_mu0,
+            slopes: ratio.slopes * by_ratio
+                + SVector::from(friction.slopes) * by_law[0]
+                + SVector::from(friction.floor_slopes) * by_law[1],
+            noise: (by_ratio * ratio.noise).hypot(scatter),
+        };
+        for (quantity, values, stds) in [
+            (k_c, &mut series.k_c_n_per_m, &mut series.k_c_std_n_per_m),
+            (gap, &mut series.gap_m, &mut series.gap_std_m),
+            (mu, &mut series.mu, &mut series.mu_std),
+        ] {
+            values.push(quantity.value);
+            stds.push(inversion.std(&quantity));
+        }
+    }
+    series
+}

@@ -1,0 +1,238 @@
+//! Result of a fit of the lagged model for one instance.
+
+use nalgebra::SVector;
+use num_complex::Complex64;
+
+use super::estimated_series::{EstimatedSeries, GapLaw, MeasuredSamples, Varying, estimate};
+use super::fit_agreement::{Agreement, agreement};
+use super::fit_error::FitError;
+use super::fit_verdict::FitVerdict;
+use super::friction_law::{FrictionLaw, as_read};
+use super::lagged_model::{LaggedModel, OF_GAP, finger_scale};
+use super::least_squares::Minimum;
+use super::series::{InstanceSamples, mean};
+use contact::Contact;
+use contact::FittedFinger;
+use contact::inversion::{Dependent, Inversion};
+use contact::parameters::{
+    FINGER_SLOPES, IM_OFFSET, IM_Z_T, LAG_EXPONENT, LN_FORCE, LN_SIGMA_T, LoadSlopes, MS,
+    PARAMETERS, RE_OFFSET, RE_Z_T, RESIDUAL_MOBILITY, RESIDUAL_SLOPES, TAU_MS, Z_P_SLOPES,
+    Z_T_SLOPES,
+};
+
+/// Result of `dynamic` or `trial` for one instance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InstanceFit {
+    /// Whether the parameters may be used.
+    pub verdict: FitVerdict,
+    /// Roughness σ_t, m.
+    pub sigma_t_m: f64,
+    /// Standard error of `sigma_t_m`, m; infinite if not identifiable.
+    pub sigma_t_std_m: f64,
+    /// Tissue impedance Z_t, N·s/m.
+    pub z_t_n_s_per_m: Complex64,
+    /// Standard errors of the real and imaginary part of Z_t, N·s/m.
+    pub z_t_std_n_s_per_m: Complex64,
+    /// Levitation lag τ, s: where it grows with the gap, that at the instance's mean gap.
+    pub tau_s: f64,
+    /// Standard error of `tau_s`, s; 0 at the bound.
+    pub tau_std_s: f64,
+    /// Departure of the plate's impedance from that of the unloaded plate, N·s/m: imaginary where its resonance has moved, real
+    /// where its damping has changed; 0 where a part was held.
+    pub plate_offset_n_s_per_m: Complex64,
+    /// Standard errors of the offset's real and imaginary part, N·s/m; 0 where a part was held.
+    pub plate_offset_std_n_s_per_m: Complex64,
+    /// Friction without vibration μ0.
+    pub mu0: f64,
+    /// Standard error of `mu0`.
+    pub mu0_std: f64,
+    /// Mean normal force ⟨f_c⟩ over the instance, N.
+    pub normal_n: f64,
+    /// How well fitted and measured agree.
+    pub agreement: Agreement,
+    /// Stiffness, gap and friction in time.
+    pub series: EstimatedSeries,
+    /// The fitted parameters with their covariance, for samples beyond this instance: [`crate::self_sensed`],
+    /// [`crate::live_estimator`].
+    pub finger: FittedFinger,
+}
+
+impl InstanceFit {
+    pub(super) fn new(
+        model: &mut LaggedModel<'_>,
+        samples: &InstanceSamples<'_>,
+        minimum: Minimum<PARAMETERS>,
+        verdict: FitVerdict,
+        friction: FrictionLaw<PARAMETERS>,
+    ) -> Result<Self, FitError> {
+        let friction = friction.with_error_of_lateral(model.calibration.lateral_force_relative);
+        let parameters = &minimum.parameters;
+        let std = |i: usize| minimum.std(i);
+        let contact = model.follow(parameters).ok_or(FitError::NoStart)?;
+        let z_m_std: Vec<f64> = samples
+            .amplitude_m
+            .iter()
+            .map(|a| minimum.noise.std(a.recip()))
+            .collect();
+        let ln_gap = model.ln_mean_gap();
+        let tau_s = parameters[TAU_MS] * MS * (parameters[LAG_EXPONENT] * ln_gap).exp();
+        let offset = Complex64::new(parameters[RE_OFFSET], parameters[IM_OFFSET]);
+        let finger = FittedFinger {
+            inversion: Inversion {
+                contact,
+                load: LoadSlopes::default(),
+                carrier_rad_per_s: model.carrier_rad_per_s,
+                z_p: model.z_p + offset,
+                z_t: Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]),
+                z_t_slopes: Z_T_SLOPES,
+                z_p_slopes: Z_P_SLOPES,
+                finger_scale: finger_scale(parameters),
+                finger_slopes: FINGER_SLOPES,
+                residual_mobility: Complex64::I * parameters[RESIDUAL_MOBILITY],
+                residual_slopes: RESIDUAL_SLOPES,
+                ln_amplitude_std: 0.0,
+                covariance: minimum.covariance,
+            },
+            tau_s,
+            z_m_noise: minimum.noise,
+        };
+        let mut by_tau = SVector::zeros();
+        by_tau[TAU_MS] = MS * (parameters[LAG_EXPONENT] * ln_gap).exp();
+        by_tau[LAG_EXPONENT] = tau_s * ln_gap;
+        let tau_std_s = finger.inversion.std(&Dependent {
+            value: tau_s,
+            slopes: by_tau,
+            noise: 0.0,
+        });
+        let mu0_std = finger.inversion.std(&Dependent {
+            value: friction.mu0,
+            slopes: friction.slopes.into(),
+            noise: friction.mu0_scatter(),
+        });
+        let z_m_at_rest = model.z_m_at_rest();
+        let measured = MeasuredSamples {
+            time_s: samples.time_s,
+            z_m: &z_m_at_rest,
+            z_m_std: &z_m_std,
+            amplitude_m: samples.amplitude_m,
+            normal_n: &model.normal_n[model.lead..],
+            varying: Some(Varying {
+                loads: &model.loads,
+                trend: &model.trend,
+                first: model.lead,
+                residual_mobility_std: model.residual_mobility_std,
+            }),
+        };
+        let (sigma_t_std_m, z_t_std, offset_std) = (
+            contact.sigma_t_m() * std(LN_SIGMA_T),
+            Complex64::new(std(RE_Z_T), std(IM_Z_T)),
+            Complex64::new(std(RE_OFFSET), std(IM_OFFSET)),
+        );
+        let series = estimate(
+            &finger.inversion,
+            GapLaw::Amplitude,
+            &friction,
+            &measured,
+            minimum.z_m,
+        );
+        let read_mu = as_read(
+            &series.mu,
+            measured.normal_n,
+            friction.lag_s,
+            model.interval_s,
+        );
+        Ok(Self {
+            verdict,
+            sigma_t_m: contact.sigma_t_m(),
+            sigma_t_std_m,
+            z_t_n_s_per_m: finger.inversion.z_t,
+            z_t_std_n_s_per_m: z_t_std,
+            tau_s: finger.tau_s,
+            tau_std_s,
+            plate_offset_n_s_per_m: offset,
+            plate_offset_std_n_s_per_m: offset_std,
+            mu0: friction.mu0,
+            mu0_std,
+            normal_n: mean(samples.normal_n),
+            agreement: agreement(model.z_m, samples.mu, &series, &read_mu),
+            series,
+            finger,
+        })
+    }
+}
+
+/// Returns μ/μ0 by Eq. 19 after [`LaggedModel::follow`], with the lead-in.
+pub(super) fn modelled_ratio(model: &LaggedModel<'_>, contact: &Contact) -> Vec<f64> {
+    let samples = model.gap.iter().zip(model.normal_n).enumerate();
+    samples
+        .map(|(at, (&x, &n))| model.contact_at(contact, at).friction_ratio(x, n))
+        .collect()
+}
+
+/// μ0 = Σ m μ/Σ m² with m the modelled μ/μ0, after [`LaggedModel::follow`].
+pub(super) fn friction_at_rest(
+    model: &LaggedModel<'_>,
+    contact: &Contact,
+    mu: &[f64],
+) -> FrictionLaw<PARAMETERS> {
+    let all = modelled_ratio(model, contact);
+    let ratios = &all[model.lead..];
+    let power: f64 = ratios.iter().map(|m| m * m).sum();
+    let mu0 = ratios.iter().zip(mu).map(|(m, mu)| m * mu).sum::<f64>() / power;
+    let squares: f64 = ratios
+        .iter()
+        .zip(mu)
+        .map(|(ratio, mu)| (mu - mu0 * ratio).powi(2))
+        .sum();
+    let freedom = (ratios.len() - 1) as f64;
+    FrictionLaw::published(
+        mu0,
+        (squares / freedom / power).sqrt(),
+        friction_slopes(model, contact, mu, mu0, &all),
+    )
+}
+
+/// Returns ∂(μ/μ0)/∂parameter for those of [`OF_GAP`], after [`LaggedModel::follow`], with the lead-in.
+pub(super) fn modelled_ratio_slopes(
+    model: &LaggedModel<'_>,
+    contact: &Contact,
+    ratios: &[f64],
+) -> [Vec<f64>; OF_GAP.len()] {
+    let sigma = contact.sigma_t_m();
+    let mut slopes: [Vec<f64>; OF_GAP.len()] =
+        std::array::from_fn(|_| Vec::with_capacity(ratios.len()));
+    for (at, &ratio) in ratios.iter().enumerate() {
+        let contact = model.contact_at(contact, at);
+        let at_gap = contact.friction_ratio_slopes(model.gap[at], model.normal_n[at]);
+        let of_gap = model.gap_slopes_m(at).into_iter().zip(OF_GAP);
+        for (slopes, (of_gap, parameter)) in slopes.iter_mut().zip(of_gap) {
+            let direct = at_gap.by(parameter, &model.loads.slopes[at]);
+            slopes.push(direct - ratio / sigma * of_gap);
+        }
+    }
+    slopes
+}
+
+/// Returns ∂μ0/∂parameter of the least squares of μ0 times the modelled μ/μ0.
+fn friction_slopes(
+    model: &LaggedModel<'_>,
+    contact: &Contact,
+    mu: &[f64],
+    mu0: f64,
+    ratios: &[f64],
+) -> [f64; PARAMETERS] {
+    let inside = &ratios[model.lead..];
+    let power: f64 = inside.iter().map(|m| m * m).sum();
+    let mut slopes = [0.0; PARAMETERS];
+    let of_ratio = modelled_ratio_slopes(model, contact, ratios);
+    for (parameter, by) in OF_GAP.into_iter().zip(&of_ratio) {
+        let each = inside.iter().zip(mu).zip(&by[model.lead..]);
+        let moved: f64 = each
+            .map(|((ratio, mu), by)| (mu - 2.0 * mu0 * ratio) * by)
+            .sum();
+        slopes[parameter] = moved / power;
+    }
+    // The measured friction is the lateral force over the normal one.
+    slopes[LN_FORCE] -= mu0;
+    slopes
+}

@@ -1,0 +1,330 @@
+//! Least squares on the complex impedance of an instance, and the standard errors of its parameters.
+
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
+use num_complex::Complex64;
+
+use contact::calibration_errors::{ByError, ERRORS};
+use contact::residual_noise::ResidualNoise;
+
+/// A model of the complex impedance of every sample of an instance, with N real parameters.
+pub(crate) trait ImpedanceModel<const N: usize> {
+    fn measured(&self) -> &[Complex64];
+    /// Returns how the noise of a sample depends on its index, in any unit; the model's own error is added to it. The
+    /// fit weighs all samples alike; its standard errors do not.
+    fn noise_shape(&self, index: usize) -> f64;
+    /// Impedances and their derivatives; `None` outside the model's domain.
+    fn evaluate(
+        &mut self,
+        parameters: &[f64; N],
+        z_m: &mut [Complex64],
+        slopes: &mut [[Complex64; N]],
+    ) -> Option<()>;
+}
+
+/// Residual per sample of a trial step out of the model's domain, N·s/m: far above any impedance, so that it is
+/// rejected.
+const OUT_OF_DOMAIN: f64 = 1e6;
+const TOLERANCE: f64 = 1e-12;
+const PATIENCE: usize = 60;
+/// A pivot of the scaled normal matrix below this is rounding, not information.
+const SINGULAR: f64 = 1e-12;
+
+pub(crate) struct Minimum<const N: usize> {
+    pub(crate) parameters: [f64; N],
+    pub(crate) z_m: Vec<Complex64>,
+    /// Σ|Ẑ_m − Z_m|².
+    pub(crate) squares: f64,
+    /// Why the result is not a minimum; `None` if it is one.
+    pub(crate) failure: Option<String>,
+    /// Parameter covariance, 0 where a parameter was held and is free of error; `None` if the data do not depend on some
+    /// combination of the free ones.
+    pub(crate) covariance: Option<SMatrix<f64, N, N>>,
+    /// Noise of one component of the residual.
+    pub(crate) noise: ResidualNoise,
+}
+
+impl<const N: usize> Minimum<N> {
+    /// Returns the standard error of a parameter; infinite if the data do not determine it.
+    pub(crate) fn std(&self, parameter: usize) -> f64 {
+        self.covariance.map_or(f64::INFINITY, |covariance| {
+            covariance[(parameter, parameter)].sqrt()
+        })
+    }
+}
+
+struct ImpedanceProblem<'a, M, const N: usize> {
+    model: &'a mut M,
+    parameters: [f64; N],
+    /// Those that are fitted; the others keep their values.
+    free: &'a [usize],
+    z_m: Vec<Complex64>,
+    slopes: Vec<[Complex64; N]>,
+    in_domain: bool,
+}
+
+impl<M: ImpedanceModel<N>, const N: usize> ImpedanceProblem<'_, M, N> {
+    fn evaluate(&mut self) {
+        self.in_domain = self
+            .model
+            .evaluate(&self.parameters, &mut self.z_m, &mut self.slopes)
+            .is_some()
+            && self.z_m.iter().all(|z| z.is_finite());
+    }
+
+    fn residual(&self, index: usize) -> Complex64 {
+        self.z_m[index] - self.model.measured()[index]
+    }
+}
+
+impl<M: ImpedanceModel<N>, const N: usize> LeastSquaresProblem<f64, Dyn, Dyn>
+    for ImpedanceProblem<'_, M, N>
+{
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, x: &DVector<f64>) {
+        for (&parameter, &value) in self.free.iter().zip(x.iter()) {
+            self.parameters[parameter] = value;
+        }
+        self.evaluate();
+    }
+
+    fn params(&self) -> DVector<f64> {
+        DVector::from_fn(self.free.len(), |row, _| self.parameters[self.free[row]])
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let n = self.z_m.len();
+        if !self.in_domain {
+            return Some(DVector::from_element(2 * n, OUT_OF_DOMAIN));
+        }
+        Some(DVector::from_fn(2 * n, |row, _| {
+            if row < n {
+                self.residual(row).re
+            } else {
+                self.residual(row - n).im
+            }
+        }))
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let n = self.z_m.len();
+        Some(DMatrix::from_fn(2 * n, self.free.len(), |row, column| {
+            let slope = self.slopes[row % n][self.free[column]];
+            if row < n { slope.re } else { slope.im }
+        }))
+    }
+}
+
+/// Returns the start with the least squares; `None` if the model holds at none.
+pub(crate) fn best_start<M: ImpedanceModel<N>, const N: usize>(
+    model: &mut M,
+    starts: impl IntoIterator<Item = [f64; N]>,
+) -> Option<[f64; N]> {
+    let n = model.measured().len();
+    let mut z_m = vec![Complex64::ZERO; n];
+    let mut slopes = vec![[Complex64::ZERO; N]; n];
+    let mut best = None;
+    let mut least = f64::INFINITY;
+    for start in starts {
+        if model.evaluate(&start, &mut z_m, &mut slopes).is_none() {
+            continue;
+        }
+        let squares: f64 = z_m
+            .iter()
+            .zip(model.measured())
+            .map(|(a, b)| (a - b).norm_sqr())
+            .sum();
+        if squares < least {
+            (best, least) = (Some(start), squares);
+        }
+    }
+    best
+}
+
+/// Returns the model's impedance; `None` where the model does not hold.
+pub(crate) fn evaluated<M: ImpedanceModel<N>, const N: usize>(
+    model: &mut M,
+    parameters: &[f64; N],
+) -> Option<Vec<Complex64>> {
+    let n = model.measured().len();
+    let mut z_m = vec![Complex64::ZERO; n];
+    model.evaluate(parameters, &mut z_m, &mut vec![[Complex64::ZERO; N]; n])?;
+    Some(z_m)
+}
+
+/// Minimises over the `free` parameters by Levenberg–Marquardt from one start; the others keep its values. The covariance holds
+/// what errors do to parameters, as `by_error` says, and what the free ones do then.
+pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
+    model: &mut M,
+    start: [f64; N],
+    free: &[usize],
+    by_error: &ByError<N>,
+) -> Minimum<N> {
+    let n = model.measured().len();
+    let zero = Complex64::ZERO;
+    let mut problem = ImpedanceProblem {
+        model,
+        parameters: start,
+        free,
+        z_m: vec![zero; n],
+        slopes: vec![[zero; N]; n],
+        in_domain: false,
+    };
+    problem.evaluate();
+    let (problem, report) = LevenbergMarquardt::new()
+        .with_ftol(TOLERANCE)
+        .with_xtol(TOLERANCE)
+        .with_gtol(TOLERANCE)
+        .with_patience(PATIENCE)
+        .minimize(problem);
+    let failure = match report.termination {
+        _ if !problem.in_domain => Some("left the range in which the model holds".to_owned()),
+        TerminationReason::NoImprovementPossible(_) => None,
+        reason if reason.was_successful() => None,
+        reason => Some(format!("{reason:?}")),
+    };
+    summarise(problem, failure, by_error)
+}
+
+fn summarise<M: ImpedanceModel<N>, const N: usize>(
+    problem: ImpedanceProblem<'_, M, N>,
+    failure: Option<String>,
+    by_error: &ByError<N>,
+) -> Minimum<N> {
+    let residuals: Vec<Complex64> = (0..problem.z_m.len())
+        .map(|index| problem.residual(index))
+        .collect();
+    let squares = residuals.iter().map(Complex64::norm_sqr).sum::<f64>();
+    let shapes: Vec<f64> = (0..residuals.len())
+        .map(|index| problem.model.noise_shape(index))
+        .collect();
+    let noise = ResidualNoise::of(&residuals, &shapes, problem.free.len());
+    let deviations: Vec<f64> = shapes.iter().map(|&shape| noise.std(shape)).collect();
+    let white: Vec<Complex64> = residuals
+        .iter()
+        .zip(&deviations)
+        .map(|(residual, deviation)| residual / deviation)
+        .collect();
+    let size = problem.free.len();
+    let (mut normal, mut scatter) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
+    let mut moved = DMatrix::zeros(size, ERRORS);
+    let by_error_complex = by_error.map(Complex64::from);
+    for (slope, deviation) in problem.slopes.iter().zip(&deviations) {
+        let errors = SVector::from(*slope).tr_mul(&by_error_complex);
+        moved += DMatrix::from_fn(size, ERRORS, |row, error| {
+            (slope[problem.free[row]].conj() * errors[error]).re
+        });
+        let product = DMatrix::from_fn(size, size, |row, column| {
+            (slope[problem.free[row]].conj() * slope[problem.free[column]]).re
+        });
+        scatter += &product * deviation.powi(2);
+        normal += product;
+    }
+    let covariance = invert_scaled(&normal).map(|inverse| {
+        let of_free = &inverse * scatter * &inverse * correlation(&white);
+        let mut by_error = *by_error;
+        for (followed, &parameter) in (&inverse * moved).row_iter().zip(problem.free) {
+            let mut row = by_error.row_mut(parameter);
+            row -= followed;
+        }
+        let mut covariance = by_error * by_error.transpose();
+        for (row, &i) in problem.free.iter().enumerate() {
+            for (column, &j) in problem.free.iter().enumerate() {
+                covariance[(i, j)] += of_free[(row, column)];
+            }
+        }
+        covariance
+    });
+    Minimum {
+        parameters: problem.parameters,
+        z_m: problem.z_m,
+        squares,
+        failure,
+        covariance,
+        noise,
+    }
+}
+
+/// Inverse of a normal matrix, scaled to unit diagonal first so that units do not decide what counts as singular.
+fn invert_scaled(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let scale = normal.diagonal().map(|of| of.sqrt().recip());
+    if !scale.iter().all(|s| s.is_finite()) {
+        return None;
+    }
+    let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
+        normal[(i, j)] * scale[i] * scale[j]
+    });
+    let factor = scaled.cholesky()?;
+    if factor
+        .l_dirty()
+        .diagonal()
+        .iter()
+        .any(|pivot| pivot.powi(2) < SINGULAR)
+    {
+        return None;
+    }
+    let inverse = factor.inverse();
+    Some(DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
+        inverse[(i, j)] * scale[i] * scale[j]
+    }))
+}
+
+/// Neighbouring residuals share the demodulator's window and the model's error, so that n samples carry less than n
+/// values: 1 + 2 Σ ρ_k over the lags before the autocorrelation first vanishes.
+pub(crate) fn correlation(residuals: &[Complex64]) -> f64 {
+    let at = |lag: usize| {
+        residuals
+            .iter()
+            .zip(&residuals[lag..])
+            .map(|(a, b)| (a.conj() * b).re)
+            .sum::<f64>()
+    };
+    let power = at(0);
+    // Without any residual there is nothing to divide by.
+    if power.is_nan() || power <= 0.0 {
+        return 1.0;
+    }
+    let sum: f64 = (1..residuals.len())
+        .map(|lag| at(lag) / power)
+        .take_while(|rho| *rho > 0.0)
+        .sum();
+    1.0 + 2.0 * sum
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Every slope against central differences of the impedance.
+    pub(crate) fn assert_slopes_are_derivatives<const N: usize>(
+        model: &mut impl ImpedanceModel<N>,
+        at: [f64; N],
+    ) {
+        let n = model.measured().len();
+        let mut evaluate = |parameters: &[f64; N]| {
+            let (mut z_m, mut slopes) = (vec![Complex64::ZERO; n], vec![[Complex64::ZERO; N]; n]);
+            assert!(model.evaluate(parameters, &mut z_m, &mut slopes).is_some());
+            (z_m, slopes)
+        };
+        let (_, slopes) = evaluate(&at);
+        for parameter in 0..N {
+            let h = 1e-5;
+            let (mut above, mut below) = (at, at);
+            above[parameter] += h;
+            below[parameter] -= h;
+            let (above, below) = (evaluate(&above).0, evaluate(&below).0);
+            for i in 0..n {
+                let difference = (above[i] - below[i]) / (2.0 * h);
+                let apart = (difference - slopes[i][parameter]).norm();
+                assert!(
+                    apart < 1e-7 * (1.0 + difference.norm()),
+                    "parameter {parameter}, sample {i}: {apart}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! How fitted values depend on the assumed constants.
+
+use num_complex::Complex64;
+
+use super::conditions::FitConditions;
+use super::fit_error::FitError;
+use contact::AssumedConstants;
+
+/// Derivatives of the fitted values by the logarithm of one assumed constant θ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensitivity {
+    /// ∂ln σ_t/∂ln θ.
+    pub ln_sigma_t: f64,
+    /// ∂ln |Z_t|/∂ln θ.
+    pub ln_abs_z_t: f64,
+    /// ∂τ/∂ln θ, s; 0 for `paper`, which has no τ.
+    pub tau_s: f64,
+}
+
+/// How the fitted values depend on the assumed constants (central differences of refits at ±1 %).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensitivities {
+    /// Sensitivity to q0.
+    pub q0: Sensitivity,
+    /// Sensitivity to E.
+    pub young_modulus: Sensitivity,
+    /// Sensitivity to ν.
+    pub poisson_ratio: Sensitivity,
+    /// Sensitivity to S.
+    pub contact_area: Sensitivity,
+}
+
+/// Central differences of refits; `refit` gives ln σ_t, Z_t and τ. The asperity law
+/// depends on q0, E and ν only through q0 E/(1 − ν²).
+pub(super) fn sensitivities(
+    conditions: &FitConditions,
+    refit: impl Fn(&FitConditions) -> Result<(f64, Complex64, f64), FitError>,
+) -> Result<Sensitivities, FitError> {
+    const STEP: f64 = 0.01;
+    let central = |vary: fn(&mut AssumedConstants, f64)| {
+        let at = |factor: f64| {
+            let mut varied = *conditions;
+            vary(&mut varied.assumed, factor);
+            refit(&varied)
+        };
+        let (above, below) = (at(STEP.exp())?, at((-STEP).exp())?);
+        let slope = |a: f64, b: f64| (a - b) / (2.0 * STEP);
+        Ok::<_, FitError>(Sensitivity {
+            ln_sigma_t: slope(above.0, below.0),
+            ln_abs_z_t: slope(above.1.norm().ln(), below.1.norm().ln()),
+            tau_s: slope(above.2, below.2),
+        })
+    };
+    let q0 = central(|assumed, factor| assumed.q0_rad_per_m *= factor)?;
+    let contact_area = central(|assumed, factor| assumed.contact_area_m2 *= factor)?;
+    let nu_squared = conditions.assumed.poisson_ratio.powi(2);
+    let per_nu = 2.0 * nu_squared / (1.0 - nu_squared);
+    let poisson_ratio = Sensitivity {
+        ln_sigma_t: q0.ln_sigma_t * per_nu,
+        ln_abs_z_t: q0.ln_abs_z_t * per_nu,
+        tau_s: q0.tau_s * per_nu,
+    };
+    Ok(Sensitivities {
+        q0,
+        young_modulus: q0,
+        poisson_ratio,
+        contact_area,
+    })
+}

@@ -1,0 +1,142 @@
+//! Slow change within an instance: a skin that grows moist, a plate that grows warm.
+
+use std::ops::{AddAssign, Mul};
+
+use num_complex::Complex64;
+
+use contact::Contact;
+use contact::inversion::Inversion;
+
+/// Fewest instances of an exploration that show a trend.
+const FEWEST: usize = 3;
+/// Instances further apart are not of one exploration, s.
+pub(super) const NEIGHBOURS_S: f64 = 0.7;
+
+/// Returns the rate, 1/s, at which something changes about an instance: the regression of its `values` at the middles of all
+/// instances of the same exploration. Nothing where those are too few.
+pub(super) fn rate_about<T>(index: usize, times_s: &[f64], values: impl Fn(usize) -> T) -> T
+where
+    T: Default + AddAssign + Mul<f64, Output = T>,
+{
+    let apart = |pair: &[f64]| pair[1] - pair[0] > NEIGHBOURS_S;
+    let before = times_s[..=index].windows(2).rposition(apart);
+    let after = times_s[index..].windows(2).position(apart);
+    let from = before.map_or(0, |last| last + 1);
+    let to = after.map_or(times_s.len(), |last| index + last + 1);
+    let near = &times_s[from..to];
+    let mean_s = near.iter().sum::<f64>() / near.len() as f64;
+    let spread: f64 = near.iter().map(|of| (of - mean_s).powi(2)).sum();
+    let mut per_s = T::default();
+    if near.len() >= FEWEST && spread > 0.0 {
+        for (of, time_s) in (from..to).zip(near) {
+            per_s += values(of) * ((time_s - mean_s) / spread);
+        }
+    }
+    per_s
+}
+
+/// Rates of an instance's own parameters.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Rates {
+    /// Rate of ln σ_t, 1/s.
+    pub(super) ln_sigma_t_per_s: f64,
+    /// Rate of Z_t, N·s/m a second.
+    pub(super) z_t_per_s: Complex64,
+    /// Rate of Z_p, N·s/m a second.
+    pub(super) z_p_per_s: Complex64,
+    /// Rate of the angle by which the finger's part is turned, rad/s.
+    pub(super) finger_angle_rad_per_s: f64,
+}
+
+/// Where the parameters of an instance, which hold at its middle, are at each sample.
+pub(super) struct Trend {
+    /// Time since the middle of the instance, s.
+    elapsed_s: Vec<f64>,
+    rates: Rates,
+    /// σ_t at each sample over that at the middle.
+    sigma_ratio: Vec<f64>,
+    /// What the finger's part of Z_m at each sample is turned by.
+    turned: Vec<Complex64>,
+}
+
+impl Trend {
+    /// Makes the trend of an instance that begins after `lead` samples and does not change.
+    pub(super) fn new(time_s: &[f64], lead: usize) -> Self {
+        let middle_s = 0.5 * (time_s[lead] + time_s[time_s.len() - 1]);
+        Self {
+            elapsed_s: time_s.iter().map(|time_s| time_s - middle_s).collect(),
+            rates: Rates::default(),
+            sigma_ratio: vec![1.0; time_s.len()],
+            turned: vec![Complex64::ONE; time_s.len()],
+        }
+    }
+
+    /// Returns the rates.
+    pub(super) fn rates(&self) -> Rates {
+        self.rates
+    }
+
+    /// Changes the rates.
+    pub(super) fn follow(&mut self, rates: Rates) {
+        self.rates = rates;
+        let of_samples = self.sigma_ratio.iter_mut().zip(&mut self.turned);
+        for ((sigma_ratio, turned), elapsed_s) in of_samples.zip(&self.elapsed_s) {
+            *sigma_ratio = (rates.ln_sigma_t_per_s * elapsed_s).exp();
+            *turned = Complex64::cis(rates.finger_angle_rad_per_s * elapsed_s);
+        }
+    }
+
+    /// Returns the contact at a sample.
+    pub(super) fn contact(&self, contact: &Contact, at: usize) -> Contact {
+        contact.with_sigma_ratio(self.sigma_ratio[at])
+    }
+
+    /// Returns Z_t at a sample.
+    pub(super) fn z_t(&self, z_t: Complex64, at: usize) -> Complex64 {
+        z_t + self.rates.z_t_per_s * self.elapsed_s[at]
+    }
+
+    /// Returns Z_p at a sample.
+    pub(super) fn z_p(&self, z_p: Complex64, at: usize) -> Complex64 {
+        z_p + self.rates.z_p_per_s * self.elapsed_s[at]
+    }
+
+    /// Returns the finger's part of Z_m as it is measured, over what it is, at a sample.
+    pub(super) fn finger_scale(&self, scale: Complex64, at: usize) -> Complex64 {
+        scale * self.turned[at]
+    }
+
+    /// Returns the inversion at a sample.
+    pub(super) fn inversion<const N: usize>(
+        &self,
+        inversion: &Inversion<N>,
+        at: usize,
+    ) -> Inversion<N> {
+        Inversion {
+            contact: self.contact(&inversion.contact, at),
+            z_t: self.z_t(inversion.z_t, at),
+            z_p: self.z_p(inversion.z_p, at),
+            finger_scale: self.finger_scale(inversion.finger_scale, at),
+            ..*inversion
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn a_rate_is_that_of_one_exploration() {
+        let times_s = [0.0, 0.2, 0.4, 5.0, 5.2, 9.0, 9.1, 9.3];
+        let values = [1.0, 1.4, 1.8, 7.0, 3.0, 2.0, 1.9, 1.7];
+        let rate = |index| rate_about(index, &times_s, |of| values[of]);
+        for (index, expected) in [2.0, 2.0, 2.0, 0.0, 0.0, -1.0, -1.0, -1.0]
+            .into_iter()
+            .enumerate()
+        {
+            assert_relative_eq!(rate(index), expected, epsilon = 1e-12);
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! The parameters of an instance, those that a trial's instances share, and how the model's follow from both.
+
+use std::ops::{Add, Mul};
+
+use arrowhead::{ArrowCovariance, ArrowMinimum, Place};
+use nalgebra::{SMatrix, SVector};
+
+use super::plate::{COURSES, OffsetPrior};
+use crate::lagged_model::LaggedModel;
+use contact::calibration_errors::{ByError, ERRORS};
+use contact::parameters::{
+    AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, IM_OFFSET, IM_Z_T, LAG_EXPONENT, LN_AREA,
+    LN_LOSS_FACTOR, LN_Q0, LN_RATIO, LN_SIGMA_T, MS, PARAMETERS, RE_OFFSET, RE_Z_T,
+    RESIDUAL_MOBILITY, TAU_MS,
+};
+
+/// Number of parameters that an instance has of its own.
+pub(super) const OWN: usize = 7;
+/// Number of parameters that all instances share.
+pub(super) const SHARED: usize = 16;
+
+pub(super) type Own = SVector<f64, OWN>;
+pub(super) type Shared = SVector<f64, SHARED>;
+pub(super) type Minimised = ArrowMinimum<OWN, SHARED>;
+pub(super) type Step = Place<OWN, SHARED>;
+pub(super) type Covariance = ArrowCovariance<OWN, SHARED, ERRORS>;
+
+/// Parameters of one instance, in a block's order.
+pub(super) const OF_INSTANCE: [usize; OWN] = [
+    LN_SIGMA_T,
+    RE_Z_T,
+    IM_Z_T,
+    IM_OFFSET,
+    RE_OFFSET,
+    FINGER_ANGLE,
+    RESIDUAL_MOBILITY,
+];
+pub(super) const SIGMA_T: usize = 0;
+pub(super) const TISSUE: [usize; 2] = [1, 2];
+pub(super) const REACTANCE: usize = 3;
+pub(super) const DAMPING: usize = 4;
+pub(super) const ANGLE: usize = 5;
+pub(super) const RESIDUAL: usize = 6;
+
+/// Parameters of the model that are the trial's, in the arrow's order; after them stand [`COURSE`] and the two
+/// of the amplitude along the plate. Times are there as their logarithms.
+pub(super) const OF_TRIAL: [usize; SHARED - COURSES - 4] = [
+    LN_AREA,
+    LN_Q0,
+    LN_LOSS_FACTOR,
+    TAU_MS,
+    AREA_EXPONENT,
+    FILM_MEAN_MS,
+    LAG_EXPONENT,
+];
+pub(super) const AREA: usize = 0;
+pub(super) const Q0: usize = 1;
+pub(super) const LOSS_FACTOR: usize = 2;
+pub(super) const TAU: usize = 3;
+pub(super) const GROWTH: usize = 4;
+pub(super) const FILM_MEAN: usize = 5;
+pub(super) const LAG_GROWTH: usize = 6;
+/// First of the [`COURSES`] that the plate may take beside the likely one, in standard deviations.
+pub(super) const COURSE: usize = 7;
+/// Logarithm of the amplitude along the plate over that at the pickup: by how much it grows over [`ALONG_M`], and by how much
+/// it is greater there on both sides.
+pub(super) const TILT: usize = COURSE + COURSES;
+pub(super) const BOW: usize = TILT + 1;
+/// What other modes do at all instances alike: angle and residual mobility.
+pub(super) const ANGLE_OF_ALL: usize = BOW + 1;
+pub(super) const RESIDUAL_OF_ALL: usize = ANGLE_OF_ALL + 1;
+/// Length along the plate at which tilt and bow are stated, m: half of the published central part.
+pub(super) const ALONG_M: f64 = 0.03;
+
+/// Times that are there as their logarithms, and those of the model in ms.
+const IN_MS: [(usize, usize); 2] = [(TAU, TAU_MS), (FILM_MEAN, FILM_MEAN_MS)];
+
+/// An instance of a trial.
+pub(super) struct Member<'a> {
+    pub(super) model: LaggedModel<'a>,
+    /// The plate's offset that is likely.
+    pub(super) offset: OffsetPrior,
+    /// Distance from the plate's centre, in [`ALONG_M`].
+    pub(super) along: f64,
+}
+
+impl Member<'_> {
+    /// Returns the model's parameters.
+    pub(super) fn parameters(&self, shared: &Shared, own: &Own) -> [f64; PARAMETERS] {
+        let mut parameters = [0.0; PARAMETERS];
+        for (value, parameter) in own.iter().zip(OF_INSTANCE) {
+            parameters[parameter] = *value;
+        }
+        for (value, parameter) in shared.iter().zip(OF_TRIAL) {
+            parameters[parameter] = *value;
+        }
+        for (index, parameter) in IN_MS {
+            parameters[parameter] = shared[index].exp() / MS;
+        }
+        let offset = self.offset.on_course(courses(shared));
+        parameters[RE_OFFSET] += offset.re;
+        parameters[IM_OFFSET] += offset.im;
+        parameters[FINGER_ANGLE] += shared[ANGLE_OF_ALL];
+        parameters[RESIDUAL_MOBILITY] += shared[RESIDUAL_OF_ALL];
+        parameters[LN_RATIO] = shared[TILT] * self.along + shared[BOW] * self.along.powi(2);
+        parameters
+    }
+
+    /// Returns the slopes by the parameters that all instances share, from those by the model's.
+    pub(super) fn by_shared<T: Copy + Default + Add<Output = T> + Mul<f64, Output = T>>(
+        &self,
+        slopes: &[T; PARAMETERS],
+        parameters: &[f64; PARAMETERS],
+    ) -> [T; SHARED] {
+        std::array::from_fn(|index| match OF_TRIAL.get(index) {
+            Some(&parameter) if is_time(parameter) => slopes[parameter] * parameters[parameter],
+            Some(&parameter) => slopes[parameter],
+            None => self
+                .beside(index)
+                .into_iter()
+                .fold(T::default(), |sum, (parameter, by)| {
+                    sum + slopes[parameter] * by
+                }),
+        })
+    }
+
+    /// Returns the model's parameters that one of the last shared ones moves, and by how much.
+    fn beside(&self, index: usize) -> [(usize, f64); 2] {
+        let (parameter, by) = match index {
+            TILT => (LN_RATIO, self.along),
+            BOW => (LN_RATIO, self.along.powi(2)),
+            ANGLE_OF_ALL => (FINGER_ANGLE, 1.0),
+            RESIDUAL_OF_ALL => (RESIDUAL_MOBILITY, 1.0),
+            _ => {
+                let by = self.offset.by_course[index - COURSE];
+                return [(RE_OFFSET, by.re), (IM_OFFSET, by.im)];
+            }
+        };
+        [(parameter, by), (parameter, 0.0)]
+    }
+
+    /// Returns how the model's parameters follow those of the instance and those of the trial.
+    pub(super) fn following(&self, parameters: &[f64; PARAMETERS]) -> Following {
+        let mut by_own = SMatrix::zeros();
+        for (column, parameter) in OF_INSTANCE.into_iter().enumerate() {
+            by_own[(parameter, column)] = 1.0;
+        }
+        let mut by_shared = SMatrix::zeros();
+        for (column, parameter) in OF_TRIAL.into_iter().enumerate() {
+            let unit = if is_time(parameter) {
+                parameters[parameter]
+            } else {
+                1.0
+            };
+            by_shared[(parameter, column)] = unit;
+        }
+        for column in COURSE..SHARED {
+            for (parameter, by) in self.beside(column) {
+                by_shared[(parameter, column)] += by;
+            }
+        }
+        Following { by_own, by_shared }
+    }
+}
+
+/// How the model's parameters at an instance follow its own and the shared ones.
+pub(super) struct Following {
+    pub(super) by_own: SMatrix<f64, PARAMETERS, OWN>,
+    pub(super) by_shared: SMatrix<f64, PARAMETERS, SHARED>,
+}
+
+impl Following {
+    /// Returns what errors of the calibration do to the model's parameters once the fitted ones have followed.
+    pub(super) fn response(
+        &self,
+        of: &Covariance,
+        instance: usize,
+        by_error: &ByError<PARAMETERS>,
+    ) -> ByError<PARAMETERS> {
+        self.by_own * of.response.own[instance] + self.by_shared * of.response.shared + by_error
+    }
+
+    /// Returns the covariance of the model's parameters, on which errors of the calibration act as `by_error` says.
+    pub(super) fn covariance(
+        &self,
+        of: &Covariance,
+        instance: usize,
+        by_error: &ByError<PARAMETERS>,
+    ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
+        let Self { by_own, by_shared } = self;
+        let block = &of.blocks[instance];
+        let across = by_own * block.with_shared * by_shared.transpose();
+        let follows = self.response(of, instance, by_error) - by_error;
+        let beside = follows * by_error.transpose();
+        by_own * block.own * by_own.transpose()
+            + by_shared * of.shared * by_shared.transpose()
+            + across
+            + across.transpose()
+            + beside
+            + beside.transpose()
+            + by_error * by_error.transpose()
+    }
+}
+
+/// Returns how far each course is taken.
+pub(super) fn courses(shared: &Shared) -> &[f64] {
+    &shared.as_slice()[COURSE..TILT]
+}
+
+fn is_time(parameter: usize) -> bool {
+    IN_MS.iter().any(|(_, time)| *time == parameter)
+}

@@ -1,0 +1,100 @@
+//! Signs that the model's laws are not those of this finger on this plate.
+
+use std::fmt;
+
+use super::members::{SHARED, Shared};
+use super::plate::PlateApart;
+use crate::instance_fit::InstanceFit;
+
+/// A sign that the model does not hold for a trial: its parameters and their errors are then none of the finger's.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Misfit {
+    /// A parameter that the data put far from what is likely of any finger.
+    Unlikely {
+        /// Its name.
+        name: &'static str,
+        /// How many standard deviations of its prior it lies from the prior's middle.
+        deviations: f64,
+    },
+    /// The plate under the finger would not be the one that was read before and after it.
+    Plate {
+        /// RMS over the instances by which its reactance lies from the course between the readings, N·s/m.
+        apart_n_s_per_m: f64,
+    },
+    /// The friction that follows from the impedance is not the measured one, although it had no say in the fit.
+    Friction {
+        /// RMS of estimated less measured friction over all instances.
+        rms_mu: f64,
+    },
+}
+
+/// Standard deviations of its prior that a parameter may lie from the middle: a fit that bends the skin to another law goes far
+/// beyond; no fit of the 79 simulated people of docs/accuracy.md does.
+const MOST_DEVIATIONS: f64 = 4.0;
+/// RMS of estimated less measured friction from which the model does not explain it.
+const MOST_RMS_MU: f64 = 0.03;
+
+impl fmt::Display for Misfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unlikely { name, deviations } => write!(
+                f,
+                "{name} would be {:.1} standard deviations {} what is likely of a finger",
+                deviations.abs(),
+                if *deviations > 0.0 { "above" } else { "below" }
+            ),
+            Self::Plate { apart_n_s_per_m } => write!(
+                f,
+                "the plate's reactance under the finger would be {apart_n_s_per_m:.2} N·s/m from what was read without it"
+            ),
+            Self::Friction { rms_mu } => write!(
+                f,
+                "friction that follows from the impedance is {rms_mu:.3} off the measured one (RMS)"
+            ),
+        }
+    }
+}
+
+/// Names of the shared parameters that a misfit can show in, in their order.
+const NAMES: [&str; 7] = [
+    "the contact area S",
+    "q0",
+    "the loss factor η",
+    "the levitation lag τ",
+    "the growth of the contact area with force",
+    "the time that the film averages over",
+    "the growth of the levitation lag with the gap",
+];
+
+/// Returns the signs of misfit at parameters with their priors' middles and standard deviations.
+pub(super) fn signs(
+    shared: &Shared,
+    priors: &[(f64, f64); SHARED],
+    plate: Option<PlateApart>,
+    instances: &[InstanceFit],
+) -> Vec<Misfit> {
+    let mut signs: Vec<Misfit> = NAMES
+        .into_iter()
+        .zip(shared.iter().zip(priors))
+        .map(|(name, (at, (middle, std)))| Misfit::Unlikely {
+            name,
+            deviations: (at - middle) / std,
+        })
+        .filter(|sign| {
+            matches!(sign, Misfit::Unlikely { deviations, .. } if deviations.abs() > MOST_DEVIATIONS)
+        })
+        .collect();
+    signs.extend(
+        plate
+            .filter(PlateApart::is_misfit)
+            .map(|plate| Misfit::Plate {
+                apart_n_s_per_m: plate.apart_n_s_per_m,
+            }),
+    );
+    let squares = instances.iter().map(|of| of.agreement.rms_mu.powi(2));
+    let rms_mu = (squares.sum::<f64>() / instances.len() as f64).sqrt();
+    if rms_mu > MOST_RMS_MU {
+        signs.push(Misfit::Friction { rms_mu });
+    }
+    signs
+}

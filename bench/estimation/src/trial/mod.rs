@@ -1,0 +1,338 @@
+//! One fit of all instances of a trial, in which nothing about the skin is assumed.
+//!
+//! σ_t, Z_t and the plate's offset belong to an instance; S, q0, η and τ are the same for all of a trial, and are fitted. One
+//! instance tells S and τ apart badly, a trial well: S from the film's force (Huloux 2021, Eq. 14) beside the measured normal
+//! force, q0 from the gap at rest (Eq. 16), η from the phase of the contact (Eq. 6). Only q0 E/(1 − ν²) and p0 S enter, so q0
+//! is that for the assumed E and ν.
+//!
+//! The impedance, the gap's lag and the normal force are those of [`dynamic`](super::dynamic), and the skin has inertia while the
+//! amplitude changes (`transient.rs`). Σ|Z_m,model − Z_m|² over all instances is minimised with wide log-normal
+//! [priors](TrialPriors), from several starts, in the logarithms of what is positive.
+
+mod friction;
+mod friction_spread;
+mod members;
+mod misfit;
+mod plate;
+mod prior;
+mod scatter;
+mod search;
+
+use num_complex::Complex64;
+
+use friction::{RatioSamples, TrialFriction};
+use friction_spread::FrictionSpread;
+use members::{
+    ALONG_M, AREA, Covariance, FILM_MEAN, Following, GROWTH, LAG_GROWTH, LOSS_FACTOR, Member,
+    Minimised, OWN, Q0, SIGMA_T, Shared, TAU, TISSUE,
+};
+pub use misfit::Misfit;
+pub use plate::{PlateReadings, PlateReference};
+pub use prior::{LogNormal, Normal, TrialPriors};
+use search::Search;
+
+use super::conditions::FitConditions;
+use super::fit_error::FitError;
+use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD};
+use super::instance_fit::{InstanceFit, friction_at_rest, modelled_ratio, modelled_ratio_slopes};
+use super::lagged_model::LaggedModel;
+use super::least_squares::{ImpedanceModel, Minimum};
+use super::series::{InstanceSeries, mean};
+use contact::CalibrationErrors;
+use contact::residual_noise::ResidualNoise;
+use contact::uncertain::{LogUncertain, Uncertain};
+
+/// Options of a trial's fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrialOptions {
+    /// How long before each instance its gap is integrated, s. Default 20 ms, some ten τ.
+    pub lead_in_s: f64,
+    /// What is likely beforehand.
+    pub priors: TrialPriors,
+}
+
+impl Default for TrialOptions {
+    fn default() -> Self {
+        Self {
+            lead_in_s: 0.02,
+            priors: TrialPriors::default(),
+        }
+    }
+}
+
+/// An instance and where on the plate it was.
+#[derive(Debug, Clone, Copy)]
+pub struct Placed<'a> {
+    /// The instance.
+    pub series: InstanceSeries<'a>,
+    /// Position of its middle along the plate, from the plate's centre, m.
+    pub off_centre_m: f64,
+}
+
+/// Parameters that the instances of a trial share.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SharedFit {
+    /// Whether the parameters, and those of the instances, may be used.
+    pub verdict: FitVerdict,
+    /// Apparent contact area S under the mean normal force of all instances, m².
+    pub contact_area_m2: LogUncertain,
+    /// q0 for the assumed E and ν, rad/m.
+    pub q0_rad_per_m: LogUncertain,
+    /// Loss factor η.
+    pub loss_factor: LogUncertain,
+    /// Levitation lag τ at the mean gap of all instances, s.
+    pub tau_s: LogUncertain,
+    /// Exponent ν of the area's growth with the normal force.
+    pub area_exponent: Uncertain,
+    /// Time over which the film averages the squared amplitude, s.
+    pub film_mean_s: LogUncertain,
+    /// Exponent of the lag's growth with the gap.
+    pub lag_exponent: Uncertain,
+    /// Signs that the model does not hold; where there is one, no error is to be believed.
+    pub misfit: Vec<Misfit>,
+    /// Floor φ of friction as a part of μ0; `None` if the measured friction could not be fitted.
+    pub friction_floor: Option<Uncertain>,
+    /// Lag of the lateral force, s; `None` with the floor.
+    pub lateral_lag_s: Option<Uncertain>,
+}
+
+/// Result of a trial's fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrialFit {
+    /// Parameters that the instances share.
+    pub shared: SharedFit,
+    /// Each instance, in the order in which they were given.
+    pub instances: Vec<InstanceFit>,
+}
+
+/// Fits all instances of a trial, with what `readings` tell of the plate.
+///
+/// # Errors
+/// If there is no instance, a lead-in is too short, or the model allows no such contacts.
+pub fn fit(
+    placed: &[Placed<'_>],
+    conditions: &FitConditions,
+    readings: &PlateReadings,
+    options: &TrialOptions,
+) -> Result<TrialFit, FitError> {
+    let instances: Vec<InstanceSeries<'_>> = placed.iter().map(|of| of.series).collect();
+    let forces = instances.iter().map(|of| mean(of.instance().normal_n));
+    let reference_n = forces.sum::<f64>() / instances.len() as f64;
+    let z_p = conditions.z_p_corrected_n_s_per_m;
+    let mut members = Vec::with_capacity(instances.len());
+    for (instance, placed) in instances.iter().zip(placed) {
+        let mut model = LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)?;
+        // Of all places alike, and of each by itself.
+        model.residual_mobility_std =
+            std::f64::consts::SQRT_2 * options.priors.residual_mobility_std_m_per_n_s;
+        members.push((model, placed.off_centre_m / ALONG_M));
+    }
+    let times_s: Vec<f64> = members.iter().map(|of| of.0.middle_s).collect();
+    let offsets = plate::offsets(&times_s, readings, z_p, &options.priors, None);
+    let members: Vec<Member<'_>> = members
+        .into_iter()
+        .zip(offsets)
+        .map(|((model, along), offset)| Member {
+            model,
+            offset,
+            along,
+        })
+        .collect();
+    if members.is_empty() {
+        return Err(FitError::NoStart);
+    }
+    let mut search = Search::new(members, readings, options.priors);
+    let minimum = search.solve()?;
+    report(search, &instances, minimum, &conditions.calibration)
+}
+
+fn report(
+    mut search: Search<'_>,
+    instances: &[InstanceSeries<'_>],
+    minimum: Minimised,
+    errors: &CalibrationErrors,
+) -> Result<TrialFit, FitError> {
+    let by_error = errors.by_parameter();
+    let residuals = search.left(&minimum);
+    let covariance = search.covariance(&minimum, &by_error);
+    let verdict = verdict(&minimum, covariance.as_ref());
+    let std = |index: usize| {
+        covariance
+            .as_ref()
+            .map_or(f64::INFINITY, |of| of.shared[(index, index)].sqrt())
+    };
+    let of_ln = |index: usize| LogUncertain {
+        value: minimum.shared[index].exp(),
+        ln_std: std(index),
+    };
+    let plain = |index: usize| Uncertain {
+        value: minimum.shared[index],
+        std: std(index),
+    };
+    let members = &mut search.members;
+    let following: Vec<Following> = members
+        .iter()
+        .zip(&minimum.own)
+        .map(|(member, own)| member.following(&member.parameters(&minimum.shared, own)))
+        .collect();
+    let friction = friction(members, instances, &minimum);
+    let spread = friction.as_ref().zip(covariance.as_ref());
+    let spread = spread.and_then(|(friction, covariance)| {
+        FrictionSpread::new(friction, &following, &minimum, covariance, &by_error)
+    });
+    let tau_s = tau_at_mean_gap(members, &minimum, covariance.as_ref());
+    let mut fits = Vec::with_capacity(instances.len());
+    for (index, (member, instance)) in members.iter_mut().zip(instances).enumerate() {
+        let parameters = member.parameters(&minimum.shared, &minimum.own[index]);
+        let (z_m, residuals) = (member.model.z_m, &residuals[index]);
+        let shapes: Vec<f64> = (0..z_m.len())
+            .map(|i| member.model.noise_shape(i))
+            .collect();
+        let of_instance = Minimum {
+            parameters,
+            z_m: z_m.iter().zip(residuals).map(|(z, r)| z + r).collect(),
+            squares: residuals.iter().map(Complex64::norm_sqr).sum(),
+            failure: None,
+            covariance: covariance
+                .as_ref()
+                .map(|of| following[index].covariance(of, index, &by_error)),
+            noise: ResidualNoise::of(residuals, &shapes, OWN),
+        };
+        let (model, samples) = (&mut member.model, instance.instance());
+        let contact = model.follow(&parameters).ok_or(FitError::NoStart)?;
+        let law = match (&friction, &spread, &of_instance.covariance) {
+            (Some(friction), Some(spread), Some(covariance)) => {
+                spread.law(friction, index, covariance)
+            }
+            (Some(friction), ..) => friction.held(index),
+            (None, ..) => friction_at_rest(model, &contact, samples.mu),
+        };
+        let fit = InstanceFit::new(model, &samples, of_instance, verdict.clone(), law)?;
+        fits.push(fit);
+    }
+    let of_trial = friction.as_ref().map(|of| {
+        let stds = [of.floor.std, of.lag_s.std];
+        let [floor, lag_s] = spread.as_ref().map_or(stds, |spread| spread.stds(stds));
+        [
+            Uncertain {
+                std: floor,
+                ..of.floor
+            },
+            Uncertain {
+                std: lag_s,
+                ..of.lag_s
+            },
+        ]
+    });
+    let misfit = misfit::signs(
+        &minimum.shared,
+        &search.priors_of_shared(),
+        search.plate_apart(&minimum),
+        &fits,
+    );
+    Ok(TrialFit {
+        shared: SharedFit {
+            verdict,
+            contact_area_m2: of_ln(AREA),
+            q0_rad_per_m: of_ln(Q0),
+            loss_factor: of_ln(LOSS_FACTOR),
+            tau_s,
+            area_exponent: plain(GROWTH),
+            film_mean_s: of_ln(FILM_MEAN),
+            lag_exponent: plain(LAG_GROWTH),
+            misfit,
+            friction_floor: of_trial.map(|[floor, _]| floor),
+            lateral_lag_s: of_trial.map(|[_, lag_s]| lag_s),
+        },
+        instances: fits,
+    })
+}
+
+/// Returns τ at the mean gap of all instances.
+fn tau_at_mean_gap(
+    members: &mut [Member<'_>],
+    minimum: &Minimised,
+    covariance: Option<&Covariance>,
+) -> LogUncertain {
+    let mut ln_gap = 0.0;
+    for (member, own) in members.iter_mut().zip(&minimum.own) {
+        let parameters = member.parameters(&minimum.shared, own);
+        if member.model.follow(&parameters).is_some() {
+            ln_gap += member.model.ln_mean_gap() / minimum.own.len() as f64;
+        }
+    }
+    let mut slopes = Shared::zeros();
+    (slopes[TAU], slopes[LAG_GROWTH]) = (1.0, ln_gap);
+    LogUncertain {
+        value: minimum.shared.dot(&slopes).exp(),
+        ln_std: covariance.map_or(f64::INFINITY, |of| slopes.dot(&(of.shared * slopes)).sqrt()),
+    }
+}
+
+/// Fits the trial's friction with the contact at a minimum.
+fn friction(
+    members: &mut [Member<'_>],
+    instances: &[InstanceSeries<'_>],
+    minimum: &Minimised,
+) -> Option<TrialFriction> {
+    let mut ratios = Vec::with_capacity(members.len());
+    for (member, own) in members.iter_mut().zip(&minimum.own) {
+        let parameters = member.parameters(&minimum.shared, own);
+        let contact = member.model.follow(&parameters)?;
+        let ratio = modelled_ratio(&member.model, &contact);
+        let slopes = modelled_ratio_slopes(&member.model, &contact, &ratio);
+        ratios.push((ratio, slopes));
+    }
+    let samples: Vec<RatioSamples<'_>> = members
+        .iter()
+        .zip(ratios)
+        .zip(instances)
+        .map(|((member, (ratio, ratio_slopes)), instance)| RatioSamples {
+            ratio,
+            ratio_slopes,
+            normal_n: member.model.normal_n,
+            lead: member.model.lead,
+            mu: instance.instance().mu,
+            time_s: member.model.time_s,
+            middle_s: member.model.middle_s,
+        })
+        .collect();
+    friction::fit(&samples, members.first()?.model.interval_s)
+}
+
+fn verdict(minimum: &Minimised, covariance: Option<&Covariance>) -> FitVerdict {
+    if !minimum.converged {
+        return FitVerdict::NotConverged {
+            reason: "the search for the least squares did not end".to_owned(),
+        };
+    }
+    let Some(covariance) = covariance else {
+        return FitVerdict::NotIdentifiable {
+            parameter: FitParameter::SigmaT,
+            std: f64::INFINITY,
+        };
+    };
+    let of_instances = minimum.own.iter().enumerate().flat_map(|(index, own)| {
+        let own_covariance = &covariance.blocks[index].own;
+        let variance = |of: usize| own_covariance[(of, of)];
+        let of_tissue: f64 = TISSUE.map(variance).iter().sum();
+        let squared: f64 = TISSUE.map(|of| own[of] * own[of]).iter().sum();
+        [
+            (FitParameter::SigmaT, variance(SIGMA_T).sqrt()),
+            (FitParameter::ZT, (of_tissue / squared).sqrt()),
+        ]
+    });
+    let area = (
+        FitParameter::ContactArea,
+        covariance.shared[(AREA, AREA)].sqrt(),
+    );
+    let worst = of_instances
+        .chain([area])
+        .max_by(|a, b| a.1.total_cmp(&b.1));
+    match worst {
+        Some((parameter, std)) if std.is_nan() || std > IDENTIFIABLE_RELATIVE_STD => {
+            FitVerdict::NotIdentifiable { parameter, std }
+        }
+        _ => FitVerdict::Converged,
+    }
+}

@@ -1,0 +1,117 @@
+//! What is taken to be likely of a skin and a plate before a trial is seen.
+
+use contact::uncertain::WITHIN_95;
+
+/// A log-normal distribution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LogNormal {
+    /// Median, in the quantity's own unit.
+    pub median: f64,
+    /// Standard deviation of the natural logarithm.
+    pub ln_std: f64,
+}
+
+impl LogNormal {
+    /// Returns the distribution of which 95 % lies between two values.
+    #[must_use]
+    pub fn between(low: f64, high: f64) -> Self {
+        Self {
+            median: (low * high).sqrt(),
+            ln_std: (high / low).ln() / (2.0 * WITHIN_95),
+        }
+    }
+}
+
+/// A normal distribution.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Normal {
+    /// Mean, in the quantity's own unit.
+    pub mean: f64,
+    /// Standard deviation.
+    pub std: f64,
+}
+
+/// Priors of a trial's parameters. Wide: they keep a short trial sane and leave a whole one to its data.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrialPriors {
+    /// Apparent contact area S, m². Default 95 % between 60 and 450 mm².
+    pub contact_area_m2: LogNormal,
+    /// q0 for the assumed E and ν, rad/m. Default 95 % between 0.5 and 5 × 10⁴.
+    pub q0_rad_per_m: LogNormal,
+    /// Loss factor η. Default 95 % between 0.1 and 0.6.
+    pub loss_factor: LogNormal,
+    /// Levitation lag τ, s. Default 95 % between 0.1 and 10 ms.
+    pub tau_s: LogNormal,
+    /// Exponent ν of the contact area's growth with the normal force. Default 0.3 ± 0.3: none at all, Hertz's 2/3 and what was
+    /// measured of finger pads in between (Adams et al. 2013) are all likely.
+    pub area_exponent: Normal,
+    /// Time over which the film averages the squared amplitude, s. Default 95 % between 0.03 and 0.3 ms, one to ten cycles
+    /// of the carrier.
+    pub film_mean_s: LogNormal,
+    /// Exponent of the levitation lag's growth with the gap. Default 0.25 ± 0.15: nobody knows the law (decision 21).
+    pub lag_exponent: Normal,
+    /// Growth of the logarithm of the amplitude over 30 mm along the plate, beside what was measured. Default 0 ± 0.015.
+    pub amplitude_tilt: Normal,
+    /// By how much it is greater 30 mm from the centre on both sides. Default −0.01 ± 0.02.
+    pub amplitude_bow: Normal,
+    /// Standard deviation of the angle by which the finger's part of Z_m is turned, rad, at all places alike and at each by itself;
+    /// their means are 0. Default 0.02: what a second mode of the plate a kilohertz away does to it.
+    pub finger_angle_std_rad: f64,
+    /// Standard deviation of the residual mobility that such a mode adds to the finger's part of Z_m, m/(N·s), likewise. Default
+    /// 0.003: a mode of 20 g a kilohertz away has 0.004.
+    pub residual_mobility_std_m_per_n_s: f64,
+    /// Standard deviation of the offset of the plate's reactance, N·s/m; its mean is 0. Default 3, thirty hertz of a plate of 8
+    /// g.
+    pub plate_reactance_std_n_s_per_m: f64,
+    /// Standard deviation of the offset of its damping, N·s/m; its mean is 0. Default 0.5, seven per cent of the published
+    /// plate's.
+    pub plate_damping_std_n_s_per_m: f64,
+}
+
+impl TrialPriors {
+    /// Returns the priors on a plate whose amplitude along it was measured and is accounted for.
+    #[must_use]
+    pub fn on_a_measured_plate(self) -> Self {
+        let left = |prior: Normal| Normal {
+            mean: 0.0,
+            std: prior.std.min(3e-3),
+        };
+        Self {
+            amplitude_tilt: left(self.amplitude_tilt),
+            amplitude_bow: left(self.amplitude_bow),
+            ..self
+        }
+    }
+}
+
+impl Default for TrialPriors {
+    fn default() -> Self {
+        Self {
+            contact_area_m2: LogNormal::between(60e-6, 450e-6),
+            q0_rad_per_m: LogNormal::between(5e3, 5e4),
+            loss_factor: LogNormal::between(0.1, 0.6),
+            tau_s: LogNormal::between(1e-4, 1e-2),
+            area_exponent: Normal {
+                mean: 0.3,
+                std: 0.3,
+            },
+            film_mean_s: LogNormal::between(3e-5, 3e-4),
+            lag_exponent: Normal {
+                mean: 0.25,
+                std: 0.15,
+            },
+            amplitude_tilt: Normal {
+                mean: 0.0,
+                std: 0.015,
+            },
+            amplitude_bow: Normal {
+                mean: -0.01,
+                std: 0.02,
+            },
+            finger_angle_std_rad: 0.02,
+            residual_mobility_std_m_per_n_s: 0.003,
+            plate_reactance_std_n_s_per_m: 3.0,
+            plate_damping_std_n_s_per_m: 0.5,
+        }
+    }
+}

@@ -1,0 +1,535 @@
+//! The search for the parameters that fit all instances of a trial best.
+
+use arrowhead::{ArrowProblem, BlockNormal, Prior, Until, minimise};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use num_complex::Complex64;
+
+use super::members::{
+    ANGLE, ANGLE_OF_ALL, BOW, COURSE, Covariance, DAMPING, FILM_MEAN, GROWTH, LAG_GROWTH, Member,
+    Minimised, OF_INSTANCE, OWN, Own, Q0, REACTANCE, RESIDUAL, RESIDUAL_OF_ALL, SHARED, SIGMA_T,
+    Shared, TILT, TISSUE, courses,
+};
+use super::plate::{self, OffsetPrior, PlateApart, PlateReadings};
+use super::prior::{LogNormal, Normal, TrialPriors};
+use super::scatter::{Kinds, Scatter};
+use crate::beside::Beside;
+use crate::fit_error::FitError;
+use crate::least_squares::ImpedanceModel;
+use crate::sigma_search::sigma_starts;
+use crate::transient::Transient;
+use crate::trend::{Rates, rate_about};
+use contact::calibration_errors::{ByError, ERRORS};
+use contact::parameters::PARAMETERS;
+
+/// S and τ that starts are tried with, m² and s: the first two are the furthest apart.
+const STARTS: [(f64, f64); 4] = [
+    (300e-6, 0.7e-3),
+    (150e-6, 2e-3),
+    (300e-6, 2e-3),
+    (150e-6, 0.7e-3),
+];
+/// Parts of its median that q0 is tried with at each start.
+const Q0_STARTS: [f64; 3] = [0.5, 1.0, 2.0];
+/// Part by which the squares of two minima differ that are the same.
+const THE_SAME: f64 = 1e-3;
+/// Standard deviation of a residual's component that the first search weighs priors with, N·s/m.
+const FIRST_STD: f64 = 0.01;
+/// What belongs to laws beside the published ones.
+const LAWS: [usize; 7] = [
+    GROWTH,
+    FILM_MEAN,
+    LAG_GROWTH,
+    TILT,
+    BOW,
+    ANGLE_OF_ALL,
+    RESIDUAL_OF_ALL,
+];
+/// Part of their standard deviations that a search from afar allows them.
+const SEARCHING: f64 = 0.05;
+const TO_THE_MINIMUM: Until = Until {
+    tolerance: 1e-7,
+    iterations: 500,
+};
+/// Until a minimum is refined once more.
+const TO_BE_REFINED: Until = Until {
+    tolerance: 1e-4,
+    iterations: 500,
+};
+/// A start that is far from the finger wanders for long: what leads on is found by others sooner.
+const FROM_AFAR: Until = Until {
+    tolerance: 1e-4,
+    iterations: 60,
+};
+/// Times that a minimum is refined: another no longer moves it.
+const REFINEMENTS: usize = 3;
+/// Standard deviation that holds the plate's damping, N·s/m.
+const HELD: f64 = 1e-9;
+
+/// The instances of a trial, with what is known of them at present.
+pub(super) struct Search<'a> {
+    pub(super) members: Vec<Member<'a>>,
+    priors: TrialPriors,
+    /// How the residuals of each instance scatter.
+    scatters: Vec<Scatter>,
+    /// What each kind of error would make of them, so far as it was found.
+    kinds: Vec<Kinds>,
+    /// Standard deviation of the offset of the plate's damping where no reference tells, N·s/m.
+    damping_std: f64,
+    readings: &'a PlateReadings,
+    /// Whether the laws beside the published ones are still held close to what is likely.
+    from_afar: bool,
+    z_m: Vec<Complex64>,
+    slopes: Vec<[Complex64; PARAMETERS]>,
+}
+
+/// State between two refinements: how the residuals scatter, the plate's likely offset, the trends, and the skin's transients.
+struct Refinement {
+    scatters: Vec<Scatter>,
+    of_members: Vec<(OffsetPrior, Rates, Transient)>,
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(
+        members: Vec<Member<'a>>,
+        readings: &'a PlateReadings,
+        priors: TrialPriors,
+    ) -> Self {
+        let lengths = members.iter().map(|member| member.model.z_m.len());
+        let longest = lengths.max().unwrap_or(0);
+        Self {
+            priors,
+            scatters: members.iter().map(|_| Scatter::Alike(FIRST_STD)).collect(),
+            kinds: Vec::new(),
+            damping_std: HELD,
+            readings,
+            from_afar: true,
+            z_m: vec![Complex64::ZERO; longest],
+            slopes: vec![[Complex64::ZERO; PARAMETERS]; longest],
+            members,
+        }
+    }
+
+    /// Searches, and where references do not tell whether the plate's damping has changed, does so with it held and with it
+    /// fitted. The second is taken if it explains so much more that the Bayesian information criterion (Schwarz 1978) grants
+    /// each instance a damping of its own: where the damping stands still, fitting it lets the model's own error into σ_t
+    /// (decision 21).
+    pub(super) fn solve(&mut self) -> Result<Minimised, FitError> {
+        let found = self.search_from_afar().ok_or(FitError::NoStart)?;
+        self.from_afar = false;
+        let held = self.refined(found)?;
+        let unknown = self
+            .members
+            .iter()
+            .filter(|of| of.offset.damping_std.is_none());
+        let dampings = unknown.count() as f64;
+        if dampings == 0.0 {
+            return Ok(held);
+        }
+        let refined = self.refinement();
+        self.damping_std = self.priors.plate_damping_std_n_s_per_m;
+        let fitted = self.refined(held.clone())?;
+        let samples: usize = self.members.iter().map(|of| of.model.z_m.len()).sum();
+        let independent = 2.0 * samples as f64;
+        self.damping_std = HELD;
+        let as_weighed = (held.shared, held.own.clone());
+        let as_weighed =
+            minimise(self, as_weighed.0, as_weighed.1, TO_THE_MINIMUM).ok_or(FitError::NoStart)?;
+        let gain = as_weighed.squares - fitted.squares;
+        if fitted.converged && gain > dampings * independent.max(1.0).ln() {
+            self.damping_std = self.priors.plate_damping_std_n_s_per_m;
+            return Ok(fitted);
+        }
+        self.restore(refined);
+        Ok(held)
+    }
+
+    /// Takes what a minimum was refined by.
+    fn refinement(&self) -> Refinement {
+        let members = self.members.iter();
+        Refinement {
+            scatters: self.scatters.clone(),
+            of_members: members
+                .map(|of| {
+                    let model = &of.model;
+                    (of.offset, model.trend.rates(), model.transient.clone())
+                })
+                .collect(),
+        }
+    }
+
+    fn restore(&mut self, refinement: Refinement) {
+        self.scatters = refinement.scatters;
+        let refined = refinement.of_members;
+        for (member, (offset, rates, transient)) in self.members.iter_mut().zip(refined) {
+            member.offset = offset;
+            member.model.trend.follow(rates);
+            member.model.transient = transient;
+        }
+    }
+
+    /// Returns the best minimum from all starts, or the first at which two of them meet.
+    fn search_from_afar(&mut self) -> Option<Minimised> {
+        let mut best: Option<Minimised> = None;
+        for (area_m2, tau_s) in STARTS {
+            let Some((shared, own)) = self.start(area_m2, tau_s) else {
+                continue;
+            };
+            let Some(found) = minimise(self, shared, own, FROM_AFAR) else {
+                continue;
+            };
+            let meets = best.as_ref().is_some_and(|best| {
+                let apart = (found.squares - best.squares).abs();
+                best.converged && found.converged && apart <= THE_SAME * best.squares
+            });
+            let both = best.into_iter().chain([found]);
+            best = both.min_by(|a, b| a.squares.total_cmp(&b.squares));
+            if meets {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Returns where a search begins: with the q0 and the σ_t, of all instances alike, that leave least of Z_m of the
+    /// first, the middle and the last one, where each has the Z_t and the plate's reactance that go best with them.
+    fn start(&mut self, area_m2: f64, tau_s: f64) -> Option<(Shared, Vec<Own>)> {
+        let priors = &self.priors;
+        let mut shared = Shared::from([
+            area_m2.ln(),
+            priors.q0_rad_per_m.median.ln(),
+            priors.loss_factor.median.ln(),
+            tau_s.ln(),
+            priors.area_exponent.mean,
+            priors.film_mean_s.median.ln(),
+            priors.lag_exponent.mean,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            priors.amplitude_tilt.mean,
+            priors.amplitude_bow.mean,
+            0.0,
+            0.0,
+        ]);
+        let ln_q0 = shared[Q0];
+        let last = self.members.len() - 1;
+        let mut some = vec![0, last / 2, last];
+        some.dedup();
+        let tried = Q0_STARTS
+            .iter()
+            .flat_map(|part| sigma_starts().map(move |sigma_t_m| (part.ln(), sigma_t_m.ln())));
+        let left = tried.filter_map(|(ln_part, ln_sigma_t)| {
+            shared[Q0] = ln_q0 + ln_part;
+            let mut own = Own::zeros();
+            own[SIGMA_T] = ln_sigma_t;
+            let beside = self.beside(&some, &shared, &own)?;
+            Some((beside.iter().map(|of| of.square).sum::<f64>(), shared, own))
+        });
+        let (_, shared, found) = left.min_by(|(a, ..), (b, ..)| a.total_cmp(b))?;
+        let all: Vec<usize> = (0..=last).collect();
+        let beside = self.beside(&all, &shared, &found)?;
+        let own = beside.iter().map(|of| {
+            let mut own = found;
+            (own[TISSUE[0]], own[TISSUE[1]]) = (of.z_t.re, of.z_t.im);
+            own[REACTANCE] = of.reactance;
+            own
+        });
+        Some((shared, own.collect()))
+    }
+
+    /// Returns what goes best with the parameters at each of some instances; `None` where the model allows no such contact.
+    fn beside(&mut self, some: &[usize], shared: &Shared, own: &Own) -> Option<Vec<Beside>> {
+        let each = some.iter().map(|&index| {
+            let member = &mut self.members[index];
+            let candidate = member.parameters(shared, own);
+            member.model.beside(&candidate)
+        });
+        each.collect()
+    }
+
+    /// Minimises from a minimum nearby, with what it tells of the trends within the instances, of the plate's course, and of
+    /// how much each sample weighs.
+    fn refined(&mut self, mut at: Minimised) -> Result<Minimised, FitError> {
+        for refinement in 1..=REFINEMENTS {
+            self.follow_trends(&at);
+            self.follow_plate(&mut at);
+            self.follow_transients(&at).ok_or(FitError::NoStart)?;
+            let last = refinement == REFINEMENTS;
+            self.weigh(&at, !last);
+            let until = if last { TO_THE_MINIMUM } else { TO_BE_REFINED };
+            at = minimise(self, at.shared, at.own, until).ok_or(FitError::NoStart)?;
+        }
+        Ok(at)
+    }
+
+    /// Takes the reactances of a minimum for what they tell of the plate's course, and the damping for what it is on that course.
+    fn follow_plate(&mut self, at: &mut Minimised) {
+        let courses = courses(&at.shared).to_vec();
+        let before: Vec<Complex64> = self
+            .members
+            .iter()
+            .map(|of| of.offset.on_course(&courses))
+            .collect();
+        let found: Vec<f64> = at
+            .own
+            .iter()
+            .zip(&before)
+            .map(|(own, before)| own[REACTANCE] + before.im)
+            .collect();
+        let times_s: Vec<f64> = self.members.iter().map(|of| of.model.middle_s).collect();
+        let offsets = plate::offsets(
+            &times_s,
+            self.readings,
+            self.members[0].model.z_p,
+            &self.priors,
+            Some(&found),
+        );
+        at.shared.as_mut_slice()[COURSE..TILT].fill(0.0);
+        for (index, (member, offset)) in self.members.iter_mut().zip(offsets).enumerate() {
+            member.offset = offset;
+            // Nothing moves but what the plate is said to be by: the search goes on from where it was.
+            let moved = before[index] - offset.on_course(&[]);
+            at.own[index][REACTANCE] += moved.im;
+            at.own[index][DAMPING] += moved.re;
+        }
+    }
+
+    /// Takes the rates at which parameters change from instance to instance for those within each.
+    fn follow_trends(&mut self, minimum: &Minimised) {
+        let courses = courses(&minimum.shared);
+        let (times_s, at): (Vec<f64>, Vec<Own>) = self
+            .members
+            .iter()
+            .zip(&minimum.own)
+            .map(|(member, own)| {
+                let mut own = *own;
+                let offset = member.offset.on_course(courses);
+                own[DAMPING] += offset.re;
+                own[REACTANCE] += offset.im;
+                (member.model.middle_s, own)
+            })
+            .unzip();
+        for (index, member) in self.members.iter_mut().enumerate() {
+            let per_s = rate_about(index, &times_s, |of| at[of]);
+            member.model.trend.follow(Rates {
+                ln_sigma_t_per_s: per_s[SIGMA_T],
+                z_t_per_s: Complex64::new(per_s[TISSUE[0]], per_s[TISSUE[1]]),
+                z_p_per_s: Complex64::new(per_s[DAMPING], per_s[REACTANCE]),
+                finger_angle_rad_per_s: per_s[ANGLE],
+            });
+        }
+    }
+
+    /// Takes what the skins of a minimum add while they follow the plate.
+    fn follow_transients(&mut self, minimum: &Minimised) -> Option<()> {
+        for (member, own) in self.members.iter_mut().zip(&minimum.own) {
+            let parameters = member.parameters(&minimum.shared, own);
+            member.model.follow_transient(&parameters)?;
+        }
+        Some(())
+    }
+
+    /// Takes the scatter of the residuals at a minimum, and what each kind of error makes of them `anew` or as it was last.
+    fn weigh(&mut self, minimum: &Minimised, anew: bool) {
+        let residuals = self.left(minimum);
+        if anew {
+            self.kinds = self.members.iter().map(Kinds::of).collect();
+        }
+        if let Some(found) = Scatter::of_all(&residuals, &self.kinds) {
+            self.scatters = found;
+        }
+    }
+
+    /// Returns the residuals at a minimum, instance by instance.
+    pub(super) fn left(&mut self, minimum: &Minimised) -> Vec<Vec<Complex64>> {
+        let mut all = Vec::with_capacity(self.members.len());
+        for (member, own) in self.members.iter_mut().zip(&minimum.own) {
+            let z_m = &mut self.z_m[..member.model.z_m.len()];
+            let slopes = &mut self.slopes[..z_m.len()];
+            let parameters = member.parameters(&minimum.shared, own);
+            let inside = member.model.evaluate(&parameters, z_m, slopes);
+            debug_assert!(inside.is_some(), "a minimum lies in the model's domain");
+            let residuals = z_m.iter().zip(member.model.z_m).map(|(a, b)| a - b);
+            all.push(residuals.collect());
+        }
+        all
+    }
+
+    /// Returns each instance's residuals, their slopes by its own and by the shared parameters, and what errors of the calibration
+    /// do to them, with the residuals' scatter taken out.
+    fn whitened(
+        &mut self,
+        shared: &Shared,
+        own: &[Own],
+        by_error: Option<&ByError<PARAMETERS>>,
+    ) -> Option<Vec<DMatrix<f64>>> {
+        let mut all = Vec::with_capacity(own.len());
+        for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
+            let parameters = member.parameters(shared, own);
+            let n = member.model.z_m.len();
+            let (z_m, slopes) = (&mut self.z_m[..n], &mut self.slopes[..n]);
+            member.model.evaluate(&parameters, z_m, slopes)?;
+            let by_error = by_error.map(|of| of.map(Complex64::from));
+            let errors = by_error.map_or(0, |_| ERRORS);
+            let mut rows = DMatrix::zeros(2 * n, 1 + OWN + SHARED + errors);
+            for (index, (z, slope)) in z_m.iter().zip(slopes.iter()).enumerate() {
+                let by_own = OF_INSTANCE.map(|parameter| slope[parameter]);
+                let by_shared = member.by_shared(slope, &parameters);
+                let residual = z - member.model.z_m[index];
+                let row = [residual].into_iter().chain(by_own).chain(by_shared);
+                let moved = by_error.map(|of| SVector::from(*slope).tr_mul(&of));
+                let row = row.chain(moved.iter().flatten().copied());
+                for (column, value) in row.enumerate() {
+                    rows[(index, column)] = value.re;
+                    rows[(n + index, column)] = value.im;
+                }
+            }
+            scatter.whiten(&mut rows);
+            all.push(rows);
+        }
+        Some(all)
+    }
+
+    /// Returns middle and standard deviation of each shared parameter beforehand.
+    pub(super) fn priors_of_shared(&self) -> [(f64, f64); SHARED] {
+        let of = &self.priors;
+        let of_ln = |prior: LogNormal| (prior.median.ln(), prior.ln_std);
+        let of_itself = |prior: Normal| (prior.mean, prior.std);
+        let course = (0.0, 1.0);
+        [
+            of_ln(of.contact_area_m2),
+            of_ln(of.q0_rad_per_m),
+            of_ln(of.loss_factor),
+            of_ln(of.tau_s),
+            of_itself(of.area_exponent),
+            of_ln(of.film_mean_s),
+            of_itself(of.lag_exponent),
+            course,
+            course,
+            course,
+            course,
+            course,
+            of_itself(of.amplitude_tilt),
+            of_itself(of.amplitude_bow),
+            (0.0, of.finger_angle_std_rad),
+            (0.0, of.residual_mobility_std_m_per_n_s),
+        ]
+    }
+
+    /// Returns by how much the plate departs from its course; `None` where it was not read before and after.
+    pub(super) fn plate_apart(&self, minimum: &Minimised) -> Option<PlateApart> {
+        let courses = courses(&minimum.shared);
+        let (mut apart, mut course, mut known) = (0.0, 0.0, 0.0);
+        for (member, own) in self.members.iter().zip(&minimum.own) {
+            if member.offset.damping_std.is_some() {
+                apart += own[REACTANCE].powi(2);
+                course += member.offset.on_course(courses).im.powi(2);
+                known += 1.0;
+            }
+        }
+        (known > 0.0).then(|| PlateApart {
+            apart_n_s_per_m: (apart / known).sqrt(),
+            course_n_s_per_m: (course / known).sqrt(),
+        })
+    }
+
+    /// Returns by how much more the residuals scatter than the scatter they were weighed with, at least 1.
+    fn excess(&mut self, minimum: &Minimised) -> f64 {
+        let squares = self
+            .residuals(&minimum.shared, &minimum.own)
+            .map_or(f64::INFINITY, |all| {
+                all.iter().map(DVector::norm_squared).sum()
+            });
+        let samples: usize = self
+            .members
+            .iter()
+            .map(|member| member.model.z_m.len())
+            .sum();
+        let freedom = (2 * samples).saturating_sub(SHARED + OWN * self.members.len());
+        (squares / freedom.max(1) as f64).max(1.0)
+    }
+
+    /// Returns the covariance of all parameters, from the priors, the residuals, and errors of the calibration.
+    pub(super) fn covariance(
+        &mut self,
+        minimum: &Minimised,
+        by_error: &ByError<PARAMETERS>,
+    ) -> Option<Covariance> {
+        let excess = self.excess(minimum);
+        let rows = self.whitened(&minimum.shared, &minimum.own, Some(by_error))?;
+        let blocks: Vec<BlockNormal<OWN, SHARED>> = rows
+            .iter()
+            .enumerate()
+            .map(|(instance, rows)| {
+                let mut block = BlockNormal::of(rows);
+                block.own *= excess;
+                block.coupling *= excess;
+                block.shared *= excess;
+                block.own += SMatrix::from_diagonal(&self.prior_of_own(instance).precision);
+                block
+            })
+            .collect();
+        let prior = self.prior_of_shared().precision;
+        let response = minimum.response(&rows)?;
+        Some(minimum.covariance(blocks, prior)?.with_response(response))
+    }
+}
+
+impl ArrowProblem<OWN, SHARED> for Search<'_> {
+    fn rows(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<DMatrix<f64>>> {
+        self.whitened(shared, own, None)
+    }
+
+    fn residuals(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<DVector<f64>>> {
+        let mut all = Vec::with_capacity(own.len());
+        for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
+            let z_m = &mut self.z_m[..member.model.z_m.len()];
+            let parameters = member.parameters(shared, own);
+            member.model.impedances(&parameters, z_m)?;
+            let apart = |part: fn(&Complex64) -> f64| {
+                let each = z_m.iter().zip(member.model.z_m);
+                each.map(move |(a, b)| part(a) - part(b))
+            };
+            let both = apart(|z| z.re).chain(apart(|z| z.im));
+            let mut residuals = DMatrix::from_iterator(2 * z_m.len(), 1, both);
+            scatter.whiten(&mut residuals);
+            all.push(residuals.column(0).into_owned());
+        }
+        Some(all)
+    }
+
+    fn prior_of_own(&self, instance: usize) -> Prior<OWN> {
+        let offset = self.members[instance].offset;
+        let allowed = if self.from_afar { SEARCHING } else { 1.0 };
+        let mut precision = Own::zeros();
+        for (at, std) in [
+            (REACTANCE, offset.reactance_std),
+            (DAMPING, offset.damping_std.unwrap_or(self.damping_std)),
+            (ANGLE, self.priors.finger_angle_std_rad * allowed),
+            (
+                RESIDUAL,
+                self.priors.residual_mobility_std_m_per_n_s * allowed,
+            ),
+        ] {
+            precision[at] = std.powi(-2);
+        }
+        Prior {
+            mean: Own::zeros(),
+            precision,
+        }
+    }
+
+    fn prior_of_shared(&self) -> Prior<SHARED> {
+        let mut known = self.priors_of_shared();
+        if self.from_afar {
+            for law in LAWS {
+                known[law].1 *= SEARCHING;
+            }
+        }
+        Prior {
+            mean: Shared::from(known.map(|(mean, _)| mean)),
+            precision: Shared::from(known.map(|(_, std)| std.powi(-2))),
+        }
+    }
+}

@@ -1,0 +1,319 @@
+//! Synthetic instances from a model that is written out here once more, on purpose.
+
+use std::f64::consts::TAU;
+
+use estimation::{InstanceSamples, InstanceSeries};
+use num_complex::Complex64;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+pub const CARRIER_HZ: f64 = 35_000.0;
+pub const OMEGA: f64 = TAU * CARRIER_HZ;
+pub const MODAL_MASS_KG: f64 = 0.008;
+pub const Z_P: Complex64 = Complex64::new(7.01, 0.0);
+pub const RATE_HZ: f64 = 2000.0;
+/// Lead-in samples.
+pub const LEAD: usize = 40;
+
+/// What a record is made from. The equations are written out here once more, on purpose.
+#[derive(Clone, Copy)]
+pub struct Truth {
+    pub sigma_t_m: f64,
+    pub z_t: Complex64,
+    pub tau_s: f64,
+    pub mu0: f64,
+    pub mean_amplitude_m: f64,
+    pub modulation_index: f64,
+    pub normal_n: f64,
+    /// S at [`AREA_AT_N`].
+    pub area_m2: f64,
+    pub area_exponent: f64,
+    pub film_mean_s: f64,
+    /// Of τ, which holds at a gap of 10 µm.
+    pub lag_exponent: f64,
+    pub q0_rad_per_m: f64,
+    pub loss_factor: f64,
+    /// Added to Re and Im Z_p, N·s/m.
+    pub plate_damping: f64,
+    pub plate_offset: f64,
+    pub friction_floor: f64,
+    /// What the force does that its sensor's filter takes for noise: amplitude, as a part of it, Hz, and rad.
+    pub unseen: [(f64, f64, f64); 8],
+}
+
+/// Force at which an area is that of the truth, N.
+pub const AREA_AT_N: f64 = 0.65;
+
+pub const TRUTH: Truth = Truth {
+    sigma_t_m: 1.7e-6,
+    z_t: Complex64::new(0.47, 3.16),
+    tau_s: 1.2e-3,
+    mu0: 0.8,
+    mean_amplitude_m: 1.95e-6,
+    modulation_index: 0.95,
+    normal_n: 0.65,
+    area_m2: 300e-6,
+    area_exponent: 0.0,
+    film_mean_s: 0.0,
+    lag_exponent: 0.0,
+    q0_rad_per_m: 1.4e4,
+    loss_factor: 0.3,
+    plate_damping: 0.0,
+    plate_offset: 0.0,
+    friction_floor: 0.0,
+    unseen: [(0.0, 0.0, 0.0); 8],
+};
+
+impl Truth {
+    /// Time 0 is the steepest point of a rising stretch.
+    pub fn amplitude_m(&self, t: f64) -> f64 {
+        self.mean_amplitude_m * (1.0 + self.modulation_index * (TAU * 6.0 * t).sin())
+    }
+
+    /// The amplitude that the film answers to: of a mean over a short time, the one of that time ago.
+    pub fn answered_m(&self, t: f64) -> f64 {
+        self.amplitude_m(t - self.film_mean_s)
+    }
+
+    pub fn normal_n(&self, t: f64) -> f64 {
+        self.normal_n * (1.0 + 0.4 * t - 10.0 * t * t + 50.0 * t * t * t)
+    }
+
+    pub fn true_normal_n(&self, t: f64) -> f64 {
+        let each = self.unseen.iter();
+        let unseen: f64 = each
+            .map(|(part, hz, phase)| part * (TAU * hz * t + phase).cos())
+            .sum();
+        self.normal_n(t) * (1.0 + unseen)
+    }
+
+    pub fn area_m2(&self, n: f64) -> f64 {
+        self.area_m2 * (n / AREA_AT_N).powf(self.area_exponent)
+    }
+
+    pub fn asperity_n(&self, x: f64, n: f64) -> f64 {
+        let p_c = 0.375 * self.q0_rad_per_m * self.sigma_t_m * 20e6 / 0.75;
+        p_c * self.area_m2(n) * (-x / self.sigma_t_m).exp()
+    }
+
+    pub fn squeeze_n(&self, x: f64, a: f64, n: f64) -> f64 {
+        1.25 * 101_325.0 * self.area_m2(n) * a * a / (x * x)
+    }
+
+    pub fn equilibrium_m(&self, t: f64) -> f64 {
+        let (a, n) = (self.answered_m(t), self.true_normal_n(t));
+        let (mut lo, mut hi) = (1e-9_f64, 1e-3);
+        for _ in 0..60 {
+            let middle = 0.5 * (lo + hi);
+            if self.asperity_n(middle, n) + self.squeeze_n(middle, a, n) > n {
+                lo = middle
+            } else {
+                hi = middle
+            }
+        }
+        0.5 * (lo + hi)
+    }
+
+    /// Runge–Kutta over the lead-in and 60 ms around time 0, from 100 ms earlier.
+    pub fn record(&self) -> Record {
+        let substeps = 20;
+        let h = 1.0 / RATE_HZ / f64::from(substeps);
+        let before = 200;
+        let total = LEAD + 120;
+        let start_s = -0.03 - (LEAD + before) as f64 / RATE_HZ;
+        let mut x = self.equilibrium_m(start_s);
+        let mut record = Record::default();
+        for i in 0..before + total {
+            let t = start_s + i as f64 / RATE_HZ;
+            if i >= before {
+                self.push(
+                    &mut record,
+                    t,
+                    if self.tau_s > 0.0 {
+                        x
+                    } else {
+                        self.equilibrium_m(t)
+                    },
+                );
+            }
+            for j in (0..substeps).filter(|_| self.tau_s > 0.0) {
+                let t = t + f64::from(j) * h;
+                let (e0, e1, e2) = (
+                    self.equilibrium_m(t),
+                    self.equilibrium_m(t + 0.5 * h),
+                    self.equilibrium_m(t + h),
+                );
+                let tau_s = self.tau_s * (x / 10e-6).powf(self.lag_exponent);
+                let k1 = (e0 - x) / tau_s;
+                let k2 = (e1 - x - 0.5 * h * k1) / tau_s;
+                let k3 = (e1 - x - 0.5 * h * k2) / tau_s;
+                let k4 = (e2 - x - h * k3) / tau_s;
+                x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+            }
+        }
+        record
+    }
+
+    pub fn mu(&self, x: f64, n: f64) -> f64 {
+        let ratio = self.asperity_n(x, n) / n;
+        self.mu0 * (self.friction_floor + (1.0 - self.friction_floor) * ratio)
+    }
+
+    pub fn push(&self, record: &mut Record, t: f64, x: f64) {
+        let (a, n) = (self.amplitude_m(t), self.true_normal_n(t));
+        let k_c = self.asperity_n(x, n) / self.sigma_t_m
+            + 2.0 * self.squeeze_n(x, self.answered_m(t), n) / x;
+        let z_c = Complex64::new(self.loss_factor * k_c / OMEGA, -k_c / OMEGA);
+        let z_m = Z_P
+            + Complex64::new(self.plate_damping, self.plate_offset)
+            + self.z_t * z_c / (self.z_t + z_c);
+        let growth =
+            self.mean_amplitude_m * self.modulation_index * TAU * 6.0 * (TAU * 6.0 * t).cos() / a;
+        record.time_s.push(t);
+        record.corrected.push(z_m);
+        record.plain.push(z_m + 2.0 * MODAL_MASS_KG * growth);
+        record.amplitude_m.push(a);
+        record.normal_n.push(self.normal_n(t));
+        record.mu.push(self.mu(x, n));
+        record.gap_m.push(x);
+        record.k_c.push(k_c);
+    }
+}
+
+#[derive(Clone, Default)]
+pub struct Record {
+    pub time_s: Vec<f64>,
+    pub plain: Vec<Complex64>,
+    pub corrected: Vec<Complex64>,
+    pub amplitude_m: Vec<f64>,
+    pub normal_n: Vec<f64>,
+    pub mu: Vec<f64>,
+    pub gap_m: Vec<f64>,
+    pub k_c: Vec<f64>,
+}
+
+impl Record {
+    pub fn samples(&self) -> InstanceSamples<'_> {
+        InstanceSamples {
+            time_s: &self.time_s,
+            z_m_plain_n_s_per_m: &self.plain,
+            z_m_corrected_n_s_per_m: &self.corrected,
+            amplitude_m: &self.amplitude_m,
+            normal_n: &self.normal_n,
+            mu: &self.mu,
+        }
+    }
+
+    /// With what the inertia of the skin adds while plate and contact change, from the parts of the plate's velocity that fall on contact
+    /// and skin.
+    pub fn with_inertia(mut self, truth: &Truth) -> Self {
+        let skin_kg = truth.z_t.im / OMEGA;
+        let parts: Vec<[Complex64; 2]> = self
+            .k_c
+            .iter()
+            .map(|k_c| {
+                let z_c = Complex64::new(truth.loss_factor, -1.0) * k_c / OMEGA;
+                [truth.z_t, z_c].map(|of| of / (truth.z_t + z_c))
+            })
+            .collect();
+        let velocities: Vec<Complex64> = self
+            .amplitude_m
+            .iter()
+            .zip(&self.plain)
+            .map(|(a, plain)| Complex64::from_polar(*a, -plain.arg()))
+            .collect();
+        for at in 1..parts.len() - 1 {
+            let per_s = |before: Complex64, after: Complex64| (after - before) * (0.5 * RATE_HZ);
+            for (of, kg) in [self.k_c[at] / (OMEGA * OMEGA), skin_kg]
+                .into_iter()
+                .enumerate()
+            {
+                let moving = |at: usize| parts[at][of] * velocities[at];
+                let acceleration = per_s(moving(at - 1), moving(at + 1));
+                let added = kg * parts[at][of] * acceleration / velocities[at];
+                self.corrected[at] += added;
+                self.plain[at] += added;
+            }
+        }
+        self
+    }
+
+    /// The lateral force through a first-order lag, exact for one that is constant over a sample.
+    pub fn with_lateral_lag(&self, lag_s: f64) -> Self {
+        let mut lagging = self.clone();
+        let share = 1.0 - (-1.0 / RATE_HZ / lag_s).exp();
+        let mut lateral_n = self.mu[0] * self.normal_n[0];
+        for (mu, normal_n) in lagging.mu.iter_mut().zip(&self.normal_n) {
+            lateral_n += share * (*mu * normal_n - lateral_n);
+            *mu = lateral_n / normal_n;
+        }
+        lagging
+    }
+
+    /// The same with as many samples for each, on straight lines between them.
+    pub fn finer(&self, times: usize) -> Self {
+        let last = times * (self.time_s.len() - 1);
+        let at = |i: usize| (i / times, (i % times) as f64 / times as f64);
+        let real = |of: &[f64]| -> Vec<f64> {
+            let between = |(k, part): (usize, f64)| match of.get(k + 1) {
+                Some(next) => of[k] + part * (next - of[k]),
+                None => of[k],
+            };
+            (0..=last).map(|i| between(at(i))).collect()
+        };
+        let complex = |of: &[Complex64]| -> Vec<Complex64> {
+            let part = |of_z: fn(&Complex64) -> f64| real(&of.iter().map(of_z).collect::<Vec<_>>());
+            let (re, im) = (part(|z| z.re), part(|z| z.im));
+            re.into_iter()
+                .zip(im)
+                .map(|(re, im)| Complex64::new(re, im))
+                .collect()
+        };
+        Self {
+            time_s: real(&self.time_s),
+            plain: complex(&self.plain),
+            corrected: complex(&self.corrected),
+            amplitude_m: real(&self.amplitude_m),
+            normal_n: real(&self.normal_n),
+            mu: real(&self.mu),
+            gap_m: real(&self.gap_m),
+            k_c: real(&self.k_c),
+        }
+    }
+
+    /// The same at another time.
+    pub fn later(mut self, by_s: f64) -> Self {
+        self.time_s.iter_mut().for_each(|t| *t += by_s);
+        self
+    }
+
+    pub fn series(&self) -> InstanceSeries<'_> {
+        InstanceSeries::new(self.samples(), LEAD).unwrap()
+    }
+
+    /// Noise of the impedance that lasts 0.7 ms.
+    pub fn with_lasting_noise(&self, seed: u64, relative: f64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let kept = (-1.0 / RATE_HZ / 0.7e-3).exp();
+        let mut at = Complex64::new(normal(), normal());
+        let mut noisy = self.clone();
+        for (z, a) in noisy.corrected.iter_mut().zip(&self.amplitude_m) {
+            at = kept * at + (1.0 - kept * kept).sqrt() * Complex64::new(normal(), normal());
+            *z += at * (relative * 10.0 * 2e-6 / a);
+        }
+        noisy
+    }
+
+    /// White noise on force and velocity, as a sound card adds it: noise on Z_m that grows as 1/amplitude.
+    pub fn with_noise(&self, seed: u64, relative: f64) -> Self {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let mut noisy = self.clone();
+        for (z, a) in noisy.corrected.iter_mut().zip(&self.amplitude_m) {
+            *z += Complex64::new(normal(), normal()) * (relative * 10.0 * 2e-6 / a);
+        }
+        noisy
+    }
+}

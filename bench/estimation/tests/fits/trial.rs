@@ -1,0 +1,456 @@
+//! The fit of a whole trial, on instances that [`record`](crate::record) makes.
+
+use approx::assert_relative_eq;
+use estimation::dynamic::{self, DynamicOptions};
+use estimation::trial::{
+    self, Misfit, Placed, PlateReadings, PlateReference, TrialFit, TrialOptions,
+};
+use estimation::{FitError, FitParameter, FitVerdict, InstanceSeries};
+use num_complex::Complex64;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
+use crate::conditions;
+use crate::record::{LEAD, Record, TRUTH, Truth};
+
+pub const SKINS: [Truth; 3] = [
+    TRUTH,
+    Truth {
+        area_m2: 130e-6,
+        area_exponent: 0.5,
+        film_mean_s: 0.2e-3,
+        lag_exponent: 0.4,
+        q0_rad_per_m: 2.6e4,
+        loss_factor: 0.45,
+        tau_s: 0.6e-3,
+        friction_floor: 0.12,
+        ..TRUTH
+    },
+    Truth {
+        area_m2: 390e-6,
+        area_exponent: 0.25,
+        film_mean_s: 0.1e-3,
+        lag_exponent: 0.2,
+        q0_rad_per_m: 0.8e4,
+        loss_factor: 0.2,
+        tau_s: 1.7e-3,
+        friction_floor: 0.05,
+        ..TRUTH
+    },
+];
+
+/// A trial in which moisture grows, the plate warms and no two instances are pressed alike.
+pub fn instances(skin: Truth, n: usize) -> Vec<Truth> {
+    (0..n)
+        .map(|i| i as f64 / n as f64)
+        .map(|part| Truth {
+            sigma_t_m: skin.sigma_t_m * (1.0 + 0.2 * part),
+            z_t: skin.z_t + Complex64::new(0.1, 0.6) * part,
+            plate_offset: -0.2 + 1.0 * part,
+            plate_damping: 0.25 * part,
+            mu0: skin.mu0 - 0.1 * part,
+            normal_n: skin.normal_n * (0.85 + 0.3 * part),
+            ..skin
+        })
+        .collect()
+}
+
+/// The plate of [`instances`] before the first and after the last.
+pub fn references(n: usize) -> PlateReadings {
+    let reference = |time_s: f64| {
+        let part = time_s / n as f64;
+        PlateReference {
+            time_s,
+            z_p_n_s_per_m: crate::record::Z_P + Complex64::new(0.25 * part, -0.2 + part),
+            std_n_s_per_m: 1e-3,
+        }
+    };
+    PlateReadings {
+        references: [-1.0, n as f64].map(reference).to_vec(),
+        touches_s: vec![(-0.5, n as f64 - 0.5)],
+    }
+}
+
+fn fitted(records: &[Record]) -> TrialFit {
+    fitted_on(records, &PlateReadings::default())
+}
+
+fn fitted_on(records: &[Record], readings: &PlateReadings) -> TrialFit {
+    let placed: Vec<Placed<'_>> = records.iter().map(|of| placed(of.series())).collect();
+    trial::fit(&placed, &conditions(), readings, &TrialOptions::default()).unwrap()
+}
+
+pub fn placed(series: InstanceSeries<'_>) -> Placed<'_> {
+    Placed {
+        series,
+        off_centre_m: 0.0,
+    }
+}
+
+/// Records of instances so far apart that none tells how another changes.
+pub fn records(truths: &[Truth]) -> Vec<Record> {
+    let each = (0..).map(f64::from).zip(truths);
+    each.map(|(at_s, truth)| truth.record().with_inertia(truth).later(at_s))
+        .collect()
+}
+
+fn mean_force_n(record: &Record) -> f64 {
+    let inside = &record.normal_n[LEAD..];
+    inside.iter().sum::<f64>() / inside.len() as f64
+}
+
+/// Mean of τ at the mean gap of each instance.
+fn mean_lag_s(truths: &[Truth]) -> f64 {
+    let each = truths.iter().map(|truth| {
+        let record = truth.record();
+        let inside = &record.gap_m[LEAD..];
+        let gap_m = inside.iter().sum::<f64>() / inside.len() as f64;
+        truth.tau_s * (gap_m / 10e-6).powf(truth.lag_exponent)
+    });
+    each.sum::<f64>() / truths.len() as f64
+}
+
+/// Nothing about the skin is assumed, and all of it is found; what an instance has of its own is told apart.
+#[test]
+fn a_trial_recovers_the_skin_and_every_instance() {
+    for skin in SKINS {
+        let truths = instances(skin, 5);
+        let noisy = (0..).zip(records(&truths));
+        let noisy: Vec<Record> = noisy
+            .map(|(seed, record)| record.with_noise(seed, 1e-5))
+            .collect();
+        let fit = fitted(&noisy);
+        assert_eq!(fit.shared.verdict, FitVerdict::Converged);
+        // Where every residual is one of rounding the priors pull as if the force were known to 1e-4.
+        let forces = truths.iter().map(|of| mean_force_n(&of.record()));
+        let area_m2 = skin.area_m2(forces.sum::<f64>() / truths.len() as f64);
+        let shared = &fit.shared;
+        let near = |found: f64, truth: f64, within: f64| {
+            assert!(
+                (found / truth - 1.0).abs() < within,
+                "{found} {truth}: {shared:?}"
+            );
+        };
+        near(shared.contact_area_m2.value, area_m2, 0.025);
+        near(shared.q0_rad_per_m.value, skin.q0_rad_per_m, 0.03);
+        // η and the angle by which the finger's part is turned are told apart by the priors alone.
+        near(shared.loss_factor.value, skin.loss_factor, 0.02);
+        let tau_s = fit.instances.iter().map(|of| of.tau_s);
+        near(
+            shared.tau_s.value,
+            tau_s.sum::<f64>() / truths.len() as f64,
+            0.02,
+        );
+        // A film that averages is late as a lag is.
+        let late_s = shared.tau_s.value + shared.film_mean_s.value;
+        near(late_s, mean_lag_s(&truths) + skin.film_mean_s, 0.1);
+        let exponents = [
+            (shared.area_exponent.value, skin.area_exponent),
+            (shared.lag_exponent.value, skin.lag_exponent),
+        ];
+        for (found, truth) in exponents {
+            assert!((found - truth).abs() < 0.1, "{found} {truth}: {shared:?}");
+        }
+        assert_eq!(shared.misfit, []);
+        let floor = fit.shared.friction_floor.unwrap().value;
+        assert_relative_eq!(floor, skin.friction_floor, epsilon = 2e-3);
+        assert_relative_eq!(fit.shared.lateral_lag_s.unwrap().value, 0.0, epsilon = 1e-4);
+        assert_eq!(fit.instances.len(), truths.len());
+        for (instance, truth) in fit.instances.iter().zip(&truths) {
+            near(instance.sigma_t_m, truth.sigma_t_m, 0.01);
+            let apart = (instance.z_t_n_s_per_m - truth.z_t).norm();
+            assert!(apart < 0.02 * truth.z_t.norm(), "{apart}");
+            let offset = instance.plate_offset_n_s_per_m;
+            assert_relative_eq!(offset.im, truth.plate_offset, epsilon = 5e-3);
+            assert_relative_eq!(offset.re, truth.plate_damping, epsilon = 5e-3);
+            near(instance.mu0, truth.mu0, 2e-3);
+            assert!(instance.agreement.rms_mu < 1e-3, "{:?}", instance.agreement);
+        }
+    }
+}
+
+/// A plate read before and after tells how its damping changed under the finger, which warmed it.
+#[test]
+fn references_tell_of_the_damping_between_them() {
+    let (touch, time_constant_s) = ((-0.5, 4.5), 4.0);
+    let warmth = |time_s: f64| {
+        let (on_s, off_s) = (
+            (time_s.min(touch.1) - touch.0).max(0.0),
+            (time_s - touch.1).max(0.0),
+        );
+        (1.0 - (-on_s / time_constant_s).exp()) * (-off_s / time_constant_s).exp()
+    };
+    let moved = |time_s: f64| Complex64::new(0.3, -0.8) * warmth(time_s);
+    let truths: Vec<Truth> = (0..5)
+        .map(|i| moved(f64::from(i)))
+        .map(|moved| Truth {
+            plate_damping: moved.re,
+            plate_offset: moved.im,
+            ..TRUTH
+        })
+        .collect();
+    let noisy = records(&truths)
+        .into_iter()
+        .enumerate()
+        .map(|(seed, record)| record.with_noise(seed as u64, 1e-4));
+    let noisy: Vec<Record> = noisy.collect();
+    let reference = |time_s: f64| PlateReference {
+        time_s,
+        z_p_n_s_per_m: crate::record::Z_P + moved(time_s),
+        std_n_s_per_m: 3e-4,
+    };
+    let known = PlateReadings {
+        references: [-1.0, -0.7, 4.7, 5.0, 5.3].map(reference).to_vec(),
+        touches_s: vec![touch],
+    };
+    let (told, alone) = (fitted_on(&noisy, &known), fitted(&noisy));
+    assert_eq!(told.shared.misfit, []);
+    for ((told, alone), truth) in told.instances.iter().zip(&alone.instances).zip(&truths) {
+        let apart = told.plate_offset_n_s_per_m.re - truth.plate_damping;
+        assert!(apart.abs() < 0.005, "{apart}");
+        assert_relative_eq!(told.sigma_t_m, truth.sigma_t_m, max_relative = 0.02);
+        assert!(told.sigma_t_std_m < alone.sigma_t_std_m);
+    }
+}
+
+/// A plate under the finger that is not the one before and after is another law of the finger's.
+#[test]
+fn a_plate_that_only_the_finger_has_shows() {
+    let truths = [Truth {
+        plate_offset: 0.3,
+        ..TRUTH
+    }; 5];
+    let still = PlateReadings {
+        references: [-1.0, -0.8, 4.7, 4.9]
+            .map(|time_s| PlateReference {
+                time_s,
+                z_p_n_s_per_m: crate::record::Z_P,
+                std_n_s_per_m: 3e-4,
+            })
+            .to_vec(),
+        touches_s: vec![(-0.5, 4.5)],
+    };
+    let fit = fitted_on(&records(&truths), &still);
+    let of_plate = |sign: &Misfit| matches!(sign, Misfit::Plate { .. });
+    assert!(fit.shared.misfit.iter().any(of_plate), "{:?}", fit.shared);
+}
+
+/// A skin that no finger has is not believed, nor a friction that the contact does not explain.
+#[test]
+fn a_law_that_is_not_the_models_shows() {
+    let lagging = Truth {
+        lag_exponent: 1.3,
+        ..TRUTH
+    };
+    let fit = fitted_on(&records(&instances(lagging, 5)), &references(5));
+    let unlikely = |sign: &Misfit| matches!(sign, Misfit::Unlikely { .. });
+    assert!(fit.shared.misfit.iter().any(unlikely), "{:?}", fit.shared);
+    let slipping: Vec<Record> = records(&instances(TRUTH, 5))
+        .into_iter()
+        .map(|mut record| {
+            for (at, mu) in record.mu.iter_mut().enumerate() {
+                *mu += 0.1 * (0.2 * at as f64).sin().abs();
+            }
+            record
+        })
+        .collect();
+    let fit = fitted_on(&slipping, &references(5));
+    let of_friction = |sign: &Misfit| matches!(sign, Misfit::Friction { .. });
+    assert!(
+        fit.shared.misfit.iter().all(of_friction),
+        "{:?}",
+        fit.shared
+    );
+    assert_eq!(fit.shared.misfit.len(), 1);
+}
+
+/// An instance of many samples costs no third power of them.
+#[test]
+fn long_instances_are_weighed_sample_by_sample() {
+    let finer = 6;
+    let records: Vec<Record> = records(&instances(TRUTH, 3))
+        .iter()
+        .map(|record| record.finer(finer))
+        .collect();
+    let placed: Vec<Placed<'_>> = records
+        .iter()
+        .map(|of| placed(InstanceSeries::new(of.samples(), finer * LEAD).unwrap()))
+        .collect();
+    let options = TrialOptions::default();
+    let fit = trial::fit(&placed, &conditions(), &references(3), &options).unwrap();
+    assert_eq!(fit.shared.verdict, FitVerdict::Converged);
+    for (instance, truth) in fit.instances.iter().zip(&instances(TRUTH, 3)) {
+        assert_relative_eq!(instance.sigma_t_m, truth.sigma_t_m, max_relative = 0.02);
+    }
+}
+
+/// What another contact area does to the method that assumes one, it does not do to the trial's.
+#[test]
+fn an_instance_alone_is_biased_by_a_skin_that_is_not_the_assumed_one() {
+    let [_, other, _] = SKINS;
+    let record = other.record();
+    let alone = dynamic::fit(&record.series(), &conditions(), &DynamicOptions::default()).unwrap();
+    assert!((alone.sigma_t_m / other.sigma_t_m - 1.0).abs() > 0.1);
+    let held = DynamicOptions {
+        plate_offset: false,
+        ..DynamicOptions::default()
+    };
+    let warmer = Truth {
+        plate_offset: 0.1,
+        ..TRUTH
+    };
+    let record = warmer.record();
+    let bias = |options: &DynamicOptions| {
+        let fit = dynamic::fit(&record.series(), &conditions(), options).unwrap();
+        (fit.sigma_t_m / warmer.sigma_t_m - 1.0).abs()
+    };
+    // One hertz of the resonance.
+    assert!(bias(&held) > 0.05, "{}", bias(&held));
+    assert!(bias(&DynamicOptions::default()) < 1e-5);
+}
+
+#[test]
+fn a_lag_of_the_lateral_force_is_found_and_does_not_touch_the_contact() {
+    for lag_s in [0.5e-3, 2e-3] {
+        let truths = instances(SKINS[1], 4);
+        let records = records(&truths);
+        let lagging: Vec<Record> = records
+            .iter()
+            .map(|record| record.with_lateral_lag(lag_s))
+            .collect();
+        let [prompt, late] = [&records, &lagging].map(|of| fitted_on(of, &references(4)));
+        assert_eq!(prompt.shared.contact_area_m2, late.shared.contact_area_m2);
+        // The record's lag holds the force over a sample, which is half of one late.
+        let found_s = late.shared.lateral_lag_s.unwrap().value;
+        assert!((found_s - lag_s).abs() < 0.3e-3, "{found_s}");
+        for (instance, truth) in late.instances.iter().zip(&truths) {
+            assert!(instance.agreement.rms_mu < 3e-3, "{:?}", instance.agreement);
+            assert_relative_eq!(instance.mu0, truth.mu0, max_relative = 0.01);
+        }
+    }
+}
+
+/// Where laws are drawn as the priors have them, the impedance has noise that lasts, and the force does what is not seen, the errors that are stated are
+/// those that are made.
+#[test]
+fn standard_errors_of_a_trial_are_the_scatter() {
+    let runs = 16;
+    let mut scores = [0.0; 7];
+    for run in 0..runs {
+        let mut rng = ChaCha8Rng::seed_from_u64(run);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let skin = Truth {
+            area_exponent: 0.3 + 0.2 * normal(),
+            film_mean_s: 1e-4 * (0.5 * normal()).exp(),
+            lag_exponent: 0.25 + 0.15 * normal(),
+            ..SKINS[1]
+        };
+        let mut truths = instances(skin, 5);
+        for truth in &mut truths {
+            // A thousandth of the force, that lasts for some 2 ms.
+            truth.unseen = [8.0, 13.0, 21.0, 34.0, 55.0, 89.0, 110.0, 144.0].map(|hz| {
+                (
+                    5e-4 * normal() / (1.0 + (hz / 80.0_f64).powi(2)).sqrt(),
+                    hz,
+                    6.0 * normal(),
+                )
+            });
+        }
+        let records = records(&truths);
+        let forces = records.iter().map(mean_force_n);
+        let area_m2 = skin.area_m2(forces.sum::<f64>() / records.len() as f64);
+        let tau_s = mean_lag_s(&truths);
+        let noisy: Vec<Record> = records
+            .iter()
+            .enumerate()
+            .map(|(i, record)| record.with_lasting_noise(1000 * run + i as u64, 2e-4))
+            .collect();
+        let fit = fitted_on(&noisy, &references(5));
+        let (instance, truth) = (&fit.instances[2], &truths[2]);
+        let (z_t, z_t_std) = (
+            instance.z_t_n_s_per_m - truth.z_t,
+            instance.z_t_std_n_s_per_m,
+        );
+        let ln = |value: f64, truth: f64| (value / truth).ln();
+        for (score, (error, std)) in scores.iter_mut().zip([
+            (
+                ln(fit.shared.contact_area_m2.value, area_m2),
+                fit.shared.contact_area_m2.ln_std,
+            ),
+            (
+                ln(fit.shared.q0_rad_per_m.value, skin.q0_rad_per_m),
+                fit.shared.q0_rad_per_m.ln_std,
+            ),
+            (
+                ln(fit.shared.loss_factor.value, skin.loss_factor),
+                fit.shared.loss_factor.ln_std,
+            ),
+            (ln(fit.shared.tau_s.value, tau_s), fit.shared.tau_s.ln_std),
+            (instance.sigma_t_m - truth.sigma_t_m, instance.sigma_t_std_m),
+            (z_t.re, z_t_std.re),
+            (z_t.im, z_t_std.im),
+        ]) {
+            *score += (error / std).powi(2) / runs as f64;
+        }
+    }
+    let [area, q0, loss_factor, others @ ..] = scores;
+    for score in [area, q0].into_iter().chain(others) {
+        // Errors are taken to last 2 ms, and these last 0.7.
+        assert!((0.1..1.6).contains(&score), "{scores:?}");
+    }
+    // What a second mode of the plate would do to η is stated too, and this plate has none.
+    assert!(loss_factor < 1.6, "{scores:?}");
+}
+
+/// A single instance that hardly tells S from τ is kept sane by the priors; one without a lift is not identified.
+#[test]
+fn one_instance_is_held_by_the_priors() {
+    let fit = fitted(&[TRUTH.record().with_inertia(&TRUTH).with_noise(3, 1e-4)]);
+    assert_eq!(fit.shared.verdict, FitVerdict::Converged);
+    let found = fit.shared.contact_area_m2;
+    assert!(
+        (found.value / TRUTH.area_m2).ln().abs() < 4.0 * found.ln_std + 0.02,
+        "{found:?}"
+    );
+    let still = Truth {
+        modulation_index: 0.0,
+        mean_amplitude_m: 0.05e-6,
+        ..TRUTH
+    };
+    let fit = fitted(&[still.record().with_inertia(&still).with_noise(3, 1e-4)]);
+    let verdict = fit.shared.verdict;
+    let weak = matches!(
+        verdict,
+        FitVerdict::NotIdentifiable {
+            parameter: FitParameter::ContactArea | FitParameter::ZT,
+            ..
+        }
+    );
+    assert!(weak, "{verdict:?}");
+}
+
+#[test]
+fn a_trial_without_instances_or_lead_in_is_refused_by_name() {
+    let error = trial::fit(
+        &[],
+        &conditions(),
+        &PlateReadings::default(),
+        &TrialOptions::default(),
+    )
+    .unwrap_err();
+    assert_eq!(error, FitError::NoStart);
+    let record = TRUTH.record();
+    let no_lead = InstanceSeries::new(record.samples(), LEAD / 2).unwrap();
+    let error = trial::fit(
+        &[placed(no_lead)],
+        &conditions(),
+        &PlateReadings::default(),
+        &TrialOptions::default(),
+    )
+    .unwrap_err();
+    assert!(
+        matches!(error, FitError::LeadInTooShort { .. }),
+        "{error:?}"
+    );
+}

@@ -8,8 +8,11 @@ use nalgebra::SMatrix;
 
 use crate::parameters::{FINGER_ANGLE, LN_FINGER, LN_FORCE, LN_RATIO, PARAMETERS};
 
-/// Number of errors that act on the parameters of the impedance.
-pub const ERRORS: usize = 4;
+/// Number of errors that act on the parameters of the impedance: four of the calibration, and [`OF_OTHER_MODES`].
+pub const ERRORS: usize = 5;
+
+/// What other modes of the plate do to the film's amplitude, which no calibration states.
+pub const OF_OTHER_MODES: usize = 4;
 
 /// What each error, one standard deviation of it, does to parameters.
 pub type ByError<const N: usize> = SMatrix<f64, N, ERRORS>;

@@ -54,7 +54,6 @@ impl FittedFinger {
                 finger_slopes: FINGER_SLOPES,
                 residual_mobility: Complex64::ZERO,
                 residual_slopes: RESIDUAL_SLOPES,
-                ln_amplitude_std: 0.0,
                 covariance: None,
             },
             tau_s: not_negative("tau", "s", tau_s)?,

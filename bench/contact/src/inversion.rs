@@ -56,8 +56,6 @@ pub struct Inversion<const N: usize> {
     pub residual_mobility: Complex64,
     /// ∂ `residual_mobility`/∂parameter.
     pub residual_slopes: [Complex64; N],
-    /// Standard deviation of the logarithm of the amplitude that the film answers to, beside what the parameters say.
-    pub ln_amplitude_std: f64,
     /// Covariance of the parameters; `None` if unknown or infinite.
     pub covariance: Option<SMatrix<f64, N, N>>,
 }
@@ -99,12 +97,7 @@ impl<const N: usize> Inversion<N> {
         let gap_m = self.contact.gap_from_stiffness_m(k_c.value, amplitude_m)?;
         let by_gap = self.contact.stiffness_slope_n_per_m2(gap_m, amplitude_m);
         let slopes = self.contact.stiffness_slopes_n_per_m(gap_m, amplitude_m);
-        let gap = self.implicit(gap_m, k_c, by_gap, &slopes);
-        let by_ln_amplitude = 2.0 * slopes.by_ln_film / by_gap;
-        Ok(Dependent {
-            noise: gap.noise.hypot(by_ln_amplitude * self.ln_amplitude_std),
-            ..gap
-        })
+        Ok(self.implicit(gap_m, k_c, by_gap, &slopes))
     }
 
     /// Returns the gap from stiffness in force balance, m.
@@ -166,8 +159,6 @@ mod tests {
     use crate::assumed::AssumedConstants;
 
     const Z_M: Complex64 = Complex64::new(7.9, 2.1);
-    const NORMAL_N: f64 = 0.6;
-    const AMPLITUDE_M: f64 = 1.5e-6;
 
     /// Of Re and Im of Z_p, of Z_t, of the scale's logarithm and of the residual mobility.
     const PARAMETERS: usize = 8;
@@ -191,7 +182,6 @@ mod tests {
             finger_slopes: unit(4),
             residual_mobility: pair(6),
             residual_slopes: unit(6),
-            ln_amplitude_std: 0.0,
             covariance: None,
         }
     }
@@ -226,26 +216,5 @@ mod tests {
         };
         let alone = of(Complex64::ZERO);
         assert_relative_eq!(of(Complex64::new(0.001, 0.01)), alone, max_relative = 1e-12);
-    }
-
-    /// Against the gap at an amplitude that is off by that much.
-    #[test]
-    fn an_amplitude_that_is_not_certain_widens_gap_and_friction() {
-        let certain = inversion(AT);
-        let uncertain = Inversion {
-            ln_amplitude_std: 0.01,
-            ..certain
-        };
-        let k_c = Dependent {
-            value: 150e3,
-            slopes: SVector::zeros(),
-            noise: 0.0,
-        };
-        let gap = |of: &Inversion<PARAMETERS>, amplitude_m: f64| of.gap(&k_c, amplitude_m).unwrap();
-        assert_eq!(gap(&certain, AMPLITUDE_M).noise, 0.0);
-        let widened = gap(&uncertain, AMPLITUDE_M);
-        let off = gap(&certain, AMPLITUDE_M * 1.001).value - widened.value;
-        assert_relative_eq!(widened.noise, 10.0 * off.abs(), max_relative = 0.01);
-        assert!(uncertain.friction_ratio(&widened, NORMAL_N).noise > 0.0);
     }
 }

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 /// Number of parameters.
-pub const PARAMETERS: usize = 17;
+pub const PARAMETERS: usize = 18;
 /// ln σ_t, σ_t in m. The first, so that a fit of σ_t alone has it in the same place.
 pub const LN_SIGMA_T: usize = 0;
 /// Re Z_t, N·s/m.
@@ -44,6 +44,10 @@ pub const LN_FINGER: usize = 15;
 
 /// ln of the normal force over what is measured: likewise.
 pub const LN_FORCE: usize = 16;
+
+/// Imaginary part of the residual mobility by which other modes move the film, m/(N·s): 0 in every estimate.
+/// [`RESIDUAL_MOBILITY`] is what the finger's part of Z_m shows of it.
+pub const FILM_MOBILITY: usize = 17;
 
 /// The fits' unit of τ, s.
 pub const MS: f64 = 1e-3;
@@ -101,6 +105,8 @@ pub struct LoadSlopes {
     pub ln_area_by_exponent: f64,
     /// ∂ ln of the squared amplitude that the film answers to, by the time it averages over, 1/ms.
     pub ln_film_by_mean_ms: f64,
+    /// ∂ ln of the squared amplitude that the film answers to, by the residual mobility of other modes, N·s/m.
+    pub ln_film_by_mobility: f64,
 }
 
 impl ContactSlopes {
@@ -113,6 +119,7 @@ impl ContactSlopes {
             AREA_EXPONENT => self.by_ln_area * load.ln_area_by_exponent,
             FILM_MEAN_MS => self.by_ln_film * load.ln_film_by_mean_ms,
             LN_RATIO => 2.0 * self.by_ln_film,
+            FILM_MOBILITY => self.by_ln_film * load.ln_film_by_mobility,
             LN_FORCE => self.by_ln_force,
             _ => 0.0,
         }

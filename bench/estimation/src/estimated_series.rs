@@ -62,9 +62,6 @@ pub(super) struct Varying<'a> {
     pub(super) trend: &'a Trend,
     /// Place in them of the first sample.
     pub(super) first: usize,
-    /// Standard deviation of the residual mobility by which other modes move the finger, m/(N·s): as far as the finger's part of
-    /// Z_m pushes them.
-    pub(super) residual_mobility_std: f64,
 }
 
 impl MeasuredSamples<'_> {
@@ -80,12 +77,9 @@ impl MeasuredSamples<'_> {
                 loads,
                 trend,
                 first,
-                residual_mobility_std,
             }) => {
                 let at = first + index;
-                let mut inversion = trend.inversion(inversion, at);
-                let seen = (self.z_m[index] - inversion.z_p) / inversion.finger_scale;
-                inversion.ln_amplitude_std = residual_mobility_std * seen.im.abs();
+                let inversion = trend.inversion(inversion, at);
                 (loads.inversion(&inversion, at), loads.amplitude_m[at])
             }
         }

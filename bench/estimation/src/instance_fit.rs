@@ -90,7 +90,6 @@ impl InstanceFit {
                 finger_slopes: FINGER_SLOPES,
                 residual_mobility: Complex64::I * parameters[RESIDUAL_MOBILITY],
                 residual_slopes: RESIDUAL_SLOPES,
-                ln_amplitude_std: 0.0,
                 covariance: minimum.covariance,
             },
             tau_s,
@@ -120,7 +119,6 @@ impl InstanceFit {
                 loads: &model.loads,
                 trend: &model.trend,
                 first: model.lead,
-                residual_mobility_std: model.residual_mobility_std,
             }),
         };
         let (sigma_t_std_m, z_t_std, offset_std) = (

@@ -14,9 +14,9 @@ use super::trend::Trend;
 use contact::AssumedConstants;
 use contact::CalibrationErrors;
 use contact::parameters::{
-    AREA_EXPONENT, FILM_MEAN_MS, FINGER_ANGLE, FINGER_SLOPES, IM_OFFSET, IM_Z_T, LAG_EXPONENT,
-    LN_AREA, LN_FINGER, LN_FORCE, LN_LOSS_FACTOR, LN_Q0, LN_RATIO, LN_SIGMA_T, MS, PARAMETERS,
-    RE_OFFSET, RE_Z_T, RESIDUAL_MOBILITY, TAU_MS,
+    AREA_EXPONENT, FILM_MEAN_MS, FILM_MOBILITY, FINGER_ANGLE, FINGER_SLOPES, IM_OFFSET, IM_Z_T,
+    LAG_EXPONENT, LN_AREA, LN_FINGER, LN_FORCE, LN_LOSS_FACTOR, LN_Q0, LN_RATIO, LN_SIGMA_T, MS,
+    PARAMETERS, RE_OFFSET, RE_Z_T, RESIDUAL_MOBILITY, TAU_MS,
 };
 use contact::{Contact, equilibrium_gaps};
 
@@ -43,8 +43,6 @@ pub(super) struct LaggedModel<'a> {
     pub(super) trend: Trend,
     /// Change of Z_m by the skin's inertia; none until it is followed.
     pub(super) transient: Transient,
-    /// Standard deviation of the residual mobility of other modes, m/(N·s); 0 where they are not reckoned with.
-    pub(super) residual_mobility_std: f64,
     /// Time of the middle of the instance, s.
     pub(super) middle_s: f64,
     equilibrium: Vec<f64>,
@@ -58,19 +56,20 @@ pub(super) struct LaggedModel<'a> {
 }
 
 /// Parameters that the lagged gap depends on: first those of its equilibrium.
-pub(super) const OF_GAP: [usize; 9] = [
+pub(super) const OF_GAP: [usize; 10] = [
     LN_SIGMA_T,
     LN_AREA,
     LN_Q0,
     AREA_EXPONENT,
     FILM_MEAN_MS,
     LN_RATIO,
+    FILM_MOBILITY,
     TAU_MS,
     LAG_EXPONENT,
     LN_FORCE,
 ];
 /// Number of those that the equilibrium depends on.
-const OF_EQUILIBRIUM: usize = 6;
+const OF_EQUILIBRIUM: usize = 7;
 /// Place of ln S among them.
 const AREA: usize = 1;
 
@@ -112,7 +111,6 @@ impl<'a> LaggedModel<'a> {
                 &samples.z_m_plain_n_s_per_m[lead..],
                 instance.interval_s(),
             ),
-            residual_mobility_std: 0.0,
             middle_s: 0.5 * (samples.time_s[lead] + samples.time_s[samples.time_s.len() - 1]),
             equilibrium: zeros(),
             gap: zeros(),
@@ -172,7 +170,7 @@ impl<'a> LaggedModel<'a> {
         let contact = self.contact(parameters)?;
         self.loads.follow(
             parameters[AREA_EXPONENT],
-            parameters[LN_RATIO],
+            (parameters[LN_RATIO], parameters[FILM_MOBILITY]),
             parameters[FILM_MEAN_MS] * MS / self.interval_s,
             MS / self.interval_s,
         )?;
@@ -243,6 +241,22 @@ impl<'a> LaggedModel<'a> {
             })
             .collect();
         self.transient.follow(&rows);
+        Some(())
+    }
+
+    /// Follows how other modes move the film: the finger pushes them, and its velocity has 1 − Y Z with their residual mobility
+    /// Y, beside that at the pickup.
+    pub(super) fn follow_other_modes(&mut self, parameters: &[f64; PARAMETERS]) -> Option<()> {
+        let contact = self.follow_gap(parameters)?;
+        let fitted = Fitted::new(parameters);
+        let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, self.carrier_rad_per_s);
+        for at in 0..self.gap.len() {
+            let k_c = self
+                .contact_at(&contact, at)
+                .stiffness_n_per_m(self.gap[at], self.loads.amplitude_m[at]);
+            let seen = self.seen(&fitted, z_c_per_stiffness * k_c, at);
+            self.loads.slopes[at].ln_film_by_mobility = 2.0 * seen.alone.im;
+        }
         Some(())
     }
 
@@ -559,6 +573,8 @@ mod tests {
                 at[RESIDUAL_MOBILITY] = 0.02;
                 at[FINGER_ANGLE] = 0.03;
                 (at[LN_FINGER], at[LN_FORCE]) = (0.02, -0.05);
+                model.follow_other_modes(&at).unwrap();
+                at[FILM_MOBILITY] = 0.01;
                 assert_slopes_are_derivatives(&mut model, at);
             }
         });

@@ -40,6 +40,7 @@ impl Loads {
                 .map(|of| LoadSlopes {
                     ln_area_by_exponent: ln_area_by_exponent(of),
                     ln_film_by_mean_ms: 0.0,
+                    ln_film_by_mobility: 0.0,
                 })
                 .collect(),
         }
@@ -49,7 +50,7 @@ impl Loads {
     pub(super) fn follow(
         &mut self,
         area_exponent: f64,
-        ln_ratio: f64,
+        (ln_ratio, mobility): (f64, f64),
         film_mean_intervals: f64,
         intervals_per_ms: f64,
     ) -> Option<()> {
@@ -60,7 +61,6 @@ impl Loads {
         } else {
             mean.apply(&self.squared_m2, &mut self.answered_m2);
         }
-        let ratio = ln_ratio.exp();
         mean.slope(&self.squared_m2, &self.answered_m2, &mut self.by_mean_m2);
         for (at, &answered_m2) in self.answered_m2.iter().enumerate() {
             if answered_m2 <= 0.0 && self.squared_m2[at] > 0.0 {
@@ -73,8 +73,9 @@ impl Loads {
             if film_mean_intervals != 0.0 {
                 self.amplitude_m[at] = answered_m2.sqrt();
             }
-            if ln_ratio != 0.0 {
-                self.amplitude_m[at] *= ratio;
+            let ln_moved = ln_ratio + 0.5 * mobility * slopes.ln_film_by_mobility;
+            if ln_moved != 0.0 {
+                self.amplitude_m[at] *= ln_moved.exp();
             }
             self.area_ratio[at] = if area_exponent == 0.0 {
                 1.0

@@ -285,7 +285,6 @@ impl<'a> PaperModel<'a> {
             finger_slopes: [Complex64::ZERO],
             residual_mobility: Complex64::ZERO,
             residual_slopes: [Complex64::ZERO],
-            ln_amplitude_std: 0.0,
             load: LoadSlopes::default(),
             covariance: minimum.covariance,
         };

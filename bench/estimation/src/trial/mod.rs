@@ -39,6 +39,8 @@ use super::lagged_model::LaggedModel;
 use super::least_squares::{ImpedanceModel, Minimum};
 use super::series::{InstanceSeries, mean};
 use contact::CalibrationErrors;
+use contact::calibration_errors::OF_OTHER_MODES;
+use contact::parameters::FILM_MOBILITY;
 use contact::residual_noise::ResidualNoise;
 use contact::uncertain::{LogUncertain, Uncertain};
 
@@ -121,10 +123,7 @@ pub fn fit(
     let z_p = conditions.z_p_corrected_n_s_per_m;
     let mut members = Vec::with_capacity(instances.len());
     for (instance, placed) in instances.iter().zip(placed) {
-        let mut model = LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)?;
-        // Of all places alike, and of each by itself.
-        model.residual_mobility_std =
-            std::f64::consts::SQRT_2 * options.priors.residual_mobility_std_m_per_n_s;
+        let model = LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)?;
         members.push((model, placed.off_centre_m / ALONG_M));
     }
     let times_s: Vec<f64> = members.iter().map(|of| of.0.middle_s).collect();
@@ -152,7 +151,13 @@ fn report(
     minimum: Minimised,
     errors: &CalibrationErrors,
 ) -> Result<TrialFit, FitError> {
-    let by_error = errors.by_parameter();
+    let mut by_error = errors.by_parameter();
+    // Of all places alike, and of each by itself.
+    by_error[(FILM_MOBILITY, OF_OTHER_MODES)] =
+        std::f64::consts::SQRT_2 * search.priors.residual_mobility_std_m_per_n_s;
+    search
+        .follow_other_modes(&minimum)
+        .ok_or(FitError::NoStart)?;
     let residuals = search.left(&minimum);
     let covariance = search.covariance(&minimum, &by_error);
     let verdict = verdict(&minimum, covariance.as_ref());

@@ -68,7 +68,7 @@ const HELD: f64 = 1e-9;
 /// The instances of a trial, with what is known of them at present.
 pub(super) struct Search<'a> {
     pub(super) members: Vec<Member<'a>>,
-    priors: TrialPriors,
+    pub(super) priors: TrialPriors,
     /// How the residuals of each instance scatter.
     scatters: Vec<Scatter>,
     /// What each kind of error would make of them, so far as it was found.
@@ -326,6 +326,15 @@ impl<'a> Search<'a> {
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let parameters = member.parameters(&minimum.shared, own);
             member.model.follow_transient(&parameters)?;
+        }
+        Some(())
+    }
+
+    /// Takes how other modes move the film of each contact at a minimum.
+    pub(super) fn follow_other_modes(&mut self, minimum: &Minimised) -> Option<()> {
+        for (member, own) in self.members.iter_mut().zip(&minimum.own) {
+            let parameters = member.parameters(&minimum.shared, own);
+            member.model.follow_other_modes(&parameters)?;
         }
         Some(())
     }

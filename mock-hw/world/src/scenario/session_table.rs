@@ -36,6 +36,8 @@ drawable! {
     warmth_spread: linear, 0.0, 1.0, "";
     /// Time constant of the damping's part over that of the resonance's.
     damping_time_ratio: log, 0.1, 10.0, "";
+    /// Modal mass of the second mode, kg.
+    second_mode_mass_kg: log, 1e-3, 1.0, "kg";
 }
 
 impl SessionTable {
@@ -71,6 +73,7 @@ impl SessionTable {
             &mut plate.second_mode.half_waves,
             drawn.second_mode_half_waves,
         );
+        set(&mut plate.second_mode.modal_mass_kg, drawn.second_mode_mass_kg);
         if drawn.lateral_resonance_hz.is_some() {
             sensor.lateral_resonance_hz = drawn.lateral_resonance_hz;
         }

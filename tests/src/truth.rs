@@ -109,6 +109,19 @@ impl Course {
         rows.iter().sum::<f64>() / rows.len() as f64
     }
 
+    /// Returns when after `from_s` the plate is free, until a tenth of a second before the next finger.
+    pub fn free_s(&self, from_s: f64) -> (f64, f64) {
+        let (times_s, gaps_m) = (&self.columns["time_s"], &self.columns["gap_m"]);
+        let mut later =
+            (self.row(from_s)..times_s.len()).skip_while(|row| gaps_m[*row].is_finite());
+        let begin = later.next().expect("the plate becomes free");
+        let end = later.find(|row| gaps_m[*row].is_finite());
+        (
+            times_s[begin],
+            times_s[end.unwrap_or(times_s.len() - 1)] - 0.1,
+        )
+    }
+
     /// Returns a column's value at a time, on a straight line between rows.
     pub fn at(&self, column: &str, time_s: f64) -> f64 {
         let (times_s, values) = (&self.columns["time_s"], &self.columns[column]);

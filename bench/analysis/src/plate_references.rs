@@ -3,7 +3,7 @@
 use estimation::trial::{PlateReadings, PlateReference};
 use num_complex::Complex64;
 
-use crate::instance::plate;
+use crate::instance::FEWEST_PLATE_FRAMES;
 use crate::measurements::{FrameSeries, Measurements};
 
 /// Longest stretch of one reference, s: short beside the seconds in which a plate cools.
@@ -60,29 +60,39 @@ fn touches(touched_s: &[f64]) -> Vec<(f64, f64)> {
     touches
 }
 
-/// Reads one stretch; `None` if too few of its frames have an impedance.
+/// Reads one stretch where it is told best, at the mean of its frames by their weights: off their middle an error of the rate at
+/// which it changes would be one of the reading. `None` if too few of its frames have an impedance.
 fn reference(series: &FrameSeries, from: usize, to: usize) -> Option<PlateReference> {
-    let frames = &series.frames[from..to];
-    let whole = plate(frames)?;
-    let time_s = 0.5 * (series.time_s[from] + series.time_s[to - 1]);
-    // What the plate changes steadily meanwhile is no error of its mean.
-    let (mut squares, mut weights, mut rate, mut spread) = (0.0, 0.0, Complex64::ZERO, 0.0);
-    for frame in frames.iter().filter(|frame| frame.mask.is_clear()) {
+    let clear = || {
+        series.frames[from..to]
+            .iter()
+            .filter(|frame| frame.mask.is_clear())
+    };
+    let frames = clear().count();
+    if frames < FEWEST_PLATE_FRAMES {
+        return None;
+    }
+    let (mut weights, mut time_s, mut z_p) = (0.0, 0.0, Complex64::ZERO);
+    for frame in clear() {
         let weight = frame.amplitude_m.powi(2);
-        let (apart_s, residual) = (
-            frame.time_s - time_s,
-            frame.corrected_n_s_per_m - whole.corrected_n_s_per_m,
-        );
+        weights += weight;
+        time_s += (frame.time_s - time_s) * weight / weights;
+        z_p += (frame.corrected_n_s_per_m - z_p) * weight / weights;
+    }
+    // What the plate changes steadily meanwhile is no error of its mean.
+    let (mut squares, mut rate, mut spread) = (0.0, Complex64::ZERO, 0.0);
+    for frame in clear() {
+        let weight = frame.amplitude_m.powi(2);
+        let (apart_s, residual) = (frame.time_s - time_s, frame.corrected_n_s_per_m - z_p);
         squares += weight * residual.norm_sqr();
         rate += residual * (weight * apart_s);
         spread += weight * apart_s * apart_s;
-        weights += weight;
     }
     let unsteady = (squares - rate.norm_sqr() / spread).max(0.0);
-    let scatter = (unsteady / weights * FRAMES_ALIKE / whole.frames as f64).sqrt();
+    let scatter = (unsteady / weights * FRAMES_ALIKE / frames as f64).sqrt();
     Some(PlateReference {
         time_s,
-        z_p_n_s_per_m: whole.corrected_n_s_per_m,
+        z_p_n_s_per_m: z_p,
         std_n_s_per_m: scatter.max(LEAST_STD_N_S_PER_M),
     })
 }

@@ -4,24 +4,25 @@
 //! while the finger lies on the plate and wears off with the same time constant T, as does what is left of touches before the
 //! recording. Z_p is then z0 + ż t + w W(t; T) + h exp(−t/T): linear but for T, which is summed over, each T weighted by how well
 //! it explains what was read (Bayes). Both parts of Z_p share the warmth, but not quite T: stiffness and losses answer to other
-//! depths of the plate and its glue. So the damping's T may be another by a factor, which is summed over too.
+//! depths of the plate and its glue. So the damping's T may be another, which is summed over too.
 
-use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
+use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix4, OMatrix, SMatrix, Vector4};
 
 /// Median time constant of a finger's warmth, s, and the standard deviation of its logarithm (an assumption: 95 % between 1 and
 /// 70 s; a touch of some seconds does not tell the longest apart).
 const WARMTH_S: f64 = 8.0;
 const WARMTH_LN_STD: f64 = 1.1;
-/// Time constants that are summed over: between which, s, and how many.
+/// Time constants of each part that are summed over: between which, s, and how many.
 const TIME_CONSTANTS_S: [f64; 2] = [0.7, 120.0];
 const TIME_CONSTANTS: usize = 24;
-/// Factors from the reactance's T to the damping's, and their weights: of a logarithm with a standard deviation of 0.3 (an
-/// assumption), by Gauss and Hermite's three points.
-const DAMPING_RATIOS: [(f64, f64); 3] =
-    [(0.594_7, 1.0 / 6.0), (1.0, 2.0 / 3.0), (1.681_4, 1.0 / 6.0)];
-/// Times that the sum goes closer where one time constant has nearly all the weight.
-const CLOSER: usize = 4;
-const NEARLY_ALL: f64 = 0.5;
+/// Parts of the stated size that warmth may have, one as likely as the other.
+const SIZES: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
+/// Standard deviation of the logarithm of the damping's T over the reactance's (an assumption).
+const DAMPING_RATIO_LN_STD: f64 = 0.3;
+/// Times that the sum goes closer where few of them are likely.
+const CLOSER: usize = 6;
+/// A time constant that is less likely than this lies outside of those that are.
+const HARDLY: f64 = 1e-4;
 
 /// What was read, when, and its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,8 +37,8 @@ pub struct Reading {
 
 /// Number of parameters of a part.
 const PARTS: usize = 4;
-/// Columns that each T adds to a factor of the covariance: those of two parts, and one for how far it lies from all.
-const COLUMNS: usize = 2 * PARTS + 1;
+/// A pair of time constants that is less likely than this is left out of the sum.
+const UNLIKELY: f64 = 1e-9;
 
 /// Standard deviations beforehand of a part's value at first and of what a long touch makes of it, and of its change in a second;
 /// their means are 0.
@@ -91,74 +92,126 @@ struct Explained {
 #[must_use]
 pub fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -> Predicted {
     let since_s = parts[0].free.first().map_or(0.0, |of| of.time_s);
-    let explained = |ln_t: f64, (ratio, likely): (f64, f64)| {
-        let course = |t_s| Course {
-            t_s,
+    let on = |grid: Grid| {
+        grid.ln_t().map(|ln_t| Course {
+            t_s: ln_t.exp(),
             since_s,
             touches,
-        };
-        let t_s = ln_t.exp();
-        let apart = (t_s / WARMTH_S).ln() / WARMTH_LN_STD;
-        let ln_likely = f64::ln(likely) - 0.5 * apart * apart;
-        predict(
-            &[course(ratio * t_s), course(t_s)],
-            parts,
-            times_s,
-            ln_likely,
-        )
+        })
     };
-    let mut range = TIME_CONSTANTS_S.map(f64::ln);
-    let mut each: Vec<Weighed> = Vec::new();
-    for _ in 0..=CLOSER {
-        let spacing = (range[1] - range[0]) / (TIME_CONSTANTS - 1) as f64;
-        each = (0..TIME_CONSTANTS)
-            .map(|k| range[0] + spacing * k as f64)
-            .flat_map(|ln_t| DAMPING_RATIOS.map(|ratio| explained(ln_t, ratio)))
-            .collect();
-        let most = each
-            .iter()
-            .map(|of| of.weight)
-            .fold(f64::NEG_INFINITY, f64::max);
-        for of in &mut each {
-            of.weight = (of.weight - most).exp();
+    let likely = |grids: &[Grid; 2]| {
+        let ln_evidence = |part: usize| {
+            let Part { free, stds } = &parts[part];
+            on(grids[part]).map(|course| course.explain(free, *stds).ln_evidence)
+        };
+        pairs(grids, &[ln_evidence(0), ln_evidence(1)])
+    };
+    let mut grids = [Grid(TIME_CONSTANTS_S.map(f64::ln)); 2];
+    let mut weights = likely(&grids);
+    for _ in 0..CLOSER {
+        let closer = [0, 1].map(|part| grids[part].closer(&of_part(&weights, part)));
+        if closer == [None; 2] {
+            break;
         }
-        let total: f64 = each.iter().map(|of| of.weight).sum();
-        for of in &mut each {
-            of.weight /= total;
-        }
-        let of_time = |of: &[Weighed]| of.iter().map(|of| of.weight).sum::<f64>();
-        let best = each
-            .chunks(DAMPING_RATIOS.len())
-            .position(|of| of_time(of) > NEARLY_ALL);
-        let Some(best) = best else { break };
-        let middle = range[0] + spacing * best as f64;
-        range = [middle - spacing, middle + spacing];
+        grids = [0, 1].map(|part| closer[part].unwrap_or(grids[part]));
+        weights = likely(&grids);
     }
-    let n = 2 * times_s.len();
-    let mut mean = DVector::zeros(n);
-    for of in &each {
-        mean += &of.mean * of.weight;
-    }
-    let mut factor = DMatrix::zeros(n, each.len() * COLUMNS);
-    for (place, of) in each.iter().enumerate() {
-        let mut columns = factor.columns_mut(place * COLUMNS, COLUMNS);
-        columns
-            .columns_mut(0, COLUMNS - 1)
-            .copy_from(&(&of.factor * of.weight.sqrt()));
-        columns
-            .column_mut(COLUMNS - 1)
-            .copy_from(&((&of.mean - &mean) * of.weight.sqrt()));
-    }
-    Predicted { mean, factor }
+    let each =
+        [0, 1].map(|part| on(grids[part]).map(|course| course.predict(&parts[part], times_s)));
+    sum(&weights, &each)
 }
 
-/// Both parts for one T.
-struct Weighed {
-    /// Logarithm of how likely this T is, and then its part of the sum.
-    weight: f64,
+/// Logarithms of time constants, in s, evenly apart between two.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Grid([f64; 2]);
+
+impl Grid {
+    fn spacing(self) -> f64 {
+        (self.0[1] - self.0[0]) / (TIME_CONSTANTS - 1) as f64
+    }
+
+    fn ln_t(self) -> [f64; TIME_CONSTANTS] {
+        std::array::from_fn(|k| self.0[0] + self.spacing() * k as f64)
+    }
+
+    /// Returns a grid about those that are likely; `None` where they are not much fewer than all.
+    fn closer(self, weights: &[f64; TIME_CONSTANTS]) -> Option<Self> {
+        let likely = |weight: &f64| *weight > HARDLY;
+        let first = weights.iter().position(likely)?;
+        let last = weights.iter().rposition(likely)?;
+        let ln_t = self.ln_t();
+        let about = [ln_t[first] - self.spacing(), ln_t[last] + self.spacing()];
+        let few = 2 * (last - first + 2) < TIME_CONSTANTS;
+        few.then_some(Self(about))
+    }
+}
+
+/// How likely each pair of time constants is: a row for each of the first part, the damping, a column for each of the second.
+type Pairs = SMatrix<f64, TIME_CONSTANTS, TIME_CONSTANTS>;
+
+/// Returns how likely pairs are, of which each part's readings tell so much.
+fn pairs(grids: &[Grid; 2], ln_evidence: &[[f64; TIME_CONSTANTS]; 2]) -> Pairs {
+    let [of_damping, of_reactance] = grids.map(Grid::ln_t);
+    let ln_likely = Pairs::from_fn(|row, column| {
+        let apart = (of_reactance[column] - WARMTH_S.ln()) / WARMTH_LN_STD;
+        let ratio = (of_damping[row] - of_reactance[column]) / DAMPING_RATIO_LN_STD;
+        ln_evidence[0][row] + ln_evidence[1][column] - 0.5 * (apart * apart + ratio * ratio)
+    });
+    let most = ln_likely.max();
+    let weights = ln_likely.map(|ln_likely| (ln_likely - most).exp());
+    weights / weights.sum()
+}
+
+/// Returns how likely each time constant of a part is.
+fn of_part(pairs: &Pairs, part: usize) -> [f64; TIME_CONSTANTS] {
+    std::array::from_fn(|k| match part {
+        0 => pairs.row(k).sum(),
+        _ => pairs.column(k).sum(),
+    })
+}
+
+/// Sums over all pairs: what each T predicts, and how far that lies from the mean of all.
+fn sum(pairs: &Pairs, each: &[[PartPredicted; TIME_CONSTANTS]; 2]) -> Predicted {
+    let n = each[0][0].mean.len();
+    let mut mean = DVector::zeros(2 * n);
+    let mut columns: Vec<DVector<f64>> = Vec::new();
+    for (part, each) in each.iter().enumerate() {
+        let mut of_part_mean = mean.rows_mut(part * n, n);
+        for (of, weight) in each.iter().zip(of_part(pairs, part)) {
+            of_part_mean.axpy(weight, &of.mean, 1.0);
+            if weight > UNLIKELY {
+                columns.extend(of.factor.column_iter().map(|column| {
+                    let mut whole = DVector::zeros(2 * n);
+                    whole
+                        .rows_mut(part * n, n)
+                        .axpy(weight.sqrt(), &column, 0.0);
+                    whole
+                }));
+            }
+        }
+    }
+    for (row, damping) in each[0].iter().enumerate() {
+        for (column, reactance) in each[1].iter().enumerate() {
+            let weight = pairs[(row, column)];
+            if weight > UNLIKELY {
+                let mut apart = -&mean;
+                apart.rows_mut(0, n).axpy(1.0, &damping.mean, 1.0);
+                apart.rows_mut(n, n).axpy(1.0, &reactance.mean, 1.0);
+                columns.push(apart * weight.sqrt());
+            }
+        }
+    }
+    Predicted {
+        mean,
+        factor: DMatrix::from_columns(&columns),
+    }
+}
+
+/// A part at some times for one T.
+struct PartPredicted {
     mean: DVector<f64>,
     /// The covariance is this times its transpose.
-    factor: DMatrix<f64>,
+    factor: OMatrix<f64, Dyn, Const<PARTS>>,
 }
 
 /// The shapes of what moves a plate, for one T.
@@ -168,43 +221,45 @@ struct Course<'a> {
     touches: Touches<'a>,
 }
 
-/// Predicts each part by its course, which is as likely beforehand as stated.
-fn predict(
-    courses: &[Course<'_>; 2],
-    parts: &[Part<'_>; 2],
-    times_s: &[f64],
-    ln_likely: f64,
-) -> Weighed {
-    let n = times_s.len();
-    let mut weighed = Weighed {
-        weight: ln_likely,
-        mean: DVector::zeros(2 * n),
-        factor: DMatrix::zeros(2 * n, COLUMNS - 1),
-    };
-    for (place, (course, part)) in courses.iter().zip(parts).enumerate() {
-        let rows = DMatrix::from_fn(n, PARTS, |index, part| course.row(times_s[index])[part]);
-        let free = course.explain(part.free, part.stds);
-        weighed.weight += free.ln_evidence;
+impl Course<'_> {
+    /// Explains the readings, whatever the size of the warmth: with one size alone, the T would be most likely that makes so
+    /// much warmth of so much change.
+    fn explain(&self, readings: &[Reading], stds: CourseStds) -> Explained {
+        let each = SIZES.map(|part| self.explain_warmth(readings, stds, part * stds.size));
+        let most = each
+            .iter()
+            .map(|of| of.ln_evidence)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let sum: f64 = each.iter().map(|of| (of.ln_evidence - most).exp()).sum();
+        let best = each
+            .into_iter()
+            .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence));
+        let best = best.expect("there are sizes");
+        Explained {
+            ln_evidence: most + sum.ln(),
+            ..best
+        }
+    }
+
+    fn predict(&self, part: &Part<'_>, times_s: &[f64]) -> PartPredicted {
+        let rows = OMatrix::<f64, Dyn, Const<PARTS>>::from_fn(times_s.len(), |index, part| {
+            self.row(times_s[index])[part]
+        });
+        let free = self.explain(part.free, part.stds);
         // Readings that scatter more about the course than their errors say are worth less.
         let freedom = part.free.len().saturating_sub(PARTS).max(1) as f64;
         let excess = (free.squares / freedom).max(1.0);
-        weighed
-            .mean
-            .rows_mut(place * n, n)
-            .copy_from(&(&rows * free.at));
-        if let Some(factor) = free.covariance.cholesky() {
-            weighed
-                .factor
-                .view_mut((place * n, place * PARTS), (n, PARTS))
-                .copy_from(&(&rows * factor.l() * excess.sqrt()));
+        PartPredicted {
+            mean: &rows * free.at,
+            factor: match free.covariance.cholesky() {
+                Some(factor) => rows * factor.l() * excess.sqrt(),
+                None => rows * 0.0,
+            },
         }
     }
-    weighed
-}
 
-impl Course<'_> {
-    fn explain(&self, readings: &[Reading], stds: CourseStds) -> Explained {
-        let stds = [stds.size, stds.per_s, stds.size, stds.size];
+    fn explain_warmth(&self, readings: &[Reading], stds: CourseStds, warmth: f64) -> Explained {
+        let stds = [stds.size, stds.per_s, warmth, warmth];
         let prior = Vector4::from(stds.map(|std| std.powi(-2)));
         let mut precision = Matrix4::from_diagonal(&prior);
         let mut along = Vector4::zeros();
@@ -224,7 +279,8 @@ impl Course<'_> {
         Explained {
             at,
             covariance,
-            ln_evidence: -0.5 * (likely + precision.determinant().ln()),
+            ln_evidence: -0.5 * (likely + precision.determinant().ln())
+                + 0.5 * prior.map(f64::ln).sum(),
             squares,
         }
     }
@@ -325,21 +381,18 @@ mod tests {
         }
     }
 
-    /// A part that hardly shows T learns it from the other.
+    /// A part that was read but once after a touch shows no T, and learns it from the other.
     #[test]
     fn both_parts_share_a_time_constant() {
-        let read_of = |w: f64, std: f64| read(|time_s| w * warmth(time_s, 2.0, &TOUCHES), std);
-        let (damping, reactance) = (read_of(0.3, 3e-3), read_of(-2.0, 1e-3));
+        let read_of = |w: f64| read(|time_s| w * warmth(time_s, 2.0, &TOUCHES), 1e-3);
+        let (mut damping, reactance) = (read_of(0.3), read_of(-2.0));
+        damping.retain(|of| of.time_s < 4.3);
         let alone = predicted(&[part(&damping), part(&damping)], &TOUCHES, &[2.5]);
         let told = predicted(&[part(&damping), part(&reactance)], &TOUCHES, &[2.5]);
-        assert!(told.variance(0) < 0.5 * alone.variance(0));
         let truth = 0.3 * warmth(2.5, 2.0, &TOUCHES);
-        let std = told.variance(0).sqrt();
-        assert!(
-            (told.mean[0] - truth).abs() < 3.0 * std,
-            "{} of {truth}",
-            told.mean[0]
-        );
+        let apart = |of: &Predicted| (of.mean[0] - truth).abs();
+        assert!(apart(&told) < 0.5 * apart(&alone));
+        assert!(apart(&told) < 3.0 * told.variance(0).sqrt());
     }
 
     /// What follows no such course is not predicted with the errors of what was read.

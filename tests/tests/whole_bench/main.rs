@@ -33,4 +33,5 @@ mod session;
 mod stops;
 mod verify;
 mod wall_clock;
+mod worlds;
 mod wrong_bench;

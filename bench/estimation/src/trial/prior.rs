@@ -108,8 +108,8 @@ impl Default for TrialPriors {
                 mean: -0.01,
                 std: 0.02,
             },
-            finger_angle_std_rad: 0.03,
-            residual_mobility_std_m_per_n_s: 0.005,
+            finger_angle_std_rad: 0.02,
+            residual_mobility_std_m_per_n_s: 0.0035,
             plate_reactance_std_n_s_per_m: 3.0,
             plate_damping_std_n_s_per_m: 0.5,
         }

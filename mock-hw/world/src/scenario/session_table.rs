@@ -73,7 +73,10 @@ impl SessionTable {
             &mut plate.second_mode.half_waves,
             drawn.second_mode_half_waves,
         );
-        set(&mut plate.second_mode.modal_mass_kg, drawn.second_mode_mass_kg);
+        set(
+            &mut plate.second_mode.modal_mass_kg,
+            drawn.second_mode_mass_kg,
+        );
         if drawn.lateral_resonance_hz.is_some() {
             sensor.lateral_resonance_hz = drawn.lateral_resonance_hz;
         }

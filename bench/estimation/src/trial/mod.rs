@@ -130,7 +130,7 @@ pub fn fit(
     let offsets = plate::offsets(&times_s, readings, z_p, &options.priors, None);
     let members: Vec<Member<'_>> = members
         .into_iter()
-        .zip(offsets.each)
+        .zip(offsets)
         .map(|((model, along), offset)| Member {
             model,
             offset,
@@ -232,7 +232,7 @@ fn report(
     let misfit = misfit::signs(
         &minimum.shared,
         &search.priors_of_shared(),
-        search.plate_apart,
+        search.plate_apart(&minimum),
         &fits,
     );
     Ok(TrialFit {

@@ -39,8 +39,6 @@ const ASTRAY: f64 = 0.03;
 const LEAST_STD_N_S_PER_M: f64 = 1e-4;
 /// Departure of an instance's reactance from the course of all before any is found, N·s/m: a tenth of a hertz.
 const UNSEEN_STD_N_S_PER_M: f64 = 0.01;
-/// Standard error of a reactance that was found under the finger, N·s/m.
-const SHOWN_STD_N_S_PER_M: f64 = 5e-3;
 /// Least departure of those that were found, N·s/m: three hundredths of a hertz.
 const FOUND_STD_N_S_PER_M: f64 = 3e-3;
 /// How much more an error of the damping counts than one of the reactance, which the finger shows too.
@@ -51,8 +49,7 @@ const DAMPING_COUNTS: f64 = 10.0;
 const MOST_APART: f64 = 0.1;
 const LEAST_APART_N_S_PER_M: f64 = 0.05;
 
-/// By how much the reactances of a trial scatter about the course that readings without a finger foresee, taken as far as they
-/// show, and the course itself about 0, RMS over the instances, N·s/m.
+/// By how much the reactances of a trial lie from their course, and the course itself from 0, RMS over the instances, N·s/m.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PlateApart {
     pub(super) apart_n_s_per_m: f64,
@@ -96,23 +93,16 @@ impl OffsetPrior {
     }
 }
 
-/// What is known of the plate's offsets at all instances.
-pub(super) struct Offsets {
-    pub(super) each: Vec<OffsetPrior>,
-    /// `None` before reactances were found, or where the plate was not read before and after.
-    pub(super) apart: Option<PlateApart>,
-}
-
 /// Returns the priors at `times_s`, as offsets from the plate of the unloaded interval. Reactances that were `found` there show
-/// how far the plate departs from the course, and if it does not, which course it is.
+/// how far the plate departs from the course.
 pub(super) fn offsets(
     times_s: &[f64],
     readings: &PlateReadings,
     z_p: Complex64,
     priors: &TrialPriors,
     found: Option<&[f64]>,
-) -> Offsets {
-    let mut each = vec![OffsetPrior::unknown(priors); times_s.len()];
+) -> Vec<OffsetPrior> {
+    let mut offsets = vec![OffsetPrior::unknown(priors); times_s.len()];
     let references = &readings.references;
     let beside = |time_s: f64| {
         let after = references.partition_point(|of| of.time_s < time_s);
@@ -126,7 +116,7 @@ pub(super) fn offsets(
         .collect();
     let n = known.len();
     if n == 0 {
-        return Offsets { each, apart: None };
+        return offsets;
     }
     let at_s: Vec<f64> = known.iter().map(|&index| times_s[index]).collect();
     let read = |part: fn(Complex64) -> f64| -> Vec<Reading> {
@@ -138,39 +128,11 @@ pub(super) fn offsets(
         })
         .collect()
     };
-    let (dampings, mut reactances) = (read(|z| z.re), read(|z| z.im));
-    let foreseen = |reactances: &[Reading]| {
-        let part = |free, size, per_s| Part {
-            free,
-            stds: CourseStds { size, per_s },
-        };
-        let damping_std = priors.plate_damping_std_n_s_per_m;
-        let reactance_std = priors.plate_reactance_std_n_s_per_m;
-        let parts = [
-            part(&dampings, damping_std, DAMPING_PER_S),
-            part(reactances, reactance_std, REACTANCE_PER_S),
-        ];
-        plate_course::predicted(&parts, &readings.touches_s, &at_s)
+    let (dampings, reactances) = (read(|z| z.re), read(|z| z.im));
+    let part = |free, size, per_s| Part {
+        free,
+        stds: CourseStds { size, per_s },
     };
-    let mut course = foreseen(&reactances);
-    let apart = |found: &[f64], course: &Predicted| {
-        DVector::from_fn(n, |at, _| found[known[at]] - course.mean[n + at])
-    };
-    let departs = found.map(|found| PlateApart {
-        apart_n_s_per_m: scatter_about(&course, apart(found, &course)),
-        course_n_s_per_m: (course.mean.rows(n, n).norm_squared() / n as f64).sqrt(),
-    });
-    if let Some((found, departs)) = found.zip(departs)
-        && !departs.is_misfit()
-    {
-        // What the finger shows of the reactance tells the time constants, and with them the damping.
-        reactances.extend(known.iter().zip(&at_s).map(|(&index, &time_s)| Reading {
-            time_s,
-            value: found[index],
-            std: SHOWN_STD_N_S_PER_M,
-        }));
-        course = foreseen(&reactances);
-    }
     let straight: Vec<Complex64> = at_s
         .iter()
         .filter_map(|&time_s| {
@@ -179,10 +141,20 @@ pub(super) fn offsets(
             Some(last.z_p_n_s_per_m - z_p + (next.z_p_n_s_per_m - last.z_p_n_s_per_m) * share)
         })
         .collect();
+    let parts = [
+        part(&dampings, priors.plate_damping_std_n_s_per_m, DAMPING_PER_S),
+        part(
+            &reactances,
+            priors.plate_reactance_std_n_s_per_m,
+            REACTANCE_PER_S,
+        ),
+    ];
+    let course = plate_course::predicted(&parts, &readings.touches_s, &at_s);
     let (reactance_std, astray) = match found {
         None => (UNSEEN_STD_N_S_PER_M, ASTRAY),
         Some(found) => {
-            let std = scatter_about(&course, apart(found, &course));
+            let apart = DVector::from_fn(n, |at, _| found[known[at]] - course.mean[n + at]);
+            let std = scatter_about(&course, apart);
             let bent: f64 = (0..n)
                 .map(|at| (course.mean[n + at] - straight[at].im).powi(2))
                 .sum();
@@ -197,17 +169,14 @@ pub(super) fn offsets(
         let together: f64 = by_course[place].iter().map(|by| by.re * by.re).sum();
         let alone = (variance - together).max(0.0).sqrt();
         let bent = course.mean[place] - straight[place].re;
-        each[index] = OffsetPrior {
+        offsets[index] = OffsetPrior {
             mean: Complex64::new(course.mean[place], course.mean[n + place]),
             by_course: by_course[place],
             reactance_std,
             damping_std: Some(alone.hypot(astray * bent).hypot(LEAST_STD_N_S_PER_M)),
         };
     }
-    Offsets {
-        each,
-        apart: departs,
-    }
+    offsets
 }
 
 /// Returns by how much reactances that lie `apart` from the likely course scatter about one that is taken as far as they show.

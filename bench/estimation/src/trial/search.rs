@@ -76,8 +76,6 @@ pub(super) struct Search<'a> {
     /// Standard deviation of the offset of the plate's damping where no reference tells, N·s/m.
     damping_std: f64,
     readings: &'a PlateReadings,
-    /// By how much the plate departs from what was read of it without a finger.
-    pub(super) plate_apart: Option<PlateApart>,
     /// Whether the laws beside the published ones are still held close to what is likely.
     from_afar: bool,
     z_m: Vec<Complex64>,
@@ -87,7 +85,6 @@ pub(super) struct Search<'a> {
 /// State between two refinements: how the residuals scatter, the plate's likely offset, the trends, and the skin's transients.
 struct Refinement {
     scatters: Vec<Scatter>,
-    plate_apart: Option<PlateApart>,
     of_members: Vec<(OffsetPrior, Rates, Transient)>,
 }
 
@@ -105,7 +102,6 @@ impl<'a> Search<'a> {
             kinds: Vec::new(),
             damping_std: HELD,
             readings,
-            plate_apart: None,
             from_afar: true,
             z_m: vec![Complex64::ZERO; longest],
             slopes: vec![[Complex64::ZERO; PARAMETERS]; longest],
@@ -152,7 +148,6 @@ impl<'a> Search<'a> {
         let members = self.members.iter();
         Refinement {
             scatters: self.scatters.clone(),
-            plate_apart: self.plate_apart,
             of_members: members
                 .map(|of| {
                     let model = &of.model;
@@ -164,7 +159,6 @@ impl<'a> Search<'a> {
 
     fn restore(&mut self, refinement: Refinement) {
         self.scatters = refinement.scatters;
-        self.plate_apart = refinement.plate_apart;
         let refined = refinement.of_members;
         for (member, (offset, rates, transient)) in self.members.iter_mut().zip(refined) {
             member.offset = offset;
@@ -291,9 +285,8 @@ impl<'a> Search<'a> {
             &self.priors,
             Some(&found),
         );
-        self.plate_apart = offsets.apart;
         at.shared.as_mut_slice()[COURSE..TILT].fill(0.0);
-        for (index, (member, offset)) in self.members.iter_mut().zip(offsets.each).enumerate() {
+        for (index, (member, offset)) in self.members.iter_mut().zip(offsets).enumerate() {
             member.offset = offset;
             // Nothing moves but what the plate is said to be by: the search goes on from where it was.
             let moved = before[index] - offset.on_course(&[]);
@@ -431,6 +424,23 @@ impl<'a> Search<'a> {
             (0.0, of.finger_angle_std_rad),
             (0.0, of.residual_mobility_std_m_per_n_s),
         ]
+    }
+
+    /// Returns by how much the plate departs from its course; `None` where it was not read before and after.
+    pub(super) fn plate_apart(&self, minimum: &Minimised) -> Option<PlateApart> {
+        let courses = courses(&minimum.shared);
+        let (mut apart, mut course, mut known) = (0.0, 0.0, 0.0);
+        for (member, own) in self.members.iter().zip(&minimum.own) {
+            if member.offset.damping_std.is_some() {
+                apart += own[REACTANCE].powi(2);
+                course += member.offset.on_course(courses).im.powi(2);
+                known += 1.0;
+            }
+        }
+        (known > 0.0).then(|| PlateApart {
+            apart_n_s_per_m: (apart / known).sqrt(),
+            course_n_s_per_m: (course / known).sqrt(),
+        })
     }
 
     /// Returns by how much more the residuals scatter than the scatter they were weighed with, at least 1.

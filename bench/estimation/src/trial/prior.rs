@@ -58,7 +58,7 @@ pub struct TrialPriors {
     /// their means are 0. Default 0.02: what a second mode of the plate a kilohertz away does to it.
     pub finger_angle_std_rad: f64,
     /// Standard deviation of the residual mobility that such a mode adds to the finger's part of Z_m, m/(N·s), likewise. Default
-    /// 0.0035: half of all plates have less, and a mode of 20 g a kilohertz away has 0.004 (decision 21).
+    /// 0.003: a mode of 20 g a kilohertz away has 0.004.
     pub residual_mobility_std_m_per_n_s: f64,
     /// Standard deviation of the offset of the plate's reactance, N·s/m; its mean is 0. Default 3, thirty hertz of a plate of 8
     /// g.
@@ -109,7 +109,7 @@ impl Default for TrialPriors {
                 std: 0.02,
             },
             finger_angle_std_rad: 0.02,
-            residual_mobility_std_m_per_n_s: 0.0035,
+            residual_mobility_std_m_per_n_s: 0.003,
             plate_reactance_std_n_s_per_m: 3.0,
             plate_damping_std_n_s_per_m: 0.5,
         }

@@ -1,7 +1,7 @@
 use crate::error::{ModelError, positive};
 
 /// Constants of finger and air that the method assumes. σ_t, Z_t and τ are conditional on these; friction hardly is
-/// (see [`crate::fit::Sensitivities`]). Every result prints them.
+/// (see `estimation::Sensitivities`). Every result prints them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AssumedConstants {
     /// q0, rad/m: wave number of the coarsest roughness in Persson's pressure. Default 1.4e4, 2π over a fingerprint

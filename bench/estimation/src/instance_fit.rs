@@ -52,8 +52,8 @@ pub struct InstanceFit {
     pub agreement: Agreement,
     /// Stiffness, gap and friction in time.
     pub series: EstimatedSeries,
-    /// The fitted parameters with their covariance, for samples beyond this instance: [`crate::self_sensed`],
-    /// [`crate::live_estimator`].
+    /// The fitted parameters with their covariance, for samples beyond this instance: [`contact::self_sensed`],
+    /// [`contact::live_estimator`].
     pub finger: FittedFinger,
 }
 

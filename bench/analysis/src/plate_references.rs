@@ -79,6 +79,9 @@ fn reference(series: &FrameSeries, from: usize, to: usize) -> Option<PlateRefere
         time_s += (frame.time_s - time_s) * weight / weights;
         z_p += (frame.corrected_n_s_per_m - z_p) * weight / weights;
     }
+    if !z_p.is_finite() {
+        return None;
+    }
     // What the plate changes steadily meanwhile is no error of its mean.
     let (mut squares, mut rate, mut spread) = (0.0, Complex64::ZERO, 0.0);
     for frame in clear() {

@@ -88,10 +88,61 @@ struct Explained {
     squares: f64,
 }
 
+/// What readings tell of a part's parameters for one T: the normal equations.
+#[derive(Default)]
+struct Told {
+    precision: Matrix4<f64>,
+    along: Vector4<f64>,
+    squares: f64,
+}
+
+impl Told {
+    fn add(&mut self, row: Vector4<f64>, reading: &Reading) {
+        let weight = reading.std.powi(-2);
+        self.precision += row * row.transpose() * weight;
+        self.along += row * (reading.value * weight);
+        self.squares += reading.value.powi(2) * weight;
+    }
+
+    /// Explains them where the warmth is of such a size beforehand.
+    fn explained(&self, stds: CourseStds, warmth: f64) -> Explained {
+        let stds = Vector4::new(stds.size, stds.per_s, warmth, warmth);
+        let prior = stds.map(|std| std.powi(-2));
+        let precision = self.precision + Matrix4::from_diagonal(&prior);
+        // Scaled to a unit diagonal: long courses span many orders.
+        let scale = precision.diagonal().map(|of| of.sqrt().recip());
+        let scaling = Matrix4::from_diagonal(&scale);
+        let Some(factor) = (scaling * precision * scaling).cholesky() else {
+            // What was likely beforehand, and less likely than whatever explains them.
+            return Explained {
+                at: Vector4::zeros(),
+                covariance: Matrix4::from_diagonal(&stds.map(|std| std * std)),
+                ln_evidence: f64::MIN,
+                squares: self.squares,
+            };
+        };
+        let covariance = scaling * factor.inverse() * scaling;
+        let at = covariance * self.along;
+        let squares = self.squares - 2.0 * at.dot(&self.along) + at.dot(&(self.precision * at));
+        let likely = squares + at.component_mul(&at).dot(&prior);
+        let ln = |of: &Vector4<f64>| of.map(f64::ln).sum();
+        Explained {
+            at,
+            covariance,
+            ln_evidence: ln(&scale) - ln(&factor.l_dirty().diagonal()) - ln(&stds) - 0.5 * likely,
+            squares: squares.max(0.0),
+        }
+    }
+}
+
 /// Returns both parts at `times_s`.
 #[must_use]
 pub fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -> Predicted {
     let since_s = parts[0].free.first().map_or(0.0, |of| of.time_s);
+    let read = [0, 1].map(|part: usize| -> Vec<Reading> {
+        let free = parts[part].free.iter();
+        free.filter(|of| of.value.is_finite()).copied().collect()
+    });
     let on = |grid: Grid| {
         grid.ln_t().map(|ln_t| Course {
             t_s: ln_t.exp(),
@@ -101,8 +152,8 @@ pub fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -
     };
     let likely = |grids: &[Grid; 2]| {
         let ln_evidence = |part: usize| {
-            let Part { free, stds } = &parts[part];
-            on(grids[part]).map(|course| course.explain(free, *stds).ln_evidence)
+            let stds = parts[part].stds;
+            on(grids[part]).map(|course| course.explain(&read[part], stds).ln_evidence)
         };
         pairs(grids, &[ln_evidence(0), ln_evidence(1)])
     };
@@ -116,8 +167,9 @@ pub fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -
         grids = [0, 1].map(|part| closer[part].unwrap_or(grids[part]));
         weights = likely(&grids);
     }
-    let each =
-        [0, 1].map(|part| on(grids[part]).map(|course| course.predict(&parts[part], times_s)));
+    let each = [0, 1].map(|part| {
+        on(grids[part]).map(|course| course.predict(&read[part], parts[part].stds, times_s))
+    });
     sum(&weights, &each)
 }
 
@@ -223,9 +275,13 @@ struct Course<'a> {
 
 impl Course<'_> {
     /// Explains the readings, whatever the size of the warmth: with one size alone, the T would be most likely that makes so
-    /// much warmth of so much change.
+    /// much warmth of so little change.
     fn explain(&self, readings: &[Reading], stds: CourseStds) -> Explained {
-        let each = SIZES.map(|part| self.explain_warmth(readings, stds, part * stds.size));
+        let mut told = Told::default();
+        for of in readings {
+            told.add(self.row(of.time_s), of);
+        }
+        let each = SIZES.map(|part| told.explained(stds, part * stds.size));
         let most = each
             .iter()
             .map(|of| of.ln_evidence)
@@ -241,13 +297,13 @@ impl Course<'_> {
         }
     }
 
-    fn predict(&self, part: &Part<'_>, times_s: &[f64]) -> PartPredicted {
+    fn predict(&self, readings: &[Reading], stds: CourseStds, times_s: &[f64]) -> PartPredicted {
         let rows = OMatrix::<f64, Dyn, Const<PARTS>>::from_fn(times_s.len(), |index, part| {
             self.row(times_s[index])[part]
         });
-        let free = self.explain(part.free, part.stds);
+        let free = self.explain(readings, stds);
         // Readings that scatter more about the course than their errors say are worth less.
-        let freedom = part.free.len().saturating_sub(PARTS).max(1) as f64;
+        let freedom = readings.len().saturating_sub(PARTS).max(1) as f64;
         let excess = (free.squares / freedom).max(1.0);
         PartPredicted {
             mean: &rows * free.at,
@@ -255,33 +311,6 @@ impl Course<'_> {
                 Some(factor) => rows * factor.l() * excess.sqrt(),
                 None => rows * 0.0,
             },
-        }
-    }
-
-    fn explain_warmth(&self, readings: &[Reading], stds: CourseStds, warmth: f64) -> Explained {
-        let stds = [stds.size, stds.per_s, warmth, warmth];
-        let prior = Vector4::from(stds.map(|std| std.powi(-2)));
-        let mut precision = Matrix4::from_diagonal(&prior);
-        let mut along = Vector4::zeros();
-        for reading in readings {
-            let row = self.row(reading.time_s);
-            let weight = reading.std.powi(-2);
-            precision += row * row.transpose() * weight;
-            along += row * (reading.value * weight);
-        }
-        let covariance = precision.try_inverse().unwrap_or_else(Matrix4::zeros);
-        let at = covariance * along;
-        let squares: f64 = readings
-            .iter()
-            .map(|of| ((self.row(of.time_s).dot(&at) - of.value) / of.std).powi(2))
-            .sum();
-        let likely = squares + at.component_mul(&at).dot(&prior);
-        Explained {
-            at,
-            covariance,
-            ln_evidence: -0.5 * (likely + precision.determinant().ln())
-                + 0.5 * prior.map(f64::ln).sum(),
-            squares,
         }
     }
 
@@ -393,6 +422,37 @@ mod tests {
         let apart = |of: &Predicted| (of.mean[0] - truth).abs();
         assert!(apart(&told) < 0.5 * apart(&alone));
         assert!(apart(&told) < 3.0 * told.variance(0).sqrt());
+    }
+
+    /// A recording of twenty minutes, and readings that are none, leave a prediction all the same.
+    #[test]
+    fn long_courses_and_broken_readings_are_predicted() {
+        let touches: Vec<(f64, f64)> = (0..120)
+            .map(|k| f64::from(k) * 10.0 + 2.0)
+            .map(|from| (from, from + 6.0))
+            .collect();
+        let free: Vec<Reading> = (0..1200)
+            .map(|k| f64::from(k) + 0.5)
+            .map(|time_s| Reading {
+                time_s,
+                value: 0.3 * warmth(time_s, 5.0, &touches),
+                std: 1e-4,
+            })
+            .collect();
+        let broken = [Reading {
+            time_s: 1.0,
+            value: f64::NAN,
+            std: 1e-4,
+        }];
+        let long = predicted(&[part(&free), part(&free)], &touches, &[1005.0]);
+        assert_relative_eq!(
+            long.mean[0],
+            0.3 * warmth(1005.0, 5.0, &touches),
+            epsilon = 1e-3
+        );
+        assert!(long.variance(0).is_finite());
+        let none = predicted(&[part(&broken), part(&broken)], &TOUCHES, &[2.5]);
+        assert_eq!(none.mean.len(), 2);
     }
 
     /// What follows no such course is not predicted with the errors of what was read.

@@ -7,7 +7,7 @@ use estimation::{FitConditions, InstanceFit};
 use num_complex::Complex64;
 
 use crate::conditions;
-use crate::record::Record;
+use crate::record::{Record, Truth};
 use crate::trial::{SKINS, instances, placed, records, references};
 
 /// Size of each error. Its effects are linear to a few per cent.
@@ -214,5 +214,37 @@ fn errors_of_an_instance_alone_hold_those_of_the_calibration() {
             &fitted(&wrong.records(&right), &wrong.conditions()),
             &fitted(&right, &stated),
         );
+    }
+}
+
+/// A standard deviation of what other modes of the plate do to the film, which no fitted parameter has: every estimate may move by
+/// no more than its error.
+#[test]
+fn errors_of_a_trial_hold_what_other_modes_do_to_the_film() {
+    let options = TrialOptions::default();
+    let one_std = std::f64::consts::SQRT_2 * options.priors.residual_mobility_std_m_per_n_s;
+    let fitted = |film_mobility: f64| {
+        let skin = Truth {
+            film_mobility,
+            ..SKINS[1]
+        };
+        let records: Vec<Record> = (0..)
+            .zip(records(&instances(skin, 5)))
+            .map(|(seed, record)| record.with_noise(seed, 1e-5))
+            .collect();
+        let placed: Vec<_> = records.iter().map(|of| placed(of.series())).collect();
+        of_trial(&trial::fit(&placed, &conditions(), &references(5), &options).unwrap())
+    };
+    let without = fitted(0.0);
+    for film_mobility in [-one_std, one_std] {
+        for (without, with) in without.iter().zip(fitted(film_mobility)) {
+            let moved = (with.1 - without.1).abs();
+            assert!(
+                moved < without.2,
+                "{} moves by {moved}, its error is {}",
+                with.0,
+                without.2
+            );
+        }
     }
 }

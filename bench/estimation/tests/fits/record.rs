@@ -38,6 +38,8 @@ pub struct Truth {
     pub plate_damping: f64,
     pub plate_offset: f64,
     pub friction_floor: f64,
+    /// Imaginary part of the residual mobility by which other modes of the plate move the film, m/(N·s).
+    pub film_mobility: f64,
     /// What the force does that its sensor's filter takes for noise: amplitude, as a part of it, Hz, and rad.
     pub unseen: [(f64, f64, f64); 8],
 }
@@ -62,6 +64,7 @@ pub const TRUTH: Truth = Truth {
     plate_damping: 0.0,
     plate_offset: 0.0,
     friction_floor: 0.0,
+    film_mobility: 0.0,
     unseen: [(0.0, 0.0, 0.0); 8],
 };
 
@@ -74,6 +77,24 @@ impl Truth {
     /// The amplitude that the film answers to: of a mean over a short time, the one of that time ago.
     pub fn answered_m(&self, t: f64) -> f64 {
         self.amplitude_m(t - self.film_mean_s)
+    }
+
+    /// That amplitude where the finger, with a gap of `x`, pushes other modes of the plate.
+    pub fn film_m(&self, t: f64, x: f64, n: f64) -> f64 {
+        let answered_m = self.answered_m(t);
+        (0..5).fold(answered_m, |a, _| {
+            let z_c = self.z_c(self.stiffness_n_per_m(x, a, n));
+            let finger = self.z_t * z_c / (self.z_t + z_c);
+            answered_m * (1.0 + self.film_mobility * finger.im)
+        })
+    }
+
+    pub fn stiffness_n_per_m(&self, x: f64, film_m: f64, n: f64) -> f64 {
+        self.asperity_n(x, n) / self.sigma_t_m + 2.0 * self.squeeze_n(x, film_m, n) / x
+    }
+
+    pub fn z_c(&self, k_c: f64) -> Complex64 {
+        Complex64::new(self.loss_factor, -1.0) * k_c / OMEGA
     }
 
     pub fn normal_n(&self, t: f64) -> f64 {
@@ -102,11 +123,12 @@ impl Truth {
     }
 
     pub fn equilibrium_m(&self, t: f64) -> f64 {
-        let (a, n) = (self.answered_m(t), self.true_normal_n(t));
+        let n = self.true_normal_n(t);
         let (mut lo, mut hi) = (1e-9_f64, 1e-3);
         for _ in 0..60 {
             let middle = 0.5 * (lo + hi);
-            if self.asperity_n(middle, n) + self.squeeze_n(middle, a, n) > n {
+            if self.asperity_n(middle, n) + self.squeeze_n(middle, self.film_m(t, middle, n), n) > n
+            {
                 lo = middle
             } else {
                 hi = middle
@@ -162,9 +184,8 @@ impl Truth {
 
     pub fn push(&self, record: &mut Record, t: f64, x: f64) {
         let (a, n) = (self.amplitude_m(t), self.true_normal_n(t));
-        let k_c = self.asperity_n(x, n) / self.sigma_t_m
-            + 2.0 * self.squeeze_n(x, self.answered_m(t), n) / x;
-        let z_c = Complex64::new(self.loss_factor * k_c / OMEGA, -k_c / OMEGA);
+        let k_c = self.stiffness_n_per_m(x, self.film_m(t, x, n), n);
+        let z_c = self.z_c(k_c);
         let z_m = Z_P
             + Complex64::new(self.plate_damping, self.plate_offset)
             + self.z_t * z_c / (self.z_t + z_c);
@@ -213,7 +234,7 @@ impl Record {
             .k_c
             .iter()
             .map(|k_c| {
-                let z_c = Complex64::new(truth.loss_factor, -1.0) * k_c / OMEGA;
+                let z_c = truth.z_c(*k_c);
                 [truth.z_t, z_c].map(|of| of / (truth.z_t + z_c))
             })
             .collect();

@@ -12,12 +12,12 @@
 //! | --- | --- | --- | --- | --- |
 //! | truth | 1.70 | 0.47 + 3.16i | 1.0 | |
 //! | `paper` | 2.88 | −0.13 + 1.27i | | 0.160 |
-//! | `dynamic` | 1.703 | 0.465 + 3.148i | 1.02 | 0.0013 |
-//! | `trial` | 1.697 | 0.477 + 3.162i | 0.94 | 0.0013 |
+//! | `dynamic` | 1.703 | 0.466 + 3.149i | 1.02 | 0.0013 |
+//! | `trial` | 1.700 | 0.475 + 3.155i | 0.92 | 0.0012 |
 //! | truth | 1.30 | 0.30 + 2.60i | 0.7 | |
 //! | `paper` | 2.00 | −0.12 + 1.79i | | 0.091 |
-//! | `dynamic` | 1.306 | 0.296 + 2.590i | 0.70 | 0.0021 |
-//! | `trial` | 1.287 | 0.314 + 2.620i | 0.64 | 0.0014 |
+//! | `dynamic` | 1.306 | 0.295 + 2.589i | 0.70 | 0.0017 |
+//! | `trial` | 1.292 | 0.310 + 2.611i | 0.64 | 0.0014 |
 //!
 //! On records of the model's own equations `dynamic` recovers every parameter to 2e-6, and its standard errors are the
 //! scatter of repeated fits (`tests/fits/`). σ_t, Z_t and τ are conditional on the assumed constants: on the first

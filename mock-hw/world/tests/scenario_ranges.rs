@@ -29,6 +29,7 @@ const DRAWN: &[(&str, f64, f64)] = &[
     ("session.end_drop", -0.5, 0.5),
     ("session.end_tilt", -0.3, 0.3),
     ("session.second_mode_off_hz", 300.0, 1e4),
+    ("session.second_mode_mass_kg", 1e-3, 1.0),
     ("session.second_mode_half_waves", 0.0, 10.0),
     ("session.lateral_resonance_hz", 100.0, 20e3),
     ("session.lateral_lag_s", 0.0, 0.02),

@@ -60,8 +60,8 @@ fn touches(touched_s: &[f64]) -> Vec<(f64, f64)> {
     touches
 }
 
-/// Reads one stretch where it is told best, at the mean of its frames by their weights: off their middle an error of the rate at
-/// which it changes would be one of the reading. `None` if too few of its frames have an impedance.
+/// Reads one stretch at the weighted mean time of its frames, where the plate is known best: at any other time an error in the
+/// rate of change would be added to the reading. `None` if too few of its frames have an impedance.
 fn reference(series: &FrameSeries, from: usize, to: usize) -> Option<PlateReference> {
     let clear = || {
         series.frames[from..to]

@@ -92,6 +92,9 @@ pub(super) const LAG_MS: usize = 1;
 /// Standard deviation of the measured friction that the first search weighs priors with.
 const FIRST_STD: f64 = 1e-2;
 
+/// How much faster μ0 wanders within an instance, by the variance in a second, than from one to the next: friction goes with the
+/// finger's speed, and the hand's tremor of 8 to 12 Hz changes that within 60 ms and not in the mean of as many.
+const FASTER_WITHIN: f64 = 2.0;
 /// Times that μ0 within each instance is taken to change as it does from instance to instance.
 const FOLLOWED: usize = 2;
 
@@ -120,7 +123,7 @@ pub(super) fn fit(instances: &[RatioSamples<'_>], interval_s: f64) -> Option<Tri
         values: &mu0,
         per_s: &per_s,
     };
-    let wander_per_s = means.diffusivity_per_s();
+    let wander_per_s = FASTER_WITHIN * means.diffusivity_per_s();
     fit_on(&courses, wander_per_s, instances, interval_s)
 }
 

@@ -12,8 +12,10 @@ use num_complex::Complex64;
 use super::members::{Member, OWN, SHARED};
 use crate::least_squares::ImpedanceModel;
 
-/// Time for which an error of the force lasts, s: what the filter of the force passes and takes lies about 80 Hz.
-const FORCE_ERROR_LASTS_S: f64 = 2e-3;
+/// Time for which an error of the force lasts, s. What its filter leaves and takes lies about 80 Hz; an error that lasts as long as
+/// that, 2 ms, would have as much of all lower frequencies, at which the filter is right: what the force tells there of skin and lag
+/// would count too little.
+const FORCE_ERROR_LASTS_S: f64 = 8e-4;
 /// Time for which an error of the impedance lasts, s: between the demodulator's window and the milliseconds of what the model leaves
 /// out.
 const NOISE_LASTS_S: f64 = 1.5e-3;

@@ -281,6 +281,9 @@ def ratios(folder):
         estimates = json.loads(path.with_name("estimates.json").read_text())
         measured[named["group_id"], named["function_id"]] = estimates["mean"]["point_estimate"] * 1e-9
     for work, rival, required in REQUIRED:
+        if not {(work, "this bench"), (work, rival)} <= measured.keys():
+            print(f"{work}; {rival}: not measured")
+            continue
         ours, theirs = measured[work, "this bench"], measured[work, rival]
         print(f"{work}: {duration(ours)}; {rival} {duration(theirs)}, {theirs / ours:.3g} times as long{verdict(ours, theirs, required)}")
 

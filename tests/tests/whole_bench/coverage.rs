@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use analysis::estimate::{Estimated, InstanceAnalysis, Method};
-use analysis::model_check::quantile;
 use analysis::{Settings, analyse, find};
 use bench_tests::campaign;
 use bench_tests::session::{VirtualParticipant, text};
@@ -13,6 +12,8 @@ use bench_tests::truth::{Course, recording_began_s};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
+
+use crate::worlds::share_of;
 
 /// Participants in every test run; `FRICTION_BENCH_COVERAGE` asks for more.
 const PARTICIPANTS: usize = 4;
@@ -145,11 +146,11 @@ impl Found {
 
     /// Median of the error's size.
     fn median(&self, key: (&str, &str)) -> f64 {
-        median(self.of(key).iter().map(|of| of.error.abs()).collect())
+        share_of(self.of(key).iter().map(|of| of.error.abs()).collect(), 0.5)
     }
 
     fn median_z_t(&self, method: &str) -> f64 {
-        median(self.z_t.get(method).cloned().unwrap_or_default())
+        share_of(self.z_t.get(method).cloned().unwrap_or_default(), 0.5)
     }
 
     fn line(&self, key: (&str, &str)) -> String {
@@ -164,11 +165,6 @@ impl Found {
             self.median(key),
         )
     }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    quantile(&values, 0.5).unwrap_or(f64::NAN)
 }
 
 /// Runs a session of one participant, and compares what it states with what was so.
@@ -266,8 +262,14 @@ fn stated_intervals_hold_the_truth_on_an_unkind_bench() {
         assert!(rms < 2.5, "{}", found.line(key));
         if participants >= MANY {
             // To the per cent that so many people tell.
-            let held_percent = (100.0 * found.holds(key, 1.96)).round();
-            assert!(held_percent >= 92.0, "{}", found.line(key));
+            let percent = |stds: f64| (100.0 * found.holds(key, stds)).round();
+            assert!(
+                (92.0..=98.0).contains(&percent(1.96))
+                    && (62.0..=74.0).contains(&percent(0.9945))
+                    && (0.85..=1.15).contains(&rms),
+                "{}",
+                found.line(key)
+            );
         }
     }
     if participants >= MANY {

@@ -200,7 +200,7 @@ impl TrueSkin {
 }
 
 /// Returns the value that a share of all values does not exceed.
-fn share_of(mut values: Vec<f64>, share: f64) -> f64 {
+pub(crate) fn share_of(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     quantile(&values, share).unwrap_or(f64::NAN)
 }

@@ -92,9 +92,10 @@ pub(super) const LAG_MS: usize = 1;
 /// Standard deviation of the measured friction that the first search weighs priors with.
 const FIRST_STD: f64 = 1e-2;
 
-/// How much faster μ0 wanders within an instance, by the variance in a second, than from one to the next: friction goes with the
-/// finger's speed, and the hand's tremor of 8 to 12 Hz changes that within 60 ms and not in the mean of as many.
+/// Diffusivity of μ0 within an instance over that from one instance to the next. Friction depends on the finger's speed; the hand's
+/// tremor of 8 to 12 Hz changes that within 60 ms, and hardly its mean over an instance.
 const FASTER_WITHIN: f64 = 2.0;
+
 /// Times that μ0 within each instance is taken to change as it does from instance to instance.
 const FOLLOWED: usize = 2;
 

@@ -12,9 +12,9 @@ use num_complex::Complex64;
 use super::members::{Member, OWN, SHARED};
 use crate::least_squares::ImpedanceModel;
 
-/// Time for which an error of the force lasts, s. What its filter leaves and takes lies about 80 Hz; an error that lasts as long as
-/// that, 2 ms, would have as much of all lower frequencies, at which the filter is right: what the force tells there of skin and lag
-/// would count too little.
+/// Time for which an error of the force lasts, s. The force's filter is wrong about 80 Hz and right far below. An error that decays
+/// in 1/(2π 80 Hz) = 2 ms has full power at all lower frequencies too, and what the force tells of the skin there would count too
+/// little (decision 21).
 const FORCE_ERROR_LASTS_S: f64 = 8e-4;
 /// Time for which an error of the impedance lasts, s: between the demodulator's window and the milliseconds of what the model leaves
 /// out.

@@ -19,11 +19,11 @@ use calibration::unattended::Unattended;
 use config::{
     CalibrationError, CalibrationFile, CalibrationFileError, Config, Effective, Identity,
 };
-use devices::driving_time;
+use console::Lines;
+use devices::{Life, driving_time};
 use masses::{ForceProcedure, ForceSetup};
 use recording::disk;
 use survey::{FingerProcedure, ProfileProcedure};
-use tasks::StopFlag;
 use volts::{OutputProcedure, OutputSetup, VoltMeter};
 
 use crate::apparatus::Apparatus;
@@ -212,11 +212,14 @@ impl<'a> Begun<'a> {
         let clear = self.bench.clone().without_dead_man();
         let facts = bench_page::facts(clear.config(), Some(&self.calibration), &hardware);
         let (attended, verbosity) = (self.attended, self.verbosity);
-        let attend = |stop: &StopFlag| -> anyhow::Result<Attendance> {
+        let attend = |life: &Life| -> anyhow::Result<Attendance> {
             if !attended {
-                return Ok((Box::new(Unattended::new(verbosity.progress())), None));
+                return Ok((
+                    Box::new(Unattended::new(Lines::start(verbosity.progress())?)),
+                    None,
+                ));
             }
-            let (guided, screen) = Guided::open(title, simulated, facts, &notices, stop.clone())?;
+            let (guided, screen) = Guided::open(title, simulated, facts, &notices, life)?;
             Ok((Box::new(guided), Some(screen)))
         };
         let ledger = if C::DRIVES_A_FINGER {

@@ -3,10 +3,11 @@
 use std::io::Write;
 
 use config::{Config, Effective};
-use console::{Dashboard, DashboardThread, Front};
+use console::{Dashboard, DashboardThread, Front, Lines, StopKeys};
 use devices::stop_on_signals;
 pub use drill::Watched;
 use drill::{Course, DrillRecord, Scripted};
+use safety::DriveStop;
 use tasks::StopFlag;
 use tui::Event;
 use tui::event::{LogLevel, SessionHeader};
@@ -51,10 +52,11 @@ pub fn run(
 ) -> anyhow::Result<(DrillRecord, Vec<String>)> {
     let over = StopFlag::default();
     let _listening = stop_on_signals(&over)?;
+    let drive = DriveStop::default();
     let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if options.headless {
-        (Box::new(Scripted::new(out)), None)
+        (Box::new(Scripted::new(Lines::start(out)?)), None)
     } else {
-        let (dashboard, thread) = Dashboard::open(over.clone())?;
+        let (dashboard, thread) = Dashboard::open(over.clone(), StopKeys::new(drive.clone()))?;
         (Box::new(dashboard), Some(thread))
     };
     front.show(Event::Session(SessionHeader {
@@ -67,7 +69,7 @@ pub fn run(
         let level = LogLevel::Warning;
         front.show(Event::Log { level, text });
     }
-    let ran = course.run(&options.out, front, &over, open);
+    let ran = course.run(&options.out, front, (&over, &drive), open);
     let closed = dashboard.map_or(Ok(()), DashboardThread::join);
     let (record, folder) = ran?;
     closed?;

@@ -11,6 +11,7 @@ use tui::{escaped, escaped_line};
 /// one line without a backtrace: whoever opens a bench silences its drive before that.
 pub fn run(program: impl FnOnce() -> anyhow::Result<ExitCode>) -> ExitCode {
     tui::install_panic_hook(in_words);
+    devices::before_a_hard_end(tui::restore);
     let ended = catch_unwind(AssertUnwindSafe(program));
     tui::restore();
     match ended {

@@ -15,7 +15,7 @@ use tui::{Instruction, ParticipantView};
 
 use analysis::live_contact::LiveContact;
 use config::Effective;
-use console::{Dashboard, DashboardThread, Front, Headless, safety_event};
+use console::{Dashboard, DashboardThread, Front, Headless, Lines, StopKeys, safety_event};
 use devices::drive_control::{DriveControl, settings};
 use devices::driving_time;
 use devices::{Bench, Boot, Gauges, require_armable, require_watched};
@@ -170,9 +170,10 @@ pub fn run(
     bench.require_calibration_holds(&effective)?;
     let stop = bench.stop().clone();
     let (mut front, dashboard): (Box<dyn Front>, Option<DashboardThread>) = if headless {
-        (Box::new(Headless::new(out)), None)
+        (Box::new(Headless::new(Lines::start(out)?)), None)
     } else {
-        let (dashboard, thread) = Dashboard::open(stop.clone())?;
+        let keys = StopKeys::new(bench.life.drive_stop().clone()).ending(stop.clone());
+        let (dashboard, thread) = Dashboard::open(stop.clone(), keys)?;
         (Box::new(dashboard), Some(thread))
     };
     front.show(tui::Event::Session(tui::event::SessionHeader {

@@ -17,7 +17,7 @@ use mock_hw::apparatus::{Apparatus, ApparatusClock, ApparatusConfig, RehearsalHa
 use mock_hw::world_clock::Pace;
 use mock_world::scenario::Scenario;
 use rehearsal::FaultKind;
-use safety::{input, output};
+use safety::{DriveStop, input, output};
 use sources::{Lines, Place};
 use tasks::{Clock, Schedule, StopFlag};
 use tui::drill_view::{DrillStep, DrillView};
@@ -96,7 +96,12 @@ fn run(
     open: impl FnMut() -> anyhow::Result<Watched>,
 ) -> (DrillRecord, DrillFolder) {
     course
-        .run(parent, front, &StopFlag::default(), open)
+        .run(
+            parent,
+            front,
+            (&StopFlag::default(), &DriveStop::default()),
+            open,
+        )
         .unwrap()
 }
 
@@ -291,7 +296,12 @@ fn a_simulated_bench_that_cannot_be_opened_again_ends_the_drill() {
         by_program()
     };
     let front = Box::new(Scripted::new(std::io::sink()));
-    let ended = course.run(temp.path(), front, &StopFlag::default(), open);
+    let ended = course.run(
+        temp.path(),
+        front,
+        (&StopFlag::default(), &DriveStop::default()),
+        open,
+    );
     assert!(ended.is_err());
     let folder = std::fs::read_dir(temp.path())
         .unwrap()

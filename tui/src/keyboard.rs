@@ -78,6 +78,18 @@ pub fn key(state: &State, key: KeyEvent) -> Reaction {
     reaction
 }
 
+/// Returns the action of a key that means the same whatever the screen shows: the stop, and the end.
+#[must_use]
+pub(crate) fn at_once(key: KeyEvent) -> Option<Action> {
+    let press = Press::told(key).filter(|_| key.kind != KeyEventKind::Release)?;
+    [
+        (Press::of('e'), Action::EmergencyStop),
+        (Press::control('c'), Action::Interrupt),
+    ]
+    .into_iter()
+    .find_map(|(at_once, action)| (at_once == press).then_some(action))
+}
+
 /// Answers the question that waits for confirmation.
 fn answer(ui: &mut Ui, code: KeyCode) -> Option<Action> {
     match code {

@@ -1,31 +1,49 @@
 //! The operator's terminal: set up, drawn to at most 30 times a second, read for keys, and restored.
+//!
+//! One thread draws and another reads the keys. Neither waits for the terminal, for a file, or for the other beyond the
+//! moment in which it looks at the state: a key that stops acts on the thread that read it.
 
 use std::io::{self, Write};
 use std::mem::ManuallyDrop;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
+use drawing::theme::Theme;
 use operator_terminal::{Frames, Keys, OperatorScreen, TerminalError, TerminalKeys};
 use ratatui::backend::{Backend, CrosstermBackend};
+use ratatui::buffer::Buffer;
+use ratatui::crossterm::event::KeyEvent;
 use ratatui::layout::{Position, Rect};
 use ratatui::{Frame, Terminal};
 
 use crate::action::Action;
 use crate::dashboard::view;
 use crate::event::{Event, SafetyState};
-use crate::keyboard::key;
+use crate::keyboard::{at_once, key};
 use crate::page_files;
 use crate::state::State;
 use crate::terminal_kind::{is_ascii, theme};
 
 /// Time between two drawings.
 const FRAME: Duration = Duration::from_millis(33);
+/// Longest wait for a key before the reader looks whether the screen is still shown.
+const LOOK: Duration = Duration::from_millis(33);
+/// Longest wait for the reader of the keys at the end: it may hang in the terminal.
+const LAST_KEY: Duration = Duration::from_millis(100);
+/// Remark from the key that ends the bench on.
+const ENDING: &str = "ending: waits until everything is on the disk; Ctrl-C again ends at once";
 /// Time between two rings of the bell while the bench is tripped and no key was pressed, s.
 const BELL_S: f64 = 5.0;
 
 /// Shows the dashboard on this process's terminal. Returns when [`Event::Close`] comes, when all senders of events are
 /// gone, or when nothing receives actions. Blocks the calling thread: what drives the plate must not wait for it.
+///
+/// A thread of its own reads the keys and calls `act` with each action before it sends it to `actions`: a stop in `act`
+/// waits for no screen, file or bench. A terminal that is gone is acted upon as [`Action::Interrupt`].
 ///
 /// `events` should be bounded (`sync_channel` and `try_send`), so that a terminal that blocks costs no memory.
 /// `NO_COLOR` is respected, then [`choose_theme`](crate::choose_theme); a locale without UTF-8 is shown ASCII alone. The terminal is restored on return, on error and when this thread panics; see
@@ -37,7 +55,8 @@ const BELL_S: f64 = 5.0;
 /// later. The caller should treat the latter as the operator's absence and stop in an orderly way.
 pub fn run_operator(
     events: &Receiver<Event>,
-    actions: &Sender<Action>,
+    actions: Sender<Action>,
+    act: impl Fn(&Action) + Send + 'static,
 ) -> Result<(), TerminalError> {
     let (screen, writer) = OperatorScreen::enter()?;
     let backend = CrosstermBackend::new(writer);
@@ -47,57 +66,168 @@ pub fn run_operator(
     let mut terminal = ManuallyDrop::new(terminal);
     let mut state = State::new(theme());
     state.ui.ascii = is_ascii(|name| std::env::var_os(name));
-    let shown = screen.frames();
-    operate(
-        (&mut terminal, shown),
-        &mut TerminalKeys,
-        state,
-        events,
-        actions,
-    )
-    .map(drop)
+    let desk = Arc::new(Desk::new(state));
+    let reader = read_keys(TerminalKeys, &desk, actions, act)?;
+    let operated = operate(&mut terminal, screen.frames(), &desk, events);
+    desk.leave();
+    let waited = Instant::now();
+    while !reader.is_finished() && waited.elapsed() < LAST_KEY {
+        thread::sleep(Duration::from_millis(1));
+    }
+    operated
 }
 
-/// Applies events, draws and reads keys until the bench closes the screen or is gone; returns the last state.
+/// State of the screen, between the thread that draws it and the one that reads the keys. Its lock is held for as long as
+/// a key or an event is applied or a frame is laid out, never across a call that can wait.
+struct Desk {
+    state: Mutex<State>,
+    /// The whole screen is to be drawn anew.
+    anew: AtomicBool,
+    /// A key was pressed since the bell rang.
+    heard: AtomicBool,
+    /// The screen is not shown any more.
+    left: AtomicBool,
+    /// A page is being written.
+    writing: AtomicBool,
+    /// Why no further key is read.
+    gone: Mutex<Option<TerminalError>>,
+}
+
+impl Desk {
+    fn new(state: State) -> Self {
+        Self {
+            state: Mutex::new(state),
+            anew: AtomicBool::new(false),
+            heard: AtomicBool::new(false),
+            left: AtomicBool::new(false),
+            writing: AtomicBool::new(false),
+            gone: Mutex::new(None),
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        // A panic elsewhere ends the bench; until then the screen shows what it can.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn leave(&self) {
+        self.left.store(true, Ordering::Release);
+    }
+
+    fn is_left(&self) -> bool {
+        self.left.load(Ordering::Acquire)
+    }
+
+    fn lose(&self, error: TerminalError) {
+        *self.gone.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+    }
+
+    fn lost(&self) -> Option<TerminalError> {
+        self.gone
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
+    }
+
+    /// Applies `pressed`, and returns the action that it asks for.
+    fn press(&self, pressed: KeyEvent) -> Option<Action> {
+        self.heard.store(true, Ordering::Relaxed);
+        let mut state = self.state();
+        let reaction = key(&state, pressed);
+        state.ui = reaction.ui;
+        if reaction.redraw {
+            self.anew.store(true, Ordering::Relaxed);
+        }
+        if matches!(reaction.action, Some(Action::Quit | Action::Interrupt))
+            && state.drill.is_none()
+        {
+            state.ui.note = Some(ENDING.to_owned());
+        }
+        reaction.action
+    }
+}
+
+/// Starts the thread that reads `keys` until the screen is left or the terminal is gone.
+///
+/// # Errors
+/// [`TerminalError::Terminal`] when the system refuses a thread.
+fn read_keys(
+    mut keys: impl Keys + Send + 'static,
+    desk: &Arc<Desk>,
+    actions: Sender<Action>,
+    act: impl Fn(&Action) + Send + 'static,
+) -> Result<thread::JoinHandle<()>, TerminalError> {
+    let desk = Arc::clone(desk);
+    let reader = thread::Builder::new().name("keys".to_owned());
+    let started = reader.spawn(move || {
+        while !desk.is_left() {
+            let pressed = match keys.next(LOOK) {
+                Ok(Some(pressed)) => pressed,
+                Ok(None) => continue,
+                Err(error) => {
+                    act(&Action::Interrupt);
+                    return desk.lose(TerminalError::failed("reading keys")(error));
+                }
+            };
+            // Before the state is looked at, which the thread that draws may hold.
+            let urgent = at_once(pressed);
+            if let Some(action) = &urgent {
+                act(action);
+            }
+            let Some(action) = desk.press(pressed) else {
+                continue;
+            };
+            if urgent.is_none() {
+                act(&action);
+            }
+            if actions.send(action).is_err() {
+                return desk.leave();
+            }
+        }
+    });
+    started.map_err(TerminalError::failed("starting the thread that reads keys"))
+}
+
+/// Applies events and draws until the bench closes the screen or is gone, or nobody takes actions any more.
 ///
 /// # Errors
 /// [`TerminalError::Terminal`] when drawing or reading keys fails.
 fn operate<B: Backend<Error = io::Error> + Write>(
-    (terminal, shown): (&mut Terminal<B>, &Frames),
-    keys: &mut impl Keys,
-    mut state: State,
+    terminal: &mut Terminal<B>,
+    shown: &Frames,
+    desk: &Arc<Desk>,
     events: &Receiver<Event>,
-    actions: &Sender<Action>,
-) -> Result<State, TerminalError> {
+) -> Result<(), TerminalError> {
     let began = Instant::now();
-    let mut bench_gone = false;
-    let mut anew = false;
     let mut bell = Bell::default();
     loop {
         let frame_began = Instant::now();
-        state.apply(&Event::Tick {
-            now_s: began.elapsed().as_secs_f64(),
-        });
-        // Bounded: a sender that is faster than this loop must not keep it from drawing.
-        while frame_began.elapsed() < FRAME {
-            match events.try_recv() {
-                Ok(event) => state.apply(&event),
-                Err(TryRecvError::Empty) => break,
-                Err(TryRecvError::Disconnected) => {
-                    bench_gone = true;
-                    break;
-                }
+        let rings = {
+            let mut state = desk.state();
+            state.apply(&Event::Tick {
+                now_s: began.elapsed().as_secs_f64(),
+            });
+            let bench_gone = apply(&mut state, events, frame_began);
+            if state.closed || bench_gone {
+                return Ok(());
             }
+            if desk.heard.swap(false, Ordering::Relaxed) {
+                bell.heard();
+            }
+            bell.rings(&state)
+        };
+        if let Some(error) = desk.lost() {
+            return Err(error);
         }
-        if state.closed || bench_gone {
-            return Ok(state);
+        if desk.is_left() {
+            return Ok(());
         }
-        if bell.rings(&state) {
+        if rings {
             // With the next frame; nobody waits for it.
             let _ = terminal.backend_mut().write_all(b"\x07");
         }
         if shown.are_written() {
-            if std::mem::take(&mut anew) {
+            if desk.anew.swap(false, Ordering::Relaxed) {
                 // Not `clear`, which asks the terminal where its cursor is and waits for the answer.
                 let size = terminal.size();
                 let size = size.map_err(TerminalError::failed("reading its size"))?;
@@ -105,55 +235,74 @@ fn operate<B: Backend<Error = io::Error> + Write>(
                 let resized = terminal.resize(area);
                 resized.map_err(TerminalError::failed("drawing"))?;
             }
-            draw(terminal, &mut state)?;
+            draw(terminal, desk)?;
         }
-        // Keys are served as they come, drawing waits for its turn.
-        loop {
-            let left = FRAME.saturating_sub(frame_began.elapsed());
-            let pressed = keys
-                .next(left)
-                .map_err(TerminalError::failed("reading keys"))?;
-            if let Some(pressed) = pressed {
-                bell.heard();
-                let reaction = key(&state, pressed);
-                state.ui = reaction.ui;
-                anew |= reaction.redraw;
-                if let Some(action) = reaction.action
-                    && actions.send(action).is_err()
-                {
-                    return Ok(state);
-                }
-            }
-            if left.is_zero() {
-                break;
-            }
-        }
+        thread::sleep(FRAME.saturating_sub(frame_began.elapsed()));
     }
 }
 
-/// Draws `state`, and writes the page into a file if that was asked for.
+/// Applies the events that have come, and returns whether their senders are gone. Bounded: a sender that is faster than
+/// this must not keep the screen from being drawn.
+fn apply(state: &mut State, events: &Receiver<Event>, from: Instant) -> bool {
+    while from.elapsed() < FRAME / 2 {
+        match events.try_recv() {
+            Ok(event) => state.apply(&event),
+            Err(TryRecvError::Empty) => return false,
+            Err(TryRecvError::Disconnected) => return true,
+        }
+    }
+    false
+}
+
+/// Draws the state, and has the page written into a file if that was asked for.
 ///
 /// # Errors
 /// [`TerminalError::Terminal`].
 fn draw<B: Backend<Error = io::Error>>(
     terminal: &mut Terminal<B>,
-    state: &mut State,
+    desk: &Arc<Desk>,
 ) -> Result<(), TerminalError> {
+    let mut page = None;
     let drawn = terminal
-        .draw(|frame: &mut Frame| view(state, frame))
+        .draw(|frame: &mut Frame| {
+            let mut state = desk.state();
+            view(&state, frame);
+            if std::mem::take(&mut state.ui.write) {
+                let name = match state.guided() {
+                    Some(_) => "calibration",
+                    None => state.ui.page.name(),
+                };
+                page = Some((name, state.ui.theme));
+            }
+        })
         .map_err(TerminalError::failed("drawing"))?;
-    if std::mem::take(&mut state.ui.write) {
-        let name = match state.guided() {
-            Some(_) => "calibration",
-            None => state.ui.page.name(),
-        };
-        let written = page_files::write(Path::new("."), name, state.ui.theme, drawn.buffer);
-        state.ui.note = Some(match written {
-            Ok(name) => format!("wrote {name}, and its text beside it"),
-            Err(error) => format!("the page is not written: {error}"),
-        });
+    if let Some((name, theme)) = page {
+        write_page(desk, name, theme, drawn.buffer.clone());
     }
     Ok(())
+}
+
+/// Writes a page on a thread of its own, since a disk may hang, and notes what came of it.
+fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, drawn: Buffer) {
+    let note = |desk: &Desk, text| desk.state().ui.note = Some(text);
+    if desk.writing.swap(true, Ordering::AcqRel) {
+        return note(desk, "the page before it is still being written".to_owned());
+    }
+    let writer = Arc::clone(desk);
+    let started = thread::Builder::new()
+        .name("page".to_owned())
+        .spawn(move || {
+            let text = match page_files::write(Path::new("."), name, theme, &drawn) {
+                Ok(name) => format!("wrote {name}, and its text beside it"),
+                Err(error) => format!("the page is not written: {error}"),
+            };
+            writer.writing.store(false, Ordering::Release);
+            note(&writer, text);
+        });
+    if let Err(error) = started {
+        desk.writing.store(false, Ordering::Release);
+        note(desk, format!("the page is not written: {error}"));
+    }
 }
 
 /// The bell: at each trip, and again until somebody presses a key.
@@ -189,20 +338,19 @@ impl Bell {
 mod tests {
     use std::sync::mpsc;
 
-    use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+    use ratatui::crossterm::event::{KeyCode, KeyModifiers};
 
     use super::*;
     use crate::event::{PhaseKind, PhaseView};
-    use drawing::theme::Theme;
 
-    /// Types one key a frame, then none.
+    /// Types one key after the other, then none.
     struct Typed(std::vec::IntoIter<char>);
 
     impl Keys for Typed {
         fn next(&mut self, _: Duration) -> io::Result<Option<KeyEvent>> {
-            std::thread::sleep(Duration::from_millis(1));
+            thread::sleep(Duration::from_millis(1));
             let code = self.0.next();
-            Ok(code.map(|c| KeyEvent::new(KeyCode::Char(c), KeyModifiers::NONE)))
+            Ok(code.map(pressed))
         }
     }
 
@@ -212,6 +360,10 @@ mod tests {
         fn next(&mut self, _: Duration) -> io::Result<Option<KeyEvent>> {
             Err(io::Error::from(io::ErrorKind::BrokenPipe))
         }
+    }
+
+    fn pressed(code: char) -> KeyEvent {
+        KeyEvent::new(KeyCode::Char(code), KeyModifiers::NONE)
     }
 
     fn typed(keys: &str) -> Typed {
@@ -228,31 +380,45 @@ mod tests {
         .unwrap()
     }
 
+    /// Shows a screen before somebody who presses `keys`, until it ends; returns its last state.
+    fn shown(
+        keys: impl Keys + Send + 'static,
+        events: &Receiver<Event>,
+        actions: Sender<Action>,
+        act: impl Fn(&Action) + Send + 'static,
+    ) -> Result<State, TerminalError> {
+        let desk = Arc::new(Desk::new(State::new(Theme::Colour)));
+        let reader = read_keys(keys, &desk, actions, act)?;
+        let end = operate(&mut screen(), &Frames::default(), &desk, events);
+        desk.leave();
+        reader.join().unwrap();
+        end.map(|()| desk.state().clone())
+    }
+
     #[test]
     fn keys_become_actions_and_close_ends_it() {
         let (bench, events) = mpsc::channel();
         let (operator, actions) = mpsc::channel();
-        bench
-            .send(Event::Phase(PhaseView {
-                trial: 1,
-                ..PhaseView::new(PhaseKind::Exploration)
-            }))
-            .unwrap();
-        let answering = std::thread::spawn(move || {
+        let phase = Event::Phase(PhaseView {
+            trial: 1,
+            ..PhaseView::new(PhaseKind::Exploration)
+        });
+        let mut state = State::new(Theme::Colour);
+        state.apply(&phase);
+        let desk = Arc::new(Desk::new(state));
+        let acted: Arc<Mutex<Vec<Action>>> = Arc::default();
+        let seen = Arc::clone(&acted);
+        let act = move |action: &Action| seen.lock().unwrap().push(*action);
+        let reader = read_keys(typed("pryze"), &desk, operator, act).unwrap();
+        let answering = thread::spawn(move || {
             let asked: Vec<Action> = actions.iter().take(3).collect();
             bench.send(Event::Close).unwrap();
             asked
         });
-        let state = State::new(Theme::Colour);
-        let end = operate(
-            (&mut screen(), &Frames::default()),
-            &mut typed("pryze"),
-            state,
-            &events,
-            &operator,
-        )
-        .unwrap();
-        assert!(end.closed);
+        operate(&mut screen(), &Frames::default(), &desk, &events).unwrap();
+        assert!(desk.state().closed);
+        desk.leave();
+        reader.join().unwrap();
         let asked = answering.join().unwrap();
         let redo = Action::Redo(crate::action::AttemptName {
             trial: 1,
@@ -260,6 +426,39 @@ mod tests {
             attempt: 1,
         });
         assert_eq!(asked, [Action::Pause, redo, Action::EmergencyStop]);
+        assert_eq!(*acted.lock().unwrap(), asked);
+    }
+
+    /// Fault 48.
+    /// Hazard 15.
+    #[test]
+    fn the_stop_key_and_a_confirmed_quit_act_while_nothing_is_drawn_and_nobody_takes_actions() {
+        let desk = Arc::new(Desk::new(State::new(Theme::Colour)));
+        let (operator, actions) = mpsc::channel();
+        let (acted, acts) = mpsc::channel();
+        let drawing = desk.state();
+        let act = move |action: &Action| acted.send(*action).unwrap();
+        let reader = read_keys(typed("e"), &desk, operator, act).unwrap();
+        let patience = Duration::from_secs(60);
+        let stopped = acts.recv_timeout(patience).expect("the lock is held");
+        assert_eq!(stopped, Action::EmergencyStop);
+        drop(drawing);
+        assert_eq!(actions.recv_timeout(patience), Ok(Action::EmergencyStop));
+        desk.leave();
+        reader.join().unwrap();
+
+        let desk = Arc::new(Desk::new(State::new(Theme::Colour)));
+        desk.state().apply(&Event::Phase(PhaseView {
+            trial: 1,
+            ..PhaseView::new(PhaseKind::Exploration)
+        }));
+        let (operator, _actions) = mpsc::channel();
+        let (acted, acts) = mpsc::channel();
+        let act = move |action: &Action| acted.send(*action).unwrap();
+        let reader = read_keys(typed("qy"), &desk, operator, act).unwrap();
+        assert_eq!(acts.recv_timeout(patience), Ok(Action::Quit));
+        desk.leave();
+        reader.join().unwrap();
     }
 
     #[test]
@@ -273,15 +472,7 @@ mod tests {
             })
             .unwrap();
         drop(bench);
-        let state = State::new(Theme::Colour);
-        let end = operate(
-            (&mut screen(), &Frames::default()),
-            &mut typed(""),
-            state,
-            &events,
-            &operator,
-        )
-        .unwrap();
+        let end = shown(typed(""), &events, operator, |_| ()).unwrap();
         assert_eq!(end.safety, Some(SafetyState::Disarmed));
     }
 
@@ -290,29 +481,16 @@ mod tests {
         let (_bench, events) = mpsc::channel();
         let (operator, actions) = mpsc::channel();
         drop(actions);
-        let state = State::new(Theme::Colour);
-        let end = operate(
-            (&mut screen(), &Frames::default()),
-            &mut typed("q"),
-            state,
-            &events,
-            &operator,
-        );
-        assert!(end.is_ok());
+        assert!(shown(typed("q"), &events, operator, |_| ()).is_ok());
     }
 
     #[test]
-    fn a_terminal_that_goes_away_is_an_error() {
+    fn a_terminal_that_goes_away_is_an_error_and_an_interruption() {
         let (_bench, events) = mpsc::channel();
         let (operator, _actions) = mpsc::channel();
-        let state = State::new(Theme::Colour);
-        let end = operate(
-            (&mut screen(), &Frames::default()),
-            &mut Gone,
-            state,
-            &events,
-            &operator,
-        );
+        let (acted, acts) = mpsc::channel();
+        let act = move |action: &Action| acted.send(*action).unwrap();
+        let end = shown(Gone, &events, operator, act);
         assert!(
             matches!(
                 &end,
@@ -321,6 +499,7 @@ mod tests {
             ),
             "{end:?}"
         );
+        assert_eq!(acts.try_recv(), Ok(Action::Interrupt));
     }
 
     #[test]

@@ -77,7 +77,7 @@ fn dashboard() {
             }
         }
     });
-    tui::run_operator(&events, &operator).unwrap();
+    tui::run_operator(&events, operator, |_| ()).unwrap();
 }
 
 #[test]
@@ -142,7 +142,7 @@ fn without_a_terminal_it_says_what_to_do() {
     if std::env::var_os(PART).is_some() {
         let (_bench, events) = mpsc::channel();
         let (operator, _actions) = mpsc::channel();
-        let refused = tui::run_operator(&events, &operator).unwrap_err();
+        let refused = tui::run_operator(&events, operator, |_| ()).unwrap_err();
         std::io::stderr()
             .write_all(refused.to_string().as_bytes())
             .unwrap();

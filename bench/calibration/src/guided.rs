@@ -9,9 +9,9 @@ use tui::{Action, Event};
 use crate::operator::{
     Answer, CalibrationProgress, ForceAxis, LiveReading, Operator, OperatorInput, Request,
 };
-use console::{Dashboard, DashboardThread, Front, safety_event};
+use console::{Dashboard, DashboardThread, Front, StopKeys, safety_event};
+use devices::Life;
 use safety::SafetyState;
-use tasks::StopFlag;
 
 /// Longest time between two reports of the safety state, s.
 const SAFETY_S: f64 = 0.5;
@@ -31,8 +31,8 @@ pub struct Guided<F> {
 }
 
 impl Guided<Dashboard> {
-    /// Opens the page `title` on this process's terminal, with what is known of the bench and warned of; leaving it raises
-    /// `stop`.
+    /// Opens the page `title` on this process's terminal, with what is known of the bench and warned of; leaving it ends
+    /// the bench of `life`.
     ///
     /// # Errors
     /// When no thread can be started.
@@ -41,9 +41,11 @@ impl Guided<Dashboard> {
         simulated: bool,
         facts: BenchFacts,
         notices: &[String],
-        stop: StopFlag,
+        life: &Life,
     ) -> anyhow::Result<(Self, DashboardThread)> {
-        let (front, thread) = Dashboard::open(stop)?;
+        let stop = life.stop().clone();
+        let keys = StopKeys::new(life.drive_stop().clone()).ending(stop.clone());
+        let (front, thread) = Dashboard::open(stop, keys)?;
         let guided = Self::new(front, title, simulated, facts, notices);
         Ok((guided, thread))
     }

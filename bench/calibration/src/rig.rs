@@ -11,7 +11,7 @@ use console::DashboardThread;
 use crossbeam_channel::{Receiver, Sender};
 use devices::drive_control::DriveControl;
 use devices::field_task::FieldReading;
-use devices::{Boot, DriveLedger, Gauges, Hardware, OpenHardware};
+use devices::{Boot, DriveLedger, Gauges, Hardware, Life, OpenHardware};
 use jiff::Timestamp;
 use safety::{SafetyState, Signals, Trip};
 use signalgen::{BlockHeader, DrivePhase, InputReader, StreamDirection};
@@ -48,7 +48,7 @@ pub struct Outcome<P> {
 pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
 
 /// Runs `procedure` on the bench, whose driving time and warmth count on `ledger`. `attend` opens the operator's
-/// screen once the bench is open; quitting the screen raises the flag that `attend` is given.
+/// screen once the bench is open; quitting the screen ends the bench that `attend` is given.
 ///
 /// # Errors
 /// When a part of the bench is missing or fails, samples are lost, the safety watch trips, the operator quits, or the
@@ -59,7 +59,7 @@ pub fn run<P: Procedure>(
     ledger: DriveLedger,
     hands: Option<Hands>,
     instrument: Option<Instrument>,
-    attend: impl FnOnce(&StopFlag) -> anyhow::Result<Attendance>,
+    attend: impl FnOnce(&Life) -> anyhow::Result<Attendance>,
     procedure: P,
 ) -> anyhow::Result<Outcome<P>> {
     let config = bench.config();
@@ -76,7 +76,7 @@ pub fn run<P: Procedure>(
         device(StreamDirection::Output),
     );
     let stop = open.life.stop().clone();
-    let (operator, screen) = attend(&stop)?;
+    let (operator, screen) = attend(&open.life)?;
     let (done, outcome) = crossbeam_channel::bounded(1);
     let rate_hz = f64::from(config.audio.rate_hz);
     let task = RigTask {

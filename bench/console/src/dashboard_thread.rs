@@ -7,6 +7,7 @@ use tasks::{RaiseOnDrop, StopFlag};
 use tui::{Action, Event};
 
 use crate::front::Front;
+use crate::stop_keys::StopKeys;
 
 /// Most events that wait for a screen that stands still; further ones are dropped.
 const WAITING_EVENTS: usize = 4096;
@@ -21,18 +22,19 @@ pub struct Dashboard {
 pub struct DashboardThread(std::thread::JoinHandle<Result<(), tui::TerminalError>>);
 
 impl Dashboard {
-    /// Opens the dashboard on this process's terminal and raises `stop` when it ends, for whatever reason.
+    /// Opens the dashboard on this process's terminal and raises `stop` when it ends, for whatever reason. The thread that
+    /// reads the keys lets `keys` act before anybody else hears of one.
     ///
     /// # Errors
     /// When the thread cannot be started.
-    pub fn open(stop: StopFlag) -> anyhow::Result<(Self, DashboardThread)> {
+    pub fn open(stop: StopFlag, keys: StopKeys) -> anyhow::Result<(Self, DashboardThread)> {
         let (events, shown) = std::sync::mpsc::sync_channel(WAITING_EVENTS);
         let (asked, actions): (Sender<Action>, _) = std::sync::mpsc::channel();
         let thread = std::thread::Builder::new()
             .name("dashboard".to_owned())
             .spawn(move || {
                 let _raise_on_unwind = RaiseOnDrop(stop);
-                tui::shell::run_operator(&shown, &asked)
+                tui::shell::run_operator(&shown, asked, move |action| keys.act(action))
             })
             .context("cannot start the dashboard's thread")?;
         Ok((Self { events, actions }, DashboardThread(thread)))

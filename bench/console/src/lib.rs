@@ -5,12 +5,16 @@ pub mod complaint;
 mod dashboard_thread;
 mod front;
 mod headless;
+mod lines;
 mod safety_event;
+mod stop_keys;
 
 pub use dashboard_thread::{Dashboard, DashboardThread};
 pub use front::Front;
 pub use headless::Headless;
+pub use lines::Lines;
 pub use safety_event::safety_event;
+pub use stop_keys::StopKeys;
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

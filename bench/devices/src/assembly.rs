@@ -184,17 +184,20 @@ impl OpenHardware {
             signals.clone(),
             safety_commands.clone(),
         );
+        let kill = drive.kill_switch();
+        let drive = DriveControl::new(drive, safety_commands, Arc::clone(&signals));
+        let life = Life::begin(
+            cues.unwrap_or(host),
+            streams,
+            (kill, drive.stop_switch()),
+            clock,
+            schedule,
+            guard,
+        )?;
         Ok(Self {
-            life: Life::begin(
-                cues.unwrap_or(host),
-                streams,
-                drive.kill_switch(),
-                clock,
-                schedule,
-                guard,
-            )?,
+            life,
             input,
-            drive: DriveControl::new(drive, safety_commands),
+            drive,
             readings: waiting_readings,
             button,
             has_position,

@@ -1,6 +1,8 @@
 //! Control of the drive: a program plays only once the safety watch has armed the amplifier.
 
 use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use signalgen::{
     Attendance, DirectionHealth, DriveCommand, DriveHandle, DriveMonitor, DrivePhase,
@@ -9,7 +11,9 @@ use signalgen::{
 };
 
 use config::Config;
-use safety::{Allowance, Commanded, DriveGuard, SafetyCommand, SafetyState, Trip};
+use safety::{
+    Allowance, Commanded, DriveGuard, DriveStop, SafetyCommand, SafetyState, Signals, Trip,
+};
 use tasks::Mailbox;
 
 /// Returns a protocol's drive as a waveform for the plate of `config`.
@@ -45,23 +49,33 @@ pub fn settings(config: &Config) -> Result<DriveSettings, signalgen::ProgramErro
     })
 }
 
-/// Starts and stops the drive through the safety watch.
+/// Starts and stops the drive through the safety watch. Whoever has it decides about the drive, and is watched: an armed
+/// bench trips when it was not polled for a second.
 pub struct DriveControl {
     handle: DriveHandle,
     safety: Mailbox<SafetyCommand>,
+    signals: Arc<Signals>,
     /// Program that waits for the amplifier to be armed, with the number of kills when it was requested: later kills
     /// stay in effect.
     wanted: Option<(Program, u64)>,
 }
 
 impl DriveControl {
-    /// Takes over a silent drive.
-    pub fn new(handle: DriveHandle, safety: Mailbox<SafetyCommand>) -> Self {
+    /// Takes over a silent drive, whose watch has `safety` and `signals`.
+    pub fn new(handle: DriveHandle, safety: Mailbox<SafetyCommand>, signals: Arc<Signals>) -> Self {
         Self {
             handle,
             safety,
+            signals,
             wanted: None,
         }
+    }
+
+    /// Returns the stop for whoever reads keys or signals.
+    #[must_use]
+    pub fn stop_switch(&self) -> DriveStop {
+        let kill = self.handle.kill_switch();
+        DriveStop::new(self.safety.clone(), move || kill.kill())
     }
 
     /// Requests a program; it begins as soon as the amplifier is armed.
@@ -114,8 +128,10 @@ impl DriveControl {
         self.command(SafetyCommand::Rearm);
     }
 
-    /// Begins the waiting program if the safety watch reports an armed amplifier, and drops it after a trip.
+    /// Begins the waiting program if the safety watch reports an armed amplifier, and drops it after a trip. Call it at each
+    /// look, whatever else there is to do: it is the sign of life that the watch waits for.
     pub fn poll(&mut self, state: &SafetyState) {
+        self.signals.decisions.fetch_add(1, Ordering::Relaxed);
         match state {
             SafetyState::Armed => {
                 if let Some((program, kills_known)) = self.wanted.take() {

@@ -44,7 +44,7 @@ pub use drive_ledger::DriveLedger;
 pub use gauges::{FieldHealth, Gauges};
 pub use life::{EndedByPanic, Life};
 pub use lock_folder::lock_folder;
-pub use signals::{Listening, stop_on_signals};
+pub use signals::{Listening, before_a_hard_end, stop_on_signals};
 pub use stream_threads::StreamThreads;
 pub use thread_priority::ThreadPriorities;
 pub use tuning::{Tuning, impedance_chain};

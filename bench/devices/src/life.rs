@@ -3,11 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use safety::DriveStop;
 use signalgen::audio::{Host, Streams};
 use signalgen::{KillSwitch, StreamDirection};
 use tasks::{Clock, Panicked, Schedule, StopFlag, Task};
 
-use crate::signals::{Listening, stop_on_signals};
+use crate::signals::{Listening, stop_drive_on_signals};
 
 /// An opened bench that has not run yet. From here on a panic first silences the drive, and signals request an orderly
 /// stop. Dropped without having run, it closes the streams.
@@ -15,6 +16,7 @@ pub struct Life {
     host: Host,
     streams: Streams,
     kill: KillSwitch,
+    drive_stop: DriveStop,
     stop: StopFlag,
     /// Whether any thread of the program has panicked since the bench was opened.
     panicked: Arc<AtomicBool>,
@@ -30,18 +32,19 @@ impl Life {
     pub(crate) fn begin(
         host: Host,
         streams: Streams,
-        kill: KillSwitch,
+        (kill, drive_stop): (KillSwitch, DriveStop),
         clock: Arc<dyn Clock>,
         schedule: Schedule,
         guard: Box<dyn Send>,
     ) -> anyhow::Result<Self> {
         let (stop, panicked) = (StopFlag::default(), Arc::default());
         end_on_panic(kill.clone(), stop.clone(), Arc::clone(&panicked));
-        let listening = stop_on_signals(&stop)?;
+        let listening = stop_drive_on_signals(&stop, drive_stop.clone())?;
         Ok(Self {
             host,
             streams,
             kill,
+            drive_stop,
             stop,
             panicked,
             clock,
@@ -85,6 +88,12 @@ impl Life {
     #[must_use]
     pub fn kill_switch(&self) -> &KillSwitch {
         &self.kill
+    }
+
+    /// Returns the stop for whoever reads keys or signals.
+    #[must_use]
+    pub fn drive_stop(&self) -> &DriveStop {
+        &self.drive_stop
     }
 
     /// Plays the streams and runs `tasks` until the bench is stopped or one of them fails; then silences the drive,

@@ -1,9 +1,13 @@
 //! Signals that ask the program to end: an orderly stop while somebody listens, the system's own ending otherwise.
+//!
+//! On Unix a thread of its own silences the drives as the signal comes, and ends a program that waits for a disk or a
+//! terminal that hangs.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use anyhow::{Context, bail};
+use safety::DriveStop;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use tasks::StopFlag;
 
@@ -18,27 +22,43 @@ const SIGNALS: [i32; 4] = [
 #[cfg(not(unix))]
 const SIGNALS: [i32; 2] = [SIGINT, SIGTERM];
 
-/// What is known of the signals of this process.
+/// State of the signals of this process.
 #[derive(Default)]
 struct Heard {
     /// A signal came while somebody listened.
     signalled: Arc<AtomicBool>,
     /// A signal ends the program at once, because nobody listens.
     at_once: Arc<AtomicBool>,
-    listeners: AtomicUsize,
+    listeners: Mutex<Listeners>,
+}
+
+/// Benches and programs that end in good order.
+#[derive(Default)]
+struct Listeners {
+    listening: Vec<(u64, StopFlag, DriveStop)>,
+    next: u64,
+}
+
+impl Heard {
+    fn listeners(&self) -> MutexGuard<'_, Listeners> {
+        self.listeners
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 static HEARD: OnceLock<Heard> = OnceLock::new();
 
 /// Somebody who listens to signals; dropped, a signal ends the program as if nothing had been opened.
 #[derive(Debug)]
-pub struct Listening(());
+pub struct Listening(u64);
 
 impl Drop for Listening {
     fn drop(&mut self) {
-        if let Some(heard) = HEARD.get()
-            && heard.listeners.fetch_sub(1, Ordering::AcqRel) == 1
-        {
+        let Some(heard) = HEARD.get() else { return };
+        let mut listeners = heard.listeners();
+        listeners.listening.retain(|(number, ..)| *number != self.0);
+        if listeners.listening.is_empty() {
             // After a signal the program is about to end in good order, and says how.
             let signalled = heard.signalled.load(Ordering::Acquire);
             heard.at_once.store(!signalled, Ordering::Release);
@@ -46,14 +66,28 @@ impl Drop for Listening {
     }
 }
 
-/// Raises `stop` when a signal asks the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT where there are any.
+/// Raises `stop` when a signal asks a program that drives nothing to end; see [`stop_drive_on_signals`].
 ///
 /// # Errors
 /// When a signal came before, or a handler cannot be registered.
 pub fn stop_on_signals(stop: &StopFlag) -> anyhow::Result<Listening> {
+    stop_drive_on_signals(stop, DriveStop::default())
+}
+
+/// Raises `stop` and silences `drive` when a signal asks the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT where
+/// there are any. On Unix the process ends within a second of the signal, whatever hangs.
+///
+/// # Errors
+/// When a signal came before, or a handler cannot be registered.
+pub fn stop_drive_on_signals(stop: &StopFlag, drive: DriveStop) -> anyhow::Result<Listening> {
     let heard = heard()?;
-    heard.listeners.fetch_add(1, Ordering::AcqRel);
-    let listening = Listening(());
+    let listening = {
+        let mut listeners = heard.listeners();
+        let number = listeners.next;
+        listeners.next += 1;
+        listeners.listening.push((number, stop.clone(), drive));
+        Listening(number)
+    };
     heard.at_once.store(false, Ordering::Release);
     for signal in SIGNALS {
         signal_hook::flag::register(signal, stop.shared()).context("cannot hear of signals")?;
@@ -64,7 +98,7 @@ pub fn stop_on_signals(stop: &StopFlag) -> anyhow::Result<Listening> {
     Ok(listening)
 }
 
-/// Returns what is known of signals, with the handlers that stay.
+/// Returns the state of the signals, with the handlers that stay.
 fn heard() -> anyhow::Result<&'static Heard> {
     if let Some(heard) = HEARD.get() {
         return Ok(heard);
@@ -78,5 +112,110 @@ fn heard() -> anyhow::Result<&'static Heard> {
         signal_hook::flag::register(signal, Arc::clone(&heard.signalled))
             .context("cannot hear of signals")?;
     }
-    Ok(HEARD.get_or_init(|| heard))
+    let mut first = false;
+    let heard = HEARD.get_or_init(|| {
+        first = true;
+        heard
+    });
+    #[cfg(unix)]
+    if first {
+        ending::watch_signals(heard)?;
+    }
+    Ok(heard)
+}
+
+/// Sets what is done before a program that hangs is ended, such as putting its terminal back; only the first call counts.
+pub fn before_a_hard_end(restore: fn()) {
+    #[cfg(unix)]
+    let _kept = ending::RESTORE.set(restore);
+    #[cfg(not(unix))]
+    let _ = restore;
+}
+
+#[cfg(unix)]
+mod ending {
+    use std::io::Write;
+    use std::sync::OnceLock;
+    use std::sync::mpsc;
+    use std::thread;
+    use std::time::Duration;
+
+    use anyhow::Context;
+    use signal_hook::iterator::Signals;
+
+    use super::{Heard, SIGNALS};
+
+    /// Time from a signal to the end of a program that hangs: a second, less what follows it.
+    const PATIENCE: Duration = Duration::from_millis(800);
+    /// Longest wait for a terminal that is put back, and for the last words on it.
+    const LAST_WORDS: Duration = Duration::from_millis(80);
+    /// Exit status of a program that was ended while it hung.
+    const STATUS: i32 = 2;
+
+    /// Puts the terminal back.
+    pub(super) static RESTORE: OnceLock<fn()> = OnceLock::new();
+
+    /// Starts the thread that waits for signals.
+    ///
+    /// # Errors
+    /// The system's.
+    pub(super) fn watch_signals(heard: &'static Heard) -> anyhow::Result<()> {
+        let mut signals = Signals::new(SIGNALS).context("cannot hear of signals")?;
+        thread::Builder::new()
+            .name("signals".to_owned())
+            .spawn(move || {
+                for _signal in signals.forever() {
+                    let listening = heard.listeners().listening.clone();
+                    for (_, stop, drive) in &listening {
+                        stop.raise();
+                        drive.kill();
+                    }
+                    if !listening.is_empty() {
+                        thread::sleep(PATIENCE);
+                        let busy = listening.iter().flat_map(|(_, stop, _)| stop.busy());
+                        end(busy.collect());
+                    }
+                }
+            })
+            .map(drop)
+            .context("cannot start the thread that waits for signals")
+    }
+
+    /// Ends a program that waits for `busy`, with the terminal as it was if it takes that in time.
+    fn end(busy: Vec<&'static str>) {
+        let (done, told) = mpsc::channel();
+        let last_words = thread::Builder::new().spawn(move || {
+            if let Some(restore) = RESTORE.get() {
+                restore();
+            }
+            let _ = writeln!(std::io::stderr(), "friction-bench: {}", words(&busy));
+            let _ = done.send(());
+        });
+        if last_words.is_ok() {
+            let _ = told.recv_timeout(LAST_WORDS);
+        }
+        signal_hook::low_level::exit(STATUS);
+    }
+
+    fn words(busy: &[&str]) -> String {
+        let parts = match busy {
+            [] => "its end".to_owned(),
+            parts => parts.join(", "),
+        };
+        format!(
+            "ended without waiting any longer for {parts}: a disk, a network share or a terminal hangs; what had been saved is \
+             kept: look at the disk, then `friction-bench verify`, and `run` with --resume"
+        )
+    }
+
+    #[cfg(test)]
+    mod tests {
+        #[test]
+        fn the_last_words_name_the_parts_that_hang() {
+            assert!(
+                super::words(&["recorder", "journal"]).contains("for recorder, journal: a disk")
+            );
+            assert!(super::words(&[]).contains("for its end"));
+        }
+    }
 }

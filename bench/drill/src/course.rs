@@ -9,7 +9,7 @@ use devices::drive_control::settings;
 use devices::{Bench, EndedByPanic, Hardware, require_armable, require_watched};
 use jiff::Timestamp;
 use rehearsal::FaultKind;
-use safety::{Pace, SafetyState, Trip};
+use safety::{DriveStop, Pace, SafetyState, Trip};
 use signalgen::{Program, Waveform};
 use tasks::{Clock, StopFlag, SystemClock};
 use tui::event::{PhaseKind, PhaseView};
@@ -89,7 +89,8 @@ impl Course {
         })
     }
 
-    /// Runs the drill; its record is kept in a folder of its own in `parent`, after each exercise. `over` ends it.
+    /// Runs the drill; its record is kept in a folder of its own in `parent`, after each exercise. `over` ends it;
+    /// `drive` stops whichever bench is open.
     ///
     /// # Errors
     /// When the bench cannot be opened or the record not be written.
@@ -97,7 +98,7 @@ impl Course {
         &self,
         parent: &Path,
         mut front: Box<dyn Front>,
-        over: &StopFlag,
+        (over, drive): (&StopFlag, &DriveStop),
         mut open: impl FnMut() -> anyhow::Result<Watched>,
     ) -> anyhow::Result<(DrillRecord, DrillFolder)> {
         let first = open()?;
@@ -130,7 +131,8 @@ impl Course {
                 None => self.reopened(&mut company, over, &mut open)?,
             };
             if let Some(watched) = watched {
-                company = self.exercised(company, watched, over, (number, record.planned))?;
+                company =
+                    self.exercised(company, watched, (over, drive), (number, record.planned))?;
             }
             record.add(&company.exercise);
             folder.write(&record)?;
@@ -195,7 +197,7 @@ impl Course {
         &self,
         company: Company,
         watched: Watched,
-        over: &StopFlag,
+        (over, drive): (&StopFlag, &DriveStop),
         (number, numbers): (u32, usize),
     ) -> anyhow::Result<Company> {
         let mut hardware = watched.hardware;
@@ -207,6 +209,7 @@ impl Course {
             hardware,
         )?;
         bench.require_calibration_holds(&self.bench)?;
+        drive.follow(bench.life.drive_stop());
         let (back, returned) = crossbeam_channel::bounded(1);
         let task = DrillTask {
             batches: bench.batches,

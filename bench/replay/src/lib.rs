@@ -32,7 +32,7 @@ use analysis::measurements::Measurements;
 use analysis::recording_analysis::selection_rules;
 use analysis::trial_fit::{FitRequest, Selected};
 use analysis::unloaded::{self, UnloadedError};
-use console::{Dashboard, Front, Headless};
+use console::{Dashboard, Front, Headless, StopKeys};
 use devices::Gauges;
 use live::exploration_crop::{ExplorationName, crop};
 use live::fit_report::FitReport;
@@ -106,7 +106,8 @@ pub fn run(plan: Plan, out: impl Write + Send + 'static) -> anyhow::Result<Repor
     if plan.headless {
         return replay(plan, Box::new(Headless::new(out)), &stop);
     }
-    let (dashboard, thread) = Dashboard::open(stop.clone())?;
+    let (dashboard, thread) =
+        Dashboard::open(stop.clone(), StopKeys::default().ending(stop.clone()))?;
     let report = replay(plan, Box::new(dashboard), &stop);
     thread.join()?;
     report

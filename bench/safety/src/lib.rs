@@ -8,6 +8,7 @@
 mod dead_man;
 mod delay;
 mod dose;
+mod drive_stop;
 mod exercise;
 mod guard;
 mod loop_delay;
@@ -25,6 +26,7 @@ mod watch;
 
 pub use dead_man::Hold;
 pub use dose::{Allowance, DoseLeft, FAINT_V};
+pub use drive_stop::DriveStop;
 pub use guard::{Commanded, DriveGuard};
 pub use loop_delay::{DELAY_WITHIN_S, LoopDelay};
 pub use minutes::{at_least, at_most};

@@ -87,6 +87,8 @@ pub struct Signals {
     pub nonsense: Slot<Nonsense>,
     /// Latest forces; published by the task that reads the force sensor.
     pub press: Slot<Press>,
+    /// Number of looks that the task which decides about the drive has taken: its sign of life.
+    pub decisions: AtomicU64,
     /// Delay from a command to its read-back, as the latest rise of the drive has shown it; published by the watch.
     pub loop_delay: Slot<LoopDelay>,
     /// Times of the hardware stops, once they have been exercised; published by the watch.

@@ -134,6 +134,11 @@ pub enum Trip {
         /// How long, s.
         for_s: f64,
     },
+    /// The task that decides about the drive does not respond: it waits for something that hangs.
+    Unresponsive {
+        /// How long, s.
+        for_s: f64,
+    },
     /// The read-back of the drive stopped.
     ReadbackMissing,
     /// A part of the bench failed.
@@ -260,6 +265,11 @@ impl fmt::Display for Trip {
             Self::Frozen { for_s } => {
                 write!(f, "the safety watch itself did not run for {for_s:.2} s")
             }
+            Self::Unresponsive { for_s } => write!(
+                f,
+                "the part of the program that decides about the drive has not responded for {for_s:.1} s: look whether a disk, a \
+                 network share or a device hangs, then re-arm"
+            ),
             Self::ReadbackMissing => f.write_str("the drive is not read back any more"),
             Self::Fault { message } => f.write_str(message),
         }

@@ -1,5 +1,6 @@
 //! The watch: a task that judges the bench every two milliseconds and stops the drive when anything is wrong.
 
+mod decider;
 mod person;
 mod read_back;
 mod seen;
@@ -24,6 +25,7 @@ use crate::safety_state::{SafetyCommand, SafetyState};
 use crate::signals::{Nonsense, Press, Signals};
 use crate::stop_times::StopLine;
 use crate::trip::Trip;
+use decider::Decider;
 use seen::{Seen, Unpublished};
 
 /// Task that judges the bench every two milliseconds and stops the drive; see [`Watch::new`] for an example.
@@ -41,6 +43,7 @@ pub struct Watch {
     heartbeat_high: bool,
     levels: LineLevels,
     progress: Progress,
+    decider: Decider,
     readback: Readback,
     delay: DelayMeter,
     exercise: Option<Exercise>,
@@ -189,6 +192,7 @@ impl Watch {
             heartbeat_high: false,
             levels: LineLevels::default(),
             progress: Progress::default(),
+            decider: Decider::default(),
             readback,
             delay: DelayMeter::new(rate_hz, latency_s.max(2.0 * measured_s)),
             exercise: None,
@@ -215,6 +219,14 @@ impl Watch {
         if !self.is_tripped() {
             self.tripped_at_ns = now_ns;
             self.set_state(SafetyState::Tripped { trip });
+        }
+    }
+
+    /// Kills a drive that sounds although the trip has latched.
+    fn kill_again(&mut self) {
+        if self.drive.commanded().is_some_and(|c| c.envelope_v != 0.0) {
+            self.drive.kill();
+            self.kills_known = self.drive.kills();
         }
     }
 
@@ -280,6 +292,8 @@ impl Watch {
             (SafetyCommand::Rearm, SafetyState::Tripped { .. }) if pressed => {}
             (SafetyCommand::Rearm, SafetyState::Tripped { .. }) => {
                 self.readback.forget_readings();
+                // Those that came with the trip; a later one trips again.
+                self.kills_known = self.drive.kills();
                 self.set_state(SafetyState::Disarmed);
             }
             _ => {}
@@ -315,14 +329,17 @@ impl Watch {
 
     /// Returns the first fault that is present now.
     fn first_fault(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
+        // Time is counted at each look, whatever else the look finds.
+        self.warm_up(now_ns);
+        let frozen = self.frozen(now_ns);
         let spent = self.count_dose(now_ns);
+        let undecided = self.decider.look(&self.signals, self.armed_at_ns, now_ns);
         let let_go = self.watch_hold(now_ns)?;
         if self.e_stop_open()? {
             return Ok(Some(Trip::EmergencyStop));
         }
-        self.warm_up(now_ns);
         // Before the kill that the drive itself has made meanwhile.
-        if let Some(trip) = self.frozen(now_ns) {
+        if let Some(trip) = frozen {
             return Ok(Some(trip));
         }
         if let Some(trip) = let_go.or(spent) {
@@ -332,7 +349,7 @@ impl Watch {
             return Ok(Some(Trip::Killed));
         }
         if self.state == SafetyState::Armed
-            && let Some(trip) = self.too_warm()
+            && let Some(trip) = undecided.or(self.too_warm())
         {
             return Ok(Some(trip));
         }
@@ -544,6 +561,7 @@ impl Task for Watch {
         if self.is_tripped() && now_ns.saturating_sub(self.tripped_at_ns) >= DISABLE_AFTER_NS {
             // Even if another line cannot be read.
             watched = watched.and(set(&mut self.lines.enable, false));
+            self.kill_again();
         }
         if let Err(error) = watched {
             let message = error.to_string();

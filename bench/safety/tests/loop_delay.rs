@@ -155,6 +155,7 @@ impl World {
                 ahead: HEAD_START as i64,
                 at_ns: now_ns,
             });
+            signals.decisions.fetch_add(1, Ordering::Relaxed);
             watch.poll(now_ns).unwrap();
             if let Some(SafetyState::Tripped { trip }) = signals.state.get() {
                 return Some((trip, now_s));

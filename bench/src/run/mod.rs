@@ -13,18 +13,18 @@ use std::sync::Arc;
 use analysis::amplitude_profile::AmplitudeProfile;
 use anyhow::Context;
 use config::{Config, Effective};
-use console::{Dashboard, DashboardThread, Front, Headless};
+use console::{Dashboard, DashboardThread, Front, Headless, Lines, StopKeys};
 use contact::AssumedConstants;
 use devices::drive_control::waveform;
 use devices::driving_time;
 use devices::loudspeaker::Loudspeaker;
-use devices::{Bench, Boot, ThreadPriorities};
+use devices::{Bench, Boot, Life, ThreadPriorities};
 use jiff::tz::TimeZone;
 use protocols::{NOT_STATED, ParticipantId, PersonDetail, Protocol};
 use recording::study::event_log::Start;
 use recording::study::{self, GeneratedBy, Study};
 use signalgen::StreamDirection;
-use tasks::{Slot, StopFlag};
+use tasks::Slot;
 use tui::event::LogLevel::{self, Info, Warning};
 
 use crate::apparatus::Apparatus;
@@ -45,14 +45,14 @@ use recorded_plate::recorded_profile;
 
 pub use plan::{Plan, ProtocolFile, session_bytes};
 
-/// Runs the session to its end. `shown` opens the operator's screen; quitting that raises the flag that it is given.
+/// Runs the session to its end. `shown` opens the operator's screen; quitting that ends the bench that it is given.
 ///
 /// # Errors
 /// When a part of the bench is missing or fails; a session that ends early for reasons of its own is a [`Report`].
 pub fn run(
     plan: Plan,
     apparatus: Apparatus,
-    shown: impl FnOnce(&Plan, StopFlag) -> anyhow::Result<Shown>,
+    shown: impl FnOnce(&Plan, &Life) -> anyhow::Result<Shown>,
 ) -> anyhow::Result<(Report, KeptUp)> {
     let Apparatus {
         hardware,
@@ -170,7 +170,7 @@ pub fn run(
     let folder = session.folder().to_owned();
     let begin = begin_recording(&plan, number, folder, (&life, field_box), priorities);
 
-    let (mut front, dashboard) = shown(&plan, stop.clone())?;
+    let (mut front, dashboard) = shown(&plan, &life)?;
     front.show(tui::Event::Session(tui::event::SessionHeader {
         replayed: false,
         participant: Some(plan.participant.to_string()),
@@ -340,12 +340,14 @@ pub type Shown = (Box<dyn Front>, Option<DashboardThread>);
 /// The dashboard on this process's terminal; of a headless session lines that are written to `out`.
 pub fn on_terminal(
     out: impl Write + Send + 'static,
-) -> impl FnOnce(&Plan, StopFlag) -> anyhow::Result<Shown> {
-    move |plan, stop| {
+) -> impl FnOnce(&Plan, &Life) -> anyhow::Result<Shown> {
+    move |plan, life| {
         if plan.headless {
-            return Ok((Box::new(Headless::new(out)), None));
+            return Ok((Box::new(Headless::new(Lines::start(out)?)), None));
         }
-        let (dashboard, thread) = Dashboard::open(stop)?;
+        let stop = life.stop().clone();
+        let keys = StopKeys::new(life.drive_stop().clone()).ending(stop.clone());
+        let (dashboard, thread) = Dashboard::open(stop, keys)?;
         Ok((Box::new(dashboard), Some(thread)))
     }
 }

@@ -5,7 +5,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -87,6 +87,7 @@ impl std::error::Error for Panicked {}
 pub struct StopFlag {
     raised: Arc<AtomicBool>,
     failure: Arc<OnceLock<String>>,
+    busy: Arc<Mutex<Vec<&'static str>>>,
 }
 
 impl StopFlag {
@@ -110,6 +111,15 @@ impl StopFlag {
     /// Returns the first failure; `None` if nothing failed.
     pub fn failure(&self) -> Option<&str> {
         self.failure.get().map(String::as_str)
+    }
+
+    /// Returns the names of the tasks that have not finished, in the order in which they began.
+    pub fn busy(&self) -> Vec<&'static str> {
+        self.tasks().clone()
+    }
+
+    fn tasks(&self) -> MutexGuard<'_, Vec<&'static str>> {
+        self.busy.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Returns the flag alone, for signal handlers.
@@ -174,6 +184,13 @@ fn run_lockstep(
     result
 }
 
+/// Finishes `task`, which `stop` counts as busy until then.
+fn finish(task: &mut dyn Task, stop: &StopFlag) -> anyhow::Result<()> {
+    let finished = caught(|| task.finish()).context(task.name());
+    stop.tasks().retain(|busy| *busy != task.name());
+    finished
+}
+
 /// Does a part of a task's work; a panic becomes an error, after the panic hook has run, so that no task keeps
 /// another one from being finished.
 fn caught(work: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<()> {
@@ -209,7 +226,7 @@ fn run_threads(
     }
     // None is dropped before all have finished: with the last task that shows something the screen closes.
     for task in &mut returned {
-        result = result.and(caught(|| task.finish()).context(task.name()));
+        result = result.and(finish(task.as_mut(), stop));
     }
     result
 }
@@ -222,6 +239,7 @@ fn spawn(
     stop: StopFlag,
 ) -> anyhow::Result<(&'static str, JoinHandle<Ended>)> {
     let name = task.name();
+    stop.tasks().push(name);
     let thread = std::thread::Builder::new()
         .name(name.to_owned())
         .spawn(move || {

@@ -19,8 +19,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         None => None,
     };
     let player = thread::spawn(move || play(&to_screen, &actions, display.as_ref()));
-    tui::run_operator(&events, &from_operator)?;
-    drop((events, from_operator));
+    tui::run_operator(&events, from_operator, |_| ())?;
+    drop(events);
     player.join().map_err(|_| "the player panicked")?;
     Ok(())
 }

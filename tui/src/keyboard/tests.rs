@@ -167,3 +167,22 @@ fn no_two_rows_of_a_page_share_a_key() {
         }
     }
 }
+
+/// Fault 48.
+#[test]
+fn a_key_that_acts_at_once_means_the_same_on_every_screen() {
+    let stop = KeyEvent::new(KeyCode::Char('e'), KeyModifiers::NONE);
+    let end = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+    assert_eq!(at_once(stop), Some(Action::EmergencyStop));
+    assert_eq!(at_once(end), Some(Action::Interrupt));
+    for state in states().into_iter().filter(|state| !state.session.replayed) {
+        for press in EVERYWHERE.iter().flat_map(|row| row.presses) {
+            let modifiers = match press.control {
+                true => KeyModifiers::CONTROL,
+                false => KeyModifiers::NONE,
+            };
+            let event = KeyEvent::new(press.code, modifiers);
+            assert_eq!(at_once(event), key(&state, event).action, "{press:?}");
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! Lines on their way to a reader who may stand still.
+
+use std::io::{self, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, SyncSender, TrySendError};
+use std::thread::{self, JoinHandle};
+
+use anyhow::Context;
+
+/// Most lines that wait for their reader; further ones are dropped.
+const WAITING_LINES: usize = 1 << 16;
+
+/// Output whose writer waits for no reader: a thread of its own writes the lines, since a pipe may be full and a terminal
+/// stopped. Dropped, it waits until all are written.
+///
+/// ```
+/// use std::io::Write;
+///
+/// let (reader, writer) = std::io::pipe()?;
+/// let mut lines = console::Lines::start(writer)?;
+/// writeln!(lines, "trial 1 of 12")?;
+/// drop(lines);
+/// assert_eq!(std::io::read_to_string(reader)?, "trial 1 of 12\n");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Lines {
+    line: Vec<u8>,
+    /// `None` only while it is dropped.
+    to: Option<SyncSender<Vec<u8>>>,
+    unread: Arc<AtomicBool>,
+    writer: Option<JoinHandle<()>>,
+}
+
+impl Lines {
+    /// Starts the thread that writes to `out`.
+    ///
+    /// # Errors
+    /// When the system refuses a thread.
+    pub fn start(mut out: impl Write + Send + 'static) -> anyhow::Result<Self> {
+        let (to, lines) = mpsc::sync_channel::<Vec<u8>>(WAITING_LINES);
+        let unread = Arc::new(AtomicBool::new(false));
+        let gone = Arc::clone(&unread);
+        let writer = thread::Builder::new()
+            .name("lines".to_owned())
+            .spawn(move || {
+                for line in lines {
+                    if out.write_all(&line).and_then(|()| out.flush()).is_err() {
+                        gone.store(true, Ordering::Release);
+                        return;
+                    }
+                }
+            })
+            .context("cannot start the thread that writes lines")?;
+        Ok(Self {
+            line: Vec::new(),
+            to: Some(to),
+            unread,
+            writer: Some(writer),
+        })
+    }
+
+    fn hand_over(&mut self) -> io::Result<()> {
+        if self.line.is_empty() {
+            return Ok(());
+        }
+        let line = std::mem::take(&mut self.line);
+        let gone = || Err(io::Error::from(io::ErrorKind::BrokenPipe));
+        match self.to.as_ref().map(|to| to.try_send(line)) {
+            None | Some(Err(TrySendError::Disconnected(_))) => gone(),
+            // Dropped: its reader has not read for hours.
+            Some(Ok(()) | Err(TrySendError::Full(_))) if self.unread.load(Ordering::Acquire) => {
+                gone()
+            }
+            Some(Ok(()) | Err(TrySendError::Full(_))) => Ok(()),
+        }
+    }
+}
+
+impl Write for Lines {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.line.extend_from_slice(bytes);
+        if self.line.ends_with(b"\n") {
+            self.hand_over()?;
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.hand_over()
+    }
+}
+
+impl Drop for Lines {
+    fn drop(&mut self) {
+        let _ = self.hand_over();
+        self.to = None;
+        if let Some(writer) = self.writer.take() {
+            let _ = writer.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::Receiver;
+
+    use super::*;
+
+    /// A reader who takes a line whenever the test says so.
+    struct StandsStill(Receiver<()>);
+
+    impl Write for StandsStill {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            match self.0.recv() {
+                Ok(()) => Ok(bytes.len()),
+                Err(_) => Err(io::Error::from(io::ErrorKind::BrokenPipe)),
+            }
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// Fault 48.
+    #[test]
+    fn a_reader_who_stands_still_keeps_no_writer_waiting() {
+        let (goes_on, reader) = mpsc::channel();
+        let mut lines = Lines::start(StandsStill(reader)).unwrap();
+        for _ in 0..2 * WAITING_LINES {
+            writeln!(lines, "not read").unwrap();
+        }
+        drop(goes_on);
+        let closed = std::iter::repeat_with(|| {
+            thread::yield_now();
+            writeln!(lines, "to nobody")
+        })
+        .find_map(Result::err);
+        assert_eq!(
+            closed.map(|error| error.kind()),
+            Some(io::ErrorKind::BrokenPipe)
+        );
+    }
+}

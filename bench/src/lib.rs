@@ -24,6 +24,5 @@ pub mod privacy;
 pub mod readiness;
 pub mod run;
 pub mod session;
-pub mod shell_words;
 pub mod verbosity;
 pub mod verify;

@@ -150,6 +150,11 @@ fn live_gap_and_friction_are_those_of_the_simulation() {
     assert_eq!((report.explorations, report.fits), (2, 2));
     assert_eq!(report.instances, selected);
 
+    // Two explorations are not two trials.
+    let of_two =
+        |event: &&Event| matches!(event, Event::Log { text, .. } if text.contains("of 2 trials"));
+    assert_eq!(events.iter().find(of_two), None);
+
     let fitted = events
         .iter()
         .position(|event| matches!(event, Event::Log { text, .. } if text.contains("σ_t")))

@@ -80,6 +80,14 @@ const FELT: f64 = 0.1;
 const MOST_BEND: f64 = 0.75;
 /// Relative fall of the squares below which a step is too short to bend.
 const STRAIGHT: f64 = 1e-4;
+/// Fall that an undamped step may promise at a minimum, in units of the tolerance: a damped step promises less, and one that is
+/// damped enough promises nothing anywhere.
+const LEFT: f64 = 1000.0;
+/// Fall that an undamped step may promise where no step makes the squares less, in units of what a single residual adds to them:
+/// it moves no parameter by a thirtieth of its standard error.
+const LEFT_OF_ROUNDING: f64 = 1e-3;
+/// Part of the first squares below which a difference of squares is rounding.
+const ROUNDING: f64 = 1e-20;
 
 /// Minimises from one start; `None` if the model does not hold there.
 pub fn minimise<const OWN: usize, const SHARED: usize>(
@@ -90,6 +98,7 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
 ) -> Option<ArrowMinimum<OWN, SHARED>> {
     let mut at = Place { shared, own };
     let mut valley = Valley::at(problem, &at)?;
+    let first = valley.arrow.squares;
     let (mut damping, mut growth, mut converged) = (FIRST_DAMPING, 2.0, false);
     for _ in 0..until.iterations {
         let arrow = &valley.arrow;
@@ -102,7 +111,8 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
             continue;
         };
         let expected = arrow.expected_fall(&step);
-        if expected <= until.tolerance * arrow.squares {
+        let least = until.tolerance * arrow.squares;
+        if expected <= least && arrow.fall_left() <= LEFT * least {
             converged = true;
             break;
         }
@@ -123,9 +133,12 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
             None => {
                 damping *= growth;
                 growth *= 2.0;
-                // No step however small makes it less: what remains is rounding.
+                // No step however small makes it less: what remains is rounding, or the search stands at the edge of the model's
+                // domain.
                 if damping > MOST_DAMPING {
-                    converged = true;
+                    let of_one = valley.arrow.squares / valley.residuals().max(1) as f64;
+                    let rounding = (LEFT_OF_ROUNDING * of_one).max(ROUNDING * first);
+                    converged = valley.arrow.fall_left() <= rounding;
                     break;
                 }
             }
@@ -170,6 +183,11 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
             shared,
         };
         squares.is_finite().then_some(Self { arrow, rows })
+    }
+
+    /// Returns the number of residuals.
+    fn residuals(&self) -> usize {
+        self.rows.iter().map(DMatrix::nrows).sum()
     }
 
     /// Returns by how much a step should bend: half its second derivative along the valley, from the residuals' own along the
@@ -280,6 +298,61 @@ mod tests {
         };
         let found = minimise(&mut problem, start.0, start.1, until).unwrap();
         assert!(!found.converged);
+    }
+
+    /// A slope toward 0 that ends at a wall, beyond which there is no model.
+    struct Walled {
+        wall: f64,
+    }
+
+    impl ArrowProblem<1, 1> for Walled {
+        fn rows(
+            &mut self,
+            shared: &SVector<f64, 1>,
+            own: &[SVector<f64, 1>],
+        ) -> Option<Vec<DMatrix<f64>>> {
+            let slopes = [0.0, 1.0, 0.0, 7.0, 0.0, 0.0];
+            let residuals = self.residuals(shared, own)?;
+            let with_slopes = |of: DVector<f64>| {
+                DMatrix::from_column_slice(3, 3, &[of.as_slice(), &slopes[..]].concat())
+            };
+            Some(residuals.into_iter().map(with_slopes).collect())
+        }
+
+        fn residuals(
+            &mut self,
+            shared: &SVector<f64, 1>,
+            own: &[SVector<f64, 1>],
+        ) -> Option<Vec<DVector<f64>>> {
+            let of = |own: &SVector<f64, 1>| vec![7.0 * shared[0], own[0], 3.0].into();
+            (shared[0] >= self.wall).then(|| own.iter().map(of).collect())
+        }
+
+        fn prior_of_own(&self, _: usize) -> Prior<1> {
+            Prior {
+                mean: SVector::zeros(),
+                precision: SVector::zeros(),
+            }
+        }
+
+        fn prior_of_shared(&self) -> Prior<1> {
+            self.prior_of_own(0)
+        }
+    }
+
+    #[test]
+    fn a_search_that_ends_at_the_edge_of_the_model_has_found_no_minimum() {
+        for (wall, converges) in [(-1.0, true), (0.75, false), (0.5, false)] {
+            for tolerance in [1e-4, 1e-7, 1e-12] {
+                let until = Until {
+                    tolerance,
+                    iterations: 500,
+                };
+                let start = (SVector::from([2.0]), vec![SVector::from([1.0])]);
+                let found = minimise(&mut Walled { wall }, start.0, start.1, until).unwrap();
+                assert_eq!(found.converged, converges, "{wall}, {tolerance}: {found:?}");
+            }
+        }
     }
 
     /// From the floor of the valley a straight step leads up its wall.

@@ -65,6 +65,9 @@ impl<const OWN: usize, const SHARED: usize> Place<OWN, SHARED> {
     }
 }
 
+/// Damping that keeps a normal matrix regular, and shortens no step.
+const HARDLY_DAMPED: f64 = 1e-12;
+
 /// The sums of all blocks, with what is known beforehand.
 #[derive(Debug, Clone)]
 pub(crate) struct Arrow<const OWN: usize, const SHARED: usize> {
@@ -121,6 +124,12 @@ impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
                 + 2.0 * own.dot(&(block.coupling * shared));
         }
         fall
+    }
+
+    /// Returns by how much the squares should fall with the step that nothing shortens; infinite where there is none.
+    pub(crate) fn fall_left(&self) -> f64 {
+        let step = self.step(HARDLY_DAMPED, &self.gradient());
+        step.map_or(f64::INFINITY, |step| self.expected_fall(&step))
     }
 
     /// Returns the squared length of a step, each parameter in units of what the squares alone would tell of it.

@@ -109,9 +109,10 @@ pub struct MeasuredProfile {
     pub drive_v: f64,
     /// Whether the plate moves alike along its length.
     pub verdict: Uniformity,
-    /// Largest departure of a place from the mean of all, relative to it.
+    /// Departure of a place from the mean of all, relative to it, that decides: the surest of those that surely are beyond what is
+    /// allowed, else that which may be largest. The same where all errors are alike.
     pub largest_departure: Quantity,
-    /// The same of the length that instances are cut from; absent where too few places were measured there, and in
+    /// The same of the length that instances are cut from; absent where its ends or too few places of it were measured, and in
     /// files of versions that judged the whole length alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kept: Option<KeptLength>,
@@ -128,7 +129,7 @@ pub struct KeptLength {
     pub length_m: f64,
     /// Whether the plate moves alike along it.
     pub verdict: Uniformity,
-    /// Largest departure of a place within it, or of one of its ends, from the mean of those, relative to it.
+    /// Departure of a place within it, or of one of its ends, from the mean of those, relative to it, that decides.
     pub largest_departure: Quantity,
 }
 

@@ -38,12 +38,15 @@ static ALONE: Mutex<()> = Mutex::new(());
 static THREAD: Mutex<Option<JoinHandle<()>>> = Mutex::new(None);
 static OPEN: AtomicBool = AtomicBool::new(false);
 static FAULT: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
+/// The converters, of which the output holds what it played last.
+static DECK: Mutex<Option<Deck>> = Mutex::new(None);
 /// Level of the amplifier enable, and the encoder's count.
 static ENABLE: AtomicBool = AtomicBool::new(false);
 static COUNT: AtomicU64 = AtomicU64::new(0);
 
 extern "C" fn open(_: *const c_void, _rate_hz: u32, _stagger_s: f64, deck: Deck) -> i32 {
     OPEN.store(true, Ordering::SeqCst);
+    *DECK.lock().unwrap() = Some(deck);
     let thread = std::thread::spawn(move || {
         let (mut drive, mut inputs) = ([0.0_f32; BLOCK], [0.0_f32; 2 * BLOCK]);
         let mut frame = 0_u64;
@@ -139,29 +142,45 @@ impl Seen {
     }
 }
 
-/// Streams until `enough` of what was seen, for no longer than two minutes.
-fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
+/// Returns what the card's output holds once nothing streams, of full scale.
+fn held() -> f32 {
+    let mut sample = [f32::NAN];
+    let deck = DECK.lock().unwrap();
+    (deck.as_ref().unwrap().play)(sample.as_mut_ptr(), 1);
+    sample[0]
+}
+
+/// Opens the card on a sample clock.
+fn card(clock: &str) -> (cpal::Host, Lines) {
     connect();
-    let seen = Arc::new(Seen::default());
     // One input at a time needs no interpolation: what comes must be, bit for bit, what was sent.
     let text = CONFIG
         .replace("convert_hz = 250000", "#")
         .replace("clock = \"start-trigger\"", &format!("clock = \"{clock}\""))
         .replace("lead_s = 0.01", "lead_s = 0.03");
     let config = Config::parse(&text, "bench.toml").unwrap();
-    let (host, lines) = daqmx::open(&config, Some(&library()), Lines::default()).unwrap();
-    assert!(lines.estop.is_some() && lines.counter.is_some());
-    let device = host.devices().unwrap().next().unwrap();
-    let stream = |channels| StreamConfig {
+    daqmx::open(&config, Some(&library()), Lines::default()).unwrap()
+}
+
+fn stream_of(channels: u16) -> StreamConfig {
+    StreamConfig {
         channels,
         sample_rate: RATE_HZ,
         buffer_size: BufferSize::Fixed(BLOCK as u32),
-    };
+    }
+}
+
+/// Streams until `enough` of what was seen, for no longer than two minutes.
+fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
+    let seen = Arc::new(Seen::default());
+    let (host, lines) = card(clock);
+    assert!(lines.estop.is_some() && lines.counter.is_some());
+    let device = host.devices().unwrap().next().unwrap();
     let mut sent = LEAD;
     let told = Arc::clone(&seen);
     let output = device
         .build_output_stream_raw(
-            stream(1),
+            stream_of(1),
             SampleFormat::F32,
             move |data: &mut cpal::Data, _: &cpal::OutputCallbackInfo| {
                 for sample in data.as_slice_mut::<f32>().unwrap() {
@@ -177,7 +196,7 @@ fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
     let (mut frame, account, told) = (0, Arc::clone(&seen), Arc::clone(&seen));
     let input = device
         .build_input_stream_raw(
-            stream(2),
+            stream_of(2),
             SampleFormat::F32,
             move |data: &cpal::Data, info: &cpal::InputCallbackInfo| {
                 let at_ns = (1e9 * frame as f64 / f64::from(RATE_HZ)) as u128;
@@ -254,6 +273,55 @@ fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
             // All that came before it came whole.
             assert_eq!(seen.wrong.load(Ordering::SeqCst), 0);
         }
+    }
+}
+
+/// Fault 47.
+#[test]
+fn a_callback_that_panics_leaves_no_voltage_on_the_output() {
+    let _alone = alone();
+    for in_output in [true, false] {
+        let (host, _lines) = card("ao-sample-clock");
+        let device = host.devices().unwrap().next().unwrap();
+        let panicking = Arc::new(AtomicBool::new(false));
+        let (dead, mut blocks) = (Arc::clone(&panicking), 0);
+        let output = device.build_output_stream_raw(
+            stream_of(1),
+            SampleFormat::F32,
+            move |data: &mut cpal::Data, _: &cpal::OutputCallbackInfo| {
+                data.as_slice_mut::<f32>().unwrap().fill(0.5);
+                blocks += 1;
+                if in_output && blocks == 20 {
+                    dead.store(true, Ordering::SeqCst);
+                    panic!("in the output's callback, on purpose");
+                }
+            },
+            |_| {},
+            None,
+        );
+        let dead = Arc::clone(&panicking);
+        let input = device.build_input_stream_raw(
+            stream_of(2),
+            SampleFormat::F32,
+            move |data: &cpal::Data, _: &cpal::InputCallbackInfo| {
+                if !in_output && data.as_slice::<f32>().unwrap()[0] == 0.5 {
+                    dead.store(true, Ordering::SeqCst);
+                    panic!("in the input's callback, on purpose");
+                }
+            },
+            |_| {},
+            None,
+        );
+        let (output, input) = (output.unwrap(), input.unwrap());
+        output.play().unwrap();
+        input.play().unwrap();
+        let began = Instant::now();
+        while !panicking.load(Ordering::SeqCst) && began.elapsed() < PATIENCE {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        drop((output, input));
+        assert!(panicking.load(Ordering::SeqCst));
+        assert_eq!(held(), 0.0, "of full scale");
     }
 }
 

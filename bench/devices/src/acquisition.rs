@@ -412,7 +412,7 @@ impl Acquisition {
         if xrun.gap == Gap::Sought {
             return;
         }
-        self.pipeline.settle_output_xruns(xrun.number, none);
+        self.pipeline.settle_output_xruns(xrun.last, none);
         let text = xrun.gap.to_string();
         self.warnings
             .push(format!("output xrun at {from_s:.3} s: {text}"));

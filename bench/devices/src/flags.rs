@@ -58,7 +58,8 @@ impl InputFault {
     }
 
     /// Returns the words before its count.
-    fn words(self) -> &'static str {
+    #[must_use]
+    pub fn words(self) -> &'static str {
         match self {
             Self::DriveNotFinite => "drive samples not finite",
             Self::PickupNotFinite => "pickup samples not finite",

@@ -251,11 +251,13 @@ impl LossWatch {
     /// Returns the blocks before the loss, the loss, and the blocks after it, once there are enough of them.
     fn resolve(&mut self) -> Vec<Piece> {
         let held = self.held.as_deref().unwrap_or_default();
-        // The loss is where the card's clock has the longest time unaccounted for, the first such place: a later block would
-        // become the place whenever one comes, and none were ever let through.
+        // The loss is where the card's clock has the longest time unaccounted for, the first such place, and not behind those
+        // blocks that are held in any case: a later block could become the place whenever one comes, and none were ever let
+        // through.
         let by_time =
             |a: &usize, b: &usize| held[*a].unaccounted_s.total_cmp(&held[*b].unaccounted_s);
-        let place = (0..held.len()).rev().max_by(by_time).unwrap_or(0);
+        let places = 0..held.len().min(MOST_BLOCKS);
+        let place = places.rev().max_by(by_time).unwrap_or(0);
         let after = self.drive_samples(&held[place..]);
         if held.len() < self.until || after.len() < WINDOW {
             return Vec::new();
@@ -417,6 +419,35 @@ mod tests {
             }));
         }
         told
+    }
+
+    /// Fault 6.
+    #[test]
+    fn blocks_that_come_later_and_later_are_let_through() {
+        let mut watch = LossWatch::new(35_000.0, RATE_HZ, 1, 0);
+        let (mut ends_ns, mut most) = (0, 0);
+        for n in 0..200_u64 {
+            // Each of 64 frames, a microsecond later than the one before it was.
+            let capture_ns = ends_ns + 1_000 * n;
+            ends_ns = capture_ns + 64 * 1_000_000_000 / u64::from(RATE_HZ);
+            let header = BlockHeader {
+                first_frame: 64 * n,
+                frames: 64,
+                dropped_frames: 0,
+                time: BlockTime {
+                    callback_ns: 0,
+                    capture_ns,
+                },
+                arrived_ns: 0,
+                input_xruns: u64::from(n >= 2),
+                output_xruns: 0,
+                drive: DriveState::default(),
+            };
+            watch.pass(header, vec![0.0; 64]);
+            most = most.max(watch.held.as_ref().map_or(0, Vec::len));
+        }
+        let longest = MOST_BLOCKS + WINDOW / 64;
+        assert!(most <= longest, "{most} blocks are held, {longest} may");
     }
 
     /// Fault 6.

@@ -22,12 +22,17 @@ const SEARCH_EVERY_S: f64 = 0.01;
 const LEVEL: usize = 6;
 /// Share of the drive's power below which it pauses.
 const PAUSED: f64 = 0.1;
+/// Longest time from the first of several xruns, each reported while the gap of another is sought, until the search is
+/// given up, in units of [`AFTER_REPORT_S`]: an output that runs dry for ever must cost neither memory nor time.
+const MOST_RENEWALS: u64 = 2;
 
 /// An output xrun, and what the drive channel shows of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OutputXrun {
-    /// Number of output xruns so far.
+    /// Number of the first of the output xruns that it is about: reports of one gap have one number.
     pub number: u64,
+    /// Number of output xruns so far, the last of them.
+    pub last: u64,
     /// First frame, on the audio clock, at which the drive may be wrong.
     pub from: u64,
     /// Frame behind the last at which it may be wrong.
@@ -99,9 +104,21 @@ pub struct OutputGapWatch {
     recent: VecDeque<f32>,
     begin: u64,
     xruns: u64,
-    /// Frame at which the xrun was reported that is looked into.
-    since: Option<u64>,
+    sought: Option<Sought>,
     reported: bool,
+}
+
+/// Xruns whose gap is sought.
+#[derive(Debug, Clone, Copy)]
+struct Sought {
+    /// Number of the first of them.
+    number: u64,
+    /// Frame at which the first of them was reported.
+    since: u64,
+    /// Frame behind the last at which the gap of the newest may begin.
+    latest: u64,
+    /// Frame at which the search ends: there, but not later for ever.
+    until: u64,
 }
 
 impl OutputGapWatch {
@@ -127,7 +144,7 @@ impl OutputGapWatch {
             recent: VecDeque::new(),
             begin: 0,
             xruns: 0,
-            since: None,
+            sought: None,
             reported: false,
         }
     }
@@ -140,6 +157,9 @@ impl OutputGapWatch {
     /// Takes interleaved samples that begin at frame `first` of the audio clock, with the stream's count of output
     /// xruns. Returns what is known of an xrun: once when it is reported, and once when its gap was found or given up.
     pub fn take(&mut self, first: u64, samples: &[f32], xruns: u64) -> Option<OutputXrun> {
+        if self.sought.is_none() {
+            self.forget_but(self.before);
+        }
         if self.recent.is_empty() {
             self.begin = first;
         }
@@ -151,28 +171,39 @@ impl OutputGapWatch {
         );
         if xruns > self.xruns {
             self.xruns = xruns;
-            self.since = Some(first);
+            self.seek(first);
             self.reported = false;
         }
-        let Some(since) = self.since else {
-            self.forget_but(self.before);
-            return None;
-        };
+        let sought = self.sought?;
         if self.end() >= self.search_due {
             self.search_due = self.end() + self.search_every;
-            let found = self.search(since);
+            let found = self.search(sought);
             if found.is_some() {
-                self.since = None;
+                self.sought = None;
                 return found;
             }
         }
-        (!std::mem::replace(&mut self.reported, true)).then(|| self.xrun(since, Gap::Sought))
+        (!std::mem::replace(&mut self.reported, true)).then(|| self.xrun(sought, Gap::Sought))
+    }
+
+    /// Looks for the gap of an xrun reported at a frame, together with that of one whose gap is sought.
+    fn seek(&mut self, reported: u64) {
+        let (number, since) = self.sought.map_or((self.xruns, reported), |sought| {
+            (sought.number, sought.since)
+        });
+        let latest = reported + self.after;
+        self.sought = Some(Sought {
+            number,
+            since,
+            latest,
+            until: latest.min(since + MOST_RENEWALS * self.after),
+        });
     }
 
     /// Gives up an xrun that is looked into, as when a recording ends.
     pub fn give_up(&mut self) -> Option<OutputXrun> {
-        let since = self.since.take();
-        since.map(|since| self.xrun(since, Gap::Unknown))
+        let sought = self.sought.take();
+        sought.map(|sought| self.xrun(sought, Gap::Unknown))
     }
 
     /// Gives up an xrun that is looked into because input frames are lost too: the phase has another reason to jump.
@@ -193,22 +224,31 @@ impl OutputGapWatch {
     }
 
     /// The xrun with all of the time in which its gap may be.
-    fn xrun(&self, since: u64, gap: Gap) -> OutputXrun {
+    fn xrun(&self, sought: Sought, gap: Gap) -> OutputXrun {
         OutputXrun {
-            number: self.xruns,
-            from: since.saturating_sub(self.before as u64),
-            to: self.end().max(since + self.after),
+            number: sought.number,
+            last: self.xruns,
+            from: sought.since.saturating_sub(self.before as u64),
+            to: self.end().max(sought.latest),
             gap,
         }
     }
 
-    fn search(&mut self, since: u64) -> Option<OutputXrun> {
-        let over = self.end() >= since + self.after;
+    fn search(&mut self, sought: Sought) -> Option<OutputXrun> {
+        let over = self.end() >= sought.until;
+        let several = self.xruns > sought.number;
+        if several && !over {
+            // The gap of the first says nothing of those that may follow.
+            return None;
+        }
+        if sought.until < sought.latest {
+            return over.then(|| self.xrun(sought, Gap::Unknown));
+        }
         let samples = self.recent.make_contiguous();
         let (gap, edges) = match edges(&self.finder, &self.short_window, samples) {
             // The drive has not been back for long enough to tell its phase.
             Some((_, end)) if samples.len() < end + WINDOW => {
-                return over.then(|| self.xrun(since, Gap::Unknown));
+                return over.then(|| self.xrun(sought, Gap::Unknown));
             }
             Some((first, end)) => match gap(&self.finder, samples, first, end) {
                 // It may still go on.
@@ -222,7 +262,8 @@ impl OutputGapWatch {
         let found = match edges {
             Some((first, end)) => {
                 let found = OutputXrun {
-                    number: self.xruns,
+                    number: sought.number,
+                    last: self.xruns,
                     from: self.begin + first as u64,
                     to: self.begin + end as u64,
                     gap,
@@ -231,7 +272,7 @@ impl OutputGapWatch {
                 self.forget_but(self.recent.len() - end);
                 found
             }
-            None => self.xrun(since, gap),
+            None => self.xrun(sought, gap),
         };
         Some(found)
     }
@@ -380,6 +421,85 @@ mod tests {
     fn an_xrun_that_cost_the_drive_nothing_is_told_from_one_that_cannot_be_judged() {
         assert_eq!(found(0, 30_000, 30_000, 6.0, 0.3).gap, Gap::Nowhere);
         assert_eq!(found(500, 30_000, 30_000, 6.0, 0.0).gap, Gap::Unknown);
+    }
+
+    /// Fault 6.
+    #[test]
+    fn xruns_that_keep_coming_are_each_accounted_for_in_bounded_memory() {
+        const BLOCK_FRAMES: usize = 480;
+        let mut watch = OutputGapWatch::new(12_000.0, 48_000, 1, 0);
+        let silence = [0.0; BLOCK_FRAMES];
+        let (mut reported, mut settled, mut most) = (Vec::new(), Vec::new(), 0);
+        for block in 0..200_u64 {
+            // Two in three blocks bring one, for two seconds.
+            let xruns = block - block / 3;
+            let first = BLOCK_FRAMES as u64 * block;
+            let report = watch.take(first, &silence, xruns);
+            most = most.max(watch.recent.len());
+            match report {
+                Some(xrun) if xrun.gap == Gap::Sought => reported.push(first),
+                Some(xrun) => settled.push(xrun),
+                None => {}
+            }
+        }
+        settled.extend(watch.give_up());
+        let longest = watch.before + (MOST_RENEWALS * watch.after) as usize + 2 * BLOCK_FRAMES;
+        assert!(most <= longest, "{most} samples are kept, {longest} do");
+        assert!(settled.len() >= 4, "{} in 2 s", settled.len());
+        for first in reported {
+            let holds = |xrun: &OutputXrun| xrun.from <= first && first <= xrun.to;
+            assert!(
+                settled.iter().any(holds),
+                "{first} is in none of {settled:?}"
+            );
+        }
+    }
+
+    /// Fault 6.
+    #[test]
+    fn a_second_xrun_within_the_search_leaves_none_of_the_firsts_time_out() {
+        let mut watch = OutputGapWatch::new(35_000.0, RATE_HZ, 1, 0);
+        let silence = [0.0; 1000];
+        let reports = (0..200_u64).filter_map(|block| {
+            let xruns = u64::from(block >= 50) + u64::from(block >= 80);
+            watch.take(1000 * block, &silence, xruns)
+        });
+        let known: Vec<_> = reports.filter(|xrun| xrun.gap != Gap::Sought).collect();
+        let [xrun] = known[..] else {
+            panic!("{known:?}");
+        };
+        assert_eq!((xrun.gap, xrun.from), (Gap::Unknown, 30_800));
+        assert_eq!((xrun.number, xrun.last), (1, 2));
+        assert!(xrun.to >= 80_000 + 48_000, "{xrun:?}");
+    }
+
+    /// Fault 6.
+    #[test]
+    fn the_gaps_of_two_xruns_are_found_together_however_soon_the_second_follows() {
+        // The second is reported before the gap of the first is over, and its own comes later.
+        let (gaps, told) = ([60_000..60_500_usize, 75_000..75_300], [60_200, 60_300]);
+        let mut played = 0_u32;
+        let samples: Vec<f32> = (0..140_000)
+            .map(|n| {
+                let silent = gaps.iter().any(|gap| gap.contains(&n));
+                let t_s = f64::from(played) / f64::from(RATE_HZ);
+                played += u32::from(!silent);
+                let drive = 0.3 * (TAU * 35_000.0 * t_s).sin();
+                if silent { 0.0 } else { drive as f32 }
+            })
+            .collect();
+        let mut watch = OutputGapWatch::new(35_000.0, RATE_HZ, 1, 0);
+        let reports = samples.chunks(BLOCK).enumerate().filter_map(|(i, block)| {
+            let first = i * BLOCK;
+            let xruns = told.iter().filter(|told| **told <= first).count();
+            watch.take(first as u64, block, xruns as u64)
+        });
+        let known: Vec<_> = reports.filter(|xrun| xrun.gap != Gap::Sought).collect();
+        let [xrun] = known[..] else {
+            panic!("{known:?}");
+        };
+        assert!(xrun.from <= 60_000 && 75_300 <= xrun.to, "{xrun:?}");
+        assert_eq!(xrun.gap, Gap::Of(Lost::Exactly(800)));
     }
 
     #[test]

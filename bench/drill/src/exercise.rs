@@ -226,6 +226,12 @@ impl Exercise {
             _ => None,
         };
         self.note_silence(trip, sight);
+        let goes_on = self.fault.row().required == Required::Flag;
+        let shown = matches!(self.stage, Stage::Noticed | Stage::Acknowledged { .. });
+        if let Some(trip) = trip.filter(|_| goes_on && shown) {
+            self.end(should_have_gone_on(trip));
+            return None;
+        }
         match &mut self.stage {
             Stage::Settling { sounding_s, paused } => {
                 if first {
@@ -352,9 +358,7 @@ impl Exercise {
             }
             (Some(trip), _) if stops => trip.to_string(),
             (Some(trip), _) => {
-                self.end(Outcome::Missed(format!(
-                    "the bench stopped, and should have gone on: {trip}"
-                )));
+                self.end(should_have_gone_on(trip));
                 return;
             }
             (None, Some(flag)) if !stops => flag.to_owned(),
@@ -515,6 +519,12 @@ impl Exercise {
         self.note = None;
         self.stage = Stage::Over(outcome);
     }
+}
+
+fn should_have_gone_on(trip: &Trip) -> Outcome {
+    Outcome::Missed(format!(
+        "the bench stopped, and should have gone on: {trip}"
+    ))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What the bench has flagged since a fault began.
 
 use devices::Gauges;
+use devices::flags::InputFault;
 use recording::pipeline::{Account, Batch};
 use rehearsal::FaultKind;
 use sources::LineFaults;
@@ -54,7 +55,58 @@ impl Signs {
             FaultKind::ForceDropped => counted("force frames lost", force.lost),
             FaultKind::ForceCorrupted => counted("force frames corrupt", force.corrupt),
             FaultKind::ForceRepeated => counted("force frames repeated", force.repeated),
-            _ => self.warnings.first().cloned(),
+            FaultKind::Nan => {
+                let faults = [InputFault::DriveNotFinite, InputFault::PickupNotFinite];
+                let tells = |text: &&String| faults.iter().any(|of| text.contains(of.words()));
+                self.warnings.iter().find(tells).cloned()
+            }
+            // All others stop the drive.
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_that_are_no_number_are_flagged_by_a_warning_of_them_and_by_no_other() {
+        let mut signs = Signs::default();
+        let mut flagged = |warning: &str| {
+            let batch = Batch {
+                warnings: vec![warning.to_owned()],
+                ..Batch::default()
+            };
+            signs.begin(FaultKind::Nan);
+            signs.take(&batch, &Gauges::default());
+            signs.flag()
+        };
+        assert_eq!(
+            flagged("input xrun at 3.000 s: the card was too slow"),
+            None
+        );
+        assert_eq!(flagged("pickup samples clipped: 3; from 1.000 s on"), None);
+        let told = "pickup samples not finite: 192; from 1.000 s on for 0.001 s";
+        assert_eq!(flagged(told).as_deref(), Some(told));
+    }
+
+    #[test]
+    fn every_fault_that_is_to_be_flagged_has_a_sign_of_its_own() {
+        let named = |fault: &FaultKind| {
+            matches!(
+                fault,
+                FaultKind::Xrun
+                    | FaultKind::XrunOutput
+                    | FaultKind::Nan
+                    | FaultKind::ForceDropped
+                    | FaultKind::ForceCorrupted
+                    | FaultKind::ForceRepeated
+            )
+        };
+        for fault in FaultKind::ALL {
+            let flagged = fault.row().required == rehearsal::Required::Flag;
+            assert_eq!(named(fault), flagged, "{fault}");
         }
     }
 }

@@ -17,7 +17,7 @@ use num_complex::Complex64;
 
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
-use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD};
+use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, unidentified};
 use super::instance_fit::{InstanceFit, friction_at_rest};
 use super::lagged_model::LaggedModel;
 use super::least_squares::{Minimum, evaluated, minimise};
@@ -243,15 +243,10 @@ impl JointSolution {
                 IDENTIFIABLE_TAU_STD_S,
             ),
         ];
-        let worst = weak
-            .into_iter()
-            .max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)));
-        match (worst, self.unbounded_tau_s) {
-            (Some((parameter, std, limit)), _) if std > limit || std.is_nan() => {
-                FitVerdict::NotIdentifiable { parameter, std }
-            }
-            (_, Some(unbounded_tau_s)) => FitVerdict::LagAtBound { unbounded_tau_s },
-            _ => FitVerdict::Converged,
+        match (unidentified(weak), self.unbounded_tau_s) {
+            (Some(verdict), _) => verdict,
+            (None, Some(unbounded_tau_s)) => FitVerdict::LagAtBound { unbounded_tau_s },
+            (None, None) => FitVerdict::Converged,
         }
     }
 }

@@ -5,6 +5,25 @@ use std::fmt;
 /// A standard error beyond this share of the value is no identification.
 pub(super) const IDENTIFIABLE_RELATIVE_STD: f64 = 0.5;
 
+/// Returns that of several standard errors, each with the limit beyond which it is no identification, which is worst in units of
+/// its limit, if it is beyond. One that is no number is worse than any, whatever its sign.
+pub(super) fn unidentified(
+    errors: impl IntoIterator<Item = (FitParameter, f64, f64)>,
+) -> Option<FitVerdict> {
+    let size = |&(_, std, limit): &(FitParameter, f64, f64)| {
+        if std.is_nan() {
+            f64::INFINITY
+        } else {
+            std / limit
+        }
+    };
+    let worst = errors
+        .into_iter()
+        .max_by(|a, b| size(a).total_cmp(&size(b)))?;
+    let (parameter, std, _) = worst;
+    (size(&worst) > 1.0).then_some(FitVerdict::NotIdentifiable { parameter, std })
+}
+
 /// Whether a fit's parameters may be used, and why not.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FitVerdict {
@@ -87,6 +106,32 @@ impl fmt::Display for FitVerdict {
                 )
             }
             Self::NotConverged { reason } => write!(f, "not converged: {reason}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_that_is_no_number_is_worse_than_any() {
+        let of = |z_t: f64| {
+            unidentified([
+                (FitParameter::SigmaT, 0.1, 0.5),
+                (FitParameter::ZT, z_t, 0.5),
+                (FitParameter::Tau, 1e-3, 2e-3),
+            ])
+        };
+        assert_eq!(of(0.2), None);
+        assert_eq!(of(0.5), None);
+        for open in [0.6, f64::INFINITY, f64::NAN, -f64::NAN] {
+            let verdict = of(open);
+            let parameter = FitParameter::ZT;
+            assert!(
+                matches!(verdict, Some(FitVerdict::NotIdentifiable { parameter: worst, .. }) if worst == parameter),
+                "{open}: {verdict:?}"
+            );
         }
     }
 }

@@ -69,16 +69,59 @@ impl<const N: usize> FrictionLaw<N> {
     }
 }
 
-/// Returns a friction as a lateral force sensor with a lag shows it.
+/// Fewest samples that a lag is begun with.
+const FEWEST: usize = 4;
+
+/// Returns a friction as a lateral force sensor with a lag shows it: of each stretch of samples that have one, and as it is where
+/// a stretch is too short to be followed. A sample without friction says nothing of those after it.
 pub(super) fn as_read(mu: &[f64], normal_n: &[f64], lag_s: f64, interval_s: f64) -> Vec<f64> {
-    if lag_s == 0.0 || mu.len() < 4 {
-        return mu.to_vec();
+    let mut read = mu.to_vec();
+    if lag_s == 0.0 {
+        return read;
     }
-    let lateral: Vec<f64> = mu.iter().zip(normal_n).map(|(mu, n)| mu * n).collect();
-    let mut read = vec![0.0; lateral.len()];
-    Lag::new(lag_s, interval_s).apply(&lateral, &mut read);
-    read.iter()
-        .zip(normal_n)
-        .map(|(read, n)| read / n)
-        .collect()
+    let lag = Lag::new(lag_s, interval_s);
+    let mut from = 0;
+    for stretch in mu.split(|mu| !mu.is_finite()) {
+        let inside = from..from + stretch.len();
+        from = inside.end + 1;
+        if stretch.len() < FEWEST {
+            continue;
+        }
+        let normal_n = &normal_n[inside.clone()];
+        let lateral: Vec<f64> = stretch.iter().zip(normal_n).map(|(mu, n)| mu * n).collect();
+        let mut lagged = vec![0.0; lateral.len()];
+        lag.apply(&lateral, &mut lagged);
+        for ((read, lagged), n) in read[inside].iter_mut().zip(lagged).zip(normal_n) {
+            *read = lagged / n;
+        }
+    }
+    read
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_without_friction_takes_no_other_with_it() {
+        let whole: Vec<f64> = (0..60).map(|n| 0.8 + 0.002 * f64::from(n)).collect();
+        let normal_n = vec![0.6; whole.len()];
+        let read = |mu: &[f64]| as_read(mu, &normal_n, 2e-3, 5e-4);
+        let mut holed = whole.clone();
+        for at in [0, 20, 23, 40] {
+            holed[at] = f64::NAN;
+        }
+        // Of a straight line each stretch is read alike, four samples late; one of two samples is left as it is.
+        let (of_whole, of_holed) = (read(&whole), read(&holed));
+        for (at, mu) in holed.iter().enumerate() {
+            let late = match at {
+                21 | 22 => whole[at],
+                _ => of_whole[at],
+            };
+            assert_eq!(of_holed[at].is_nan(), mu.is_nan(), "{at}");
+            assert!(mu.is_nan() || (of_holed[at] - late).abs() < 1e-9, "{at}");
+            assert!((of_whole[at] - (whole[at] - 0.008)).abs() < 1e-9, "{at}");
+        }
+        assert_eq!(as_read(&whole, &normal_n, 0.0, 5e-4), whole);
+    }
 }

@@ -28,6 +28,10 @@ pub(crate) trait ImpedanceModel<const N: usize> {
 const OUT_OF_DOMAIN: f64 = 1e6;
 const TOLERANCE: f64 = 1e-12;
 const PATIENCE: usize = 60;
+/// Relative fall of the squares that a Gauss–Newton step may promise at a minimum, and the length of one, in the parameters' units,
+/// that is rounding.
+const FALL_LEFT: f64 = 1e-4;
+const STEP_LEFT: f64 = 1e-6;
 /// A pivot of the scaled normal matrix below this is rounding, not information.
 const SINGULAR: f64 = 1e-12;
 
@@ -211,9 +215,13 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
         .collect();
     let size = problem.free.len();
     let (mut normal, mut scatter) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
+    let mut gradient = DVector::zeros(size);
     let mut moved = DMatrix::zeros(size, ERRORS);
     let by_error_complex = by_error.map(Complex64::from);
-    for (slope, deviation) in problem.slopes.iter().zip(&deviations) {
+    for ((slope, deviation), residual) in problem.slopes.iter().zip(&deviations).zip(&residuals) {
+        gradient += DVector::from_fn(size, |row, _| {
+            (slope[problem.free[row]].conj() * residual).re
+        });
         let errors = SVector::from(*slope).tr_mul(&by_error_complex);
         moved += DMatrix::from_fn(size, ERRORS, |row, error| {
             (slope[problem.free[row]].conj() * errors[error]).re
@@ -224,7 +232,14 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
         scatter += &product * deviation.powi(2);
         normal += product;
     }
-    let covariance = invert_scaled(&normal).map(|inverse| {
+    let inverse = invert_scaled(&normal);
+    let step = inverse.as_ref().map(|inverse| inverse * &gradient);
+    // Trial steps out of the domain shorten all that follow, and a step that is short enough looks like a minimum's.
+    let stopped = step
+        .is_some_and(|step| step.amax() > STEP_LEFT && step.dot(&gradient) > FALL_LEFT * squares);
+    let at_the_edge = || "stopped at the edge of the range in which the model holds".to_owned();
+    let failure = failure.or_else(|| stopped.then(at_the_edge));
+    let covariance = inverse.map(|inverse| {
         let of_free = &inverse * scatter * &inverse * correlation(&white);
         let mut by_error = *by_error;
         for (followed, &parameter) in (&inverse * moved).row_iter().zip(problem.free) {
@@ -298,6 +313,58 @@ pub(crate) fn correlation(residuals: &[Complex64]) -> f64 {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+
+    /// Impedances that are a parameter's, with no model below a wall.
+    struct Walled {
+        measured: Vec<Complex64>,
+        wall: f64,
+    }
+
+    impl ImpedanceModel<1> for Walled {
+        fn measured(&self) -> &[Complex64] {
+            &self.measured
+        }
+
+        fn noise_shape(&self, _: usize) -> f64 {
+            1.0
+        }
+
+        fn evaluate(
+            &mut self,
+            parameters: &[f64; 1],
+            z_m: &mut [Complex64],
+            slopes: &mut [[Complex64; 1]],
+        ) -> Option<()> {
+            z_m.fill(parameters[0].into());
+            slopes.fill([Complex64::ONE]);
+            (parameters[0] >= self.wall).then_some(())
+        }
+    }
+
+    #[test]
+    fn a_search_that_ends_at_the_edge_of_the_model_has_found_no_minimum() {
+        let measured: Vec<Complex64> = (0..40).map(|n| f64::from(n % 5).into()).collect();
+        for (wall, minimum) in [(f64::NEG_INFINITY, true), (1.9, true), (2.5, false)] {
+            let mut model = Walled {
+                measured: measured.clone(),
+                wall,
+            };
+            let found = minimise(&mut model, [9.0], &[0], &ByError::zeros());
+            assert_eq!(
+                found.failure.is_none(),
+                minimum,
+                "{wall}: {:?}",
+                found.parameters
+            );
+        }
+        // Without any residual, what is left is rounding.
+        let mut exact = Walled {
+            measured: vec![Complex64::new(0.3, 0.0); 40],
+            wall: 0.0,
+        };
+        let found = minimise(&mut exact, [9.0], &[0], &ByError::zeros());
+        assert_eq!(found.failure, None);
+    }
 
     /// Every slope against central differences of the impedance.
     pub(crate) fn assert_slopes_are_derivatives<const N: usize>(

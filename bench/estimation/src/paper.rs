@@ -14,7 +14,7 @@ use super::conditions::FitConditions;
 use super::estimated_series::{EstimatedSeries, GapLaw, MeasuredSamples, estimate};
 use super::fit_agreement::{Agreement, agreement};
 use super::fit_error::FitError;
-use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD};
+use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, unidentified};
 use super::friction_law::FrictionLaw;
 use super::least_squares::{ImpedanceModel, Minimum, best_start, evaluated, minimise};
 use super::modelled_series::ModelledSeries;
@@ -266,13 +266,9 @@ impl<'a> PaperModel<'a> {
         let ln_std = minimum.std(0);
         let verdict = if let Some(reason) = minimum.failure {
             FitVerdict::NotConverged { reason }
-        } else if ln_std > IDENTIFIABLE_RELATIVE_STD {
-            FitVerdict::NotIdentifiable {
-                parameter: FitParameter::SigmaT,
-                std: ln_std,
-            }
         } else {
-            FitVerdict::Converged
+            let error = (FitParameter::SigmaT, ln_std, IDENTIFIABLE_RELATIVE_STD);
+            unidentified([error]).unwrap_or(FitVerdict::Converged)
         };
         let inversion = Inversion {
             contact: Contact::new(&self.conditions.assumed, sigma_t_m)?,

@@ -5,11 +5,13 @@ mod in_place;
 mod lines;
 mod refusal;
 mod regular;
+mod shell_words;
 
 pub use in_place::open_in_place;
 pub use lines::{BoundedLines, Line};
 pub use refusal::{FileKind, Refusal, refusal};
 pub use regular::{TEXT_LIMIT_BYTES, open, read, read_limited, read_text};
+pub use shell_words::quoted;
 
 /// Compiles and runs the example in the README.
 #[cfg(doctest)]

@@ -22,6 +22,8 @@ pub struct Refit {
     assumed: AssumedConstants,
     profile: AmplitudeProfile,
     skin: ParticipantSkin,
+    /// Whether all requests are of one trial, each of more of it or of all of it again.
+    of_one_trial: bool,
 }
 
 impl Refit {
@@ -40,8 +42,19 @@ impl Refit {
             assumed,
             profile,
             skin,
+            of_one_trial: false,
         };
         (ask, answers, task)
+    }
+
+    /// Expects requests of one trial only, as a replay's: the newest one tells all that is known of the skin. A trial that
+    /// is read twice is not two.
+    #[must_use]
+    pub fn of_one_trial(self) -> Self {
+        Self {
+            of_one_trial: true,
+            ..self
+        }
     }
 }
 
@@ -67,6 +80,9 @@ impl Task for Refit {
 impl Refit {
     fn fit(&mut self, request: &FitRequest) -> FitReport {
         let label = request.label.clone();
+        if self.of_one_trial {
+            self.skin = ParticipantSkin::default();
+        }
         let cut = match CutTrial::new(request, &self.profile) {
             Ok(cut) => cut,
             Err(why) => {

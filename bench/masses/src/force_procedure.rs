@@ -534,6 +534,8 @@ impl Procedure for ForceProcedure {
                 Ok(self.named(axis, answer))
             }
             (StepOutcome::Answered(..), ForceStage::Clearing) => {
+                // Windows before it are of another clearing.
+                self.taring.clear();
                 Ok(self.listen(ForceStage::Taring))
             }
             (StepOutcome::Answered(_, capture), ForceStage::Loading(i)) => {

@@ -150,6 +150,35 @@ fn what_is_known_badly_widens_the_errors_and_the_pulley_only_its_row() {
 }
 
 #[test]
+fn a_zero_is_of_one_clearing_alone() {
+    let mut procedure = ForceProcedure::new(setup(), true);
+    let mut now_s = 10.0;
+    let mut window = |zero_n: f64, restless: bool| {
+        now_s += 1.0;
+        let moves = |of: [f64; 2], t: f64| {
+            let swing = if restless { (2.0 * t).sin() } else { 0.0 };
+            of.map(|n| n + zero_n + swing)
+        };
+        StepOutcome::Captured(capture(&moves, [0.0; 2], now_s))
+    };
+    let ready = || StepOutcome::Answered(Answer::Ready, Capture::default());
+    procedure.next(StepOutcome::Began).unwrap();
+    procedure.next(ready()).unwrap();
+    // Something lies on the plate, swings, rests for two windows, and swings again until the patience is over.
+    for restless in std::iter::repeat_n(true, 17).chain([false, false]) {
+        procedure.next(window(0.2, restless)).unwrap();
+    }
+    let step = procedure.next(window(0.2, true)).unwrap();
+    assert!(matches!(step, NextStep::Ask(Request::Unload)), "{step:?}");
+    procedure.next(ready()).unwrap();
+    for _ in 0..TARE_WINDOWS {
+        procedure.next(window(0.0, false)).unwrap();
+    }
+    let zero = &procedure.zeros[0];
+    assert!(zero.mean[0].abs() < 1e-3, "{zero:?}");
+}
+
+#[test]
 fn a_mass_can_be_measured_again() {
     let asked = std::cell::Cell::new(0);
     let sensor = |of: [f64; 2], _: f64| {

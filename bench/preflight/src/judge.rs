@@ -93,6 +93,10 @@ pub(super) fn judge_relay(table: &mut Table, floor_v: f64, measured: &Measured) 
     let Some(past_v) = measured.past_open_relay_v() else {
         return;
     };
+    if past_v.is_nan() {
+        let found = "nothing was read back while the amplifier was off: whether its relay opens is not known";
+        return table.row("relay", false, found);
+    }
     let opens = past_v <= floor_v.min(0.5 * measured.tone_v);
     let remedy = if opens {
         ""
@@ -327,5 +331,25 @@ fn judge_force(table: &mut Table, force: &config::Force, zero_n: f64, measured: 
             zero,
             format!("normal {normal_n:.3} N, lateral {lateral_n:.3} N{remedy}"),
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_relay_that_nothing_was_read_back_of_does_not_pass() {
+        let mut table = Table::default();
+        let unseen = Measured {
+            enable_wired: true,
+            tone_v: 2.0,
+            ..Measured::default()
+        };
+        judge_relay(&mut table, 1.0, &unseen);
+        assert!(!table.passed(), "{}", table.to_text());
+        let mut table = Table::default();
+        judge_relay(&mut table, 1.0, &Measured::default());
+        assert!(table.rows.is_empty(), "nothing switches the amplifier");
     }
 }

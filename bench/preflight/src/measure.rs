@@ -94,12 +94,14 @@ impl Measured {
             .take_while(|frame| frame.time_s < self.tone_until_s)
     }
 
-    /// The most that was read back while the amplifier was off and a tone was played all the same, V peak; `None`
-    /// where nothing switches the amplifier.
+    /// The most that was read back while the amplifier was off and a tone was played all the same, V peak, NaN if nothing
+    /// was; `None` where nothing switches the amplifier.
     pub fn past_open_relay_v(&self) -> Option<f64> {
         let frames = self.frames.iter();
         let before = frames.take_while(|frame| frame.time_s < SILENCE_FROM_S);
-        let most_v = before.map(|frame| frame.drive_v.norm()).fold(0.0, f64::max);
+        let most_v = before
+            .map(|frame| frame.drive_v.norm())
+            .fold(f64::NAN, f64::max);
         self.enable_wired.then_some(most_v)
     }
 

@@ -34,7 +34,7 @@ pub struct Batch {
 /// Stretch in which the output lost frames.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DriveGap {
-    /// Number of output xruns so far; a later report of the same number replaces the earlier one.
+    /// Number of the first output xrun of the gap; a later report of the same number replaces the earlier one.
     pub xrun: u64,
     /// First moment at which the drive may be wrong, s.
     pub from_s: f64,

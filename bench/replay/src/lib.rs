@@ -1,10 +1,13 @@
 //! `replay`: a recording through the live pipeline and the dashboard, at its own speed or as fast as it computes. Everything it
 //! needs to know stands in the recording.
 
+mod explored;
 mod free_clock;
+mod fresh;
 mod listing;
 mod opening;
 mod options;
+mod pace;
 mod past_crops;
 mod report;
 mod source;
@@ -17,7 +20,6 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use contact::AssumedConstants;
-use contact::plate_tracker::PlateTracking;
 use crossbeam_channel::{Receiver, Sender};
 use protocols::selection::analyse_exploration;
 use protocols::{Direction, SelectionRules, Stretch};
@@ -30,7 +32,7 @@ use analysis::instance::PlateReading;
 use analysis::live_contact::LiveContact;
 use analysis::measurements::Measurements;
 use analysis::recording_analysis::selection_rules;
-use analysis::trial_fit::{FitRequest, Selected};
+use analysis::trial_fit::FitRequest;
 use analysis::unloaded::{self, UnloadedError};
 use console::{Dashboard, Front, Headless, StopKeys};
 use devices::Gauges;
@@ -40,11 +42,13 @@ use recording::manifest::{Manifest, RecordedInterval, RecordedIntervalKind};
 use recording::pipeline::{Account, Batch};
 use tasks::{Clock, Schedule, StopFlag, SystemClock, Task};
 
+use explored::Explored;
 use free_clock::{FreeClock, Ticks};
 use live::live_meter::LiveMeter;
 use live::participant_skin::ParticipantSkin;
 use live::refit::Refit;
 use live::screen_words;
+use pace::Pace;
 use source::Source;
 
 pub use listing::recordings_in;
@@ -135,6 +139,7 @@ pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow:
         }
     };
     let task = Replay::new(plan, front, refits, fits, stop.clone(), reports);
+    let refit = refit.of_one_trial();
     schedule.run(vec![Box::new(task), Box::new(refit)], &clock, stop)?;
     report
         .try_recv()
@@ -163,7 +168,7 @@ struct Replay {
     polled_ns: Option<u64>,
     paused: bool,
     began: Instant,
-    took: Option<Duration>,
+    pace: Pace,
     meter: LiveMeter,
     contact: LiveContact,
     account: Account,
@@ -176,7 +181,7 @@ struct Replay {
     record: Measurements,
     plate: Result<PlateReading, UnloadedError>,
     planned: u32,
-    explored: u32,
+    explored: Explored,
     instances: usize,
     asked: usize,
     answered: usize,
@@ -199,9 +204,11 @@ impl Replay {
         let explorations = intervals
             .iter()
             .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)));
+        let planned = explorations.count() as u32;
+        let meter = fresh::meter(plan.source.manifest());
         Self {
-            planned: explorations.count() as u32,
-            contact: live_contact(&plan.source, &plan.rules),
+            planned,
+            contact: fresh::contact(plan.source.manifest(), &plan.rules),
             source: plan.source,
             front,
             refits,
@@ -218,8 +225,8 @@ impl Replay {
             polled_ns: None,
             paused: false,
             began: Instant::now(),
-            took: None,
-            meter: LiveMeter::default(),
+            pace: Pace::default(),
+            meter,
             account: Account::default(),
             frames: 0,
             audio_s: 0.0,
@@ -228,7 +235,7 @@ impl Replay {
             intervals,
             record,
             plate: Err(UnloadedError::NoInterval),
-            explored: 0,
+            explored: Explored::default(),
             instances: 0,
             asked: 0,
             answered: 0,
@@ -243,6 +250,7 @@ impl Replay {
     }
 
     fn take(&mut self, batch: Batch) {
+        self.pace.read_s += batch.audio_s - self.audio_s;
         self.audio_s = batch.audio_s;
         self.account = batch.account;
         self.frames += batch.frames.len() as u64;
@@ -273,7 +281,8 @@ impl Replay {
             .find(|interval| (interval.start_s..interval.end_s).contains(&self.audio_s))
     }
 
-    /// Evaluates the intervals whose data are all here, and forgets what no later one needs.
+    /// Evaluates the intervals whose data are all here, and forgets what no later one needs: an exploration is fitted with
+    /// those before it.
     fn close_intervals(&mut self) {
         while let Some(interval) = self
             .intervals
@@ -287,9 +296,9 @@ impl Replay {
                 RecordedIntervalKind::Exploration(direction) => self.explored(&interval, direction),
             }
         }
-        let needed_s = self
-            .intervals
-            .iter()
+        let all = &self.source.manifest().intervals;
+        let later = all.iter().filter(|_| !self.intervals.is_empty());
+        let needed_s = later
             .map(|interval| interval.start_s)
             .fold(self.audio_s, f64::min);
         self.record.forget_before(needed_s - MARGIN_S);
@@ -321,7 +330,6 @@ impl Replay {
     }
 
     fn explored(&mut self, interval: &RecordedInterval, direction: Direction) {
-        self.explored += 1;
         let series = self.record.series(interval.start_s, interval.end_s);
         // Frames come from one demodulator, so the series is one; without any frame nothing was measured.
         let (stretches, mean_n) =
@@ -332,33 +340,25 @@ impl Replay {
         let instances = stretches.iter().filter_map(Stretch::instance).count();
         self.instances += instances;
         let force = mean_n.map_or(String::new(), |n| format!(", mean force {n:.2} N"));
-        let label = format!("exploration {}", self.explored);
+        let span_s = (interval.start_s, interval.end_s);
+        self.explored.add(span_s, stretches.clone());
         self.log(
             LogLevel::Info,
             format!(
-                "{label} of {}, {direction}: {instances} instances in {} rising stretches{force}",
+                "exploration {} of {}, {direction}: {instances} instances in {} rising stretches{force}",
+                self.explored.count(),
                 self.planned,
                 stretches.len(),
             ),
         );
-        let span_s = (interval.start_s, interval.end_s);
         let crop = crop(self.name(), direction, span_s, &series, &stretches);
         self.front.show(tui::Event::Crop(crop));
         self.asked += 1;
+        let manifest = self.source.manifest();
+        let (record, rules) = (self.record.clone(), self.rules);
+        let request = self.explored.request(manifest, self.plate, record, rules);
         // The fitting task ends before this one only when it failed, and that stops the replay.
-        let _ = self.refits.send(FitRequest {
-            label,
-            carrier_hz: self.source.manifest().carrier_hz,
-            calibration: self.source.manifest().standard_errors.unwrap_or_default(),
-            plate: self.plate,
-            record: self.record.clone(),
-            explorations: vec![Selected {
-                start_s: interval.start_s,
-                end_s: interval.end_s,
-                stretches,
-            }],
-            rules: self.rules,
-        });
+        let _ = self.refits.send(request);
     }
 
     /// The exploration that ended last.
@@ -368,7 +368,7 @@ impl Replay {
             trial: trial.map_or(1, |trial| trial.number),
             practice: trial.is_some_and(|trial| trial.practice),
             attempt: trial.map_or(1, |trial| trial.attempt),
-            exploration: self.explored,
+            exploration: self.explored.count(),
         }
     }
 
@@ -432,12 +432,13 @@ impl Replay {
             self.source = Source::open(&self.folder)?;
             self.intervals = in_order(self.source.manifest());
             self.record = Measurements::faults_of(self.source.manifest(), self.source.rate_hz());
-            self.contact = live_contact(&self.source, &self.rules);
-            self.meter = LiveMeter::default();
+            self.contact = fresh::contact(self.source.manifest(), &self.rules);
+            self.meter = fresh::meter(self.source.manifest());
             self.account = Account::default();
             self.plate = Err(UnloadedError::NoInterval);
             (self.audio_s, self.played_s, self.screen_due_s) = (0.0, 0.0, 0.0);
-            (self.frames, self.explored, self.instances) = (0, 0, 0);
+            (self.frames, self.instances) = (0, 0);
+            self.explored.clear();
             (self.fitted, self.friction) = (0, (0.0, 0));
             self.outdated = self.asked - self.answered;
             self.finished = false;
@@ -459,6 +460,11 @@ impl Replay {
         Some(self.played_s)
     }
 
+    /// Whether the replay goes on: it neither is paused nor waits at the end.
+    fn is_reading(&self) -> bool {
+        !self.finished && (!self.paused || self.played_s < self.seeking_s)
+    }
+
     fn phase(&self) -> PhaseView {
         let kind = match self.open().map(|interval| interval.kind) {
             _ if self.finished => PhaseKind::Finished,
@@ -469,7 +475,7 @@ impl Replay {
         };
         let exploring = u32::from(kind == PhaseKind::Exploration);
         PhaseView {
-            exploration: (self.explored + exploring).min(self.planned),
+            exploration: (self.explored.count() + exploring).min(self.planned),
             explorations: self.planned,
             message: Some("replay".to_owned()),
             ..PhaseView::new(kind)
@@ -513,7 +519,6 @@ impl Replay {
             return;
         }
         self.finished = true;
-        self.took = Some(self.began.elapsed());
         self.front.show(tui::Event::Finished {
             summary: self.summary().lines(),
         });
@@ -526,14 +531,12 @@ impl Replay {
         let (squares, count) = self.friction;
         Report {
             audio_s: self.audio_s,
-            took_s: self
-                .took
-                .unwrap_or_else(|| self.began.elapsed())
-                .as_secs_f64(),
+            read_s: self.pace.read_s,
+            took_s: self.pace.took_s(),
             rate_hz: self.source.rate_hz(),
             account: self.account,
             frames: self.frames,
-            explorations: self.explored as usize,
+            explorations: self.explored.count() as usize,
             instances: self.instances,
             fits: self.fitted,
             friction: (count > 0).then(|| ((squares / count as f64).sqrt(), count)),
@@ -547,12 +550,6 @@ impl Replay {
             completed: self.finished,
         }
     }
-}
-
-fn live_contact(source: &Source, rules: &SelectionRules) -> LiveContact {
-    let manifest = source.manifest();
-    let tracking = PlateTracking::of(manifest.plate.modal_mass_kg, manifest.modulation_hz);
-    LiveContact::new(rules.contact_n, tracking)
 }
 
 fn in_order(manifest: &Manifest) -> VecDeque<RecordedInterval> {
@@ -572,6 +569,8 @@ impl Task for Replay {
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let since_ns = now_ns - self.polled_ns.replace(now_ns).unwrap_or(now_ns);
+        let reading = self.is_reading();
+        self.pace.pass(reading);
         if self.finished {
             // Only the operator is waited for, also when time runs free.
             std::thread::sleep(self.period());

@@ -7,7 +7,9 @@ use recording::pipeline::Account;
 pub struct Report {
     /// Length of what was replayed, s.
     pub audio_s: f64,
-    /// Time that it took, s.
+    /// Length of all that was read on the way, what was read again after moving back too, s.
+    pub read_s: f64,
+    /// Time that reading it took, pauses left out, s.
     pub took_s: f64,
     /// Sample rate, Hz.
     pub rate_hz: u32,
@@ -51,11 +53,11 @@ impl Report {
                 "drop-outs         {} frames lost, {} frames of impedance clipped",
                 self.account.lost_frames, self.account.clipped_frames
             ),
-            format!(
-                "speed             {:.1} × real time",
-                self.audio_s / self.took_s
-            ),
         ];
+        if self.took_s > 0.0 {
+            let speed = self.read_s / self.took_s;
+            lines.push(format!("speed             {speed:.1} × real time"));
+        }
         let warnings = self.warnings.iter();
         lines.extend(warnings.map(|warning| format!("warning           {warning}")));
         lines

@@ -175,6 +175,16 @@ fn instances(of: &Recording) -> Markup {
             } }
             tbody { @for (instance, number) in instances.iter().zip(1..) {
                 @let estimates: Vec<_> = instance.estimates().collect();
+                @if estimates.is_empty() {
+                    tr.first {
+                        td.n { (number) }
+                        td.n { (MILLI_S.value(Some(instance.start_s))) "–" (MILLI_S.value(Some(instance.end_s))) }
+                        td { (slide(&instance.direction)) }
+                        td.n { (MILLI_S.value(instance.normal_n)) }
+                        td.n { (MILLI_S.value(instance.delta_mu)) }
+                        td colspan="9" { "no method could fit it" }
+                    }
+                }
                 @for (at, (method, estimate)) in estimates.iter().enumerate() {
                     tr.first[at == 0] {
                         @if at == 0 {
@@ -240,5 +250,33 @@ fn cells(method: &str, estimate: &Estimate, misfit: bool) -> Markup {
         td.n { (cell(MILLI, estimate.tau_s, None, std.and_then(|std| std.tau_s).filter(|_| method != "trial"))) }
         td.n { (PLAIN.value(estimate.r2_impedance)) }
         td.n { (PLAIN.value(estimate.rms_mu)) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_instance_that_no_method_could_fit_has_its_row() {
+        let estimate = r#"{ "sigma_t_m": 1.9e-6 }"#;
+        let instance = |start_s: f64, method: &str| {
+            format!(
+                r#"{{ "start_s": {start_s}, "end_s": 2.0, "direction": "left_to_right" {method} }}"#
+            )
+        };
+        let text = format!(
+            r#"{{ "instances": [ {}, {} ] }}"#,
+            instance(1.25, ""),
+            instance(1.5, &format!(r#", "paper": {estimate}"#))
+        );
+        let recording: Recording = serde_json::from_str(&text).unwrap();
+        let table = instances(&recording).into_string();
+        assert!(table.contains("1.25–2.00"), "{table}");
+        assert_eq!(
+            table.matches("no method could fit it").count(),
+            1,
+            "{table}"
+        );
     }
 }

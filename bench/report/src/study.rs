@@ -76,8 +76,8 @@ pub(crate) fn summary(content: &Content<'_>, results: &Results, recordings: &[Of
         @if recordings.iter().any(|of| is_rehearsed(of)) {
             p.alert { "Faults were injected on purpose into some of these recordings: they are a rehearsal, not data." }
         }
-        @if is_simulated(content) {
-            p.alert { "Recorded on a simulated bench: nobody took part." }
+        @if let Some(words) = on_a_simulated_bench(simulated(content), sessions) {
+            p.alert { (words) }
         }
         @if recordings.iter().any(Of::is_uncalibrated) {
             p.alert {
@@ -93,15 +93,28 @@ fn is_rehearsed(of: &Of<'_>) -> bool {
     hardware.is_some_and(|hardware| !hardware.rehearsed.is_empty())
 }
 
-fn is_simulated(content: &Content<'_>) -> bool {
+/// Returns how many sessions were recorded on a simulated bench.
+fn simulated(content: &Content<'_>) -> usize {
     let starts = content.sessions.list.iter();
-    let mut starts = starts.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());
-    starts.any(|start| {
-        start
-            .devices
-            .get("simulated")
-            .is_some_and(|is| is == "true")
-    })
+    let starts = starts.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());
+    let is_simulated = |is: &String| is == "true";
+    starts
+        .filter(|start| start.devices.get("simulated").is_some_and(is_simulated))
+        .count()
+}
+
+/// Says of how many sessions nobody took part in; `None` where all were recorded on a bench.
+fn on_a_simulated_bench(simulated: usize, sessions: usize) -> Option<String> {
+    match simulated {
+        0 => None,
+        all if all == sessions => {
+            Some("Recorded on a simulated bench: nobody took part.".to_owned())
+        }
+        some => Some(format!(
+            "{some} of {sessions} sessions were recorded on a simulated bench: nobody took part in {}.",
+            if some == 1 { "it" } else { "them" }
+        )),
+    }
 }
 
 /// Returns the values that occur, in words, with how often where there are several.
@@ -254,5 +267,19 @@ pub(crate) fn participants(recordings: &[Of<'_>]) -> Markup {
                 td.n { (by_trial(of)) }
             } } }
         } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nobody_took_part_in_the_simulated_sessions_and_in_no_others() {
+        assert_eq!(on_a_simulated_bench(0, 3), None);
+        let words = |simulated| on_a_simulated_bench(simulated, 3).unwrap();
+        assert!(words(3).starts_with("Recorded on a simulated bench: nobody"));
+        assert!(words(1).starts_with("1 of 3 sessions "));
+        assert!(words(2).ends_with("nobody took part in them."));
     }
 }

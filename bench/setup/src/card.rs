@@ -42,13 +42,12 @@ pub fn choose(
         .filter(|(_, device)| device.is_sound_card && device.is_raw)
         .filter(|(_, device)| device.output.is_some() && device.input.is_some())
         .collect();
-    let matches = |device: &DeviceInfo, name: &str| device.id == name || device.name == name;
     let lines: Vec<String> = cards
         .iter()
         .map(|(_, device)| line(device, inputs))
         .collect();
     let found = match named {
-        Some(name) => cards.iter().find(|(_, device)| matches(device, name)),
+        Some(name) => called(&cards, name)?,
         None if cards.is_empty() => None,
         None => {
             let question = Question {
@@ -90,6 +89,26 @@ pub fn choose(
         name: device.name.clone(),
         layout,
     })
+}
+
+/// Returns the card of an id, or else of a name. Two of one model have one name.
+fn called<'a>(
+    cards: &'a [(&'static str, &'a DeviceInfo)],
+    name: &str,
+) -> anyhow::Result<Option<&'a (&'static str, &'a DeviceInfo)>> {
+    if let Some(card) = cards.iter().find(|(_, device)| device.id == name) {
+        return Ok(Some(card));
+    }
+    let mut named = cards.iter().filter(|(_, device)| device.name == name);
+    let first = named.next();
+    if let (Some((_, first)), Some((_, second))) = (first, named.next()) {
+        bail!(
+            "more than one sound card is called {name}: give --card {} or --card {}",
+            first.id,
+            second.id
+        );
+    }
+    Ok(first)
 }
 
 /// What a card's streams can be.
@@ -228,6 +247,19 @@ mod tests {
         for (hosts, named) in [(&two, Some("Babyface")), (&hosts(Vec::new()), None)] {
             choose(hosts, named, 2, &mut Unattended).err().unwrap();
         }
+    }
+
+    #[test]
+    fn of_two_cards_of_one_name_the_id_tells() {
+        let alike = hosts(vec![
+            device("alsa:hw:UMC404HD", "UMC404HD 192k"),
+            device("alsa:hw:UMC404HD_1", "UMC404HD 192k"),
+        ]);
+        let choose = |name| choose(&alike, Some(name), 2, &mut Unattended);
+        let refused = choose("UMC404HD 192k").err().unwrap().to_string();
+        assert!(refused.ends_with("--card alsa:hw:UMC404HD_1"), "{refused}");
+        let card = choose("alsa:hw:UMC404HD_1").unwrap();
+        assert_eq!(card.id, "alsa:hw:UMC404HD_1");
     }
 
     #[test]

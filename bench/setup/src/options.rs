@@ -41,6 +41,30 @@ pub struct Options {
     pub mock: Option<String>,
 }
 
+impl Options {
+    /// Returns the option that was given and says nothing of a rig, if there is one.
+    pub fn beside(&self, rig: Rig) -> Option<&'static str> {
+        let six_axis = rig == Rig::SixAxis;
+        [
+            (
+                "--force-port",
+                self.force_port.is_some(),
+                rig.has_force_line(),
+            ),
+            (
+                "--force-line",
+                self.force_line.is_some(),
+                rig.has_force_line(),
+            ),
+            ("--net-ft", self.net_ft.is_some(), six_axis),
+            ("--cal-file", self.cal_file.is_some(), six_axis),
+            ("--box-port", self.box_port.is_some(), rig.has_field_box()),
+        ]
+        .into_iter()
+        .find_map(|(option, given, fits)| (given && !fits).then_some(option))
+    }
+}
+
 /// What a force sensor sends on a serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ForceLine {

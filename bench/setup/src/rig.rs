@@ -26,6 +26,14 @@ impl Rig {
         }
     }
 
+    /// Returns whether the forces come on a serial line of their own.
+    pub fn has_force_line(self) -> bool {
+        match self {
+            Self::Published | Self::RaspberryPi => true,
+            Self::FieldBox | Self::SixAxis => false,
+        }
+    }
+
     /// Returns whether a field box has the position and the stops.
     pub fn has_field_box(self) -> bool {
         match self {

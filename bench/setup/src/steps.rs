@@ -2,15 +2,20 @@
 
 use std::path::Path;
 
+use files::quoted;
+
 /// Returns what is to be calibrated, in order, as commands.
 pub fn next(config: &Path, mock: Option<&str>) -> String {
     // Simulated hardware has a configuration of its own, unless one is named.
     let named = if config == Path::new("bench.toml") && mock.is_none() {
         String::new()
     } else {
-        format!(" --config {}", config.display())
+        format!(" --config {}", quoted(config))
     };
-    let mock = mock.map_or_else(String::new, |scenario| format!(" --mock {scenario}"));
+    let mock = mock.map_or_else(String::new, |scenario| {
+        // A built-in scenario, or a file.
+        format!(" --mock {}", quoted(Path::new(scenario)))
+    });
     let bench = format!("{named}{mock}");
     let mut text = String::from("next, in this order, each with --help:\n");
     let steps = [
@@ -41,4 +46,24 @@ pub fn next(config: &Path, mock: Option<&str>) -> String {
         text += &format!("  # {what}\n  friction-bench {command}{bench}\n");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_can_be_copied_into_a_shell_whatever_the_paths_are() {
+        let text = next(Path::new("my bench/it's.toml"), Some("two words.toml"));
+        let bench = r"--config 'my bench/it'\''s.toml' --mock 'two words.toml'";
+        let commands: Vec<&str> = text
+            .lines()
+            .filter(|line| line.starts_with("  friction-bench"))
+            .collect();
+        assert_eq!(commands.len(), 7);
+        for command in commands {
+            assert!(command.ends_with(bench), "{command}");
+        }
+        assert!(next(Path::new("bench.toml"), None).ends_with("  friction-bench check\n"));
+    }
 }

@@ -51,6 +51,12 @@ pub fn write(options: &Options, found: &Listing, ask: &mut dyn Ask) -> anyhow::R
         );
     }
     let rig = rig(options, ask)?;
+    if let Some(option) = options.beside(rig) {
+        bail!(
+            "{option} says nothing of this rig ({}): leave it out, or name the --rig that it is for",
+            rig.in_words()
+        );
+    }
     let sensor = sensor(rig, options, found, ask)?;
     let gauges = matches!(sensor, ForceSensor::Gauges { .. });
     let inputs = SIGNALS + if gauges { GAUGES } else { 0 };
@@ -254,7 +260,7 @@ fn put_sensor(sheet: &mut Sheet, sensor: &ForceSensor) -> anyhow::Result<()> {
     match sensor {
         ForceSensor::Box => Ok(()),
         ForceSensor::Serial { port, line } => {
-            sheet.set("force", "port", port.display().to_string())?;
+            sheet.set("force", "port", in_toml(port)?)?;
             sheet.set("force", "protocol", line.name())
         }
         ForceSensor::NetFt { address } => {
@@ -267,7 +273,7 @@ fn put_sensor(sheet: &mut Sheet, sensor: &ForceSensor) -> anyhow::Result<()> {
         ForceSensor::Gauges { cal_file } => {
             let inputs: Vec<i64> = (i64::from(SIGNALS)..).take(GAUGES.into()).collect();
             sheet.set("force.channels", "inputs", inputs)?;
-            sheet.set("force.channels", "cal_file", cal_file.display().to_string())?;
+            sheet.set("force.channels", "cal_file", in_toml(cal_file)?)?;
             for key in ["normal", "lateral", "volts_per_unit"] {
                 sheet.use_example("force.channels", key)?;
             }
@@ -295,14 +301,14 @@ fn put_lines(
         )?;
         sheet.set("encoder", "source", "field-box")?;
         sheet.set("gpio", "backend", "field-box")?;
-        return sheet.set("field_box", "port", port.display().to_string());
+        return sheet.set("field_box", "port", in_toml(&port)?);
     }
     sheet.remove("field_box")?;
     let is_pi = std::fs::read_to_string(BOARD).is_ok_and(|model| model.contains("Raspberry Pi"));
     match found.gpio_chips.first() {
         Some(chip) if !is_pi => {
             sheet.set("gpio", "backend", "gpiocdev")?;
-            sheet.set("gpio", "chip", chip.display().to_string())?;
+            sheet.set("gpio", "chip", in_toml(chip)?)?;
         }
         _ => sheet.set("gpio", "backend", "rppal")?,
     }
@@ -317,6 +323,16 @@ fn put_lines(
         sheet.use_example("gpio", key)?;
     }
     Ok(())
+}
+
+/// Returns a path as it stands in a TOML file, which is text.
+fn in_toml(path: &Path) -> anyhow::Result<&str> {
+    path.to_str().with_context(|| {
+        format!(
+            "the name of {} is not Unicode, and bench.toml cannot hold it: rename the file, or use a link",
+            path.display()
+        )
+    })
 }
 
 fn in_words(card: &Card) -> String {
@@ -389,15 +405,17 @@ mod tests {
     }
 
     fn options(folder: &Path, rig: Rig) -> Options {
+        let box_port = rig.has_field_box().then(|| "/dev/ttyACM0".into());
+        let force_port = rig.has_force_line().then(|| "/dev/ttyUSB0".into());
         Options {
             config: folder.join("bench.toml"),
             rig: Some(rig),
             card: None,
-            force_port: Some("/dev/ttyUSB0".into()),
-            force_line: Some(ForceLine::Lines),
+            force_line: rig.has_force_line().then_some(ForceLine::Lines),
+            force_port,
             net_ft: None,
             cal_file: None,
-            box_port: Some("/dev/ttyACM0".into()),
+            box_port,
             plate: Some("glass 7".to_owned()),
             mock: None,
         }
@@ -472,9 +490,55 @@ mod tests {
             (without(|of| of.rig = None), "--rig"),
             (without(|of| of.force_port = None), "--force-port"),
             (without(|of| of.force_line = None), "--force-line"),
-            (without(|of| of.rig = Some(Rig::SixAxis)), "--net-ft"),
         ] {
             assert!(refused.contains(option), "{refused}");
+        }
+        let six_axis = options(folder.path(), Rig::SixAxis);
+        let refused = write(&six_axis, &computer(), &mut Unattended).err();
+        let refused = refused.unwrap().to_string();
+        assert!(refused.contains("--net-ft"), "{refused}");
+        assert!(!folder.path().join("bench.toml").exists());
+    }
+
+    #[test]
+    fn an_option_that_says_nothing_of_the_rig_is_refused_by_its_name() {
+        type Give = fn(&mut Options);
+        let given: [(&str, Give, &[Rig]); 5] = [
+            (
+                "--force-port",
+                |of| of.force_port = Some("/dev/ttyUSB0".into()),
+                &[Rig::FieldBox, Rig::SixAxis],
+            ),
+            (
+                "--force-line",
+                |of| of.force_line = Some(ForceLine::Lines),
+                &[Rig::FieldBox, Rig::SixAxis],
+            ),
+            (
+                "--net-ft",
+                |of| of.net_ft = Some("10.0.0.7".to_owned()),
+                &[Rig::FieldBox, Rig::Published, Rig::RaspberryPi],
+            ),
+            (
+                "--cal-file",
+                |of| of.cal_file = Some("FT.cal".into()),
+                &[Rig::FieldBox, Rig::Published, Rig::RaspberryPi],
+            ),
+            (
+                "--box-port",
+                |of| of.box_port = Some("/dev/ttyACM0".into()),
+                &[Rig::Published, Rig::RaspberryPi],
+            ),
+        ];
+        let folder = tempfile::tempdir().unwrap();
+        for (option, give, rigs) in given {
+            for &rig in rigs {
+                let mut options = options(folder.path(), rig);
+                give(&mut options);
+                let refused = write(&options, &computer(), &mut Unattended).err();
+                let refused = refused.unwrap().to_string();
+                assert!(refused.starts_with(option), "{rig:?}: {refused}");
+            }
         }
         assert!(!folder.path().join("bench.toml").exists());
     }

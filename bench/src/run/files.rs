@@ -20,7 +20,7 @@ use super::plan::{NAME, Plan, VERSION};
 use super::recorded_plate::{recorded_errors, recorded_plate};
 use crate::outcome::progress_bar;
 use crate::session::BeginRecording;
-use crate::shell_words::quoted;
+use files::quoted;
 
 /// Opens the participant's next session, or the one that `--resume` goes on with: its number, its folder, and whether
 /// it is resumed.

@@ -31,7 +31,7 @@ use crate::apparatus::Apparatus;
 use crate::journal::Journal;
 use crate::readiness::Readiness;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
-use crate::shell_words::quoted;
+use ::files::quoted;
 use files::{begin_recording, last_trial, machine, open_session, past_crops};
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;

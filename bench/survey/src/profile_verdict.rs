@@ -20,34 +20,56 @@ const SURE: f64 = 2.0;
 /// Fewest places of the kept length, its ends among them, that are judged.
 const FEWEST_KEPT: usize = 3;
 
-/// Returns the largest departure of a place from the mean, relative, with its standard error, and the verdict.
+/// Returns the departure of a place from the mean that decides, relative, with its standard error, and the verdict: a plate is
+/// uniform where no place may depart further than is allowed, and not uniform where one surely does. Of those that surely do, the
+/// surest decides; else that which may depart furthest.
 pub(crate) fn judged(places: &[Place]) -> (f64, f64, Uniformity) {
-    let mean = places.iter().map(|place| place.ratio).sum::<f64>() / places.len() as f64;
-    let departure = |place: &Place| (place.ratio / mean - 1.0, place.error / mean);
-    let largest = places
-        .iter()
-        .map(departure)
-        .max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-    let (departure, error) = largest.unwrap_or((f64::NAN, f64::NAN));
-    let size = departure.abs();
-    let verdict = if size + SURE * error <= UNIFORM {
-        Uniformity::Uniform
-    } else if size - SURE * error > UNIFORM {
-        Uniformity::NotUniform
+    let departures = departures(places);
+    let surely = |&(departure, error): &(f64, f64)| departure.abs() - SURE * error;
+    let at_most = |&(departure, error): &(f64, f64)| departure.abs() + SURE * error;
+    let furthest = |by: &dyn Fn(&(f64, f64)) -> f64| {
+        let each = departures.iter().copied();
+        each.max_by(|a, b| by(a).total_cmp(&by(b)))
+    };
+    let nothing = (f64::NAN, f64::NAN);
+    let (sure, possible) = (
+        furthest(&surely).unwrap_or(nothing),
+        furthest(&at_most).unwrap_or(nothing),
+    );
+    let (verdict, (departure, error)) = if surely(&sure) > UNIFORM {
+        (Uniformity::NotUniform, sure)
+    } else if at_most(&possible) <= UNIFORM {
+        (Uniformity::Uniform, possible)
     } else {
-        Uniformity::Undecided
+        (Uniformity::Undecided, possible)
     };
     (departure, error, verdict)
 }
 
+/// Returns each place's departure from the mean of all, relative to it, with its standard error: an uncertain place makes the mean
+/// uncertain, and with it all departures.
+fn departures(places: &[Place]) -> Vec<(f64, f64)> {
+    let n = places.len() as f64;
+    let mean = places.iter().map(|place| place.ratio).sum::<f64>() / n;
+    let variance: f64 = places.iter().map(|place| place.error.powi(2)).sum();
+    let departure = |place: &Place| {
+        // How the departure follows another place, and this one beside.
+        let by_other = place.ratio / mean / n;
+        let by_own = 1.0 - 2.0 * by_other;
+        let squares = by_own * place.error.powi(2) + by_other.powi(2) * variance;
+        (place.ratio / mean - 1.0, squares.max(0.0).sqrt() / mean)
+    };
+    places.iter().map(departure).collect()
+}
+
 /// Judges the length about `centre_m` that the published rules cut instances from: the places within it, and its two
-/// ends by straight lines between the places on either side. `None` with too few, as where the places do not reach it.
+/// ends by straight lines between the places on either side. `None` with too few, and where the places do not reach its ends.
 pub(crate) fn judged_kept(places: &[Place], centre_m: f64) -> Option<KeptLength> {
     let length_m = SelectionRules::published(centre_m).central_m;
     let ends_m = [centre_m - length_m / 2.0, centre_m + length_m / 2.0];
     let is_within = |place: &&Place| place.position_m > ends_m[0] && place.position_m < ends_m[1];
     let mut kept: Vec<Place> = places.iter().filter(is_within).copied().collect();
-    kept.extend(ends_m.iter().filter_map(|&end_m| at(places, end_m)));
+    kept.extend([at(places, ends_m[0])?, at(places, ends_m[1])?]);
     (kept.len() >= FEWEST_KEPT).then(|| {
         let (departure, error, verdict) = judged(&kept);
         KeptLength {
@@ -141,10 +163,12 @@ fn words(profile: &MeasuredProfile) -> String {
             verdict_words(kept.verdict),
             percent(&kept.largest_departure)
         ),
-        None => "too few places to judge".to_owned(),
+        None => {
+            "not judged, because its ends, or too few places of it, were not measured".to_owned()
+        }
     };
     format!(
-        "{}; the largest departure from the mean is {}, {:.0} % is allowed; within the {:.0} mm that instances are cut from: {within}",
+        "{}; the departure from the mean that decides is {}, {:.0} % is allowed; within the {:.0} mm that instances are cut from: {within}",
         verdict_words(profile.verdict),
         percent(&profile.largest_departure),
         100.0 * UNIFORM,

@@ -112,13 +112,39 @@ fn a_plate_is_uniform_only_if_its_errors_allow_to_say_so() {
     ] {
         let (departure, of, verdict) = judged(&places(&departures, error));
         assert_eq!(verdict, expected, "{departures:?} ± {error}");
-        assert!((of - error).abs() < 1e-12);
+        // A third of its own error, and all of the others', is in the mean.
+        let (own, other) = ((2.0 - departure) / 3.0, (1.0 + departure) / 3.0);
+        let expected_error = error * (own * own + 2.0 * other * other).sqrt();
+        assert!((of - expected_error).abs() < 1e-12, "{of}");
         let largest = departures[0];
         assert!(
             (departure - largest).abs() < 1e-12,
             "{departure} for {largest}"
         );
     }
+}
+
+#[test]
+fn a_plate_is_judged_by_each_of_its_places_with_its_error() {
+    let verdict = |ratios: [(f64, f64); 3]| {
+        let place = |(ratio, error)| Place {
+            position_m: 0.0,
+            ratio,
+            error,
+        };
+        let (departure, _, verdict) = judged(&ratios.map(place));
+        (verdict, (1e3 * departure).round())
+    };
+    // The largest departure is well known; another one may be larger.
+    let doubtful = [(1.015, 1e-4), (0.988, 0.02), (0.997, 1e-4)];
+    assert_eq!(verdict(doubtful), (Uniformity::Undecided, -12.0));
+    // The largest departure is doubtful, and another one is not.
+    let sure = [(1.04, 0.02), (0.965, 1e-4), (0.995, 1e-4)];
+    assert_eq!(verdict(sure), (Uniformity::NotUniform, -35.0));
+    // It is sure of the place beside the others, and not of the place beside a mean that a bad one moves.
+    let moved = [(1.06, 0.06), (0.975, 1e-4), (0.985, 1e-4)];
+    assert_eq!(verdict(moved).0, Uniformity::Undecided);
+    assert_eq!(judged(&[]).2, Uniformity::Undecided);
 }
 
 #[test]
@@ -150,11 +176,17 @@ fn the_kept_length_is_judged_by_itself_up_to_its_ends() {
         let found = judged_kept(&places, 0.0525).map(|kept| kept.verdict);
         assert_eq!(found, Some(kept), "{count}, {drop}");
     }
-    // It lies about the plate's centre, wherever that is, and a short plate is judged as far as it was measured.
+    // It lies about the plate's centre, wherever that is.
     assert_eq!(judged_kept(&along(7, 0.0), 10.0), None);
-    let inner: Vec<Place> = along(11, 0.2).into_iter().skip(4).take(3).collect();
-    let verdict = judged_kept(&inner, 0.0525).map(|kept| kept.verdict);
-    assert_eq!(verdict, Some(Uniformity::Uniform));
+    // Its ends depart furthest: where one was not measured, nothing is said of the whole.
+    for (skipped, taken) in [(4, 3), (0, 8), (3, 8)] {
+        let measured: Vec<Place> = along(11, 0.2)
+            .into_iter()
+            .skip(skipped)
+            .take(taken)
+            .collect();
+        assert_eq!(judged_kept(&measured, 0.0525), None, "{measured:?}");
+    }
 }
 
 #[test]

@@ -78,6 +78,16 @@ fn crops(events: &[Event]) -> Vec<&Event> {
     crops.collect()
 }
 
+/// The numbers of trials that the skin is said to be from, in the log's words.
+fn counted_trials(events: &[Event]) -> Vec<&str> {
+    let told = events.iter().filter_map(|event| match event {
+        Event::Log { text, .. } => Some(&text[text.rfind("of ")?..]),
+        _ => None,
+    });
+    told.filter(|of| of.ends_with(" trial") || of.ends_with(" trials"))
+        .collect()
+}
+
 #[test]
 fn what_is_shown_rests_on_all_before_it_however_it_was_reached() {
     use When::{Finished, Turns};
@@ -113,6 +123,14 @@ fn what_is_shown_rests_on_all_before_it_however_it_was_reached() {
         )
     };
     assert_eq!(came_to(&wandered), came_to(&straight));
+    // It was read from the start three times, and is one trial all the same.
+    assert!(wandered.read_s > 2.0 * straight.audio_s, "{wandered:?}");
+    let speed = wandered.read_s / wandered.took_s;
+    let line = format!("speed             {speed:.1} × real time");
+    assert!(wandered.lines().contains(&line), "{:?}", wandered.lines());
+    let trials = counted_trials(&wandered_events);
+    assert!(trials.len() >= 2, "{wandered_events:?}");
+    assert!(trials.iter().all(|of| *of == "of 1 trial"), "{trials:?}");
     let crop = crops(&straight_events);
     assert_eq!(crop.len(), 1);
     assert_eq!(crops(&wandered_events), vec![crop[0]; 3]);

@@ -98,16 +98,34 @@ pub(super) fn start(
     let thread = std::thread::Builder::new()
         .name("ni-card".to_owned())
         .spawn(move || {
+            // Dropped last, once the tasks have let go of the outputs.
+            let _rest = OutputsAtRest {
+                library,
+                plan: &plan,
+            };
+            let mut streaming = streaming;
             streaming.run(&plan, &asked);
-            drop(streaming);
-            // Where the card is gone there is nothing to set.
-            let _ = AnalogOutput::zero(&library, &plan.outputs(), plan.table.output_range_v);
         })
         .map_err(NotStarted::Thread)?;
     Ok(Running {
         stop,
         thread: Some(thread),
     })
+}
+
+/// Sets the outputs to 0 V when it is dropped, whatever ended the thread: a card holds its last voltage, and a callback
+/// that panics leaves it wherever the carrier was.
+struct OutputsAtRest<'a> {
+    library: Daqmx,
+    plan: &'a Plan,
+}
+
+impl Drop for OutputsAtRest<'_> {
+    fn drop(&mut self) {
+        let Plan { table, .. } = self.plan;
+        // Where the card is gone there is nothing to set.
+        let _ = AnalogOutput::zero(&self.library, &self.plan.outputs(), table.output_range_v);
+    }
 }
 
 struct Streaming {

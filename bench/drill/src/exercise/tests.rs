@@ -201,6 +201,30 @@ fn a_flag_is_answered_by_repeating_at_once_or_after_a_word() {
 }
 
 #[test]
+fn a_bench_that_stops_after_it_has_flagged_is_missed_whatever_the_operator_does() {
+    for trip in [Trip::AudioSilent, Trip::Operator] {
+        for seen in [false, true] {
+            let mut bench = Bench::new(FaultKind::Xrun, false);
+            bench.flag = Some("input xruns: 1".to_owned());
+            bench.pass(0.5);
+            if seen {
+                bench.act(Action::Ready);
+                bench.pass(0.5);
+            }
+            bench.trip(trip.clone());
+            bench.sounds = false;
+            bench.pass(0.01);
+            bench.act(Action::Redo(AttemptName::default()));
+            assert!(
+                bench.missed().contains("should have gone on"),
+                "{}",
+                bench.missed()
+            );
+        }
+    }
+}
+
+#[test]
 fn what_cannot_be_re_armed_is_ended_also_after_the_bench_has_ended_by_itself() {
     let mut bench = Bench::new(FaultKind::CardLostOutput, false);
     bench.trip(Trip::AudioLost);

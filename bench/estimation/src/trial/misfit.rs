@@ -91,10 +91,34 @@ pub(super) fn signs(
                 apart_n_s_per_m: plate.apart_n_s_per_m,
             }),
     );
-    let squares = instances.iter().map(|of| of.agreement.rms_mu.powi(2));
-    let rms_mu = (squares.sum::<f64>() / instances.len() as f64).sqrt();
-    if rms_mu > MOST_RMS_MU {
-        signs.push(Misfit::Friction { rms_mu });
-    }
+    let rms_mu = rms_of_known(instances.iter().map(|of| of.agreement.rms_mu));
+    signs.extend(
+        rms_mu
+            .filter(|rms_mu| *rms_mu > MOST_RMS_MU)
+            .map(|rms_mu| Misfit::Friction { rms_mu }),
+    );
     signs
+}
+
+/// Returns the RMS over the instances with friction to compare; `None` without any.
+fn rms_of_known(each: impl Iterator<Item = f64>) -> Option<f64> {
+    let (mut count, mut squares) = (0.0, 0.0);
+    for rms_mu in each.filter(|rms_mu| !rms_mu.is_nan()) {
+        count += 1.0;
+        squares += rms_mu * rms_mu;
+    }
+    (count > 0.0).then(|| (squares / count).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_instance_without_friction_to_compare_hides_no_other() {
+        let of = |each: &[f64]| rms_of_known(each.iter().copied());
+        assert_eq!(of(&[0.3, f64::NAN, 0.4]), Some((0.125_f64).sqrt()));
+        assert_eq!(of(&[f64::NAN]), None);
+        assert_eq!(of(&[f64::NAN, f64::INFINITY]), Some(f64::INFINITY));
+    }
 }

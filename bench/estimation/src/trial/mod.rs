@@ -33,7 +33,7 @@ use search::Search;
 
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
-use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD};
+use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, unidentified};
 use super::instance_fit::{InstanceFit, friction_at_rest, modelled_ratio, modelled_ratio_slopes};
 use super::lagged_model::LaggedModel;
 use super::least_squares::{ImpedanceModel, Minimum};
@@ -331,13 +331,7 @@ fn verdict(minimum: &Minimised, covariance: Option<&Covariance>) -> FitVerdict {
         FitParameter::ContactArea,
         covariance.shared[(AREA, AREA)].sqrt(),
     );
-    let worst = of_instances
-        .chain([area])
-        .max_by(|a, b| a.1.total_cmp(&b.1));
-    match worst {
-        Some((parameter, std)) if std.is_nan() || std > IDENTIFIABLE_RELATIVE_STD => {
-            FitVerdict::NotIdentifiable { parameter, std }
-        }
-        _ => FitVerdict::Converged,
-    }
+    let errors = of_instances.chain([area]);
+    let errors = errors.map(|(parameter, std)| (parameter, std, IDENTIFIABLE_RELATIVE_STD));
+    unidentified(errors).unwrap_or(FitVerdict::Converged)
 }

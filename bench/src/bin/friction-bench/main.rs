@@ -19,13 +19,13 @@ use config::{AudioHost, Config, ConfigError, Effective};
 use devices::Hardware;
 use devices::claim::Claim;
 use drill::rehearsed;
+use files::quoted;
 use friction_bench::apparatus::{Apparatus, pace};
 use friction_bench::cli::{
     self, Calibrate, Check, Cli, Command, Devices, Drill, Monitor, Run, Speed,
 };
 use friction_bench::displays::Displays;
 use friction_bench::run::{self, Plan, ProtocolFile};
-use friction_bench::shell_words::quoted;
 use friction_bench::verbosity::Verbosity;
 use friction_bench::{
     analyze, calibrate as calibration, drilling, ending, estop, exclude, forget, monitor, privacy,

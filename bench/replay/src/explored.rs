@@ -1,0 +1,56 @@
+//! The explorations of a recording so far, which are fitted together.
+
+use analysis::instance::PlateReading;
+use analysis::measurements::Measurements;
+use analysis::trial_fit::{FitRequest, Selected};
+use analysis::unloaded::UnloadedError;
+use protocols::{SelectionRules, Stretch};
+use recording::manifest::Manifest;
+
+/// Explorations so far: spans, s, with their stretches.
+#[derive(Debug, Default)]
+pub(crate) struct Explored(Vec<((f64, f64), Vec<Stretch>)>);
+
+impl Explored {
+    /// Adds an exploration.
+    pub(crate) fn add(&mut self, span_s: (f64, f64), stretches: Vec<Stretch>) {
+        self.0.push((span_s, stretches));
+    }
+
+    /// Returns how many there are.
+    pub(crate) fn count(&self) -> u32 {
+        self.0.len() as u32
+    }
+
+    /// Forgets all.
+    pub(crate) fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Returns the request to fit all of them as the trial that they are of.
+    pub(crate) fn request(
+        &self,
+        manifest: &Manifest,
+        plate: Result<PlateReading, UnloadedError>,
+        record: Measurements,
+        rules: SelectionRules,
+    ) -> FitRequest {
+        let explorations = self.0.iter().map(|((start_s, end_s), stretches)| Selected {
+            start_s: *start_s,
+            end_s: *end_s,
+            stretches: stretches.clone(),
+        });
+        FitRequest {
+            label: match self.count() {
+                1 => "exploration 1".to_owned(),
+                count => format!("explorations 1 to {count}"),
+            },
+            carrier_hz: manifest.carrier_hz,
+            calibration: manifest.standard_errors.unwrap_or_default(),
+            plate,
+            record,
+            explorations: explorations.collect(),
+            rules,
+        }
+    }
+}

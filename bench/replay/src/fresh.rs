@@ -1,0 +1,20 @@
+//! What reads a recording live, as it is at the recording's beginning.
+
+use analysis::live_contact::LiveContact;
+use contact::plate_tracker::PlateTracking;
+use live::live_meter::LiveMeter;
+use protocols::SelectionRules;
+use recording::manifest::Manifest;
+
+/// Returns a meter for the recording's modulation.
+pub(crate) fn meter(manifest: &Manifest) -> LiveMeter {
+    let mut meter = LiveMeter::default();
+    meter.modulate(manifest.modulation_hz);
+    meter
+}
+
+/// Returns a reader of the contact on the recording's plate.
+pub(crate) fn contact(manifest: &Manifest, rules: &SelectionRules) -> LiveContact {
+    let tracking = PlateTracking::of(manifest.plate.modal_mass_kg, manifest.modulation_hz);
+    LiveContact::new(rules.contact_n, tracking)
+}

@@ -59,6 +59,7 @@ fn manifest() -> Manifest {
         trial: None,
         hardware: None,
         software: None,
+        clocks: Vec::new(),
         events: Vec::new(),
     }
 }

@@ -384,6 +384,12 @@ pub struct SystemHealth {
     pub ring_fill: f64,
     /// Drift of the force sensor's clock relative to the audio clock, ppm; `None` until estimated.
     pub clock_drift_ppm: Option<f64>,
+    /// Time by which the force sensor's readings arrive from where its clock places them, s; `None` until known.
+    #[serde(default)]
+    pub clock_residual_s: Option<f64>,
+    /// Whether a sensor's readings may be placed wrongly: its clock drifts or departs further than is followed.
+    #[serde(default)]
+    pub clock_off: bool,
     /// Time by which the recorder lags the audio, s.
     pub recorder_lag_s: f64,
     /// Number of audio frames read.

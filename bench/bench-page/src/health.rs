@@ -44,7 +44,9 @@ impl HealthMeter {
             xruns_in: account.input_xruns,
             xruns_out: account.output_xruns,
             ring_fill: gauges.ring_fill.get().unwrap_or_default(),
-            clock_drift_ppm: field.drift_ppm,
+            clock_drift_ppm: gauges.force_clock_ppm(),
+            clock_residual_s: gauges.force_residual_s(),
+            clock_off: gauges.clock_off(),
             frames: account.frames,
             lost_frames: account.lost_frames,
             force_rate_hz: since
@@ -56,7 +58,8 @@ impl HealthMeter {
                 + faults.lost
                 + faults.repeated
                 + faults.reordered
-                + faults.failed,
+                + faults.failed
+                + faults.restarted,
             encoder_skipped: field.encoder_skipped,
             cores: self.processor.cores(now_ns as f64 * 1e-9),
             lines: LineStates {

@@ -163,6 +163,7 @@ impl PositionSource for CardCounter {
             own_s: host_s,
             count: self.count,
             missed: 0,
+            lost: false,
         });
         Ok(())
     }

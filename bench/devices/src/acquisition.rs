@@ -4,18 +4,19 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::bail;
 use crossbeam_channel::{Receiver, Sender};
-use impedance::clock_alignment::LowerEnvelope;
+use impedance::clock_alignment::{LowerEnvelope, MISPLACED_S};
 use signalgen::{BlockHeader, InputReader};
 
 use crate::card_frames::CardFrames;
 use crate::card_pace::CardPace;
+use crate::card_silence::CardSilence;
 use crate::field_task::FieldReading;
 use crate::flags::{FlagUpdate, Flags, InputFault};
 use crate::gauges::Gauges;
 use crate::lost_frames::{LossWatch, Lost, Piece, SampleBlock};
 use crate::output_gap::{Gap, OutputGapWatch, OutputXrun};
+use crate::recorded_clocks::RecordedClocks;
 use crate::tuning::Tuning;
 use recording::manifest::{EventKind, RecordedInterval, RecordingEvent};
 use recording::pipeline::{Batch, DriveGap, Pipeline};
@@ -106,46 +107,16 @@ pub struct Acquisition {
     warnings: Vec<String>,
     last_force_s: f64,
     last_position_s: f64,
-    silence: Silence,
+    silence: CardSilence,
     pace: CardPace,
     /// Frames rendered less those on the audio clock when the latest block arrived.
     ahead: i64,
 }
 
-/// Time without audio after which the card counts as gone, ns.
-const CARD_TIMEOUT_NS: u64 = 10_000_000_000;
-/// Longest time between two polls that counts as silence of the card, ns: in a longer one the program itself was
-/// stopped.
-const LONGEST_LOOK_NS: u64 = 100_000_000;
-
-/// Time for which the card has delivered nothing; the safety watch stops the drive long before it ends the program.
-#[derive(Default)]
-struct Silence {
-    looked_ns: Option<u64>,
-    lasts_ns: u64,
-}
-
-impl Silence {
-    fn passed(&mut self, now_ns: u64) -> anyhow::Result<()> {
-        let before_ns = self.looked_ns.replace(now_ns).unwrap_or(now_ns);
-        self.lasts_ns += now_ns.saturating_sub(before_ns).min(LONGEST_LOOK_NS);
-        if self.lasts_ns >= CARD_TIMEOUT_NS {
-            bail!(
-                "the sound card has delivered nothing for {} s: is it still plugged in and switched on? `friction-bench devices` lists those that are there; what was recorded is kept",
-                CARD_TIMEOUT_NS / 1_000_000_000
-            );
-        }
-        Ok(())
-    }
-
-    fn ended(&mut self) {
-        self.lasts_ns = 0;
-    }
-}
-
 /// The open recording, by its first frame on the audio clock.
 struct OpenRecording {
     first_frame: u64,
+    clocks: RecordedClocks,
 }
 
 /// Queues that the acquisition reads from and writes to.
@@ -196,7 +167,7 @@ impl Acquisition {
             output_gaps,
             last_force_s: f64::NEG_INFINITY,
             last_position_s: f64::NEG_INFINITY,
-            silence: Silence::default(),
+            silence: CardSilence::default(),
             ahead: 0,
         }
     }
@@ -207,8 +178,10 @@ impl Acquisition {
                 self.end_flags();
                 self.recording = Some(OpenRecording {
                     first_frame: self.pipeline.account().frames,
+                    clocks: RecordedClocks::default(),
                 });
-                RecorderMessage::Begin(begin)
+                self.record(RecorderMessage::Begin(begin));
+                return self.record_clocks();
             }
             RecordingCommand::Interval(interval) => {
                 let Some(offset_s) = self.offset_s() else {
@@ -238,6 +211,7 @@ impl Acquisition {
             }
             RecordingCommand::End(end) => {
                 self.end_flags();
+                self.record_clocks();
                 self.recording = None;
                 RecorderMessage::End(end)
             }
@@ -255,6 +229,15 @@ impl Acquisition {
     /// have reserved room.
     fn record(&mut self, message: RecorderMessage) {
         let _counted = self.recorder.send(message);
+    }
+
+    /// Tells the recorder how the clocks fare that the recording is placed by.
+    fn record_clocks(&mut self) {
+        if let Some(open) = &mut self.recording {
+            open.clocks.look(&self.gauges);
+            let clocks = open.clocks.entries();
+            self.record(RecorderMessage::Clocks(clocks));
+        }
     }
 
     fn event(&mut self, kind: EventKind, frames: Option<u64>, text: Option<String>) {
@@ -364,6 +347,7 @@ impl Acquisition {
             self.block = samples;
         }
         self.clock.observe(self.pipeline.audio_s(), arrival_s)?;
+        self.gauges.card_clock.set(self.clock.state());
         Ok(())
     }
 
@@ -445,10 +429,14 @@ impl Acquisition {
             let [since, until] = [since_s.min(time_s), time_s]
                 .map(|time_s| (time_s.max(0.0) * self.pipeline.rate_hz()).round() as u64);
             let mut note = |fault, count| self.flags.note(fault, since..=until, count);
+            // The estimate of the clocks may still move by more than a sample's distance.
+            let in_order = |last_s: f64| time_s.max(last_s + LEAST_STEP_S);
+            let moved = |in_order_s: f64| u64::from(in_order_s - time_s > MISPLACED_S);
             match reading {
                 FieldReading::Force(force) => {
-                    // The estimate of the clocks may still move by more than a sample's distance.
-                    let time_s = time_s.max(self.last_force_s + LEAST_STEP_S);
+                    let placed_s = in_order(self.last_force_s);
+                    note(InputFault::ReadingMoved, moved(placed_s));
+                    let time_s = placed_s;
                     self.last_force_s = time_s;
                     note(
                         InputFault::NormalSaturated,
@@ -473,6 +461,15 @@ impl Acquisition {
                     note(InputFault::ForceFrameRepeated, faults.repeated);
                     note(InputFault::ForceFrameReordered, faults.reordered);
                     note(InputFault::ForceSensorFailed, faults.failed);
+                    note(InputFault::ForceSensorRestarted, faults.restarted);
+                }
+                FieldReading::ClockFaults {
+                    position_restarts,
+                    misplaced,
+                    ..
+                } => {
+                    note(InputFault::EncoderRestarted, position_restarts);
+                    note(InputFault::ReadingMisplaced, misplaced);
                 }
                 FieldReading::Position {
                     position_m,
@@ -483,7 +480,9 @@ impl Acquisition {
                     note(InputFault::EncoderStateMissed, missed);
                     note(InputFault::PositionJumped, u64::from(jumped));
                     note(InputFault::PositionUnknown, u64::from(position_m.is_nan()));
-                    let time_s = time_s.max(self.last_position_s + LEAST_STEP_S);
+                    let placed_s = in_order(self.last_position_s);
+                    note(InputFault::ReadingMoved, moved(placed_s));
+                    let time_s = placed_s;
                     self.last_position_s = time_s;
                     batch.position.push(PositionRow { time_s, position_m });
                 }
@@ -580,6 +579,9 @@ impl Task for Acquisition {
             self.count_xruns(input, output);
         }
         self.take_readings(&mut batch);
+        if let Some(open) = &mut self.recording {
+            open.clocks.look(&self.gauges);
+        }
         self.report_flags();
         self.record_rows(&batch);
         if self.pipeline.account().frames > 0 {

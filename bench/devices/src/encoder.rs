@@ -1,7 +1,7 @@
 //! Position along the plate from counts of an encoder, whoever counts.
 
-use sources::SourceGone;
 use sources::position::{Counted, PositionSource};
+use sources::{SourceGone, SourceHealth};
 
 /// Speed that no finger reaches, m/s: a plate of a tenth of a metre crossed in a tenth of a second. An assumption, some
 /// ten times the speed of the published explorations.
@@ -29,6 +29,11 @@ pub struct Watched {
 }
 
 impl JumpWatch {
+    /// Takes the position as unknown from now on: the counter has begun anew.
+    pub fn lose(&mut self) {
+        self.taken_out_m = f64::INFINITY;
+    }
+
     /// Checks a position counted at `own_s`, s by a clock that advances.
     pub fn take(&mut self, own_s: f64, counted_m: f64) -> Watched {
         let step = self
@@ -92,12 +97,20 @@ impl PositionEncoder {
     ) -> Result<(), SourceGone> {
         self.source.poll(now_ns, now_s, &mut |counted: Counted| {
             let counted_m = self.origin_m + self.metres_per_count * counted.count as f64;
+            if counted.lost {
+                self.watch.lose();
+            }
             take(Placed {
                 host_s: counted.host_s,
                 watched: self.watch.take(counted.own_s, counted_m),
                 missed: counted.missed - std::mem::replace(&mut self.missed_before, counted.missed),
             });
         })
+    }
+
+    /// Returns how the source fares, if it has a clock of its own.
+    pub(crate) fn health(&self) -> SourceHealth {
+        self.source.health()
     }
 
     /// Returns the number of encoder states missed so far.
@@ -129,6 +142,22 @@ mod tests {
             assert!(
                 both_unknown || (found - expected).abs() < 1e-12,
                 "{found_m:?}"
+            );
+        }
+    }
+
+    /// Fault 48.
+    #[test]
+    fn a_counter_that_has_begun_anew_leaves_the_position_unknown() {
+        let mut watch = JumpWatch::default();
+        assert_eq!(watch.take(0.0, 0.05).position_m, 0.05);
+        watch.lose();
+        for (ms, counted_m) in [(1, 0.05), (2, 0.051), (3, 0.001), (4, 0.05)] {
+            assert!(
+                watch
+                    .take(1e-3 * f64::from(ms), counted_m)
+                    .position_m
+                    .is_nan()
             );
         }
     }

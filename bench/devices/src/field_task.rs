@@ -29,6 +29,15 @@ pub enum FieldReading {
         /// Faults since the reading before.
         faults: LineFaults,
     },
+    /// Faults of a source's clock.
+    ClockFaults {
+        /// When they were noticed.
+        at: Moment,
+        /// Restarts of what counts the positions.
+        position_restarts: u64,
+        /// Readings whose times may be wrong by more than 2 ms.
+        misplaced: u64,
+    },
     /// A reading of the encoder.
     Position {
         /// Host time, s.
@@ -55,7 +64,7 @@ impl FieldReading {
     pub fn at(&self) -> Moment {
         match self {
             Self::Force(force) => force.at,
-            Self::ForceFaults { at, .. } => *at,
+            Self::ForceFaults { at, .. } | Self::ClockFaults { at, .. } => *at,
             Self::Position { host_s, .. } => Moment::Host(*host_s),
         }
     }
@@ -63,6 +72,16 @@ impl FieldReading {
 
 /// Time after which a contact has stopped bouncing, ns.
 const BOUNCE_NS: u64 = 30_000_000;
+/// Time after its first reading within which a sensor may restart without a trip, ns: many do when their port is opened.
+const GREETING_NS: u64 = 5_000_000_000;
+
+/// A source whose clock disagrees with the arrival of its readings.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "the {0} restarted, or its clock jumped: look at its supply and its cable, and re-arm; what it reads from now on is \
+     placed rightly"
+)]
+struct SensorRestarted(&'static str);
 
 /// The task that reads force sensor, encoder and button.
 pub struct Field {
@@ -77,6 +96,9 @@ pub struct Field {
     gauges: Arc<Gauges>,
     safety: Mailbox<SafetyCommand>,
     clock: Arc<dyn Clock>,
+    /// When the first force and the first position came, ns.
+    first_ns: [Option<u64>; 2],
+    position_restarts: u64,
     button_high: bool,
     button_changed_ns: u64,
 }
@@ -110,6 +132,8 @@ impl Field {
             gauges,
             safety,
             clock,
+            first_ns: [None; 2],
+            position_restarts: 0,
             button_high: false,
             button_changed_ns: 0,
         }
@@ -143,7 +167,7 @@ impl Field {
         let mut health = self.gauges.field.get().unwrap_or_default();
         let SourceHealth {
             faults: so_far,
-            drift_ppm,
+            clock: force_clock,
         } = source.health();
         let faults = so_far.since(&health.force);
         // Bytes before the first sample are the end of a frame that began before the port was opened.
@@ -155,18 +179,43 @@ impl Field {
                 .readings
                 .send(FieldReading::ForceFaults { since, at, faults });
         }
+        if arrived > 0 {
+            let misplaced = force_clock.is_some_and(|clock| clock.misplaces());
+            if let Some(at) = last.filter(|_| misplaced) {
+                let _ = self.readings.send(FieldReading::ClockFaults {
+                    at,
+                    position_restarts: 0,
+                    misplaced: arrived,
+                });
+            }
+        }
+        let [first_ns, _] = &mut self.first_ns;
+        let restarted = greeted(first_ns, now_ns, arrived > 0) && faults.restarted > 0;
+        let card = self.gauges.card_clock.get().unwrap_or_default();
+        let beyond = force_clock.and_then(|clock| clock.beyond(&card));
+        let card_ppm = card.fast_ppm().unwrap_or_default();
+        let polled = polled.and_then(|()| {
+            beyond.map_or(Ok(()), |fast_ppm| Err(source.off_rate(fast_ppm, card_ppm)))
+        });
         self.force_at = last;
         health.force = so_far;
-        health.drift_ppm = drift_ppm;
+        health.force_clock = force_clock;
         health.force_samples += arrived;
         self.gauges.field.set(health);
         self.signals.nonsense.set(source.nonsense(now_ns));
+        if restarted {
+            self.trip(&SensorRestarted("force sensor"));
+        }
         if let Err(error) = polled {
-            let message = error.to_string();
-            self.safety
-                .send(SafetyCommand::Trip(Trip::Fault { message }));
+            self.trip(&error);
             self.force = None;
         }
+    }
+
+    fn trip(&self, reason: &dyn std::error::Error) {
+        let message = reason.to_string();
+        self.safety
+            .send(SafetyCommand::Trip(Trip::Fault { message }));
     }
 
     fn read_encoder(&mut self, now_ns: u64) -> anyhow::Result<()> {
@@ -174,9 +223,10 @@ impl Field {
             return Ok(());
         };
         let clock = &self.clock;
-        let mut placed = false;
+        let (mut placed, mut last) = (0, None);
         let polled = encoder.poll(now_ns, &|| seconds(clock.now_ns()), &mut |position| {
-            placed = true;
+            placed += 1;
+            last = Some(Moment::Host(position.host_s));
             let Placed {
                 host_s,
                 watched: Watched { position_m, jumped },
@@ -190,18 +240,44 @@ impl Field {
                 jumped,
             });
         });
-        if placed {
+        let SourceHealth { faults, clock } = encoder.health();
+        let before = std::mem::replace(&mut self.position_restarts, faults.restarted);
+        let position_restarts = faults.restarted - before;
+        if placed > 0 {
             let mut health = self.gauges.field.get().unwrap_or_default();
             health.encoder_skipped = encoder.missed();
+            health.position_clock = clock;
             self.gauges.field.set(health);
         }
+        let misplaces = clock.is_some_and(|clock| clock.misplaces());
+        let misplaced = if misplaces { placed } else { 0 };
+        if position_restarts + misplaced > 0 {
+            let at = last.unwrap_or(Moment::Host(seconds(now_ns)));
+            let _ = self.readings.send(FieldReading::ClockFaults {
+                at,
+                position_restarts,
+                misplaced,
+            });
+        }
+        let [_, first_ns] = &mut self.first_ns;
+        if greeted(first_ns, now_ns, placed > 0) && position_restarts > 0 {
+            self.trip(&SensorRestarted("encoder's counter"));
+        }
+        let card = self.gauges.card_clock.get().unwrap_or_default();
+        let beyond = clock.and_then(|clock| clock.beyond(&card));
+        let polled = polled.and_then(|()| match beyond {
+            Some(fast_ppm) => Err(SourceGone::Clock {
+                of: "encoder's counter",
+                fast_ppm,
+                card_ppm: card.fast_ppm().unwrap_or_default(),
+            }),
+            None => Ok(()),
+        });
         match polled {
             Ok(()) => Ok(()),
             Err(SourceGone::Line(error)) => Err(error.into()),
             Err(gone) => {
-                let message = gone.to_string();
-                self.safety
-                    .send(SafetyCommand::Trip(Trip::Fault { message }));
+                self.trip(&gone);
                 self.encoder = None;
                 Ok(())
             }
@@ -237,6 +313,14 @@ fn seconds(ns: u64) -> f64 {
     ns as f64 * 1e-9
 }
 
+/// Notes when the first reading came; returns whether that was long enough ago for a restart to be a fault.
+fn greeted(first_ns: &mut Option<u64>, now_ns: u64, arrived: bool) -> bool {
+    if arrived {
+        first_ns.get_or_insert(now_ns);
+    }
+    first_ns.is_some_and(|first_ns| now_ns.saturating_sub(first_ns) >= GREETING_NS)
+}
+
 impl Task for Field {
     fn name(&self) -> &'static str {
         "field"
@@ -256,7 +340,8 @@ impl Task for Field {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use safety::GpioError;
+    use impedance::clock_alignment::ClockState;
+    use safety::{GpioError, Nonsense};
     use tasks::SystemClock;
 
     /// A line that the test sets.
@@ -266,6 +351,124 @@ mod tests {
         fn is_high(&mut self) -> Result<bool, GpioError> {
             Ok(self.0.load(Ordering::Relaxed))
         }
+    }
+
+    /// A sensor whose clock is as it is told.
+    struct Clocked(ClockState, LineFaults);
+
+    impl ForceSource for Clocked {
+        fn poll(
+            &mut self,
+            now_s: &dyn Fn() -> f64,
+            take: &mut dyn FnMut(TimedForce),
+        ) -> Result<(), SourceGone> {
+            take(TimedForce {
+                at: Moment::Host(now_s()),
+                normal_n: 0.0,
+                lateral_n: 0.0,
+                raw_n: [0.0; 2],
+                normal_saturated: false,
+                lateral_saturated: false,
+            });
+            Ok(())
+        }
+
+        fn health(&self) -> SourceHealth {
+            SourceHealth {
+                faults: self.1,
+                clock: Some(self.0),
+            }
+        }
+
+        fn nonsense(&mut self, _now_ns: u64) -> Nonsense {
+            Nonsense::default()
+        }
+    }
+
+    /// Trips within ten seconds of a sensor whose clock runs so fast, and which restarts at that time; and the readings.
+    fn told(fast_ppm: f64, residual_s: f64, restarts_s: u64) -> (Vec<String>, Vec<FieldReading>) {
+        let clock = |fast_ppm: f64, residual_s| ClockState {
+            drift_ppm: -fast_ppm,
+            span_s: 60.0,
+            settled: true,
+            residual_s: Some(residual_s),
+        };
+        let (gauges, safety) = <(Arc<Gauges>, Mailbox<SafetyCommand>)>::default();
+        gauges.card_clock.set(clock(-200.0, 0.0));
+        let (readings, came) = crossbeam_channel::unbounded();
+        let mut field = Field::new(
+            None,
+            None,
+            None,
+            readings,
+            Arc::default(),
+            Arc::default(),
+            gauges,
+            safety.clone(),
+            Arc::new(SystemClock::start()),
+        );
+        for second in 1..=10 {
+            let restarted = u64::from(second >= restarts_s);
+            let faults = LineFaults {
+                restarted,
+                ..LineFaults::default()
+            };
+            if second == 1 || field.force.is_some() {
+                field.force = Some(Box::new(Clocked(clock(fast_ppm, residual_s), faults)));
+            }
+            field.poll(second * 1_000_000_000).unwrap();
+        }
+        let mut trips = Vec::new();
+        while let Some(command) = safety.take() {
+            let SafetyCommand::Trip(trip) = command else {
+                panic!("{command:?}");
+            };
+            trips.push(trip.to_string());
+        }
+        (trips, came.try_iter().collect())
+    }
+
+    /// Fault 24.
+    #[test]
+    fn a_clock_beyond_one_percent_of_the_cards_trips_once_by_its_name() {
+        let (trips, readings) = told(11_000.0, 0.0, 99);
+        let [trip] = &trips[..] else {
+            panic!("{trips:?}");
+        };
+        assert!(
+            trip.contains("the clock of the force sensor runs 1.1")
+                && trip.contains("(+11")
+                && trip.contains("more than the 1 % that is followed")
+                && trip.contains("(the card itself: -200 ppm"),
+            "{trip}"
+        );
+        assert_eq!(readings.len(), 1, "nothing is read of it any more");
+        assert_eq!(told(9_000.0, 0.0, 99).0, Vec::<String>::new());
+        assert_eq!(told(-9_000.0, 0.0, 99).0, Vec::<String>::new());
+    }
+
+    /// Fault 48.
+    #[test]
+    fn a_restart_trips_by_name_unless_the_sensor_has_only_just_begun() {
+        let (trips, readings) = told(0.0, 0.0, 8);
+        assert_eq!(trips, [SensorRestarted("force sensor").to_string()]);
+        let flagged = |reading: &FieldReading| matches!(reading, FieldReading::ForceFaults { .. });
+        assert!(readings.iter().any(flagged));
+        assert_eq!(told(0.0, 0.0, 3).0, Vec::<String>::new());
+    }
+
+    /// Fault 24.
+    #[test]
+    fn readings_that_arrive_where_their_clock_does_not_place_them_are_flagged() {
+        let misplaced = |residual_s| {
+            let (trips, readings) = told(0.0, residual_s, 99);
+            assert_eq!(trips, Vec::<String>::new());
+            let flags = readings.iter().filter(|reading| {
+                matches!(reading, FieldReading::ClockFaults { misplaced: 1, .. })
+            });
+            flags.count()
+        };
+        assert_eq!((misplaced(1.9e-3), misplaced(2.1e-3)), (0, 10));
     }
 
     #[test]

@@ -26,6 +26,14 @@ pub enum InputFault {
     ForceFrameReordered,
     /// The force sensor has failed, as it says itself.
     ForceSensorFailed,
+    /// The force sensor has restarted.
+    ForceSensorRestarted,
+    /// What counts the positions has restarted.
+    EncoderRestarted,
+    /// A reading came when the map of its source's clock does not place it.
+    ReadingMisplaced,
+    /// A reading was placed later than the clocks say, for one before it had been placed there.
+    ReadingMoved,
     /// The normal axis is at the end of its range.
     NormalSaturated,
     /// The lateral axis is at the end of its range.
@@ -50,6 +58,10 @@ impl InputFault {
             | Self::ForceFrameRepeated
             | Self::ForceFrameReordered
             | Self::ForceSensorFailed => EventKind::ForceLost,
+            Self::ForceSensorRestarted
+            | Self::EncoderRestarted
+            | Self::ReadingMisplaced
+            | Self::ReadingMoved => EventKind::SensorClock,
             Self::NormalSaturated | Self::LateralSaturated => EventKind::ForceOverRange,
             Self::EncoderStateMissed | Self::PositionJumped | Self::PositionUnknown => {
                 EventKind::PositionJump
@@ -70,6 +82,12 @@ impl InputFault {
             Self::ForceFrameRepeated => "force frames repeated",
             Self::ForceFrameReordered => "force frames overtaken",
             Self::ForceSensorFailed => "force readings of a sensor that reports its failure",
+            Self::ForceSensorRestarted => "force sensor restarts",
+            Self::EncoderRestarted => "restarts of the encoder's counter",
+            Self::ReadingMisplaced => {
+                "readings that arrive more than 2 ms from where their clock places them"
+            }
+            Self::ReadingMoved => "readings placed more than 2 ms late to keep their order",
             Self::NormalSaturated => "normal forces saturated",
             Self::LateralSaturated => "lateral forces saturated",
             Self::EncoderStateMissed => "encoder states missed",

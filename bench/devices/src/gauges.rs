@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use impedance::clock_alignment::ClockState;
 use safety::LineLevels;
 use sources::LineFaults;
 use tasks::Slot;
@@ -15,8 +16,10 @@ pub struct FieldHealth {
     pub force: LineFaults,
     /// Number of force samples so far.
     pub force_samples: u64,
-    /// Drift of the host's clock against the sensor's, ppm; `None` until it is known.
-    pub drift_ppm: Option<f64>,
+    /// How the force sensor's clock fares; `None` of one on the sound card's clock.
+    pub force_clock: Option<ClockState>,
+    /// How the encoder's clock fares; `None` of one without a clock of its own.
+    pub position_clock: Option<ClockState>,
     /// Number of encoder readings that had missed a state.
     pub encoder_skipped: u64,
     /// Whether the participant's button is pressed; `None` where none is wired.
@@ -38,6 +41,33 @@ pub struct Gauges {
     pub field: Slot<FieldHealth>,
     /// How the safety watch's lines are.
     pub lines: Arc<Slot<LineLevels>>,
+    /// How the sound card's clock fares.
+    pub card_clock: Slot<ClockState>,
     /// Scheduling of the sound card's callbacks.
     pub stream_threads: StreamThreads,
+}
+
+impl Gauges {
+    /// Returns how much faster the force sensor's clock runs than the sound card's, ppm; `None` until it is known.
+    #[must_use]
+    pub fn force_clock_ppm(&self) -> Option<f64> {
+        let card = self.card_clock.get()?;
+        self.field.get()?.force_clock?.fast_ppm_against(&card)
+    }
+
+    /// Returns how far the force sensor's readings arrive from where its clock places them, s; `None` until it is known.
+    #[must_use]
+    pub fn force_residual_s(&self) -> Option<f64> {
+        self.field.get()?.force_clock?.residual_s
+    }
+
+    /// Returns whether a sensor's readings may be placed wrongly.
+    #[must_use]
+    pub fn clock_off(&self) -> bool {
+        let card = self.card_clock.get().unwrap_or_default();
+        let field = self.field.get().unwrap_or_default();
+        let off = |clock: ClockState| clock.misplaces() || clock.beyond(&card).is_some();
+        let sensors = [field.force_clock, field.position_clock];
+        card.misplaces() || sensors.into_iter().flatten().any(off)
+    }
 }

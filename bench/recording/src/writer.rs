@@ -8,7 +8,8 @@ use crate::csv_rows::{CsvRow, ForceRow, PositionRow};
 use crate::disk::{self, AppendFile, DiskError, Records};
 use crate::manifest::End;
 use crate::manifest::{
-    EventKind, MAX_ENTRIES, Manifest, ManifestError, RecordedInterval, RecordingEvent,
+    EventKind, MAX_ENTRIES, Manifest, ManifestError, RecordedClock, RecordedInterval,
+    RecordingEvent,
 };
 use crate::storage::{FileSystem, Storage};
 use crate::wav::{self, AudioFormat, SAMPLE_BYTES};
@@ -387,6 +388,14 @@ impl RecordingWriter {
                 self.manifest_changed = true;
             }
             None => self.add_event(event),
+        }
+    }
+
+    /// States how the clocks fare that readings are placed by; on disk with the next sync.
+    pub fn set_clocks(&mut self, clocks: Vec<RecordedClock>) {
+        if self.manifest.clocks != clocks {
+            self.manifest.clocks = clocks;
+            self.manifest_changed = true;
         }
     }
 

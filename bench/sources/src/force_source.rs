@@ -1,5 +1,6 @@
 //! The trait of all sources of forces, and what they say of themselves.
 
+use impedance::clock_alignment::ClockState;
 use safety::Nonsense;
 use serde::Serialize;
 
@@ -52,6 +53,8 @@ pub struct LineFaults {
     pub reordered: u64,
     /// Readings dropped because the sensor said with them that it has failed.
     pub failed: u64,
+    /// Restarts of the sensor: its clock disagreed with the arrival of its readings by more than a second.
+    pub restarted: u64,
 }
 
 impl LineFaults {
@@ -64,6 +67,7 @@ impl LineFaults {
             repeated: self.repeated - before.repeated,
             reordered: self.reordered - before.reordered,
             failed: self.failed - before.failed,
+            restarted: self.restarted - before.restarted,
         }
     }
 }
@@ -73,9 +77,8 @@ impl LineFaults {
 pub struct SourceHealth {
     /// Readings lost or rejected so far.
     pub faults: LineFaults,
-    /// Drift of the host's clock against the source's, ppm; `None` until it is known, and for a source on the card's
-    /// clock.
-    pub drift_ppm: Option<f64>,
+    /// How its clock fares against the host's; `None` for a source on the card's clock.
+    pub clock: Option<ClockState>,
 }
 
 /// A source of forces. One that is silent passes none: whoever polls it knows for how long.
@@ -96,4 +99,14 @@ pub trait ForceSource: Send {
 
     /// Returns what has come in the place of readings, up to the last poll, which was at `now_ns`.
     fn nonsense(&mut self, now_ns: u64) -> Nonsense;
+
+    /// Returns the refusal of a source whose clock runs `fast_ppm` fast against the sound card's, beyond its tolerance;
+    /// the card's own runs `card_ppm` fast against the computer's.
+    fn off_rate(&self, fast_ppm: f64, card_ppm: f64) -> SourceGone {
+        SourceGone::Clock {
+            of: "force sensor",
+            fast_ppm,
+            card_ppm,
+        }
+    }
 }

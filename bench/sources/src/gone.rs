@@ -1,5 +1,6 @@
 //! Sources that have disappeared.
 
+use impedance::clock_alignment::TOLERANCE;
 use safety::GpioError;
 
 use crate::field_box::FieldBoxGone;
@@ -24,6 +25,21 @@ pub enum SourceGone {
         /// Rate by the host's clock, Hz.
         counted_hz: f64,
     },
+    /// The source's clock is beyond what is followed.
+    #[error(
+        "the clock of the {of} runs {} against the sound card's ({fast_ppm:+.0} ppm), more than the {:.0} % that is followed: \
+         its readings would be placed wrongly; give it a crystal, or correct the microseconds that it sends, and start again \
+         (the card itself: {card_ppm:+.0} ppm against this computer)",
+        fast_or_slow(*fast_ppm), 100.0 * TOLERANCE
+    )]
+    Clock {
+        /// The source.
+        of: &'static str,
+        /// How much faster its clock runs than the sound card's, parts per million.
+        fast_ppm: f64,
+        /// How much faster the sound card's clock runs than the computer's, parts per million.
+        card_ppm: f64,
+    },
     /// A line of this computer cannot be read.
     #[error(transparent)]
     Line(#[from] GpioError),
@@ -33,4 +49,10 @@ pub enum SourceGone {
     /// The field box cannot be read any more, or is none that this version can use.
     #[error(transparent)]
     FieldBox(#[from] FieldBoxGone),
+}
+
+fn fast_or_slow(fast_ppm: f64) -> String {
+    let percent = 1e-4 * fast_ppm.abs();
+    let way = if fast_ppm < 0.0 { "slow" } else { "fast" };
+    format!("{percent:.2} % {way}")
 }

@@ -17,11 +17,17 @@ impl Numbering {
         self.corrupt_in_gap += 1;
     }
 
-    /// Takes the number of a frame; returns whether it follows those before.
-    pub(crate) fn follows(&mut self, number: u16, faults: &mut LineFaults) -> bool {
+    /// Begins anew with the next number: the device has.
+    pub(crate) fn restart(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Takes the number of a frame whose device time is `later` than that of those before, or is not; returns whether it
+    /// follows them.
+    pub(crate) fn follows(&mut self, number: u16, later: bool, faults: &mut LineFaults) -> bool {
         let ahead = self.last.map_or(1, |last| number.wrapping_sub(last));
-        // Half the circle ahead is lost frames, the other half is a frame that came before.
-        if ahead == 0 || ahead > u16::MAX / 2 {
+        // By the number alone, a frame after a silence of half the circle would have come before.
+        if ahead == 0 || !later {
             faults.repeated += 1;
             return false;
         }

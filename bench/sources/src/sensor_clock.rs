@@ -1,36 +1,67 @@
 //! A sensor's own clock on the host's.
 
-use impedance::clock_alignment::LowerEnvelope;
+use impedance::clock_alignment::{ClockState, LowerEnvelope};
+
+use crate::device_time::{ExpectedCount, RESTARTED_S};
 
 /// The clock of a sensor that stamps its readings.
 #[derive(Debug)]
 pub(crate) struct SensorClock {
     map: LowerEnvelope,
+    /// Counts of the sensor's clock in a second.
+    counts_per_s: f64,
     /// Shortest time from sampling to arrival, s.
     latency_s: f64,
+    /// When readings were last looked for, s.
+    looked_s: Option<f64>,
 }
 
 impl SensorClock {
-    pub(crate) fn new(latency_s: f64) -> Self {
+    pub(crate) fn new(latency_s: f64, counts_per_s: f64) -> Self {
         Self {
             map: LowerEnvelope::default(),
+            counts_per_s,
             latency_s,
+            looked_s: None,
         }
     }
 
+    /// Notes a look for readings at `now_s` on the host's clock; returns the count that those that have come are to show.
+    pub(crate) fn look(&mut self, now_s: f64) -> Option<ExpectedCount> {
+        let before_s = self.looked_s.replace(now_s).unwrap_or(now_s);
+        let unread_s = now_s - before_s;
+        Some(ExpectedCount {
+            count: self.map.expected_s(now_s)? * self.counts_per_s,
+            ahead: RESTARTED_S * self.counts_per_s,
+            behind: (RESTARTED_S + unread_s) * self.counts_per_s,
+        })
+    }
+
+    /// Forgets the clock of a sensor that has begun anew.
+    pub(crate) fn restart(&mut self) {
+        self.map = LowerEnvelope::default();
+    }
+
     /// Notes that the newest reading of a burst, which has waited least, arrived at `arrival_s` on the host's clock.
-    pub(crate) fn arrived(&mut self, device_s: f64, arrival_s: f64) {
-        // The decoders let only advancing times pass.
-        let _ = self.map.observe(device_s, arrival_s);
+    pub(crate) fn arrived(&mut self, count: u64, arrival_s: f64) {
+        let device_s = self.device_s(count);
+        let observed = self.map.observe(device_s, arrival_s);
+        // Counts only rise, by whole ones, and the host's clock is finite.
+        debug_assert!(observed.is_ok(), "{observed:?}");
     }
 
     /// Returns when a reading was sampled, on the host's clock, s; `None` before the first arrival.
-    pub(crate) fn host_s(&self, device_s: f64) -> Option<f64> {
-        Some(self.map.to_host_s(device_s)? - self.latency_s)
+    pub(crate) fn host_s(&self, count: u64) -> Option<f64> {
+        Some(self.map.to_host_s(self.device_s(count))? - self.latency_s)
     }
 
-    /// Returns the drift of the host's clock against the sensor's, ppm; `None` until it is known.
-    pub(crate) fn drift_ppm(&self) -> Option<f64> {
-        self.map.settled().then(|| self.map.drift_ppm())
+    /// Returns a count in seconds of the sensor's clock.
+    pub(crate) fn device_s(&self, count: u64) -> f64 {
+        count as f64 / self.counts_per_s
+    }
+
+    /// Returns how the clock fares.
+    pub(crate) fn state(&self) -> ClockState {
+        self.map.state()
     }
 }

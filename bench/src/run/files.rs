@@ -248,6 +248,7 @@ pub(super) fn begin_recording(
                         name: NAME.to_owned(),
                         version: VERSION.to_owned(),
                     }),
+                    clocks: Vec::new(),
                     events: Vec::new(),
                 },
             })

@@ -4,6 +4,8 @@
 use mock_world::scenario::Scenario;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use recording::RecordingReader;
+use recording::manifest::ClockOf;
 use safety::SafetyState;
 
 use crate::rig::{Rig, config};
@@ -22,12 +24,16 @@ struct Case {
 /// Greatest errors of the times of force samples, s.
 #[derive(Debug, Default)]
 struct Worst {
+    /// From the first second on to 6 s.
+    first_s: f64,
     /// From 6 s, when the map of the clocks is trusted, to half a minute.
     early_s: f64,
     /// From then on.
     later_s: f64,
     /// In `force.csv` of the last seconds.
     recorded_s: f64,
+    /// Drift and residual of the sensor's clock, as the recording states them.
+    recorded: (f64, f64),
 }
 
 impl Case {
@@ -60,7 +66,8 @@ impl Case {
             for row in std::mem::take(&mut rig.record.force) {
                 let error_s = (row.time_s - self.truth_s(taken)).abs();
                 match row.time_s {
-                    ..6.0 => {}
+                    ..1.0 => {}
+                    ..6.0 => worst.first_s = worst.first_s.max(error_s),
                     ..30.0 => worst.early_s = worst.early_s.max(error_s),
                     _ => worst.later_s = worst.later_s.max(error_s),
                 }
@@ -76,6 +83,12 @@ impl Case {
         assert_eq!(rig.warnings, Vec::<String>::new());
         let (folder, offset_s) = recording.unwrap();
         let first = (0..).find(|&k| self.truth_s(k) >= offset_s).unwrap();
+        let reader = RecordingReader::open(&folder).unwrap();
+        let clocks = &reader.manifest().clocks;
+        assert_eq!(clocks.len(), 2, "{clocks:?}");
+        let sensor = clocks.iter().find(|clock| clock.of == ClockOf::ForceSensor);
+        let sensor = sensor.unwrap();
+        worst.recorded = (sensor.drift_ppm, sensor.residual_s.unwrap());
         let rows = std::fs::read_to_string(folder.join("force.csv")).unwrap();
         let times_s = rows.lines().skip(1).map(|row| {
             let time = row.split(',').next().unwrap();
@@ -106,6 +119,29 @@ fn ten_minutes_of_forces_are_where_they_acted_to_a_tenth_of_a_millisecond() {
     assert!(worst.early_s < 1e-4, "{worst:?}");
     assert!(worst.later_s < 1e-4, "{worst:?}");
     assert!(worst.recorded_s < 1e-4, "{worst:?}");
+    let (drift_ppm, residual_s) = worst.recorded;
+    assert!((drift_ppm - 100.0).abs() < 5.0 && residual_s < 1e-4);
+}
+
+/// Fault 24.
+#[test]
+fn the_clock_of_a_ceramic_resonator_is_followed_from_the_first_second_on() {
+    for (force_ppm, force_hz) in [(-5e3, 1_000.0), (9e3, 1_000.0), (9e3, 10_000.0)] {
+        let case = Case {
+            converter_ppm: 30.0,
+            force_ppm,
+            force_hz,
+            lasts_s: 12.0,
+        };
+        let worst = case.measured();
+        println!("{force_ppm} ppm, {force_hz} Hz: {worst:?}");
+        assert!(worst.first_s < 5e-4 + 1.0 / force_hz, "{worst:?}");
+        assert!(worst.early_s < 2e-4 + 0.5 / force_hz, "{worst:?}");
+        assert!(worst.recorded_s < 2e-4 + 0.5 / force_hz, "{worst:?}");
+        let (drift_ppm, residual_s) = worst.recorded;
+        assert!((drift_ppm - force_ppm).abs() < 100.0, "{worst:?}");
+        assert!(residual_s < 1e-3, "{worst:?}");
+    }
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod box_watchdog;
 mod calibrating;
 #[path = "../../../tests/src/campaign.rs"]
 mod campaign;
+mod clocks;
 mod delay;
 mod exclusive;
 mod field_box;

@@ -107,8 +107,8 @@ fn a_sensor_in_the_network_is_placed_to_a_tenth_of_a_millisecond() {
         "{}",
         rig.record.force.len()
     );
-    let drift_ppm = rig.bench.gauges.field.get().unwrap().drift_ppm.unwrap();
-    assert!((drift_ppm - 80.0).abs() < 20.0, "{drift_ppm} ppm");
+    let drift_ppm = rig.bench.gauges.force_clock_ppm().unwrap();
+    assert!((drift_ppm + 120.0).abs() < 20.0, "{drift_ppm} ppm");
 }
 
 /// What is laid, and whether the bench says the right thing of it.

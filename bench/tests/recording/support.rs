@@ -60,6 +60,7 @@ pub fn manifest() -> Manifest {
             name: "friction-bench".to_owned(),
             version: "0.1.0".to_owned(),
         }),
+        clocks: Vec::new(),
         events: Vec::new(),
     }
 }

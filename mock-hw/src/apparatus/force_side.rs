@@ -47,7 +47,8 @@ impl GaugeFaults {
             | ForceFault::Repeat(_)
             | ForceFault::Reorder(_)
             | ForceFault::Status(_)
-            | ForceFault::OtherDevice(_) => {}
+            | ForceFault::OtherDevice(_)
+            | ForceFault::Restart => {}
         }
     }
 

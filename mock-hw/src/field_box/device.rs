@@ -106,8 +106,8 @@ impl FieldBox {
             ForceFault::Silent(silent) => faults.converter_silent = silent,
             ForceFault::Saturated(saturated) => faults.saturated = saturated,
             ForceFault::OtherDevice(other) => faults.other_device = other,
-            // A line keeps its order, and the converter has no status word.
-            ForceFault::Reorder(_) | ForceFault::Status(_) => {}
+            // A line keeps its order, and the converter has no status word; the box itself restarts when it is powered.
+            ForceFault::Reorder(_) | ForceFault::Status(_) | ForceFault::Restart => {}
         }
     }
 

@@ -86,6 +86,7 @@ impl NetFt {
             ForceFault::Saturated(saturated) => faults.saturated = saturated,
             ForceFault::OtherDevice(other) => faults.other_device = other,
             ForceFault::Status(status) => faults.status = status,
+            ForceFault::Restart => (self.client, self.samples) = (None, 0),
         }
     }
 

@@ -57,6 +57,8 @@ pub enum ForceFault {
     Reorder(u32),
     /// Error bits of the status word; a serial sensor has none.
     Status(u32),
+    /// The device restarts: it counts from 0 from the next sample on. A field box goes on.
+    Restart,
 }
 
 /// What the other device sends in the place of a sample: a line of a GPS receiver, as short as a frame.
@@ -71,6 +73,7 @@ struct Faults {
     silent: bool,
     saturated: bool,
     other_device: bool,
+    restart: bool,
 }
 
 /// The device between the force sensor and its serial line.
@@ -118,6 +121,7 @@ impl ForceDevice {
             ForceFault::Silent(silent) => self.faults.silent = silent,
             ForceFault::Saturated(saturated) => self.faults.saturated = saturated,
             ForceFault::OtherDevice(other) => self.faults.other_device = other,
+            ForceFault::Restart => self.faults.restart = true,
             ForceFault::Reorder(_) | ForceFault::Status(_) => {}
         }
     }
@@ -125,6 +129,9 @@ impl ForceDevice {
     /// Encodes one sample for the next burst.
     pub(crate) fn sample(&mut self, sample: &SensorSample) {
         let elapsed_us = (1e6 * sample.device_time_s).round() as u64;
+        if std::mem::take(&mut self.faults.restart) {
+            (self.start_us, self.sequence) = ((elapsed_us as u32).wrapping_neg(), 0);
+        }
         let device_us = self.start_us.wrapping_add(elapsed_us as u32);
         let sequence = self.sequence;
         self.sequence = self.sequence.wrapping_add(1);

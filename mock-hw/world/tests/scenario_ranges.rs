@@ -112,7 +112,7 @@ const RANGES: &[(&str, f64, f64)] = &[
     ("force_sensor.creep_time_s", 0.1, 1e4),
     ("force_sensor.lateral_to_normal", -0.5, 0.5),
     ("force_sensor.normal_to_lateral", -0.5, 0.5),
-    ("force_sensor.clock_ppm", -1e3, 1e3),
+    ("force_sensor.clock_ppm", -1e4, 1e4),
     ("force_sensor.burst_period_s", 1e-4, 0.1),
     ("force_sensor.gauges.delay_s", 1.5e-4, 0.05),
     ("force_sensor.gauges.noise_v", 0.0, 1.0),

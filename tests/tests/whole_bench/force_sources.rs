@@ -11,11 +11,18 @@ use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
 use bench_tests::session::{SessionFolder, demo_with, finish, text};
 use mock_world::plant::MAKERS_MATRIX;
+use recording::manifest::ClockOf;
 use serde_json::Value;
 
 /// Runs a session of one trial on the simulated bench of `scenario` with the `bench.toml` that it prints, and analyses
 /// it; returns how the recording says its forces came.
 fn session(scenario: &str, change: fn(&Path, String) -> String) -> String {
+    let (recording, _) = results(scenario, change);
+    recording.manifest.hardware.unwrap().force_sensor.unwrap()
+}
+
+/// As [`session`]; returns the recording and its results.
+fn results(scenario: &str, change: fn(&Path, String) -> String) -> (Recording, Value) {
     let room = tempfile::tempdir().unwrap();
     let folder = room.path();
     let printed = finish(bench().args(["run", "--mock", scenario, "--print-config"]));
@@ -62,7 +69,7 @@ fn session(scenario: &str, change: fn(&Path, String) -> String) -> String {
     let results: Value = serde_json::from_slice(&fs::read(&results).unwrap()).unwrap();
     let instances = results["recordings"][0]["instances"].as_array().unwrap();
     assert!(instances.len() >= 5, "{} instances", instances.len());
-    recording.manifest.hardware.unwrap().force_sensor.unwrap()
+    (recording, results)
 }
 
 /// Fault 40.
@@ -117,4 +124,26 @@ fn with_makers_file(folder: &Path, config: String) -> String {
 #[test]
 fn a_session_with_forces_from_inputs_of_the_card_and_the_makers_file_leads_to_results() {
     assert_eq!(session("gauges", with_makers_file), "channels");
+}
+
+/// Fault 24.
+#[test]
+fn a_session_with_a_resonators_clock_finds_the_friction_that_is_there() {
+    let room = tempfile::tempdir().unwrap();
+    let scenario = room.path().join("resonator.toml");
+    let arduino = include_str!("../../../mock-hw/world/scenarios/arduino.toml");
+    fs::write(&scenario, format!("{arduino}clock_ppm = 9000.0\n")).unwrap();
+    let (recording, results) = results(scenario.to_str().unwrap(), |_, config| config);
+    let clocks = recording.manifest.clocks;
+    let sensor = clocks.iter().find(|clock| clock.of == ClockOf::ForceSensor);
+    assert!(
+        (sensor.unwrap().drift_ppm - 9000.0).abs() < 50.0,
+        "{clocks:?}"
+    );
+    for instance in results["recordings"][0]["instances"].as_array().unwrap() {
+        let found = &instance["trial"];
+        let (mu0, spearman) = (&found["mu0"], &found["spearman_mu"]);
+        assert!((mu0.as_f64().unwrap() - 0.88).abs() < 0.03, "{mu0}");
+        assert!(spearman.as_f64().unwrap() > 0.99, "{spearman}");
+    }
 }

@@ -135,6 +135,8 @@ impl Script {
             xruns_out: 0,
             ring_fill: 0.04,
             clock_drift_ppm: Some(12.3),
+            clock_residual_s: None,
+            clock_off: false,
             recorder_lag_s: 0.21,
             frames: (self.now_s * 192_000.0) as u64,
             lost_frames,

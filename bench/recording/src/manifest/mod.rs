@@ -7,6 +7,7 @@
 mod interval;
 mod manifest_error;
 mod origin;
+mod recorded_clock;
 mod recorded_profile;
 mod recording_event;
 mod standard_errors;
@@ -21,6 +22,7 @@ pub use origin::{
     Software, Trial,
 };
 pub use protocols::Direction;
+pub use recorded_clock::{ClockOf, RecordedClock};
 pub use recorded_profile::{PROFILE_RATIOS, RecordedProfile};
 pub use recording_event::{EventKind, QUIET_S, RecordingEvent};
 pub use standard_errors::StandardErrors;
@@ -87,6 +89,9 @@ pub struct Manifest {
     /// Program that wrote it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub software: Option<Software>,
+    /// Clocks that readings were placed by; absent in recordings of earlier versions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clocks: Vec<RecordedClock>,
     /// Events during the recording.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<RecordingEvent>,
@@ -107,6 +112,7 @@ impl Manifest {
         let manifest: Self = strict::parse(text, file)?;
         let counts = [
             ("intervals", manifest.intervals.len()),
+            ("clocks", manifest.clocks.len()),
             ("events", manifest.events.len()),
         ];
         let too_many = counts.into_iter().find(|(_, count)| *count > MAX_ENTRIES);
@@ -226,6 +232,9 @@ impl Manifest {
         }
         if let Some(hardware) = &self.hardware {
             hardware.validate()?;
+        }
+        for (index, clock) in self.clocks.iter().enumerate() {
+            clock.validate(index)?;
         }
         Ok(())
     }

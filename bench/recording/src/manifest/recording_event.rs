@@ -43,6 +43,8 @@ pub enum EventKind {
     /// Force frames were lost, rejected by their checksum or sent twice, within `frames`; resolved to a burst of the
     /// sensor.
     ForceLost,
+    /// A sensor restarted, or its readings arrive from where its clock does not place them, within `frames`.
+    SensorClock,
     /// An axis of the force sensor at the end of its range, within `frames`.
     ForceOverRange,
     /// The encoder moved at an impossible speed, or faster than its lines were read, within `frames`.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::csv_rows::{ForceRow, PositionRow};
 use crate::disk::DiskError;
-use crate::manifest::{Manifest, RecordedInterval, RecordingEvent};
+use crate::manifest::{Manifest, RecordedClock, RecordedInterval, RecordingEvent};
 use crate::sums::Sums;
 use crate::wav::AudioFormat;
 use crate::writer::{Ending, OnDisk, WriteError};
@@ -26,6 +26,8 @@ pub enum RecorderMessage {
     Event(RecordingEvent),
     /// An event that may go on: replaces the event of this kind at this sample, if there is one.
     Flag(RecordingEvent),
+    /// Clocks that readings are placed by; they replace what was known of them.
+    Clocks(Vec<RecordedClock>),
     /// An interval with a known meaning.
     Interval(RecordedInterval),
     /// Ends the recording.

@@ -92,6 +92,10 @@ impl RecorderCore {
                 w.renew_event(event);
                 Ok(())
             }),
+            RecorderMessage::Clocks(clocks) => self.write(|w| {
+                w.set_clocks(clocks);
+                Ok(())
+            }),
             RecorderMessage::Interval(interval) => self.write(|w| w.add_interval(interval)),
             RecorderMessage::End(ending) => self.end(ending),
         }

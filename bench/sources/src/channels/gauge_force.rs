@@ -108,7 +108,7 @@ impl ForceSource for GaugeForce {
                 lost: self.decimator.lost(),
                 ..LineFaults::default()
             },
-            drift_ppm: None,
+            clock: None,
         }
     }
 

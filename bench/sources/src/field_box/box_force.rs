@@ -76,4 +76,12 @@ impl ForceSource for BoxForce {
     fn nonsense(&mut self, _now_ns: u64) -> Nonsense {
         self.nonsense
     }
+
+    fn off_rate(&self, fast_ppm: f64, card_ppm: f64) -> SourceGone {
+        SourceGone::Clock {
+            of: "field box",
+            fast_ppm,
+            card_ppm,
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::link::Link;
+use crate::force_source::SourceHealth;
 use crate::gone::SourceGone;
 use crate::position::{Counted, POSITION_HZ, PositionSource};
 
@@ -13,6 +14,10 @@ const EARLY: f64 = 0.1;
 pub(super) struct BoxPosition {
     link: Arc<Link>,
     last: Option<i32>,
+    restarts: u64,
+    /// Whether a restart has left the position unknown.
+    lost: bool,
+    health: SourceHealth,
     count: i64,
     due_s: f64,
 }
@@ -22,6 +27,9 @@ impl BoxPosition {
         Self {
             link,
             last: None,
+            restarts: 0,
+            lost: false,
+            health: SourceHealth::default(),
             count: 0,
             due_s: f64::NEG_INFINITY,
         }
@@ -38,8 +46,12 @@ impl PositionSource for BoxPosition {
         let mut reader = self.link.read(now_s)?;
         for dated in reader.positions.take() {
             let counted = dated.report.position;
+            // It has begun to count anew, and the carriage may have moved meanwhile.
+            let lost = dated.restarts > std::mem::replace(&mut self.restarts, dated.restarts);
+            self.last = self.last.filter(|_| !lost);
             let moved = counted.wrapping_sub(self.last.replace(counted).unwrap_or(counted));
             self.count += i64::from(moved);
+            self.lost |= lost;
             if dated.own_s >= self.due_s {
                 self.due_s = dated.own_s + (1.0 - EARLY) / POSITION_HZ;
                 take(Counted {
@@ -48,9 +60,15 @@ impl PositionSource for BoxPosition {
                     count: self.count,
                     // A counter in hardware misses none.
                     missed: 0,
+                    lost: self.lost,
                 });
             }
         }
+        self.health = reader.health();
         Ok(())
+    }
+
+    fn health(&self) -> SourceHealth {
+        self.health
     }
 }

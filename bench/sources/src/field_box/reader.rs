@@ -6,7 +6,7 @@ use std::io;
 use field_box_wire::{FromBox, Identity, Listener, Refused, Report};
 use safety::Nonsense;
 
-use crate::device_time::Unwrap;
+use crate::device_time::{DeviceCount, Place};
 use crate::force_source::{LineFaults, SourceHealth};
 use crate::nonsense::NonsenseWatch;
 use crate::numbering::Numbering;
@@ -16,6 +16,9 @@ use crate::serial::ForcePort;
 /// Most reports that wait for whoever places forces or positions: seconds of a task that hangs.
 const MOST_WAITING: usize = 1 << 16;
 
+/// Counts of the box's clock in a second: it counts µs.
+const COUNTS_PER_S: f64 = 1e6;
+
 /// A report, and when it was made.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Dated {
@@ -23,6 +26,8 @@ pub(super) struct Dated {
     pub(super) host_s: f64,
     /// Time on the box's clock, s.
     pub(super) own_s: f64,
+    /// Restarts of the box before the report.
+    pub(super) restarts: u64,
     pub(super) report: Report,
 }
 
@@ -59,7 +64,7 @@ pub(super) struct Reader {
     bytes: Vec<u8>,
     listener: Listener<FromBox>,
     numbering: Numbering,
-    unwrap: Unwrap,
+    count: DeviceCount,
     clock: SensorClock,
     faults: LineFaults,
     nonsense: NonsenseWatch,
@@ -81,8 +86,8 @@ impl Reader {
             bytes: Vec::new(),
             listener: Listener::default(),
             numbering: Numbering::default(),
-            unwrap: Unwrap::default(),
-            clock: SensorClock::new(latency_s),
+            count: DeviceCount::default(),
+            clock: SensorClock::new(latency_s, COUNTS_PER_S),
             faults: LineFaults::default(),
             nonsense: NonsenseWatch::default(),
             since_poll: (0, 0),
@@ -100,6 +105,8 @@ impl Reader {
         self.port.read_waiting(&mut self.bytes)?;
         // Read only now: bytes may have arrived after the caller read the clock, and no arrival may be stated early.
         let arrival_s = now_s();
+        let expected = self.clock.look(arrival_s);
+        let restarts = self.faults.restarted;
         let mut reports = Vec::new();
         for &byte in &self.bytes {
             self.of_frame += 1;
@@ -112,27 +119,38 @@ impl Reader {
                 None => {}
                 Some(Ok(FromBox::Identity(identity))) => self.identity = Some(identity),
                 Some(Ok(FromBox::Report(report))) => {
-                    let follows = self.numbering.follows(report.sequence, &mut self.faults);
-                    let unwrap = &mut self.unwrap;
-                    let own_s = || unwrap.advance(report.device_us) as f64 * 1e-6;
-                    reports.extend(follows.then(own_s).map(|own_s| (own_s, report)));
+                    let place = self.count.place(report.device_us, expected.as_ref());
+                    if matches!(place, Place::Restarted(_)) {
+                        self.faults.restarted += 1;
+                        self.numbering.restart();
+                    }
+                    let (later, faults) = (place != Place::Past, &mut self.faults);
+                    if self.numbering.follows(report.sequence, later, faults) {
+                        let count = self.count.take(report.device_us, place);
+                        let restarts = self.faults.restarted;
+                        reports.extend(count.map(|count| (count, restarts, report)));
+                    }
                 }
                 Some(Err(Refused::Version(theirs))) => self.other_version = Some(theirs),
                 Some(Err(_)) => self.numbering.corrupt(&mut self.faults),
             }
         }
+        if self.faults.restarted > restarts {
+            self.clock.restart();
+        }
         let newest = reports.last().copied();
         // The last report of a burst has waited least: it alone shows the delay.
-        if let Some((own_s, _)) = newest {
-            self.clock.arrived(own_s, arrival_s);
+        if let Some((count, ..)) = newest {
+            self.clock.arrived(count, arrival_s);
         }
-        for (own_s, report) in reports {
-            let Some(host_s) = self.clock.host_s(own_s) else {
+        for (count, restarts, report) in reports {
+            let Some(host_s) = self.clock.host_s(count) else {
                 continue;
             };
             let dated = Dated {
                 host_s,
-                own_s,
+                own_s: self.clock.device_s(count),
+                restarts,
                 report,
             };
             let placed = self.positions.add(dated);
@@ -143,18 +161,80 @@ impl Reader {
                 self.faults.lost += u64::from(!(self.forces.add(dated) && placed));
             }
         }
-        Ok(newest.map(|(_, report)| report))
+        Ok(newest.map(|(.., report)| report))
     }
 
     pub(super) fn health(&self) -> SourceHealth {
         SourceHealth {
             faults: self.faults,
-            drift_ppm: self.clock.drift_ppm(),
+            clock: Some(self.clock.state()),
         }
     }
 
     pub(super) fn nonsense(&mut self, now_ns: u64) -> Nonsense {
         let (bytes, readings) = std::mem::take(&mut self.since_poll);
         self.nonsense.take(now_ns, bytes, readings)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use field_box_wire::Levels;
+
+    use super::*;
+
+    /// Bytes that have come.
+    #[derive(Clone, Default)]
+    struct Line(Arc<Mutex<Vec<u8>>>);
+
+    impl ForcePort for Line {
+        fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> io::Result<()> {
+            bytes.append(&mut self.0.lock().unwrap());
+            Ok(())
+        }
+    }
+
+    /// Fault 48.
+    #[test]
+    fn a_box_that_is_powered_anew_is_placed_anew_and_its_own_time_goes_on() {
+        let line = Line::default();
+        let mut reader = Reader::new(Box::new(line.clone()), 0.0);
+        reader.forces.keep();
+        let mut dated: Vec<(f64, Dated)> = Vec::new();
+        let mut run = |reader: &mut Reader, from_ms: u32, for_ms: u32, up_ms: u32, number: u16| {
+            for ms in 0..for_ms {
+                let report = Report {
+                    sequence: number.wrapping_add(ms as u16),
+                    device_us: 1000 * (up_ms + ms),
+                    counts: [0; 2],
+                    position: 0,
+                    levels: Levels::default(),
+                    stop: None,
+                    heard: 0,
+                };
+                let bytes = FromBox::Report(report).encode();
+                line.0.lock().unwrap().extend_from_slice(&bytes);
+                let now_s = 1e-3 * f64::from(from_ms + ms);
+                reader.read(&|| now_s).unwrap();
+                dated.extend(reader.forces.take().map(|dated| (now_s, dated)));
+            }
+        };
+        // Up for 36 minutes; it boots for two seconds.
+        run(&mut reader, 0, 6000, 2_160_000, 60_000);
+        run(&mut reader, 8000, 6000, 5, 0);
+        let faults = LineFaults {
+            restarted: 1,
+            ..LineFaults::default()
+        };
+        assert_eq!(reader.health().faults, faults);
+        assert_eq!(dated.len(), 12_000);
+        let off_s = dated
+            .iter()
+            .map(|(now_s, dated)| (dated.host_s - now_s).abs());
+        assert!(off_s.fold(0.0, f64::max) < 1e-3);
+        assert!(dated.is_sorted_by(|a, b| a.1.own_s < b.1.own_s));
+        assert_eq!([5999, 6000].map(|at: usize| dated[at].1.restarts), [0, 1]);
     }
 }

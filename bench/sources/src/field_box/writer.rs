@@ -16,6 +16,8 @@ pub(super) struct Writer {
     word: Word,
     /// Number of the word that last turned the enable on; `None` while it is off.
     enabled_by: Option<u16>,
+    /// Whether the box has heard that word: the number itself comes again after 2¹⁶ words.
+    enable_heard: bool,
     /// Words that the box has not acted on, as far as it has said, with their times, ns.
     unheard: VecDeque<(u16, u64)>,
 }
@@ -30,6 +32,7 @@ impl Writer {
                 heartbeat: false,
             },
             enabled_by: None,
+            enable_heard: false,
             unheard: VecDeque::new(),
         }
     }
@@ -53,6 +56,7 @@ impl Writer {
                 ..on
             };
             self.enabled_by = Some(self.word.sequence.wrapping_add(1));
+            self.enable_heard = false;
         } else if !self.word.enable {
             self.enabled_by = None;
         }
@@ -72,18 +76,86 @@ impl Writer {
     /// Takes what the box says that it has heard; returns whether the report is of a box that has heard of the enable
     /// that is on.
     pub(super) fn heard(&mut self, report: &Report) -> bool {
-        let includes = |number: u16| report.heard.wrapping_sub(number) < u16::MAX / 2;
+        // It has heard one of those that were sent since, or it speaks of an earlier one.
+        let includes =
+            |number: u16, since: usize| usize::from(report.heard.wrapping_sub(number)) < since;
         while let Some(&(number, _)) = self.unheard.front()
-            && includes(number)
+            && includes(number, self.unheard.len())
         {
             self.unheard.pop_front();
         }
-        self.enabled_by.is_some_and(includes)
+        let Some(number) = self.enabled_by else {
+            return false;
+        };
+        let since = usize::from(self.word.sequence.wrapping_sub(number)) + 1;
+        self.enable_heard |= includes(number, since);
+        self.enable_heard
     }
 
     /// Returns for how long the oldest word has not been heard while the enable is on, ns.
     pub(super) fn unheard_ns(&self, now_ns: u64) -> u64 {
         let oldest = self.unheard.front().filter(|_| self.enabled_by.is_some());
         oldest.map_or(0, |(_, said_ns)| now_ns.saturating_sub(*said_ns))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use field_box_wire::Levels;
+
+    /// Time between two words, ns.
+    const BEAT_NS: u64 = 2_000_000;
+
+    fn report(heard: u16) -> Report {
+        Report {
+            sequence: 0,
+            device_us: 0,
+            counts: [0; 2],
+            position: 0,
+            levels: Levels::default(),
+            stop: None,
+            heard,
+        }
+    }
+
+    /// Fault 41.
+    #[test]
+    fn a_box_that_has_heard_of_the_enable_has_heard_of_it_for_ever() {
+        let mut writer = Writer::new(Box::new(io::sink()));
+        let mut now_ns = 0;
+        let mut beat = |writer: &mut Writer, enable| {
+            now_ns += BEAT_NS;
+            let turned = |word: &mut Word| {
+                word.enable = enable;
+                word.heartbeat = !word.heartbeat;
+            };
+            writer.say(now_ns, turned).unwrap();
+            now_ns
+        };
+        for armed in 0..2 {
+            for _ in 0..9 {
+                beat(&mut writer, false);
+                assert!(!writer.heard(&report(writer.word.sequence)));
+            }
+            let before = writer.word.sequence;
+            beat(&mut writer, true);
+            assert!(!writer.heard(&report(before)), "it speaks of before");
+            // Four minutes, in which the numbers come again three times; the box answers one word late.
+            for k in 0..120_000u32 {
+                let now_ns = beat(&mut writer, true);
+                let late = writer.word.sequence.wrapping_sub(1);
+                assert!(writer.heard(&report(late)), "{armed}: {k}");
+                assert!(writer.unheard_ns(now_ns) <= BEAT_NS);
+            }
+        }
+        // One that is powered anew speaks of no word, and has not heard those that wait.
+        for _ in 0..9 {
+            beat(&mut writer, true);
+        }
+        let now_ns = beat(&mut writer, true);
+        let elsewhere = writer.word.sequence.wrapping_sub(20_000);
+        assert!(writer.heard(&report(elsewhere)), "it had heard");
+        assert!(writer.unheard_ns(now_ns) >= 9 * BEAT_NS);
     }
 }

@@ -12,6 +12,7 @@ use super::device_page::DevicePage;
 use super::rdt::{Command, Condition, RECORD_BYTES, Record};
 use super::sequence::{Place, Sequence};
 use crate::correct::Corrector;
+use crate::device_time::{DeviceCount, ExpectedCount, Place as CountPlace};
 use crate::force_source::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce};
 use crate::gone::SourceGone;
 use crate::nonsense::NonsenseWatch;
@@ -26,8 +27,6 @@ const ASK_AGAIN_S: f64 = 0.5;
 /// Numbers by which a record may be ahead of the one before, beside those of the time between them: more is not of this
 /// stream, for RDT has no checksum.
 const MOST_AHEAD: f64 = 2000.0;
-/// Share by which the device's rate may differ from the stated one, and time that arrivals may be late by, s.
-const RATE_TOLERANCE: (f64, f64) = (0.02, 0.2);
 
 /// An ATI Net F/T that streams over UDP.
 pub struct NetForce {
@@ -36,7 +35,10 @@ pub struct NetForce {
     sample_hz: f64,
     axes: [SixAxis; 2],
     corrector: Corrector,
-    latency_s: f64,
+    clock: SensorClock,
+    count: DeviceCount,
+    /// Count of the samples that this poll is to find.
+    expected: Option<ExpectedCount>,
     stream: Stream,
     /// But for what is lost.
     faults: LineFaults,
@@ -49,27 +51,13 @@ pub struct NetForce {
 }
 
 /// What is known of the stream since it was last asked for.
+#[derive(Default)]
 struct Stream {
-    clock: SensorClock,
     sequence: Sequence,
-    /// Newest sample by the device's count, unwrapped.
-    sample: Option<u64>,
-    /// Device's and host's time of the first record, s.
-    began_s: Option<(f64, f64)>,
+    /// Newest sample by the device's count.
+    sample: Option<u32>,
     /// Host's time of the latest record, s.
     heard_s: Option<f64>,
-}
-
-impl Stream {
-    fn new(latency_s: f64) -> Self {
-        Self {
-            clock: SensorClock::new(latency_s),
-            sequence: Sequence::default(),
-            sample: None,
-            began_s: None,
-            heard_s: None,
-        }
-    }
 }
 
 /// Asks the device of `netft` to stream, at `address` in the place of the configured one if it is given.
@@ -125,8 +113,10 @@ pub fn open_net(
         sample_hz: netft.sample_hz,
         axes: [netft.normal, netft.lateral],
         corrector: Corrector::new(correction, range_n),
-        latency_s,
-        stream: Stream::new(latency_s),
+        clock: SensorClock::new(latency_s, netft.sample_hz),
+        count: DeviceCount::default(),
+        expected: None,
+        stream: Stream::default(),
         faults: LineFaults::default(),
         lost_before: 0,
         nonsense: NonsenseWatch::default(),
@@ -156,14 +146,18 @@ impl NetForce {
         if place != Place::Next {
             return None;
         }
-        let sample = self.stream.sample.map_or(u64::from(record.sample), |last| {
-            last + u64::from(record.sample.wrapping_sub(last as u32))
-        });
-        self.stream.sample = Some(sample);
-        let device_s = sample as f64 / self.sample_hz;
-        self.stream.began_s.get_or_insert((device_s, arrival_s));
+        self.stream.sample = Some(record.sample);
         self.stream.heard_s = Some(arrival_s);
-        self.stream.clock.arrived(device_s, arrival_s);
+        let place = self.count.place(record.sample, self.expected.as_ref());
+        if matches!(place, CountPlace::Restarted(_)) {
+            self.faults.restarted += 1;
+            self.clock.restart();
+        }
+        let Some(count) = self.count.take(record.sample, place) else {
+            self.faults.repeated += 1;
+            return None;
+        };
+        self.clock.arrived(count, arrival_s);
         let condition = record.condition();
         if condition == Condition::Failed {
             self.faults.failed += 1;
@@ -173,7 +167,7 @@ impl NetForce {
             .forces
             .map(|counts| f64::from(counts) / self.counts_per_n);
         let raw_n = self.axes.map(|axis| axis.of(forces));
-        let host_s = self.stream.clock.host_s(device_s)?;
+        let host_s = self.clock.host_s(count)?;
         let saturated = [condition == Condition::Saturated; 2];
         Some(self.corrector.force(Moment::Host(host_s), raw_n, saturated))
     }
@@ -185,7 +179,7 @@ impl NetForce {
         };
         let most = MOST_AHEAD + 2.0 * self.sample_hz * (arrival_s - heard_s).max(0.0);
         let ahead = self.stream.sequence.ahead(record.sequence);
-        let samples = f64::from(record.sample.wrapping_sub(last as u32).cast_signed());
+        let samples = f64::from(record.sample.wrapping_sub(last).cast_signed());
         let follows = ahead > 0;
         // The device counts at least as many samples as it sends records.
         let counts = if follows {
@@ -207,31 +201,14 @@ impl NetForce {
             return Ok(());
         }
         self.asked_s = Some(now_s);
-        // It begins to number anew, and may have been switched off meanwhile.
+        // It begins to number anew. If it was switched off meanwhile, its count of samples shows that.
         self.stream.sequence.restart();
         self.lost_before += self.stream.sequence.lost();
-        self.stream = Stream::new(self.latency_s);
+        self.stream = Stream::default();
         match self.socket.send(&Command::Stream.request()) {
             Err(error) if !is_silence(&error) => Err(error),
             _ => Ok(()),
         }
-    }
-
-    fn require_rate(&self, now_s: f64) -> Result<(), SourceGone> {
-        let (Some((began_s, host_s)), Some(sample)) = (self.stream.began_s, self.stream.sample)
-        else {
-            return Ok(());
-        };
-        let heard_s = self.stream.heard_s.unwrap_or(now_s);
-        let (device_s, host_s) = (sample as f64 / self.sample_hz - began_s, heard_s - host_s);
-        let (share, late_s) = RATE_TOLERANCE;
-        if (device_s - host_s).abs() <= share * host_s + late_s {
-            return Ok(());
-        }
-        Err(SourceGone::Rate {
-            stated_hz: self.sample_hz,
-            counted_hz: self.sample_hz * device_s / host_s.max(1e-3),
-        })
     }
 }
 
@@ -251,6 +228,7 @@ impl ForceSource for NetForce {
         take: &mut dyn FnMut(TimedForce),
     ) -> Result<(), SourceGone> {
         self.polled = (0, 0);
+        self.expected = self.clock.look(now_s());
         // One byte more shows a datagram that is too long.
         let mut datagram = [0; RECORD_BYTES + 1];
         loop {
@@ -269,7 +247,6 @@ impl ForceSource for NetForce {
             }
         }
         let now_s = now_s();
-        self.require_rate(now_s)?;
         self.ask_again(now_s).map_err(SourceGone::Network)
     }
 
@@ -279,13 +256,20 @@ impl ForceSource for NetForce {
                 lost: self.lost_before + self.stream.sequence.lost(),
                 ..self.faults
             },
-            drift_ppm: self.stream.clock.drift_ppm(),
+            clock: Some(self.clock.state()),
         }
     }
 
     fn nonsense(&mut self, now_ns: u64) -> Nonsense {
         let (bytes, readings) = self.polled;
         self.nonsense.take(now_ns, bytes, readings)
+    }
+
+    fn off_rate(&self, fast_ppm: f64, _card_ppm: f64) -> SourceGone {
+        SourceGone::Rate {
+            stated_hz: self.sample_hz,
+            counted_hz: self.sample_hz * (1.0 + 1e-6 * fast_ppm),
+        }
     }
 }
 
@@ -300,6 +284,8 @@ impl Drop for NetForce {
 mod tests {
     use std::cell::Cell;
     use std::net::Ipv4Addr;
+
+    use impedance::clock_alignment::ClockState;
 
     use super::*;
 
@@ -417,10 +403,20 @@ mod tests {
         rig.now_s.set(rig.now_s.get() + 0.2);
         rig.poll().unwrap();
         assert_eq!(rig.asked(), Some(Command::Stream.request()));
+        // It goes on counting.
+        let goes_on = (1, 1_000_000 + 200 + (0.6 * 7000.0) as u32);
+        assert_eq!(rig.stream(goes_on, 200, 7000.0).len(), 200);
+        assert_eq!(rig.source.health().faults, LineFaults::default());
+        rig.now_s.set(rig.now_s.get() + 0.6);
+        rig.poll().unwrap();
         // It counts from the start.
         let forces = rig.stream((1, 3), 200, 7000.0);
         assert_eq!(forces.len(), 200);
-        assert_eq!(rig.source.health().faults, LineFaults::default());
+        let restarted = LineFaults {
+            restarted: 1,
+            ..LineFaults::default()
+        };
+        assert_eq!(rig.source.health().faults, restarted);
         let Moment::Host(last_s) = forces[199].at else {
             panic!("not on the host's clock");
         };
@@ -432,19 +428,23 @@ mod tests {
     fn a_device_whose_rate_is_not_the_stated_one_is_refused() {
         let mut rig = Rig::new();
         // An Axia at its default, taken for a Gamma.
-        let mut gone = None;
-        for k in 0..30_000 {
+        let card = ClockState {
+            span_s: 60.0,
+            settled: true,
+            ..ClockState::default()
+        };
+        let beyond = (0..30_000).find_map(|k| {
             rig.send(k, k, 0.5);
             rig.now_s.set(f64::from(k) / 7812.0);
-            if let Err(error) = rig.poll() {
-                gone = Some(error);
-                break;
-            }
-        }
-        let Some(SourceGone::Rate { counted_hz, .. }) = gone else {
+            rig.poll().unwrap();
+            rig.source.health().clock.unwrap().beyond(&card)
+        });
+        let gone = rig.source.off_rate(beyond.unwrap(), 0.0);
+        let SourceGone::Rate { counted_hz, .. } = gone else {
             panic!("{gone:?}");
         };
         assert!((counted_hz - 7812.0).abs() < 20.0, "{counted_hz}");
+        assert!(rig.now_s.get() < 1.0, "within a second");
     }
 
     /// Fault 40.

@@ -44,6 +44,7 @@ impl PositionSource for LineEncoder {
                 own_s: host_s,
                 count,
                 missed: self.quadrature.skipped(),
+                lost: false,
             });
         }
         Ok(())

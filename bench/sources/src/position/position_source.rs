@@ -1,5 +1,6 @@
 //! The trait of all sources of positions.
 
+use crate::force_source::SourceHealth;
 use crate::gone::SourceGone;
 
 /// Rate at which positions are passed on, Hz.
@@ -17,6 +18,8 @@ pub struct Counted {
     pub count: i64,
     /// Encoder states missed so far, as far as the source can tell.
     pub missed: u64,
+    /// Whether the counter has begun anew since the first reading: where it counts from is unknown.
+    pub lost: bool,
 }
 
 /// A source of positions. One that is silent passes none.
@@ -32,4 +35,9 @@ pub trait PositionSource: Send {
         now_s: &dyn Fn() -> f64,
         take: &mut dyn FnMut(Counted),
     ) -> Result<(), SourceGone>;
+
+    /// Returns how a source with a clock of its own fares.
+    fn health(&self) -> SourceHealth {
+        SourceHealth::default()
+    }
 }

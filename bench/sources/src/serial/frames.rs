@@ -3,7 +3,7 @@
 use crc::{CRC_16_IBM_3740, Crc};
 
 use super::decoder::{Decoder, ForceSample};
-use crate::device_time::Unwrap;
+use crate::device_time::{DeviceCount, ExpectedCount, Place};
 use crate::force_source::LineFaults;
 use crate::numbering::Numbering;
 
@@ -31,7 +31,8 @@ pub struct FrameDecoder {
     encoded: Vec<u8>,
     overlong: bool,
     numbering: Numbering,
-    clock: Unwrap,
+    clock: DeviceCount,
+    expected: Option<ExpectedCount>,
     faults: LineFaults,
 }
 
@@ -73,11 +74,21 @@ impl FrameDecoder {
             self.numbering.corrupt(&mut self.faults);
             return None;
         };
-        if !self.numbering.follows(frame.sequence, &mut self.faults) {
+        let place = self.clock.place(frame.device_us, self.expected.as_ref());
+        if matches!(place, Place::Restarted(_)) {
+            self.faults.restarted += 1;
+            self.numbering.restart();
+        }
+        let later = place != Place::Past;
+        if !self
+            .numbering
+            .follows(frame.sequence, later, &mut self.faults)
+        {
             return None;
         }
+        let device_us = self.clock.take(frame.device_us, place)?;
         Some(ForceSample {
-            device_us: self.clock.advance(frame.device_us),
+            device_us,
             normal_n: f64::from(frame.normal_un) * 1e-6,
             lateral_n: f64::from(frame.lateral_un) * 1e-6,
             normal_saturated: frame.status & NORMAL_SATURATED != 0,
@@ -87,6 +98,10 @@ impl FrameDecoder {
 }
 
 impl Decoder for FrameDecoder {
+    fn expect(&mut self, expected: Option<ExpectedCount>) {
+        self.expected = expected;
+    }
+
     fn decode(&mut self, bytes: &[u8], samples: &mut Vec<ForceSample>) {
         for &byte in bytes {
             if byte == 0 {
@@ -107,11 +122,16 @@ impl Decoder for FrameDecoder {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn encode(sequence: u16, device_us: u32, normal_un: i32, lateral_un: i32) -> Vec<u8> {
+    pub(in crate::serial) fn encode(
+        sequence: u16,
+        device_us: u32,
+        normal_un: i32,
+        lateral_un: i32,
+    ) -> Vec<u8> {
         let mut body = vec![VERSION];
         body.extend(sequence.to_le_bytes());
         body.extend(device_us.to_le_bytes());
@@ -144,12 +164,15 @@ mod tests {
         let mut decoder = FrameDecoder::default();
         let mut bytes = Vec::new();
         for sequence in [65533u16, 65534, 65535, 0, 0, 5] {
-            bytes.extend(encode(sequence, u32::from(sequence), 1, 2));
+            let device_us = u32::from(sequence.wrapping_add(1000));
+            bytes.extend(encode(sequence, device_us, 1, 2));
         }
-        let mut corrupt = encode(6, 6, 1, 2);
+        let mut corrupt = encode(6, 1006, 1, 2);
         corrupt[4] ^= 0x40;
         bytes.extend(corrupt);
-        bytes.extend(encode(7, 7, 650_000, -81_000));
+        bytes.extend(encode(7, 1007, 650_000, -81_000));
+        // Another number and no later time.
+        bytes.extend(encode(8, 1007, 1, 2));
         let samples = decode(&mut decoder, &bytes);
         assert_eq!(samples.len(), 6);
         assert_eq!(
@@ -157,7 +180,7 @@ mod tests {
             LineFaults {
                 corrupt: 1,
                 lost: 4,
-                repeated: 1,
+                repeated: 2,
                 ..LineFaults::default()
             }
         );

@@ -6,6 +6,7 @@ mod port;
 mod serial_force;
 mod text_lines;
 
+pub use crate::device_time::ExpectedCount;
 pub use decoder::{Decoder, ForceSample};
 pub use frames::FrameDecoder;
 pub use port::{ForcePort, open_port};

@@ -13,6 +13,9 @@ use crate::gone::SourceGone;
 use crate::nonsense::NonsenseWatch;
 use crate::sensor_clock::SensorClock;
 
+/// Counts of the sensor's clock in a second: it counts µs.
+const COUNTS_PER_S: f64 = 1e6;
+
 /// A force sensor on a serial line.
 pub struct SerialForce {
     port: Box<dyn ForcePort>,
@@ -37,7 +40,7 @@ impl SerialForce {
         Self {
             port,
             decoder: decoder(protocol),
-            clock: SensorClock::new(latency_s),
+            clock: SensorClock::new(latency_s, COUNTS_PER_S),
             corrector: Corrector::new(correction, range_n),
             bytes: Vec::new(),
             samples: Vec::new(),
@@ -57,14 +60,19 @@ impl ForceSource for SerialForce {
         read.map_err(SourceGone::Port)?;
         // Read only now: bytes may have arrived after the caller read the clock, and no arrival may be stated early.
         let arrival_s = now_s();
+        self.decoder.expect(self.clock.look(arrival_s));
+        let restarts = self.decoder.faults().restarted;
         self.samples.clear();
         self.decoder.decode(&self.bytes, &mut self.samples);
+        if self.decoder.faults().restarted > restarts {
+            self.clock.restart();
+        }
         // The last sample of a burst has waited least: it alone shows the delay.
         if let Some(last) = self.samples.last() {
-            self.clock.arrived(seconds(last.device_us), arrival_s);
+            self.clock.arrived(last.device_us, arrival_s);
         }
         for sample in &self.samples {
-            if let Some(host_s) = self.clock.host_s(seconds(sample.device_us)) {
+            if let Some(host_s) = self.clock.host_s(sample.device_us) {
                 take(self.corrector.force(
                     Moment::Host(host_s),
                     [sample.normal_n, sample.lateral_n],
@@ -78,7 +86,7 @@ impl ForceSource for SerialForce {
     fn health(&self) -> SourceHealth {
         SourceHealth {
             faults: self.decoder.faults(),
-            drift_ppm: self.clock.drift_ppm(),
+            clock: Some(self.clock.state()),
         }
     }
 
@@ -88,14 +96,199 @@ impl ForceSource for SerialForce {
     }
 }
 
-fn seconds(device_us: u64) -> f64 {
-    device_us as f64 * 1e-6
-}
-
 /// Returns a decoder of `protocol` in its initial state.
 pub fn decoder(protocol: ForceProtocol) -> Box<dyn Decoder> {
     match protocol {
         ForceProtocol::Frames => Box::new(FrameDecoder::default()),
         ForceProtocol::Lines => Box::new(LineDecoder::default()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::sync::{Arc, Mutex};
+
+    use super::*;
+    use crate::serial::frames::tests::encode;
+
+    /// Bytes that have come.
+    #[derive(Clone, Default)]
+    struct Line(Arc<Mutex<Vec<u8>>>);
+
+    impl ForcePort for Line {
+        fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()> {
+            bytes.append(&mut self.0.lock().unwrap());
+            Ok(())
+        }
+    }
+
+    /// Time between two samples, and between two bursts, s.
+    const PERIOD_S: f64 = 1e-3;
+    const BURST_S: f64 = 0.016;
+
+    /// A sensor on a line and the source that reads it; the true time of a sample is its normal force, mN.
+    struct Rig {
+        protocol: ForceProtocol,
+        line: Line,
+        source: SerialForce,
+        /// True time at which the sensor's clock was 0, s, and by how much faster it runs.
+        began_s: f64,
+        fast: f64,
+        sequence: u16,
+        now_s: Cell<f64>,
+        taken: usize,
+        /// Greatest error of a time, s.
+        worst_s: f64,
+    }
+
+    impl Rig {
+        fn new(protocol: ForceProtocol, up_s: f64, fast: f64) -> Self {
+            let line = Line::default();
+            let source = SerialForce::new(
+                Box::new(line.clone()),
+                protocol,
+                0.0,
+                Correction::default(),
+                None,
+            );
+            Self {
+                protocol,
+                line,
+                source,
+                began_s: -up_s,
+                fast,
+                sequence: 40_000,
+                now_s: Cell::new(0.0),
+                taken: 0,
+                worst_s: 0.0,
+            }
+        }
+
+        fn send(&mut self, true_s: f64) {
+            let device_us = (1e6 * (true_s - self.began_s) * (1.0 + self.fast)) as u64 as u32;
+            let bytes = match self.protocol {
+                ForceProtocol::Lines => format!("{device_us},{},0\n", true_s).into_bytes(),
+                ForceProtocol::Frames => {
+                    self.sequence = self.sequence.wrapping_add(1);
+                    encode(self.sequence, device_us, (1e3 * true_s).round() as i32, 0)
+                }
+            };
+            self.line.0.lock().unwrap().extend(bytes);
+        }
+
+        fn poll(&mut self) {
+            let now_s = self.now_s.get();
+            let (taken, worst_s) = (&mut self.taken, &mut self.worst_s);
+            let mut take = |force: TimedForce| {
+                let Moment::Host(host_s) = force.at else {
+                    panic!("not on the host's clock");
+                };
+                *taken += 1;
+                *worst_s = worst_s.max((host_s - 1e3 * force.normal_n).abs());
+            };
+            self.source.poll(&|| now_s, &mut take).unwrap();
+        }
+
+        /// Lets time pass in which the sensor sends, or is silent.
+        fn pass(&mut self, seconds: f64, sends: bool) {
+            let end_s = self.now_s.get() + seconds;
+            (self.taken, self.worst_s) = (0, 0.0);
+            while self.now_s.get() < end_s {
+                for k in 0..(BURST_S / PERIOD_S) as u32 {
+                    if sends {
+                        self.send(self.now_s.get() + f64::from(k) * PERIOD_S);
+                    }
+                }
+                self.now_s.set(self.now_s.get() + BURST_S);
+                self.poll();
+            }
+        }
+
+        /// Resets the sensor, which boots for a second and a half.
+        fn reset(&mut self) {
+            self.pass(1.5, false);
+            self.began_s = self.now_s.get();
+            self.sequence = 0;
+        }
+
+        fn restarts(&self) -> u64 {
+            self.source.health().faults.restarted
+        }
+    }
+
+    const PROTOCOLS: [ForceProtocol; 2] = [ForceProtocol::Lines, ForceProtocol::Frames];
+
+    /// Fault 48.
+    #[test]
+    fn a_sensor_that_restarts_is_read_on_and_placed_anew_however_long_it_was_up() {
+        // Ten minutes; over 35.8, half the circle of its counter; about to wrap; wrapped.
+        for up_s in [600.0, 1793.0, 2150.0, 4293.0, 5000.0] {
+            for protocol in PROTOCOLS {
+                let mut rig = Rig::new(protocol, up_s, -5e-3);
+                rig.pass(8.0, true);
+                assert_eq!(rig.restarts(), 0);
+                rig.reset();
+                rig.pass(0.5, true);
+                // A line is used only to recognise the restart.
+                assert!(rig.taken > 495, "{protocol:?} {up_s}: {}", rig.taken);
+                assert!(rig.worst_s < 3e-3, "{protocol:?} {up_s}: {}", rig.worst_s);
+                rig.pass(6.0, true);
+                assert!(rig.worst_s < 2e-3, "{protocol:?} {up_s}: {}", rig.worst_s);
+                assert_eq!(rig.restarts(), 1, "{protocol:?} {up_s}");
+                let faults = rig.source.health().faults;
+                assert_eq!((faults.repeated, faults.lost), (0, 0));
+                rig.reset();
+                rig.pass(0.5, true);
+                assert_eq!(rig.restarts(), 2, "{protocol:?} {up_s}");
+            }
+        }
+    }
+
+    /// Fault 22.
+    #[test]
+    fn a_sensor_that_was_silent_for_longer_than_half_its_circle_goes_on() {
+        for protocol in PROTOCOLS {
+            let mut rig = Rig::new(protocol, 100.0, 9e-3);
+            rig.pass(8.0, true);
+            // With the numbers of its frames further on by more than half their circle.
+            rig.sequence = rig.sequence.wrapping_add(40_000);
+            rig.now_s.set(rig.now_s.get() + 2400.0);
+            rig.poll();
+            rig.pass(1.0, true);
+            let faults = rig.source.health().faults;
+            assert_eq!((faults.restarted, faults.repeated), (0, 0), "{protocol:?}");
+            assert!(rig.taken > 990 && rig.worst_s < 0.02, "{}", rig.worst_s);
+        }
+    }
+
+    #[test]
+    fn readings_that_have_waited_for_the_program_are_of_no_restart() {
+        let mut rig = Rig::new(ForceProtocol::Frames, 100.0, 0.0);
+        rig.pass(6.0, true);
+        // The program stood still for four seconds: the port holds the first ones.
+        for k in 0..500 {
+            rig.send(rig.now_s.get() + f64::from(k) * PERIOD_S);
+        }
+        rig.now_s.set(rig.now_s.get() + 4.0);
+        (rig.taken, rig.worst_s) = (0, 0.0);
+        rig.poll();
+        rig.pass(1.0, true);
+        assert_eq!(rig.restarts(), 0);
+        assert!(rig.worst_s < 3e-3, "{}", rig.worst_s);
+    }
+
+    /// Fault 22.
+    #[test]
+    fn a_line_with_a_garbled_time_is_corrupt_and_moves_no_clock() {
+        let mut rig = Rig::new(ForceProtocol::Lines, 100.0, 0.0);
+        rig.pass(6.0, true);
+        for garbled in ["3000000000,1,0\n", "17,1,0\n"] {
+            rig.line.0.lock().unwrap().extend(garbled.as_bytes());
+            rig.pass(0.5, true);
+            assert!(rig.taken >= 499 && rig.worst_s < 3e-3);
+        }
+        let faults = rig.source.health().faults;
+        assert_eq!((faults.corrupt, faults.restarted), (2, 0));
     }
 }

@@ -1,9 +1,11 @@
 //! The text format: one line `<device µs>,<normal mN>,<lateral mN>` for each sample.
 
 use super::decoder::{Decoder, ForceSample};
-use crate::device_time::Unwrap;
+use crate::device_time::{DeviceCount, ExpectedCount, Place};
 use crate::force_source::LineFaults;
 
+/// Most that device time advances by from one line to the next of a device that has restarted, µs.
+const LONGEST_STEP_US: u32 = 1_000_000;
 /// Length that no line of the format exceeds, bytes.
 const LONGEST_LINE_BYTES: usize = 80;
 
@@ -22,7 +24,10 @@ pub struct LineDecoder {
     line: Vec<u8>,
     /// Whether the first line, usually torn, has ended.
     begun: bool,
-    clock: Unwrap,
+    clock: DeviceCount,
+    expected: Option<ExpectedCount>,
+    /// Device time of the last line, if it is that of a device that has restarted, or garbled, µs.
+    suspect: Option<u32>,
     faults: LineFaults,
 }
 
@@ -48,6 +53,22 @@ fn parse(line: &[u8]) -> Option<(u32, f64, f64)> {
 }
 
 impl LineDecoder {
+    /// Returns whether the line before this one was of a restarted device too. One alone may be garbled, for lines have
+    /// no checksum: the next one decides.
+    fn is_confirmed(&mut self, device_us: u32) -> bool {
+        let Some(before_us) = self.suspect.replace(device_us) else {
+            return false;
+        };
+        let step_us = device_us.wrapping_sub(before_us);
+        let confirmed = (1..=LONGEST_STEP_US).contains(&step_us);
+        if confirmed {
+            self.suspect = None;
+        } else {
+            self.faults.corrupt += 1;
+        }
+        confirmed
+    }
+
     fn end_of_line(&mut self) -> Option<ForceSample> {
         if !std::mem::replace(&mut self.begun, true) || self.line.first() == Some(&b'#') {
             return None;
@@ -57,12 +78,21 @@ impl LineDecoder {
             self.faults.corrupt += 1;
             return None;
         };
-        if self.clock.last.is_some() && self.clock.peek(device_us) <= 0 {
+        let place = self.clock.place(device_us, self.expected.as_ref());
+        if matches!(place, Place::Restarted(_)) {
+            if !self.is_confirmed(device_us) {
+                return None;
+            }
+            self.faults.restarted += 1;
+        } else if self.suspect.take().is_some() {
+            self.faults.corrupt += 1;
+        }
+        let Some(device_us) = self.clock.take(device_us, place) else {
             self.faults.repeated += 1;
             return None;
-        }
+        };
         Some(ForceSample {
-            device_us: self.clock.advance(device_us),
+            device_us,
             normal_n: normal_mn * 1e-3,
             lateral_n: lateral_mn * 1e-3,
             normal_saturated: false,
@@ -72,6 +102,10 @@ impl LineDecoder {
 }
 
 impl Decoder for LineDecoder {
+    fn expect(&mut self, expected: Option<ExpectedCount>) {
+        self.expected = expected;
+    }
+
     fn decode(&mut self, bytes: &[u8], samples: &mut Vec<ForceSample>) {
         for &byte in bytes {
             if byte == b'\n' {

@@ -157,7 +157,7 @@ impl ForceSensorTable {
             creep_time_s: 0.1, 1e4, "s";
             lateral_to_normal: -0.5, 0.5, "";
             normal_to_lateral: -0.5, 0.5, "";
-            clock_ppm: -1e3, 1e3, "ppm";
+            clock_ppm: -1e4, 1e4, "ppm";
             burst_period_s: 1e-4, 0.1, "s";
         }
         self.gauges.check()

@@ -1,0 +1,46 @@
+//! Clocks of the sensors during a recording, for its manifest.
+
+use impedance::clock_alignment::ClockState;
+use recording::manifest::{ClockOf, RecordedClock};
+
+use crate::gauges::Gauges;
+
+/// How the clocks fare during a recording: the latest drift of each, and the greatest residual.
+#[derive(Debug, Default)]
+pub(crate) struct RecordedClocks([Option<RecordedClock>; 3]);
+
+impl RecordedClocks {
+    /// Takes how the clocks fare now.
+    pub(crate) fn look(&mut self, gauges: &Gauges) {
+        let Some(card) = gauges.card_clock.get() else {
+            return;
+        };
+        let field = gauges.field.get().unwrap_or_default();
+        let against_card = |clock: Option<ClockState>| {
+            let clock = clock?;
+            Some((clock.fast_ppm_against(&card)?, clock.residual_s))
+        };
+        let card_itself = card.fast_ppm().map(|ppm| (ppm, card.residual_s));
+        let now = [
+            (ClockOf::SoundCard, card_itself),
+            (ClockOf::ForceSensor, against_card(field.force_clock)),
+            (ClockOf::Encoder, against_card(field.position_clock)),
+        ];
+        for (known, (of, state)) in self.0.iter_mut().zip(now) {
+            let Some((drift_ppm, residual_s)) = state else {
+                continue;
+            };
+            let before_s = known.as_ref().and_then(|known| known.residual_s);
+            *known = Some(RecordedClock {
+                of,
+                drift_ppm,
+                residual_s: before_s.into_iter().chain(residual_s).reduce(f64::max),
+            });
+        }
+    }
+
+    /// Returns the clocks that are known.
+    pub(crate) fn entries(&self) -> Vec<RecordedClock> {
+        self.0.iter().flatten().cloned().collect()
+    }
+}

@@ -1,0 +1,62 @@
+//! How a clock fares, and how far it may be off.
+
+/// Largest share by which a source's clock may differ from the clock that it is placed on. A crystal is within 100 ppm,
+/// a ceramic resonator within 0.5 %. The map follows any drift; who uses it refuses one beyond this.
+pub const TOLERANCE: f64 = 0.01;
+/// Residual beyond which times on the map are flagged, s.
+pub const MISPLACED_S: f64 = 2e-3;
+
+/// Time by which a clock must have left its tolerance before it is called beyond, s: more than arrivals vary by.
+const BEYOND_S: f64 = 0.05;
+
+/// How a source's clock fares against the host's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ClockState {
+    /// How much faster the host's clock runs than the source's, parts per million.
+    pub drift_ppm: f64,
+    /// Span of the observations from which the drift is known, s.
+    pub span_s: f64,
+    /// Whether the map is settled.
+    pub settled: bool,
+    /// How far the map was from the promptest arrivals of the last 5 s, s: their median; `None` until that is known.
+    pub residual_s: Option<f64>,
+}
+
+impl ClockState {
+    /// Returns how much faster the clock runs than the host's, parts per million; `None` until the map is settled.
+    #[must_use]
+    pub fn fast_ppm(&self) -> Option<f64> {
+        let host = Self {
+            settled: true,
+            ..Self::default()
+        };
+        self.fast_ppm_against(&host)
+    }
+
+    /// Returns how much faster the clock runs than that of `reference`, parts per million; `None` until both maps are
+    /// settled.
+    #[must_use]
+    pub fn fast_ppm_against(&self, reference: &Self) -> Option<f64> {
+        (self.settled && reference.settled).then(|| 1e6 * self.fast_by(reference))
+    }
+
+    /// Returns how much faster the clock runs than that of `reference`, parts per million, if that is surely more than
+    /// [`TOLERANCE`] either way: if it has gained or lost 50 ms more than it may.
+    #[must_use]
+    pub fn beyond(&self, reference: &Self) -> Option<f64> {
+        let fast = self.fast_by(reference);
+        let span_s = self.span_s.min(reference.span_s);
+        let surely = (fast.abs() - TOLERANCE) * span_s > BEYOND_S;
+        surely.then_some(1e6 * fast)
+    }
+
+    fn fast_by(&self, reference: &Self) -> f64 {
+        (1.0 + 1e-6 * reference.drift_ppm) / (1.0 + 1e-6 * self.drift_ppm) - 1.0
+    }
+
+    /// Returns whether times on the map may be wrong by more than [`MISPLACED_S`].
+    #[must_use]
+    pub fn misplaces(&self) -> bool {
+        self.residual_s.is_some_and(|off_s| off_s > MISPLACED_S)
+    }
+}

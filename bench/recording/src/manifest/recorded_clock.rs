@@ -1,0 +1,42 @@
+//! `[[clocks]]`: how the clocks fared that readings are placed by.
+
+use serde::{Deserialize, Serialize};
+
+use super::manifest_error::{ManifestError, finite, not_negative};
+
+/// A clock during a recording.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct RecordedClock {
+    /// Device that it is of.
+    pub of: ClockOf,
+    /// How much faster it ran than the sound card's, or the sound card's than the computer's, parts per million.
+    pub drift_ppm: f64,
+    /// Greatest time by which its readings arrived from where the clock places them, s; the median over 5 s each. Absent
+    /// if it was not known yet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_s: Option<f64>,
+}
+
+/// Device with a clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum ClockOf {
+    /// The sound card, whose clock the recording's times are on.
+    SoundCard,
+    /// The force sensor.
+    ForceSensor,
+    /// Counter of the encoder.
+    Encoder,
+}
+
+impl RecordedClock {
+    /// Checks the rules of entry number `index`.
+    pub(super) fn validate(&self, index: usize) -> Result<(), ManifestError> {
+        finite(&format!("clocks[{index}].drift_ppm"), self.drift_ppm)?;
+        let residual_s = self.residual_s.unwrap_or(0.0);
+        not_negative(&format!("clocks[{index}].residual_s"), residual_s)
+    }
+}

@@ -3,9 +3,9 @@
 //! Stores into mapped memory wait for nobody, and the file keeps them when the program hangs, is killed or has ended: another
 //! program sees when the plate became silent whatever has become of the bench. The file belongs where no disk is behind it
 //! (`/dev/shm`). Times are of the machine's monotonic clock, ns, taken when a period was simulated: a machine that is late
-//! makes them later, never earlier.
+//! makes them later, never earlier. Beside the screen is a button: [`press_estop`] presses the e-stop from that other program.
 
-use std::io;
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 
 /// Drive across the actuators over this counts, V RMS over a period of the simulation.
@@ -27,9 +27,10 @@ enum Word {
     Beat,
     Opened,
     Late,
+    Estop,
 }
 
-const WORDS: usize = Word::Late as usize + 1;
+const WORDS: usize = Word::Estop as usize + 1;
 
 const ENABLE: u64 = 1;
 const HEARTBEAT: u64 = 2;
@@ -110,6 +111,17 @@ impl Readings {
     }
 }
 
+/// Presses the e-stop of the apparatus whose oscilloscope has the file at `path`, or releases it.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn press_estop(path: &Path, pressed: bool) -> io::Result<()> {
+    let mut file = std::fs::File::options().write(true).open(path)?;
+    let at = Word::Estop as usize * size_of::<u64>();
+    file.seek(SeekFrom::Start(at as u64))?;
+    file.write_all(&u64::from(pressed).to_ne_bytes())
+}
+
 /// Returns the machine's monotonic time, ns: the clock of [`Readings`].
 #[cfg(unix)]
 #[must_use]
@@ -124,6 +136,7 @@ pub(crate) struct Oscilloscope {
     screen: screen::Screen,
     lines: Option<AmplifierLines>,
     looked_ns: u64,
+    pressed: bool,
 }
 
 impl Oscilloscope {
@@ -138,7 +151,15 @@ impl Oscilloscope {
             screen,
             lines: None,
             looked_ns: 0,
+            pressed: false,
         })
+    }
+
+    /// Returns whether the e-stop is pressed, when its button has been pressed or released since the last call.
+    pub fn pressed(&mut self) -> Option<bool> {
+        let pressed = self.screen.get(Word::Estop) != 0;
+        let before = std::mem::replace(&mut self.pressed, pressed);
+        (pressed != before).then_some(pressed)
     }
 
     /// Takes in a period that ends now: the card's samples, the voltage across the actuators and the lines.
@@ -240,6 +261,10 @@ mod screen {
             self.word(word).store(value, Ordering::Release);
         }
 
+        pub(super) fn get(&self, word: Word) -> u64 {
+            self.word(word).load(Ordering::Acquire)
+        }
+
         pub(super) fn raise(&self, word: Word, value: u64) {
             self.word(word).fetch_max(value, Ordering::AcqRel);
         }
@@ -269,6 +294,10 @@ mod screen {
         }
 
         pub(super) fn set(&self, _word: Word, _value: u64) {
+            match self.0 {}
+        }
+
+        pub(super) fn get(&self, _word: Word) -> u64 {
             match self.0 {}
         }
 
@@ -314,6 +343,9 @@ mod tests {
         };
         scope.see(50, &[0.001, 0.5], 0.2, off);
         scope.see(60, &[0.001, -0.001], 0.0, off);
+        assert_eq!(scope.pressed(), None);
+        press_estop(&path, true).unwrap();
+        assert_eq!((scope.pressed(), scope.pressed()), (Some(true), None));
         drop(scope);
         let seen = Readings::read(&path).unwrap().unwrap();
         let expected = Readings {

@@ -4,6 +4,7 @@ pub mod apparatus;
 mod field_box;
 pub mod host;
 mod network;
+pub mod oscilloscope;
 pub mod pins;
 pub mod rack;
 pub mod serial;

@@ -22,6 +22,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use embedded_hal::digital::{Error, ErrorKind, ErrorType, InputPin, OutputPin};
 
+use crate::oscilloscope::AmplifierLines;
 use crate::world_clock::{Pace, WorldClock};
 use mock_world::scenario::Scenario;
 
@@ -190,6 +191,15 @@ impl PinBoard {
             && self.estop_healthy();
         (closed || self.relay_welded.load(Ordering::Acquire))
             && !self.amplifier_dead.load(Ordering::Acquire)
+    }
+
+    /// Returns the levels of the amplifier's lines, beside whether it passes the drive.
+    pub(crate) fn amplifier_lines(&self, power: bool) -> AmplifierLines {
+        AmplifierLines {
+            enable: self.enable.load(Ordering::Acquire),
+            heartbeat: self.heartbeat.load(Ordering::Acquire),
+            power,
+        }
     }
 
     /// Returns the encoder's counts, as a counter in hardware beside it has them.

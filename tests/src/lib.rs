@@ -2,7 +2,9 @@
 
 pub mod campaign;
 pub mod handbook;
+pub mod held;
 pub mod house;
+pub mod hung;
 pub mod in_process;
 pub mod panicking;
 pub mod program;

@@ -46,6 +46,14 @@ pub enum ApparatusError {
         /// Where it should be.
         path: PathBuf,
     },
+    /// The oscilloscope's file could not be made.
+    #[error("the file {} of the oscilloscope cannot be made", path.display())]
+    Oscilloscope {
+        /// Where it should be.
+        path: PathBuf,
+        /// Why not.
+        source: io::Error,
+    },
     /// The real-time thread could not be started.
     #[error("the thread of the apparatus cannot be started")]
     Thread(#[source] io::Error),

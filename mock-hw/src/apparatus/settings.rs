@@ -29,6 +29,8 @@ pub struct ApparatusConfig {
     /// An existing folder for `truth.json` and `truth.csv`; they are not written when absent. They begin with the first
     /// period in which a stream of the bench's converter is open.
     pub truth_path: Option<PathBuf>,
+    /// File of an oscilloscope on the drive; there is none when absent.
+    pub oscilloscope_path: Option<PathBuf>,
     /// Faults that are injected, each at its time from the first period in which both streams of the bench's converter
     /// play. Those of the scenario are not injected by themselves.
     pub faults: Vec<RehearsedFault>,
@@ -48,6 +50,7 @@ impl ApparatusConfig {
             period_frames: 64,
             force_start: None,
             truth_path: None,
+            oscilloscope_path: None,
             faults: Vec::new(),
         }
     }

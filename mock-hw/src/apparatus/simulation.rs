@@ -18,6 +18,7 @@ use super::senses::Senses;
 use super::settings::ApparatusConfig;
 use super::world::World;
 use crate::host::{SoundCards, cpal_host};
+use crate::oscilloscope::Oscilloscope;
 use crate::pins::{PinBoard, Pins};
 use crate::rack::Rack;
 use crate::serial::DeviceStart;
@@ -84,7 +85,7 @@ impl Apparatus {
     ///
     /// # Errors
     /// [`ApparatusError`] when the period fits no sound card, the folder for the truth does not exist, or the operating
-    /// system refuses a pseudo-terminal or the real-time thread.
+    /// system refuses a pseudo-terminal, the oscilloscope's file or the real-time thread.
     pub fn new(config: ApparatusConfig) -> Result<Self, ApparatusError> {
         let frames = config.period_frames;
         if !PERIOD_FRAMES.contains(&frames) || !frames.is_multiple_of(PERIOD_MULTIPLE) {
@@ -128,6 +129,7 @@ impl Apparatus {
         let voltmeter = Voltmeter::open(&scenario.meter, config.seed, stepped)
             .map_err(ApparatusError::Serial)?;
         let voltmeter_port = voltmeter.path().map(Path::to_owned);
+        let oscilloscope = oscilloscope(config.oscilloscope_path.as_deref())?;
         let world = Box::new(World::new(
             &config,
             &clock,
@@ -135,7 +137,7 @@ impl Apparatus {
             &board,
             &force,
             &senses,
-            (vibrometer, voltmeter),
+            (vibrometer, voltmeter, oscilloscope),
         ));
         let patchbay = world.patchbay();
         let masses = world.masses();
@@ -358,6 +360,16 @@ impl ApparatusClock {
 fn port<'a>(path: &'a Option<PathBuf>, device: &'static str) -> Result<&'a Path, ApparatusError> {
     path.as_deref()
         .ok_or(ApparatusError::NoSerialPort { device })
+}
+
+fn oscilloscope(path: Option<&Path>) -> Result<Option<Oscilloscope>, ApparatusError> {
+    let open = |path: &Path| {
+        Oscilloscope::open(path).map_err(|source| ApparatusError::Oscilloscope {
+            path: path.to_owned(),
+            source,
+        })
+    };
+    path.map(open).transpose()
 }
 
 /// Starts the thread that keeps the simulation level with the machine's clock.

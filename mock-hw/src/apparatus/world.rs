@@ -14,6 +14,7 @@ use super::rehearsal_hand::{RehearsalHand, Timetable};
 use super::senses::Senses;
 use super::settings::ApparatusConfig;
 use crate::host::SoundCards;
+use crate::oscilloscope::Oscilloscope;
 use crate::pins::PinBoard;
 use crate::sound_layer::SoundLayer;
 use crate::vibrometer::Vibrometer;
@@ -55,6 +56,7 @@ pub(super) struct World {
     inputs: Vec<f32>,
     vibrometer: Vibrometer,
     voltmeter: Voltmeter,
+    oscilloscope: Option<Oscilloscope>,
     plate: PlateTable,
     /// Share of the spread of the sound layer's delay on this opening.
     delay_share: f64,
@@ -68,7 +70,7 @@ impl World {
         board: &Arc<PinBoard>,
         force: &ForceSide,
         senses: &Senses,
-        (vibrometer, voltmeter): (Vibrometer, Voltmeter),
+        (vibrometer, voltmeter, oscilloscope): (Vibrometer, Voltmeter, Option<Oscilloscope>),
     ) -> Self {
         let opened = config.seed.wrapping_add(config.opening.rotate_left(32));
         let delay_share = seed::stream(opened, seed::Stream::SoundLayer).random::<f64>();
@@ -109,6 +111,7 @@ impl World {
             inputs: vec![0.0; most_frames * scenario.converter.channels],
             vibrometer,
             voltmeter,
+            oscilloscope,
             plate: scenario.plate.clone(),
             delay_share,
         }
@@ -135,6 +138,9 @@ impl World {
         self.follow_rate();
         self.begin_truth()?;
         self.timetable.carry_out(start_ns, self.cards.is_running());
+        if let Some(pressed) = self.oscilloscope.as_mut().and_then(Oscilloscope::pressed) {
+            self.board.press_estop(pressed);
+        }
         let frames = self.clock.period_frames_at(self.rate_hz);
         let drive = &mut self.drive[..frames];
         let inputs = &mut self.inputs[..frames * self.plant.channels()];
@@ -152,6 +158,11 @@ impl World {
         self.plant.set_amplifier_gain(self.board.amplifier_gain());
         self.masses.carry_out(&mut self.plant);
         self.plant.step(drive, gate, &act.finger, inputs);
+        if let Some(oscilloscope) = &mut self.oscilloscope {
+            let volts = self.plant.volts();
+            let rms_v = (volts.sum_v2 / f64::from(volts.frames.max(1))).sqrt();
+            oscilloscope.look(drive, rms_v, self.board.amplifier_lines(gate));
+        }
         self.force.lay(inputs, self.plant.channels());
         self.layer.record(inputs);
         self.cards.record(start_ns, self.rate_hz, inputs);

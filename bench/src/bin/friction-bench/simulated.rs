@@ -1,6 +1,6 @@
 //! The simulated apparatus in the place of hardware.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -93,6 +93,9 @@ pub fn cards(scenario: &str) -> anyhow::Result<Vec<daqmx::Card>> {
 /// Number of openings of simulated streams so far.
 static OPENINGS: AtomicU64 = AtomicU64::new(0);
 
+/// Variable of the environment with the file of an oscilloscope on the simulated drive, see `mock_hw::oscilloscope`.
+const OSCILLOSCOPE: &str = "FRICTION_BENCH_OSCILLOSCOPE";
+
 /// A free-running apparatus lives on this date, so that the same seed gives the same files.
 const FREE_RUNNING_DATE: &str = "2026-01-01T09:00:00Z";
 
@@ -117,6 +120,7 @@ pub fn apparatus(
     let mut config = ApparatusConfig::new(scenario, seed, pace);
     config.opening = OPENINGS.fetch_add(1, Ordering::Relaxed);
     config.truth_path = truth.map(Path::to_owned);
+    config.oscilloscope_path = std::env::var_os(OSCILLOSCOPE).map(PathBuf::from);
     config.faults = faults.to_vec();
     if card.is_some() {
         config = config.with_acquisition_card();

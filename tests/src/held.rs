@@ -1,0 +1,285 @@
+//! Threads of a running program, each held at a system call that it makes, as a disk, a network or a terminal that has stopped
+//! answering holds it.
+//!
+//! A held thread stands at the entry of the call until it is released; the others go on. Everything but the hold itself is
+//! as in a program that nobody looks at.
+#![cfg(target_os = "linux")]
+#![expect(unsafe_code, reason = "no safe crate of the workspace traces a thread")]
+
+use std::ptr::null_mut;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{JoinHandle, sleep};
+use std::time::{Duration, Instant};
+
+use libc::{c_int, c_uint, c_void, pid_t};
+
+/// Looks at a traced thread come this often.
+const LOOK: Duration = Duration::from_micros(50);
+/// Signal of a stop at a system call.
+const AT_CALL: c_int = libc::SIGTRAP | 0x80;
+
+/// A thread of a program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Thread {
+    /// Its number.
+    pub id: pid_t,
+    /// Its name.
+    pub name: String,
+}
+
+/// Returns the threads of the process `pid`, none once it has ended.
+#[must_use]
+pub fn threads(pid: u32) -> Vec<Thread> {
+    let Ok(entries) = std::fs::read_dir(format!("/proc/{pid}/task")) else {
+        return Vec::new();
+    };
+    let thread = |entry: std::io::Result<std::fs::DirEntry>| {
+        let entry = entry.ok()?;
+        let name = std::fs::read_to_string(entry.path().join("comm")).ok()?;
+        Some(Thread {
+            id: entry.file_name().to_str()?.parse().ok()?,
+            name: name.trim_end().to_owned(),
+        })
+    };
+    entries.filter_map(thread).collect()
+}
+
+/// Returns whether the process `pid` has ended, though nobody may have waited for it.
+#[must_use]
+pub fn has_ended(pid: u32) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    let state = status.rsplit_once(") ").map_or("", |(_, after)| after);
+    let alone = std::fs::read_dir(format!("/proc/{pid}/task")).map_or(0, Iterator::count) <= 1;
+    state.is_empty() || alone && state.starts_with(['Z', 'X'])
+}
+
+/// Returns the numbers of the system call of this name.
+///
+/// # Panics
+/// When this module does not know it.
+#[must_use]
+pub fn numbers(call: &str) -> Vec<i64> {
+    let number = match call {
+        // One that was interrupted goes on as another call.
+        "clock_nanosleep" => {
+            return vec![libc::SYS_clock_nanosleep, libc::SYS_restart_syscall];
+        }
+        "futex" => libc::SYS_futex,
+        "statfs" => libc::SYS_statfs,
+        "statx" => libc::SYS_statx,
+        "openat" => libc::SYS_openat,
+        "close" => libc::SYS_close,
+        "read" => libc::SYS_read,
+        "write" => libc::SYS_write,
+        "writev" => libc::SYS_writev,
+        "lseek" => libc::SYS_lseek,
+        "fsync" => libc::SYS_fsync,
+        "fdatasync" => libc::SYS_fdatasync,
+        "ftruncate" => libc::SYS_ftruncate,
+        "getdents64" => libc::SYS_getdents64,
+        "fcntl" => libc::SYS_fcntl,
+        "ioctl" => libc::SYS_ioctl,
+        "flock" => libc::SYS_flock,
+        "ppoll" => libc::SYS_ppoll,
+        "epoll_wait" => return vec![EPOLL_WAIT, libc::SYS_epoll_pwait],
+        "poll" => POLL,
+        "rename" => return vec![RENAME, libc::SYS_renameat, libc::SYS_renameat2],
+        "mkdir" => return vec![MKDIR, libc::SYS_mkdirat],
+        "chmod" => return vec![CHMOD, libc::SYS_fchmodat],
+        "fchmod" => libc::SYS_fchmod,
+        "unlink" => return vec![UNLINK, libc::SYS_unlinkat],
+        "recvfrom" => libc::SYS_recvfrom,
+        "sendto" => libc::SYS_sendto,
+        "accept4" => libc::SYS_accept4,
+        "connect" => libc::SYS_connect,
+        "mprotect" => libc::SYS_mprotect,
+        _ => panic!("{call} is not in the table of calls: add it"),
+    };
+    vec![number]
+}
+
+#[cfg(target_arch = "x86_64")]
+const EPOLL_WAIT: i64 = libc::SYS_epoll_wait;
+#[cfg(target_arch = "x86_64")]
+const POLL: i64 = libc::SYS_poll;
+#[cfg(target_arch = "x86_64")]
+const RENAME: i64 = libc::SYS_rename;
+#[cfg(target_arch = "x86_64")]
+const MKDIR: i64 = libc::SYS_mkdir;
+#[cfg(target_arch = "x86_64")]
+const CHMOD: i64 = libc::SYS_chmod;
+#[cfg(target_arch = "x86_64")]
+const UNLINK: i64 = libc::SYS_unlink;
+// Newer architectures have the younger calls alone.
+#[cfg(not(target_arch = "x86_64"))]
+const EPOLL_WAIT: i64 = libc::SYS_epoll_pwait;
+#[cfg(not(target_arch = "x86_64"))]
+const POLL: i64 = libc::SYS_ppoll;
+#[cfg(not(target_arch = "x86_64"))]
+const RENAME: i64 = libc::SYS_renameat2;
+#[cfg(not(target_arch = "x86_64"))]
+const MKDIR: i64 = libc::SYS_mkdirat;
+#[cfg(not(target_arch = "x86_64"))]
+const CHMOD: i64 = libc::SYS_fchmodat;
+#[cfg(not(target_arch = "x86_64"))]
+const UNLINK: i64 = libc::SYS_unlinkat;
+
+/// A thread that is held; it goes on when this is dropped.
+pub struct Held {
+    released: Arc<AtomicBool>,
+    tracer: Option<JoinHandle<()>>,
+}
+
+impl Held {
+    /// Holds the thread `id` of the process `pid` at its next call of one of these numbers; `None` if it makes none `within`.
+    ///
+    /// # Panics
+    /// When the system does not let this process trace its own child.
+    #[must_use]
+    pub fn at(pid: u32, id: pid_t, calls: &[i64], within: Duration) -> Option<Self> {
+        let released = Arc::new(AtomicBool::new(false));
+        let (is_held, held): (Sender<bool>, Receiver<bool>) = channel();
+        let tracer = Tracer {
+            id,
+            leads: u32::try_from(id) == Ok(pid),
+            calls: calls.to_vec(),
+            released: Arc::clone(&released),
+        };
+        // A thread is traced by one thread, which alone may ask anything of it.
+        let tracer = std::thread::spawn(move || tracer.hold(Instant::now() + within, &is_held));
+        let holder = Self {
+            released,
+            tracer: Some(tracer),
+        };
+        match held.recv() {
+            Ok(true) => Some(holder),
+            Ok(false) | Err(_) => None,
+        }
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        self.released.store(true, Ordering::Release);
+        if let Some(Err(panic)) = self.tracer.take().map(JoinHandle::join)
+            && !std::thread::panicking()
+        {
+            std::panic::resume_unwind(panic);
+        }
+    }
+}
+
+/// What a look at a traced thread shows.
+enum Seen {
+    Nothing,
+    /// It stopped for this signal, by this event.
+    Stop(c_int, c_int),
+    Gone,
+}
+
+struct Tracer {
+    id: pid_t,
+    /// Whether it is the thread by which its parent waits for the process: its end is not this tracer's to take.
+    leads: bool,
+    calls: Vec<i64>,
+    released: Arc<AtomicBool>,
+}
+
+impl Tracer {
+    fn ask(&self, request: c_uint, address: *mut c_void, data: *mut c_void) -> libc::c_long {
+        // SAFETY: the requests that are made write nothing, or into a value that `data` points to for the call.
+        unsafe { libc::ptrace(request, self.id, address, data) }
+    }
+
+    fn hold(&self, until: Instant, is_held: &Sender<bool>) {
+        let good = libc::PTRACE_O_TRACESYSGOOD as usize as *mut c_void;
+        if self.ask(libc::PTRACE_SEIZE, null_mut(), good) != 0 {
+            let error = std::io::Error::last_os_error();
+            // It may have ended.
+            assert!(
+                error.raw_os_error() == Some(libc::ESRCH),
+                "a test may not trace the program that it started: {error}"
+            );
+            let _ = is_held.send(false);
+            return;
+        }
+        self.ask(libc::PTRACE_INTERRUPT, null_mut(), null_mut());
+        let (mut held, mut leaving) = (false, false);
+        loop {
+            match self.look() {
+                Seen::Gone => break,
+                Seen::Nothing if held && self.released.load(Ordering::Acquire) => {
+                    self.ask(libc::PTRACE_DETACH, null_mut(), null_mut());
+                    return;
+                }
+                Seen::Nothing => {
+                    if !held && !leaving && Instant::now() > until {
+                        leaving = true;
+                        self.ask(libc::PTRACE_INTERRUPT, null_mut(), null_mut());
+                    }
+                    sleep(LOOK);
+                }
+                Seen::Stop(signal, event) => {
+                    let by_itself = signal == AT_CALL || event == libc::PTRACE_EVENT_STOP;
+                    let heard = if by_itself { 0 } else { signal as usize };
+                    if leaving {
+                        self.ask(libc::PTRACE_DETACH, null_mut(), heard as *mut c_void);
+                        break;
+                    }
+                    if signal == AT_CALL && self.enters() {
+                        held = true;
+                        let _ = is_held.send(true);
+                    } else {
+                        self.ask(libc::PTRACE_SYSCALL, null_mut(), heard as *mut c_void);
+                    }
+                }
+            }
+        }
+        if !held {
+            let _ = is_held.send(false);
+        }
+    }
+
+    /// Whether the thread stands at the entry of one of the calls.
+    fn enters(&self) -> bool {
+        // SAFETY: a value of numbers alone.
+        let mut info: libc::ptrace_syscall_info = unsafe { std::mem::zeroed() };
+        let size = size_of_val(&info);
+        let read = self.ask(
+            libc::PTRACE_GET_SYSCALL_INFO,
+            size as *mut c_void,
+            (&raw mut info).cast(),
+        );
+        if read <= 0 || info.op != libc::PTRACE_SYSCALL_INFO_ENTRY {
+            return false;
+        }
+        // SAFETY: `op` says that this is what was written.
+        let number = unsafe { info.u.entry.nr };
+        self.calls.contains(&(number as i64))
+    }
+
+    fn look(&self) -> Seen {
+        let exits = if self.leads { 0 } else { libc::WEXITED };
+        let options = libc::WSTOPPED | libc::WNOHANG | libc::__WALL | exits;
+        // SAFETY: a value of numbers alone, which the call fills.
+        let mut info: libc::siginfo_t = unsafe { std::mem::zeroed() };
+        // SAFETY: the pointer is to a value that lives longer than the call.
+        let failed =
+            unsafe { libc::waitid(libc::P_PID, self.id as c_uint, &raw mut info, options) };
+        if failed != 0 {
+            return Seen::Gone;
+        }
+        // SAFETY: `waitid` has filled what these read, or left it 0.
+        let (pid, status) = unsafe { (info.si_pid(), info.si_status()) };
+        if pid == 0 {
+            let dead = self.leads && has_ended(self.id as u32);
+            return if dead { Seen::Gone } else { Seen::Nothing };
+        }
+        match info.si_code {
+            libc::CLD_TRAPPED | libc::CLD_STOPPED => Seen::Stop(status & 0xff, status >> 8),
+            _ => Seen::Gone,
+        }
+    }
+}

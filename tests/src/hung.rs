@@ -1,0 +1,388 @@
+//! Sessions in real time whose threads hang, and an oscilloscope on the plate that sees what a stop does all the same.
+#![cfg(target_os = "linux")]
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use mock_hw::oscilloscope::{Readings, monotonic_ns, press_estop};
+use protocols::{SessionEventKind, TrialOutcome, records_from_events};
+use rustix::process::Signal;
+use tempfile::TempDir;
+
+use crate::held::{Held, Thread, has_ended, numbers, threads};
+use crate::program::bench;
+use crate::running::{Running, until};
+use crate::screen::Screen;
+use crate::session::{SessionFolder, demo_with, finish, text, with};
+
+/// Longest time in which a session comes to drive the plate.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Longer than the modulation, whose drive falls through zero, keeps the plate silent, ns.
+const QUIET_NS: u64 = 400_000_000;
+/// Time between the two keys of a stop that asks first.
+const ANSWER: Duration = Duration::from_millis(200);
+
+/// A stop of the drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stop {
+    /// The operator's key `e`.
+    Key,
+    /// The operator's key `q`, and `y`.
+    Quit,
+    /// Ctrl-C on the operator's keyboard, and `y`.
+    Interrupt,
+    /// SIGTERM.
+    Terminate,
+    /// The e-stop.
+    EStop,
+}
+
+impl Stop {
+    /// All of them.
+    pub const ALL: [Self; 5] = [
+        Self::Key,
+        Self::Quit,
+        Self::Interrupt,
+        Self::Terminate,
+        Self::EStop,
+    ];
+
+    /// Whether it is asked for at the operator's keyboard.
+    #[must_use]
+    pub fn is_typed(self) -> bool {
+        matches!(self, Self::Key | Self::Quit | Self::Interrupt)
+    }
+}
+
+impl fmt::Display for Stop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Key => "e",
+            Self::Quit => "q y",
+            Self::Interrupt => "Ctrl-C y",
+            Self::Terminate => "SIGTERM",
+            Self::EStop => "e-stop",
+        })
+    }
+}
+
+/// What a session is made of.
+#[derive(Debug, Clone)]
+pub struct Rig {
+    /// Simulated scenario.
+    pub scenario: &'static str,
+    /// Duration of an exploration, s: the plate is driven for longer.
+    pub stroke_s: f64,
+    /// Number of trials.
+    pub trials: u32,
+    /// What else `run` is told; `{folder}` stands for the session's folder.
+    pub more: Vec<&'static str>,
+}
+
+impl Default for Rig {
+    fn default() -> Self {
+        Self {
+            scenario: "nominal",
+            stroke_s: 8.5,
+            trials: 1,
+            more: Vec::new(),
+        }
+    }
+}
+
+/// A session that runs on a terminal of its own.
+pub struct Hung {
+    /// The terminal.
+    pub screen: Screen,
+    running: Running,
+    /// Folder of all files but the oscilloscope's.
+    pub folder: TempDir,
+    scope: ScopeFile,
+}
+
+/// The oscilloscope's file, where no disk is behind it.
+struct ScopeFile(PathBuf);
+
+impl ScopeFile {
+    fn beside(folder: &Path) -> Self {
+        let name = folder
+            .file_name()
+            .map_or_else(Default::default, |name| name.to_string_lossy().into_owned());
+        let memory = Path::new("/dev/shm");
+        let place = if memory.is_dir() { memory } else { folder };
+        Self(place.join(format!("oscilloscope-{name}")))
+    }
+}
+
+impl Drop for ScopeFile {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// What a stop did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stopped {
+    /// Time from the stop to the last driven sample at the plate, s; `None` if it was driven as long as one looked.
+    pub silent_s: Option<f64>,
+    /// Time from the stop to the end of the process, s; `None` if it ran as long as one looked.
+    pub ended_s: Option<f64>,
+}
+
+impl Hung {
+    /// Starts a session and waits until its trial is recorded and the plate driven.
+    ///
+    /// # Panics
+    /// When it does not come to that.
+    #[must_use]
+    pub fn driving(rig: &Rig) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let trials = format!("per_condition = {}", rig.trials);
+        let speed = format!("speed_m_per_s = {:.4}", 0.085 / rig.stroke_s);
+        demo_with(
+            folder.path(),
+            &[
+                ("practice = 1", "practice = 0"),
+                ("per_condition = 4", &trials),
+                ("speed_m_per_s = 0.050", &speed),
+                (
+                    "[\"left_to_right\", \"right_to_left\"]",
+                    "[\"left_to_right\"]",
+                ),
+            ],
+        );
+        let printed = finish(bench().args(["run", "--mock", rig.scenario, "--print-config"]));
+        // It bears with a busy machine.
+        let config = with(
+            &text(&printed),
+            &[
+                ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
+                ("silence_s =", "silence_s = 1.0 # not"),
+            ],
+        );
+        std::fs::write(folder.path().join("bench.toml"), config).expect("a configuration");
+        let scope = ScopeFile::beside(folder.path());
+        let screen = Screen::open(120, 40);
+        let mut run = bench();
+        run.args(["run", "--mock", rig.scenario, "--participant", "sub-01"])
+            .args(["--consent-by", "A. Tester", "--protocol", "protocol.toml"])
+            .args(["--study", "study", "--config", "bench.toml"])
+            .args(&rig.more)
+            .current_dir(folder.path())
+            .env("FRICTION_BENCH_OSCILLOSCOPE", &scope.0);
+        let running = Running::on(&screen, &mut run);
+        let session = Self {
+            screen,
+            running,
+            folder,
+            scope,
+        };
+        let began = until(PATIENCE, || {
+            (session.logged("\"trial_began\"") && session.is_driven()).then_some(())
+        });
+        assert!(
+            began.is_some(),
+            "no drive within {PATIENCE:?}:\n{}",
+            session.screen.shown()
+        );
+        session
+    }
+
+    /// The study's folder.
+    #[must_use]
+    pub fn study(&self) -> PathBuf {
+        self.folder.path().join("study")
+    }
+
+    /// Whether the session's log has these words.
+    #[must_use]
+    pub fn logged(&self, words: &str) -> bool {
+        let log = self.study().join("sub-01/ses-01/events.jsonl");
+        std::fs::read_to_string(log).is_ok_and(|log| log.contains(words))
+    }
+
+    /// The program's number.
+    #[must_use]
+    pub fn pid(&self) -> u32 {
+        self.running.pid()
+    }
+
+    /// What the oscilloscope shows.
+    ///
+    /// # Panics
+    /// When its file cannot be read.
+    #[must_use]
+    pub fn readings(&self) -> Readings {
+        let readings = Readings::read(&self.scope.0).expect("the oscilloscope's file");
+        readings.unwrap_or_default()
+    }
+
+    /// Whether the plate is driven, but for the dips of the modulation.
+    #[must_use]
+    pub fn is_driven(&self) -> bool {
+        monotonic_ns().saturating_sub(self.readings().driven_ns) < QUIET_NS
+    }
+
+    /// The threads of this name.
+    #[must_use]
+    pub fn named(&self, name: &str) -> Vec<Thread> {
+        let mut found = threads(self.pid());
+        found.retain(|thread| thread.name == name);
+        found
+    }
+
+    /// Holds the thread `name` at its next call of `call`; `None` if there is no such thread, or it makes none `within`.
+    #[must_use]
+    pub fn hold(&self, name: &str, call: &str, within: Duration) -> Option<Held> {
+        let thread = self.named(name).into_iter().next()?;
+        Held::at(self.pid(), thread.id, &numbers(call), within)
+    }
+
+    /// Asks for a stop; returns when, ns.
+    ///
+    /// # Panics
+    /// When the e-stop cannot be pressed.
+    pub fn ask(&mut self, stop: Stop) -> u64 {
+        if let Some(first) = match stop {
+            Stop::Quit => Some("q"),
+            Stop::Interrupt => Some("\u{3}"),
+            _ => None,
+        } {
+            self.screen.press(first);
+            std::thread::sleep(ANSWER);
+        }
+        let now_ns = monotonic_ns();
+        match stop {
+            Stop::Key => self.screen.press("e"),
+            Stop::Quit | Stop::Interrupt => self.screen.press("y"),
+            Stop::Terminate => self.running.signal(Signal::TERM),
+            Stop::EStop => press_estop(&self.scope.0, true).expect("the e-stop's button"),
+        }
+        now_ns
+    }
+
+    /// Looks for up to `longest` at what a stop at `asked_ns` does.
+    #[must_use]
+    pub fn watch(&self, asked_ns: u64, longest: Duration, to_the_end: bool) -> Stopped {
+        let mut seen = Stopped {
+            silent_s: None,
+            ended_s: None,
+        };
+        let since_s = |ns: u64| ns.saturating_sub(asked_ns) as f64 * 1e-9;
+        let _longest = until(longest, || {
+            let now_ns = monotonic_ns();
+            let ended = has_ended(self.pid());
+            let driven_ns = self.readings().driven_ns;
+            if ended && seen.ended_s.is_none() {
+                seen.ended_s = Some(since_s(now_ns));
+            }
+            if seen.silent_s.is_none()
+                && (ended || now_ns.saturating_sub(driven_ns.max(asked_ns)) > QUIET_NS)
+            {
+                seen.silent_s = Some(since_s(driven_ns));
+            }
+            (seen.silent_s.is_some() && (ended || !to_the_end)).then_some(())
+        });
+        seen
+    }
+
+    /// Ends the program in whatever way it takes.
+    pub fn end(&mut self) {
+        if !has_ended(self.pid()) {
+            self.running.signal(Signal::TERM);
+        }
+        let ended = until(Duration::from_secs(20), || {
+            has_ended(self.pid()).then_some(())
+        });
+        if ended.is_none() {
+            self.running.signal(Signal::KILL);
+        }
+        let _ = until(Duration::from_secs(5), || self.running.ended());
+    }
+
+    /// What contradicts what in the study: log, recordings, `verify`.
+    #[must_use]
+    pub fn contradictions(&self) -> Vec<String> {
+        contradictions(&self.study())
+    }
+}
+
+/// Returns what contradicts what in a study of one session of `sub-01`: its log, its recordings, and what `verify` and
+/// `analyze` say of them.
+#[must_use]
+pub fn contradictions(study: &Path) -> Vec<String> {
+    let mut found = Vec::new();
+    let Some(session) = SessionFolder::read(study, "sub-01") else {
+        return vec!["no log".to_owned()];
+    };
+    let accepted = accepted(&session);
+    for name in &accepted {
+        let folder = session.path.join(name);
+        match recording::RecordingReader::open(&folder) {
+            Ok(reader) => {
+                let end = reader.manifest().trial.as_ref().and_then(|trial| trial.end);
+                if end != Some(recording::manifest::End::Completed) {
+                    found.push(format!("{name} is accepted, its recording {end:?}"));
+                }
+                if reader.frames() == 0 {
+                    found.push(format!("{name} is accepted without a sample"));
+                }
+            }
+            Err(error) => found.push(format!("{name} is accepted, and unreadable: {error}")),
+        }
+    }
+    match verification::session(&session.path, || {}) {
+        // A session that was cut off may be incomplete, and is not damaged by that.
+        Ok(verified) if !verified.is_whole() => {
+            found.push(format!("verify: {}", verified_words(&verified)));
+        }
+        Ok(_) => {}
+        Err(error) => found.push(format!("verify: {error}")),
+    }
+    if !accepted.is_empty() {
+        match analysis::find::recordings(&[study.to_owned()], false) {
+            Ok(paths) => {
+                let analysed = paths.iter().filter_map(|path| path.file_name());
+                let mut analysed: Vec<String> = analysed
+                    .map(|name| name.to_string_lossy().into_owned())
+                    .collect();
+                analysed.sort();
+                if analysed != accepted {
+                    found.push(format!("accepted {accepted:?}, analysed {analysed:?}"));
+                }
+            }
+            Err(error) => found.push(format!("analyze: {error}")),
+        }
+    }
+    found
+}
+
+fn verified_words(verified: &impl fmt::Debug) -> String {
+    let words = format!("{verified:?}");
+    words.chars().take(400).collect()
+}
+
+/// Folders of the attempts that the log has as accepted, in order. The protocol has no practice trials.
+fn accepted(session: &SessionFolder) -> Vec<String> {
+    let data = session.events().map(|event| event.data.clone());
+    let kinds: Vec<SessionEventKind> = data
+        .filter_map(|data| serde_json::from_value(data.into()).ok())
+        .collect();
+    let is_accepted = |outcome: &TrialOutcome| {
+        matches!(
+            outcome,
+            TrialOutcome::Accepted | TrialOutcome::AcceptedAnyway { .. }
+        )
+    };
+    let records = records_from_events(&kinds).into_iter();
+    let accepted = records.filter(|record| is_accepted(&record.outcome));
+    let mut names: Vec<String> = accepted
+        .map(|record| {
+            let (number, attempt) = (record.key.number, record.key.attempt);
+            format!("trial-{number:03}_attempt-{attempt}")
+        })
+        .collect();
+    names.sort();
+    names
+}

@@ -1,0 +1,154 @@
+//! The calls that each thread of a session may make, and the test that it makes no other.
+//!
+//! A thread that decides about the drive, or reads the key that stops it, asks nothing of a disk, a network or a terminal that
+//! is written to.
+
+use std::collections::BTreeSet;
+use std::process::Command;
+use std::time::Duration;
+
+use bench_tests::program::{friction_bench, installed};
+use bench_tests::running::{Running, until};
+use bench_tests::screen::Screen;
+use bench_tests::session::{SessionFolder, demo_with, patient_config};
+
+/// Threads by name and the calls in which each may wait. Waiting for another thread or for time (`futex`,
+/// `clock_nanosleep`) is everybody's, and what asks for memory.
+pub const CALLS: &[(&str, &[&str])] = &[
+    // What decides about the drive.
+    ("session", &[]),
+    ("safety", &[]),
+    ("acquisition", &[]),
+    // What shows and listens.
+    ("keys", &["poll", "ppoll", "read"]),
+    ("dashboard", &["ioctl"]),
+    ("frames", &["write"]),
+    (
+        "pages",
+        &["openat", "write", "close", "fcntl", "statx", "fsync"],
+    ),
+    // What measures.
+    ("field", &["ioctl", "poll", "ppoll", "read"]),
+    ("interference", &[]),
+    ("refit", &[]),
+    // What asks the disk.
+    (
+        "journal",
+        &["write", "statx", "fdatasync", "openat", "close", "fcntl"],
+    ),
+    (
+        "recorder",
+        &[
+            "write",
+            "statx",
+            "fdatasync",
+            "fsync",
+            "openat",
+            "close",
+            "read",
+            "lseek",
+            "rename",
+            "mkdir",
+            "chmod",
+            "fcntl",
+        ],
+    ),
+    ("room", &["statfs", "statx"]),
+];
+
+/// Threads of the simulated hardware and of the program's beginning and end, in which nothing decides.
+const OTHERS: &[&str] = &["apparatus", "friction-bench"];
+
+/// Calls that `strace` shows: of files, networks and descriptors.
+const SHOWN: &str = "trace=%file,%network,%desc,!mmap,!ioctl";
+
+fn may(thread: &str, call: &str) -> bool {
+    let row = CALLS.iter().find(|(name, _)| *name == thread);
+    OTHERS.contains(&thread) || row.is_some_and(|(_, calls)| calls.contains(&call))
+}
+
+/// Returns thread and call of a line of `strace --decode-pids=comm`.
+fn thread_and_call(line: &str) -> Option<(&str, &str)> {
+    let (before, _) = line.split_once('(')?;
+    let (thread, call) = before.split_once('<')?.1.rsplit_once('>')?;
+    let call = call.trim();
+    let is_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    (!call.is_empty() && call.chars().all(is_name)).then_some((thread, call))
+}
+
+#[test]
+fn a_line_of_strace_names_thread_and_call() {
+    for (line, expected) in [
+        (
+            "8471<session> statfs(\"/tmp/study\",  <unfinished ...>",
+            Some(("session", "statfs")),
+        ),
+        ("8471<session> <... statfs resumed>{f_type=TMPFS}) = 0", None),
+        ("8473<safety>  +++ exited with 0 +++", None),
+    ] {
+        assert_eq!(thread_and_call(line), expected, "{line}");
+    }
+}
+
+/// Fault 27.
+#[test]
+fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    let trace = folder.path().join("trace");
+    let config = patient_config(folder.path());
+    let changes = [
+        ("practice = 1", "practice = 0"),
+        ("per_condition = 4", "per_condition = 1"),
+        (
+            "[\"left_to_right\", \"right_to_left\"]",
+            "[\"left_to_right\"]",
+        ),
+        ("baseline_s = 0.8", "baseline_s = 0.4"),
+        ("countdown_s = 1.0", "countdown_s = 0.3"),
+        ("feedback_s = 1.0", "feedback_s = 0.3"),
+    ];
+    let protocol = demo_with(folder.path(), &changes);
+    let mut screen = Screen::open(120, 40);
+    let mut run = Command::new(installed("strace"));
+    // A filter in the kernel lets all other calls pass at their usual speed.
+    run.args(["-f", "--decode-pids=comm", "--seccomp-bpf", "-qq"])
+        .args(["-e", "signal=none", "-e", SHOWN, "-o"])
+        .arg(&trace)
+        .arg(friction_bench())
+        .args(["run", "--mock", "--participant", "sub-01"])
+        .args(["--consent-by", "A. Tester", "--protocol"])
+        .arg(&protocol)
+        .arg("--study")
+        .arg(&study)
+        .arg("--config")
+        .arg(&config)
+        .current_dir(folder.path());
+    let mut session = Running::on(&screen, &mut run);
+    let patience = Duration::from_secs(60);
+    let log = study.join("sub-01/ses-01/events.jsonl");
+    let logged = |words: &str| {
+        let log = std::fs::read_to_string(&log).ok()?;
+        log.contains(words).then_some(())
+    };
+    until(patience, || logged("\"trial_began\"")).unwrap();
+    // A page is written while the plate is driven.
+    screen.press("w");
+    if until(patience, || session.ended()).is_none() {
+        panic!("it goes on:\n{}", screen.shown());
+    }
+    let text = std::fs::read_to_string(&trace).unwrap();
+    let made: BTreeSet<_> = text.lines().filter_map(thread_and_call).collect();
+    let session = SessionFolder::read(&study, "sub-01").unwrap();
+    session.require_whole();
+    let driven = made.iter().any(|(thread, _)| *thread == "recorder");
+    assert!(driven, "no recorder in:\n{made:?}");
+    let others: Vec<_> = made
+        .iter()
+        .filter(|(thread, call)| !may(thread, call))
+        .collect();
+    assert!(
+        others.is_empty(),
+        "calls that are not in the table of tests/tests/hangs/calls.rs: {others:?}"
+    );
+}

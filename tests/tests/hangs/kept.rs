@@ -1,0 +1,188 @@
+//! Random sequences of hangs, stops, kills and resumed sessions: after each, log, recordings, `verify` and what an analysis takes are
+//! without a contradiction, and the sequence comes to its end.
+
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use bench_tests::campaign;
+use bench_tests::held::{Held, has_ended, numbers, threads};
+use bench_tests::hung::contradictions;
+use bench_tests::running::{Running, until};
+use bench_tests::session::{demo_with, unattended};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rustix::process::Signal;
+use tempfile::TempDir;
+
+/// Sequences in every test run; `FRICTION_BENCH_SEQUENCES` asks for more.
+const SEQUENCES: usize = 6;
+/// Runs of a sequence before the one that comes to the end.
+const RUNS: usize = 3;
+const MINUTE: Duration = Duration::from_secs(60);
+
+/// Threads of a session in lock step that ask the disk.
+const THREADS: [&str; 2] = ["recorder", "friction-bench"];
+/// What they ask.
+const CALLS: [&str; 6] = ["write", "fdatasync", "fsync", "openat", "rename", "statx"];
+
+/// A study to be recorded by one short session.
+struct Place {
+    folder: TempDir,
+    study: PathBuf,
+    protocol: PathBuf,
+}
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let changes = [
+            ("practice = 1", "practice = 0"),
+            ("per_condition = 4", "per_condition = 2"),
+            (
+                "[\"left_to_right\", \"right_to_left\"]",
+                "[\"left_to_right\"]",
+            ),
+            ("speed_m_per_s = 0.050", "speed_m_per_s = 0.080"),
+            ("baseline_s = 0.8", "baseline_s = 0.3"),
+            ("countdown_s = 1.0", "countdown_s = 0.2"),
+            ("feedback_s = 1.0", "feedback_s = 0.1"),
+            ("verdict_s = 0.5", "verdict_s = 0.1"),
+            ("every_trials = 2", "every_trials = 0"),
+            ("min_instances = 5", "min_instances = 1"),
+        ];
+        Self {
+            study: folder.path().join("study"),
+            protocol: demo_with(folder.path(), &changes),
+            folder,
+        }
+    }
+
+    fn start(&self) -> Running {
+        let mut run = unattended(&self.study, "sub-01", &self.protocol);
+        if self.study.join("sub-01/ses-01/events.jsonl").exists() {
+            run.arg("--resume");
+        }
+        Running::start(&mut run, &self.folder.path().join("output"))
+    }
+}
+
+/// What befalls a run.
+#[derive(Debug)]
+struct Event {
+    after: Duration,
+    held: Option<(&'static str, &'static str, Duration)>,
+    signal: Option<Signal>,
+}
+
+impl Event {
+    fn random(rng: &mut ChaCha8Rng) -> Self {
+        let thread = THREADS[rng.random_range(0..THREADS.len())];
+        let call = CALLS[rng.random_range(0..CALLS.len())];
+        // The longest outlasts all that a recorder's queue holds, at the pace of these sessions.
+        let long = Duration::from_millis(rng.random_range(20..3000));
+        Self {
+            after: Duration::from_millis(rng.random_range(0..1500)),
+            held: rng.random_bool(0.7).then_some((thread, call, long)),
+            signal: match rng.random_range(0..5) {
+                0 => Some(Signal::TERM),
+                1 => Some(Signal::INT),
+                2 | 3 => Some(Signal::KILL),
+                _ => None,
+            },
+        }
+    }
+
+    /// Lets it befall a run, and waits for the run's end.
+    fn befall(&self, mut running: Running) {
+        let pid = running.pid();
+        let begun = Instant::now();
+        let _it_may_end = until(self.after, || {
+            (has_ended(pid) || begun.elapsed() >= self.after).then_some(())
+        });
+        let held = self.held.and_then(|(name, call, long)| {
+            let thread = threads(pid).into_iter().find(|thread| thread.name == name)?;
+            let within = Duration::from_secs(1);
+            Some((Held::at(pid, thread.id, &numbers(call), within)?, long))
+        });
+        if let Some((held, long)) = held {
+            let begun = Instant::now();
+            if let Some(signal) = self.signal {
+                std::thread::sleep(long / 2);
+                running.signal(signal);
+            }
+            let _until_then = until(long, || {
+                (has_ended(pid) || begun.elapsed() >= long).then_some(())
+            });
+            drop(held);
+        } else if let Some(signal) = self.signal {
+            running.signal(signal);
+        }
+        running.wait(MINUTE);
+    }
+}
+
+/// One sequence, to its end; the number of hangs in it.
+fn sequence(seed: u64) -> Result<usize, String> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let place = Place::new();
+    let (mut hangs, mut told) = (0, Vec::new());
+    for _ in 0..RUNS {
+        let event = Event::random(&mut rng);
+        hangs += usize::from(event.held.is_some());
+        event.befall(place.start());
+        told.push(event);
+        if !place.study.join("sub-01/ses-01/events.jsonl").exists() {
+            continue;
+        }
+        let found = contradictions(&place.study);
+        if !found.is_empty() {
+            return Err(format!("seed {seed}: after {told:?}: {found:?}"));
+        }
+    }
+    let mut last = place.start();
+    last.wait(MINUTE);
+    let found = contradictions(&place.study);
+    if found.is_empty() {
+        Ok(hangs)
+    } else {
+        Err(format!("seed {seed}: resumed after {told:?}: {found:?}"))
+    }
+}
+
+/// Faults 27, 28.
+/// Hazard 14.
+#[test]
+fn after_hangs_stops_and_kills_in_any_order_nothing_contradicts_anything() {
+    let begin = Instant::now();
+    let wanted = campaign::repeats("FRICTION_BENCH_SEQUENCES", SEQUENCES);
+    let (next, seen) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let cores = std::thread::available_parallelism().unwrap().get();
+    std::thread::scope(|scope| {
+        for _ in 0..cores {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed >= wanted {
+                        break;
+                    }
+                    seen.lock().unwrap().push(sequence(seed as u64));
+                }
+            });
+        }
+    });
+    let seen = seen.into_inner().unwrap();
+    let hangs: usize = seen.iter().flatten().sum();
+    let bad: Vec<_> = seen.iter().filter_map(|seen| seen.as_ref().err()).collect();
+    campaign::found(
+        "sequences of hang, stop, kill and resume",
+        seen.len(),
+        &format!(
+            "{} with a contradiction, {hangs} hangs, in {:.0} s",
+            bad.len(),
+            begin.elapsed().as_secs_f64()
+        ),
+    );
+    assert!(bad.is_empty(), "{bad:#?}");
+}

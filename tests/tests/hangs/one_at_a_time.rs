@@ -1,0 +1,251 @@
+//! One thread hangs in one call, and the bench is stopped: the plate is silent in time, SIGTERM ends the process, and what
+//! the study has is without a contradiction. Left alone, a thread that decides about the drive is missed by the safety watch.
+//!
+//! Times are from the key or the signal to the last driven sample at the plate: they include the way through the terminal, the
+//! program and the buffers of the simulated card, and the lateness of a busy machine, for which a miss is measured again.
+
+use std::fmt::Write;
+use std::time::{Duration, Instant};
+
+use bench_tests::campaign;
+use bench_tests::hung::{Hung, Rig, Stop};
+
+use super::calls::CALLS;
+
+/// Longest time from a stop to silence, s.
+const SILENT_S: f64 = 0.050;
+/// Longest time from SIGTERM to the end of the process, s.
+const ENDED_S: f64 = 1.0;
+/// Longest time from the hang of a thread that decides about the drive to silence, s.
+const MISSED_S: f64 = 1.5;
+/// Times that a miss is measured again: a busy machine may be late, the program may not.
+const TRIES: usize = 3;
+/// A thread that makes a call at all makes it within this time.
+const CALLED: Duration = Duration::from_secs(4);
+/// Time from the hang to the stop, less than the watch waits for a thread.
+const AFTER: Duration = Duration::from_millis(300);
+/// Looks end after this time, and hangs a second later.
+const HANG: Duration = Duration::from_secs(5);
+
+/// Threads whose silence the safety watch, or what watches it, must notice.
+const DECIDING: &[&str] = &["session", "safety", "acquisition", "apparatus"];
+/// The thread that reads keys: while it hangs they are not heard.
+const READER: &str = "keys";
+
+/// A thread and the call in which it hangs.
+type Place = (&'static str, &'static str);
+
+/// What was seen of one hang under one stop.
+enum Seen {
+    /// The thread made no such call.
+    NotMet,
+    /// It went as it should, in these words.
+    Well(String),
+    /// It did not.
+    Badly(String),
+}
+
+fn ms(s: Option<f64>) -> String {
+    s.map_or_else(|| "never".to_owned(), |s| format!("{:.0} ms", 1e3 * s))
+}
+
+/// Lets a thread hang, and stops the bench.
+fn stopped(rig: &Rig, (thread, call): Place, stop: Stop, hang: Duration) -> Seen {
+    let mut session = Hung::driving(rig);
+    let Some(held) = session.hold(thread, call, CALLED) else {
+        session.end();
+        return Seen::NotMet;
+    };
+    let begun = Instant::now();
+    std::thread::sleep(AFTER);
+    let asked_ns = session.ask(stop);
+    let ends = stop == Stop::Terminate;
+    let seen = session.watch(asked_ns, HANG.min(hang), ends);
+    while begun.elapsed() < hang && !bench_tests::held::has_ended(session.pid()) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    drop(held);
+    session.end();
+    let deaf = stop.is_typed() && thread == READER;
+    let silent = deaf || seen.silent_s.is_some_and(|s| s <= SILENT_S);
+    let ended = !ends || seen.ended_s.is_some_and(|s| s <= ENDED_S);
+    let mut words = format!("{stop}: silent {}", ms(seen.silent_s));
+    if ends {
+        let _ = write!(words, ", ended {}", ms(seen.ended_s));
+    }
+    let contradictions = session.contradictions();
+    if !contradictions.is_empty() {
+        return Seen::Badly(format!("{words}, {}", contradictions.join("; ")));
+    }
+    if silent && ended {
+        Seen::Well(words)
+    } else {
+        Seen::Badly(words)
+    }
+}
+
+/// Lets a thread hang while nobody does anything, and stops the bench afterwards.
+fn unattended(rig: &Rig, (thread, call): Place) -> Seen {
+    let mut session = Hung::driving(rig);
+    let Some(held) = session.hold(thread, call, CALLED) else {
+        session.end();
+        return Seen::NotMet;
+    };
+    let held_ns = mock_hw::oscilloscope::monotonic_ns();
+    let missed = session.watch(held_ns, Duration::from_secs(3), false);
+    let asked_ns = session.ask(Stop::Terminate);
+    let seen = session.watch(asked_ns, HANG, true);
+    drop(held);
+    session.end();
+    let must = DECIDING.contains(&thread) || thread == READER;
+    let words = format!(
+        "unattended: silent {}, then SIGTERM: silent {}",
+        ms(missed.silent_s),
+        ms(seen.silent_s)
+    );
+    let well = !must || missed.silent_s.is_some_and(|s| s <= MISSED_S);
+    let stops = seen.silent_s.is_some_and(|s| s <= SILENT_S);
+    let contradictions = session.contradictions();
+    if !contradictions.is_empty() {
+        Seen::Badly(format!("{words}, {}", contradictions.join("; ")))
+    } else if well && stops {
+        Seen::Well(words)
+    } else {
+        Seen::Badly(words)
+    }
+}
+
+/// Measures again what went badly, for a machine may be late; what was seen, and how often it was looked at.
+fn repeated(mut measure: impl FnMut() -> Seen) -> (Seen, usize) {
+    let mut last = Seen::NotMet;
+    for tries in 1..=TRIES {
+        last = measure();
+        if !matches!(last, Seen::Badly(_)) {
+            return (last, tries);
+        }
+    }
+    (last, TRIES)
+}
+
+/// Measures the hangs of one place; the words about them, and those of the bad ones.
+fn at_place(rig: &Rig, place: Place, stops: &[Stop], hang: Duration) -> (String, Vec<String>) {
+    let (mut words, mut bad) = (Vec::new(), Vec::new());
+    let mut note = |(seen, tries): (Seen, usize)| {
+        let again = if tries > 1 {
+            format!(" (looked {tries} times)")
+        } else {
+            String::new()
+        };
+        match seen {
+            Seen::NotMet => false,
+            Seen::Well(text) => {
+                words.push(text + &again);
+                true
+            }
+            Seen::Badly(text) => {
+                let (thread, call) = place;
+                bad.push(format!("{thread} in {call}: {text}{again}"));
+                words.push(format!("BAD {text}{again}"));
+                true
+            }
+        }
+    };
+    for stop in stops {
+        if !note(repeated(|| stopped(rig, place, *stop, hang))) {
+            return ("not met in a session".to_owned(), Vec::new());
+        }
+    }
+    if stops.len() > 1 {
+        note(repeated(|| unattended(rig, place)));
+    }
+    (words.join("; "), bad)
+}
+
+/// Calls that every thread makes.
+const EVERYWHERE: [&str; 2] = ["clock_nanosleep", "futex"];
+/// Calls that a disk or a network can hold up for long.
+const LONG: [&str; 8] = [
+    "statfs",
+    "statx",
+    "write",
+    "fdatasync",
+    "fsync",
+    "openat",
+    "rename",
+    "read",
+];
+
+/// Sessions that differ in what they talk to, and the threads that differ with it.
+fn rigs() -> Vec<(Rig, Option<&'static str>)> {
+    let scenario = |scenario| Rig {
+        scenario,
+        ..Rig::default()
+    };
+    vec![
+        (Rig::default(), None),
+        (scenario("net-ft"), Some("field")),
+        (scenario("field-box"), Some("field")),
+    ]
+}
+
+/// Hangs of every test run, one of each kind of thread.
+const SAMPLE: [(Place, Stop); 3] = [
+    (("session", "clock_nanosleep"), Stop::Key),
+    (("recorder", "fdatasync"), Stop::Interrupt),
+    (("dashboard", "futex"), Stop::Terminate),
+];
+
+/// The whole of it takes hours: `./dev campaign hangs`, which asks for more hangs than the sample has.
+///
+/// Faults 27, 29.
+/// Hazard 15.
+#[test]
+fn every_stop_silences_the_plate_whatever_thread_hangs() {
+    let places = campaign::repeats("FRICTION_BENCH_HANGS", SAMPLE.len());
+    let bad = if places <= SAMPLE.len() {
+        sample(&SAMPLE[..places])
+    } else {
+        whole(places)
+    };
+    assert!(bad.is_empty(), "{bad:#?}");
+}
+
+fn sample(places: &[(Place, Stop)]) -> Vec<String> {
+    let mut bad = Vec::new();
+    for (place, stop) in places {
+        let hang = Duration::from_millis(1500);
+        let (words, ill) = at_place(&Rig::default(), *place, &[*stop], hang);
+        let (thread, call) = place;
+        campaign::found(&format!("{thread} held in {call}"), 1, &words);
+        bad.extend(ill);
+    }
+    bad
+}
+
+/// Measures up to `most` threads and calls of the table under all stops.
+fn whole(most: usize) -> Vec<String> {
+    let mut places = Vec::new();
+    for (rig, only) in rigs() {
+        for (thread, calls) in CALLS {
+            if only.is_none_or(|only| only == *thread) {
+                let calls = EVERYWHERE.iter().chain(*calls);
+                places.extend(calls.map(|call| (rig.clone(), (*thread, *call))));
+            }
+        }
+    }
+    let mut bad = Vec::new();
+    for (rig, place) in places.into_iter().take(most) {
+        let (thread, call) = place;
+        let (mut words, ill) = at_place(&rig, place, &Stop::ALL, HANG);
+        bad.extend(ill);
+        if LONG.contains(&call) && !words.starts_with("not met") {
+            let minute = Duration::from_secs(60);
+            let (long, ill) = at_place(&rig, place, &[Stop::Key], minute);
+            let _ = write!(words, "; 60 s under {long}");
+            bad.extend(ill);
+        }
+        let what = format!("{}: {thread} held in {call}", rig.scenario);
+        campaign::found(&what, 1, &words);
+    }
+    bad
+}

@@ -5,11 +5,17 @@
 
 use std::path::{Path, PathBuf};
 
+use std::time::Duration;
+
+use anyhow::{Context, bail};
 use crossbeam_channel::Sender;
 use tasks::Task;
 use tui::event::LogLevel;
 
 use crate::journal::Entry;
+
+/// Longest wait for a participant's terminal that is opened, the wait for the lost one included. The drive is off meanwhile.
+const OPENS_WITHIN: Duration = Duration::from_millis(500);
 
 /// A display in front of the participant. Nothing here may block: the session asks many times a second.
 pub trait ParticipantDisplay: Send {
@@ -165,10 +171,22 @@ impl ParticipantDisplay for TerminalDisplay {
     }
 
     fn reconnect(&mut self) -> anyhow::Result<()> {
-        // Let go of what is lost first, so that it is not restored over the new one.
-        self.terminal = None;
-        let theme = tui::chosen_theme();
-        self.terminal = Some(tui::ParticipantDisplay::open(&self.path, theme)?);
+        let (path, lost) = (self.path.clone(), self.terminal.take());
+        let (opened, waiting) = std::sync::mpsc::channel();
+        // On a thread of its own: a terminal may hang when it is opened, and the session waits for none.
+        std::thread::Builder::new()
+            .name("reconnecting".to_owned())
+            .spawn(move || {
+                // Let go of what is lost first, so that it is not restored over the new one.
+                drop(lost);
+                let theme = tui::chosen_theme();
+                let _ = opened.send(tui::ParticipantDisplay::open(&path, theme));
+            })
+            .context("cannot start the thread that opens the participant's terminal")?;
+        let Ok(opened) = waiting.recv_timeout(OPENS_WITHIN) else {
+            bail!("it does not answer: look at it, then resume again");
+        };
+        self.terminal = Some(opened?);
         Ok(())
     }
 }

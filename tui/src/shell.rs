@@ -17,8 +17,8 @@ use operator_terminal::{Frames, Keys, OperatorScreen, TerminalError, TerminalKey
 use ratatui::backend::{Backend, CrosstermBackend};
 use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::KeyEvent;
-use ratatui::layout::{Position, Rect};
-use ratatui::{Frame, Terminal};
+use ratatui::layout::Rect;
+use ratatui::{Frame, Terminal, TerminalOptions, Viewport};
 
 use crate::action::Action;
 use crate::dashboard::view;
@@ -43,7 +43,8 @@ const BELL_S: f64 = 5.0;
 /// gone, or when nothing receives actions. Blocks the calling thread: what drives the plate must not wait for it.
 ///
 /// A thread of its own reads the keys and calls `act` with each action before it sends it to `actions`: a stop in `act`
-/// waits for no screen, file or bench. A terminal that is gone is acted upon as [`Action::Interrupt`].
+/// waits for no screen, file or bench. At each look without a key it calls it with `None`, at least every 33 ms: keys are read.
+/// A terminal that is gone is acted upon as [`Action::Interrupt`].
 ///
 /// `events` should be bounded (`sync_channel` and `try_send`), so that a terminal that blocks costs no memory.
 /// `NO_COLOR` is respected, then [`choose_theme`](crate::choose_theme); a locale without UTF-8 is shown ASCII alone. The terminal is restored on return, on error and when this thread panics; see
@@ -56,11 +57,14 @@ const BELL_S: f64 = 5.0;
 pub fn run_operator(
     events: &Receiver<Event>,
     actions: Sender<Action>,
-    act: impl Fn(&Action) + Send + 'static,
+    act: impl Fn(Option<&Action>) + Send + 'static,
 ) -> Result<(), TerminalError> {
     let (screen, writer) = OperatorScreen::enter()?;
-    let backend = CrosstermBackend::new(writer);
-    let terminal = Terminal::new(backend).map_err(TerminalError::failed("reading its size"))?;
+    // Fixed, and followed by hand: a full screen opens the terminal anew for its size at every frame.
+    let viewport = Viewport::Fixed(Rect::ZERO);
+    let terminal =
+        Terminal::with_options(CrosstermBackend::new(writer), TerminalOptions { viewport });
+    let terminal = terminal.map_err(TerminalError::failed("reading its size"))?;
     // Never dropped: its drop prints to standard error when the cursor cannot be shown, and panics where standard error
     // is the terminal that was closed.
     let mut terminal = ManuallyDrop::new(terminal);
@@ -68,7 +72,12 @@ pub fn run_operator(
     state.ui.ascii = is_ascii(|name| std::env::var_os(name));
     let desk = Arc::new(Desk::new(state));
     let reader = read_keys(TerminalKeys, &desk, actions, act)?;
-    let operated = operate(&mut terminal, screen.frames(), &desk, events);
+    let operated = operate(
+        (&mut terminal, operator_terminal::size),
+        screen.frames(),
+        &desk,
+        events,
+    );
     desk.leave();
     let waited = Instant::now();
     while !reader.is_finished() && waited.elapsed() < LAST_KEY {
@@ -155,7 +164,7 @@ fn read_keys(
     mut keys: impl Keys + Send + 'static,
     desk: &Arc<Desk>,
     actions: Sender<Action>,
-    act: impl Fn(&Action) + Send + 'static,
+    act: impl Fn(Option<&Action>) + Send + 'static,
 ) -> Result<thread::JoinHandle<()>, TerminalError> {
     let desk = Arc::clone(desk);
     let reader = thread::Builder::new().name("keys".to_owned());
@@ -163,22 +172,25 @@ fn read_keys(
         while !desk.is_left() {
             let pressed = match keys.next(LOOK) {
                 Ok(Some(pressed)) => pressed,
-                Ok(None) => continue,
+                Ok(None) => {
+                    act(None);
+                    continue;
+                }
                 Err(error) => {
-                    act(&Action::Interrupt);
+                    act(Some(&Action::Interrupt));
                     return desk.lose(TerminalError::failed("reading keys")(error));
                 }
             };
             // Before the state is looked at, which the thread that draws may hold.
             let urgent = at_once(pressed);
             if let Some(action) = &urgent {
-                act(action);
+                act(Some(action));
             }
             let Some(action) = desk.press(pressed) else {
                 continue;
             };
             if urgent.is_none() {
-                act(&action);
+                act(Some(&action));
             }
             if actions.send(action).is_err() {
                 return desk.leave();
@@ -193,11 +205,12 @@ fn read_keys(
 /// # Errors
 /// [`TerminalError::Terminal`] when drawing or reading keys fails.
 fn operate<B: Backend<Error = io::Error> + Write>(
-    terminal: &mut Terminal<B>,
+    (terminal, size): (&mut Terminal<B>, impl Fn() -> Option<(u16, u16)>),
     shown: &Frames,
     desk: &Arc<Desk>,
     events: &Receiver<Event>,
 ) -> Result<(), TerminalError> {
+    let mut area = Rect::ZERO;
     let began = Instant::now();
     let mut bell = Bell::default();
     loop {
@@ -227,11 +240,10 @@ fn operate<B: Backend<Error = io::Error> + Write>(
             let _ = terminal.backend_mut().write_all(b"\x07");
         }
         if shown.are_written() {
-            if desk.anew.swap(false, Ordering::Relaxed) {
+            let now = size().map_or(area, |(width, height)| Rect::new(0, 0, width, height));
+            if desk.anew.swap(false, Ordering::Relaxed) || now != area {
+                area = now;
                 // Not `clear`, which asks the terminal where its cursor is and waits for the answer.
-                let size = terminal.size();
-                let size = size.map_err(TerminalError::failed("reading its size"))?;
-                let area = Rect::from((Position::ORIGIN, size));
                 let resized = terminal.resize(area);
                 resized.map_err(TerminalError::failed("drawing"))?;
             }
@@ -373,8 +385,8 @@ mod tests {
     fn screen() -> Terminal<CrosstermBackend<Vec<u8>>> {
         Terminal::with_options(
             CrosstermBackend::new(Vec::new()),
-            ratatui::TerminalOptions {
-                viewport: ratatui::Viewport::Fixed(Rect::new(0, 0, 80, 24)),
+            TerminalOptions {
+                viewport: Viewport::Fixed(Rect::ZERO),
             },
         )
         .unwrap()
@@ -385,11 +397,16 @@ mod tests {
         keys: impl Keys + Send + 'static,
         events: &Receiver<Event>,
         actions: Sender<Action>,
-        act: impl Fn(&Action) + Send + 'static,
+        act: impl Fn(Option<&Action>) + Send + 'static,
     ) -> Result<State, TerminalError> {
         let desk = Arc::new(Desk::new(State::new(Theme::Colour)));
         let reader = read_keys(keys, &desk, actions, act)?;
-        let end = operate(&mut screen(), &Frames::default(), &desk, events);
+        let end = operate(
+            (&mut screen(), || Some((80, 24))),
+            &Frames::default(),
+            &desk,
+            events,
+        );
         desk.leave();
         reader.join().unwrap();
         end.map(|()| desk.state().clone())
@@ -408,14 +425,20 @@ mod tests {
         let desk = Arc::new(Desk::new(state));
         let acted: Arc<Mutex<Vec<Action>>> = Arc::default();
         let seen = Arc::clone(&acted);
-        let act = move |action: &Action| seen.lock().unwrap().push(*action);
+        let act = move |action: Option<&Action>| seen.lock().unwrap().extend(action);
         let reader = read_keys(typed("pryze"), &desk, operator, act).unwrap();
         let answering = thread::spawn(move || {
             let asked: Vec<Action> = actions.iter().take(3).collect();
             bench.send(Event::Close).unwrap();
             asked
         });
-        operate(&mut screen(), &Frames::default(), &desk, &events).unwrap();
+        operate(
+            (&mut screen(), || Some((80, 24))),
+            &Frames::default(),
+            &desk,
+            &events,
+        )
+        .unwrap();
         assert!(desk.state().closed);
         desk.leave();
         reader.join().unwrap();
@@ -429,7 +452,7 @@ mod tests {
         assert_eq!(*acted.lock().unwrap(), asked);
     }
 
-    /// Fault 48.
+    /// Fault 49.
     /// Hazard 15.
     #[test]
     fn the_stop_key_and_a_confirmed_quit_act_while_nothing_is_drawn_and_nobody_takes_actions() {
@@ -437,7 +460,11 @@ mod tests {
         let (operator, actions) = mpsc::channel();
         let (acted, acts) = mpsc::channel();
         let drawing = desk.state();
-        let act = move |action: &Action| acted.send(*action).unwrap();
+        let act = move |action: Option<&Action>| {
+            action
+                .iter()
+                .for_each(|action| acted.send(**action).unwrap());
+        };
         let reader = read_keys(typed("e"), &desk, operator, act).unwrap();
         let patience = Duration::from_secs(60);
         let stopped = acts.recv_timeout(patience).expect("the lock is held");
@@ -454,7 +481,11 @@ mod tests {
         }));
         let (operator, _actions) = mpsc::channel();
         let (acted, acts) = mpsc::channel();
-        let act = move |action: &Action| acted.send(*action).unwrap();
+        let act = move |action: Option<&Action>| {
+            action
+                .iter()
+                .for_each(|action| acted.send(**action).unwrap());
+        };
         let reader = read_keys(typed("qy"), &desk, operator, act).unwrap();
         assert_eq!(acts.recv_timeout(patience), Ok(Action::Quit));
         desk.leave();
@@ -489,7 +520,11 @@ mod tests {
         let (_bench, events) = mpsc::channel();
         let (operator, _actions) = mpsc::channel();
         let (acted, acts) = mpsc::channel();
-        let act = move |action: &Action| acted.send(*action).unwrap();
+        let act = move |action: Option<&Action>| {
+            action
+                .iter()
+                .for_each(|action| acted.send(**action).unwrap());
+        };
         let end = shown(Gone, &events, operator, act);
         assert!(
             matches!(

@@ -34,7 +34,10 @@ impl Dashboard {
             .name("dashboard".to_owned())
             .spawn(move || {
                 let _raise_on_unwind = RaiseOnDrop(stop);
-                tui::shell::run_operator(&shown, asked, move |action| keys.act(action))
+                tui::shell::run_operator(&shown, asked, move |action| {
+                    keys.hear();
+                    action.iter().for_each(|action| keys.act(action));
+                })
             })
             .context("cannot start the dashboard's thread")?;
         Ok((Self { events, actions }, DashboardThread(thread)))

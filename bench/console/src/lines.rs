@@ -123,7 +123,7 @@ mod tests {
         }
     }
 
-    /// Fault 48.
+    /// Fault 49.
     #[test]
     fn a_reader_who_stands_still_keeps_no_writer_waiting() {
         let (goes_on, reader) = mpsc::channel();

@@ -42,6 +42,11 @@ impl StopKeys {
         }
     }
 
+    /// Shows the safety watch that keys are read.
+    pub fn hear(&self) {
+        self.drive.hear();
+    }
+
     /// Does at once what `action` must not wait for.
     pub fn act(&self, action: &Action) {
         match action {

@@ -75,7 +75,9 @@ impl DriveControl {
     #[must_use]
     pub fn stop_switch(&self) -> DriveStop {
         let kill = self.handle.kill_switch();
-        DriveStop::new(self.safety.clone(), move || kill.kill())
+        DriveStop::new(self.safety.clone(), Arc::clone(&self.signals), move || {
+            kill.kill();
+        })
     }
 
     /// Requests a program; it begins as soon as the amplifier is armed.

@@ -1,11 +1,13 @@
 //! The stop that a key or a signal reaches by itself.
 
 use std::fmt;
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use tasks::Mailbox;
 
 use crate::safety_state::SafetyCommand;
+use crate::signals::Signals;
 use crate::trip::Trip;
 
 /// Stops a drive from any thread, past the task that decides about it. Whoever reads a key or a signal calls it before
@@ -15,11 +17,11 @@ use crate::trip::Trip;
 /// use std::sync::Arc;
 /// use std::sync::atomic::{AtomicU64, Ordering};
 ///
-/// use safety::{DriveStop, SafetyCommand, Trip};
+/// use safety::{DriveStop, SafetyCommand, Signals, Trip};
 ///
 /// let (kills, commands) = (Arc::new(AtomicU64::new(0)), tasks::Mailbox::default());
 /// let counted = Arc::clone(&kills);
-/// let stop = DriveStop::new(commands.clone(), move || {
+/// let stop = DriveStop::new(commands.clone(), Arc::new(Signals::default()), move || {
 ///     counted.fetch_add(1, Ordering::Relaxed);
 /// });
 /// stop.trip(Trip::Operator);
@@ -33,14 +35,30 @@ pub struct DriveStop(Arc<Mutex<Option<Wired>>>);
 #[derive(Clone)]
 struct Wired {
     commands: Mailbox<SafetyCommand>,
+    signals: Arc<Signals>,
     kill: Arc<dyn Fn() + Send + Sync>,
 }
 
 impl DriveStop {
-    /// Makes the stop of the drive that `kill` silences; the safety watch at `commands` latches it.
-    pub fn new(commands: Mailbox<SafetyCommand>, kill: impl Fn() + Send + Sync + 'static) -> Self {
-        let kill = Arc::new(kill);
-        Self(Arc::new(Mutex::new(Some(Wired { commands, kill }))))
+    /// Makes the stop of the drive that `kill` silences; the safety watch at `commands` and `signals` latches it.
+    pub fn new(
+        commands: Mailbox<SafetyCommand>,
+        signals: Arc<Signals>,
+        kill: impl Fn() + Send + Sync + 'static,
+    ) -> Self {
+        let wired = Wired {
+            commands,
+            signals,
+            kill: Arc::new(kill),
+        };
+        Self(Arc::new(Mutex::new(Some(wired))))
+    }
+
+    /// Shows the watch that somebody hears the stop key: once it was shown, an armed bench trips a second after the last time.
+    pub fn hear(&self) {
+        if let Some(Wired { signals, .. }) = self.wired() {
+            signals.hearings.fetch_add(1, Ordering::Relaxed);
+        }
     }
 
     /// Stops the drive of `other` from now on: one dashboard may see several benches, one after the other.
@@ -51,7 +69,7 @@ impl DriveStop {
 
     /// Silences the drive and latches the trip.
     pub fn trip(&self, trip: Trip) {
-        if let Some(Wired { commands, kill }) = self.wired() {
+        if let Some(Wired { commands, kill, .. }) = self.wired() {
             // First, so that the watch finds the reason of the kill.
             commands.send(SafetyCommand::Trip(trip));
             kill();

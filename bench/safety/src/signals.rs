@@ -89,6 +89,9 @@ pub struct Signals {
     pub press: Slot<Press>,
     /// Number of looks that the task which decides about the drive has taken: its sign of life.
     pub decisions: AtomicU64,
+    /// Number of looks for a key of the operator: the sign of life of the thread that hears the stop key. Zero where nobody
+    /// reads keys.
+    pub hearings: AtomicU64,
     /// Delay from a command to its read-back, as the latest rise of the drive has shown it; published by the watch.
     pub loop_delay: Slot<LoopDelay>,
     /// Times of the hardware stops, once they have been exercised; published by the watch.

@@ -139,6 +139,11 @@ pub enum Trip {
         /// How long, s.
         for_s: f64,
     },
+    /// The operator's keys are not read: the stop key would do nothing.
+    KeysUnread {
+        /// How long, s.
+        for_s: f64,
+    },
     /// The read-back of the drive stopped.
     ReadbackMissing,
     /// A part of the bench failed.
@@ -269,6 +274,11 @@ impl fmt::Display for Trip {
                 f,
                 "the part of the program that decides about the drive has not responded for {for_s:.1} s: look whether a disk, a \
                  network share or a device hangs, then re-arm"
+            ),
+            Self::KeysUnread { for_s } => write!(
+                f,
+                "the operator's keys have not been read for {for_s:.1} s, the stop key included: look whether the terminal or its \
+                 connection hangs, then re-arm"
             ),
             Self::ReadbackMissing => f.write_str("the drive is not read back any more"),
             Self::Fault { message } => f.write_str(message),

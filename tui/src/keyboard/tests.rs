@@ -168,7 +168,7 @@ fn no_two_rows_of_a_page_share_a_key() {
     }
 }
 
-/// Fault 48.
+/// Fault 49.
 #[test]
 fn a_key_that_acts_at_once_means_the_same_on_every_screen() {
     let stop = KeyEvent::new(KeyCode::Char('e'), KeyModifiers::NONE);

@@ -1,39 +1,61 @@
-//! The sign of life of the task that decides about the drive.
+//! Signs of life: of the task that decides about the drive, and of the thread that hears the operator's stop key.
 
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::signals::Signals;
 use crate::trip::Trip;
 
-/// Longest time between two looks of the task that decides about an armed drive, ns: an assumption. It looks every few
+/// Longest time between two looks of a thread that an armed drive depends on, ns: an assumption. It looks every few
 /// milliseconds, so this is a hang, and shorter than a person takes to notice one.
 const UNRESPONSIVE_NS: u64 = 1_000_000_000;
 
-/// Looks of the task that decides about the drive, and when the last one was seen.
+/// Looks of one thread, and when the last one was seen.
 #[derive(Debug, Default)]
-pub(super) struct Decider {
-    looks: u64,
+struct Looks {
+    count: u64,
     seen_ns: u64,
 }
 
+impl Looks {
+    /// Returns the time since the last look at `now_ns`, or since `from_ns` if that is later, s; `None` within what it may be.
+    fn missing(&mut self, count: &AtomicU64, from_ns: u64, now_ns: u64) -> Option<f64> {
+        let count = count.load(Ordering::Relaxed);
+        if count != self.count {
+            *self = Self {
+                count,
+                seen_ns: now_ns,
+            };
+        }
+        let away_ns = now_ns.saturating_sub(self.seen_ns.max(from_ns));
+        (away_ns > UNRESPONSIVE_NS).then_some(away_ns as f64 * 1e-9)
+    }
+}
+
+/// Looks of the task that decides about the drive, and of the thread that reads the keys.
+#[derive(Debug, Default)]
+pub(super) struct Decider {
+    decisions: Looks,
+    hearings: Looks,
+}
+
 impl Decider {
-    /// Returns the trip of a bench that was armed at `armed_at_ns` and whose task has not looked for too long at `now_ns`.
+    /// Returns the trip of a bench that was armed at `armed_at_ns` and on which either has not looked for too long at
+    /// `now_ns`. Keys that nobody has ever read are missed by nobody.
     pub(super) fn look(
         &mut self,
         signals: &Signals,
         armed_at_ns: u64,
         now_ns: u64,
     ) -> Option<Trip> {
-        let looks = signals.decisions.load(Ordering::Relaxed);
-        if looks != self.looks {
-            *self = Self {
-                looks,
-                seen_ns: now_ns,
-            };
-        }
-        let away_ns = now_ns.saturating_sub(self.seen_ns.max(armed_at_ns));
-        (away_ns > UNRESPONSIVE_NS).then_some(Trip::Unresponsive {
-            for_s: away_ns as f64 * 1e-9,
-        })
+        let undecided = self
+            .decisions
+            .missing(&signals.decisions, armed_at_ns, now_ns);
+        let unheard = self
+            .hearings
+            .missing(&signals.hearings, armed_at_ns, now_ns)
+            .filter(|_| self.hearings.count > 0);
+        undecided
+            .map(|for_s| Trip::Unresponsive { for_s })
+            .or(unheard.map(|for_s| Trip::KeysUnread { for_s }))
     }
 }

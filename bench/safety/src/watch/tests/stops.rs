@@ -37,7 +37,7 @@ fn a_kill_by_another_latches_armed_or_not() {
     }
 }
 
-/// Fault 48.
+/// Fault 49.
 /// Hazard 15.
 #[test]
 fn a_task_that_decides_and_hangs_trips_an_armed_bench_within_a_second() {
@@ -63,7 +63,7 @@ fn a_task_that_decides_and_hangs_trips_an_armed_bench_within_a_second() {
     assert_eq!(rig.watch.state, SafetyState::Armed);
 }
 
-/// Fault 48.
+/// Fault 49.
 #[test]
 fn a_task_that_hangs_beside_a_disarmed_bench_trips_nothing_and_has_a_second_from_arming() {
     let mut rig = Rig::new(SafetyLines::default());
@@ -77,13 +77,28 @@ fn a_task_that_hangs_beside_a_disarmed_bench_trips_nothing_and_has_a_second_from
     assert!(matches!(rig.trip(), Some(Trip::Unresponsive { .. })));
 }
 
-/// Fault 48.
+/// Fault 49.
+/// Hazard 15.
+#[test]
+fn keys_that_are_not_read_any_more_trip_an_armed_bench() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    let keys = DriveStop::new(rig.ask.clone(), rig.signals.clone(), || ());
+    rig.pass(3000, |_| ());
+    assert_eq!(rig.trip(), None, "nobody has read keys here");
+    rig.pass(3000, |_| keys.hear());
+    rig.pass(1000, |_| ());
+    assert_eq!(rig.trip(), None);
+    rig.pass(2, |_| ());
+    assert!(matches!(rig.trip(), Some(Trip::KeysUnread { for_s }) if (1.0..1.01).contains(&for_s)));
+}
+
+/// Fault 49.
 #[test]
 fn a_stop_key_names_the_operator_and_can_be_rearmed() {
     let mut rig = Rig::armed(SafetyLines::default());
     rig.hangs = true;
     let card = rig.card.clone();
-    let stop = DriveStop::new(rig.ask.clone(), move || card.kill());
+    let stop = DriveStop::new(rig.ask.clone(), rig.signals.clone(), move || card.kill());
     stop.trip(Trip::Operator);
     assert_eq!(rig.card.kills(), 1, "before the watch has looked");
     rig.pass(1, |_| ());
@@ -105,7 +120,7 @@ fn a_stop_follows_the_bench_that_is_open() {
     let kills: [Arc<AtomicU64>; 2] = Default::default();
     let [first, second] = kills.each_ref().map(|kills| {
         let kills = Arc::clone(kills);
-        DriveStop::new(Mailbox::default(), move || {
+        DriveStop::new(Mailbox::default(), Arc::default(), move || {
             kills.fetch_add(1, Ordering::Relaxed);
         })
     });

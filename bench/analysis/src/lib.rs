@@ -8,6 +8,7 @@ pub mod amplitude_profile;
 pub mod analysed;
 pub mod analysis_settings;
 mod assumable;
+pub mod attempts;
 pub mod averaged;
 mod clipping;
 pub mod clustered;

@@ -9,9 +9,8 @@ mod study_check;
 mod table;
 
 pub use defect::{RecordingDefect, SessionDefect, StudyDefect};
-pub use findings::{
-    Integrity, SessionEnd, SessionFindings, Standing, StudyFindings, TrialFindings,
-};
+pub use ::sessions::Standing;
+pub use findings::{Integrity, SessionEnd, SessionFindings, StudyFindings, TrialFindings};
 pub use session_check::{last_trial, log_defects, recordings, session};
 pub use study_check::{VerifyError, beside_sessions, sessions};
 pub use table::{to_json, to_text, trial_words};

@@ -257,3 +257,174 @@ fn list(folder: &Path) -> Result<Vec<PathBuf>, FindError> {
     }
     Ok(folders)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysed::Analysed;
+    use std::fs;
+
+    const MANIFEST: &str = r#"format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+channels.drive = { index = 0, volts_per_unit = 20.0 }
+channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+"#;
+
+    /// A session of these attempts: number, attempt, outcome in the log, and end of the recording, if there is one.
+    fn session(attempts: &[(u32, u32, &str, &str)]) -> tempfile::TempDir {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("study/sub-01/ses-01");
+        fs::create_dir_all(&folder).unwrap();
+        let event = |data: String| {
+            format!(
+                r#"{{"document":"event","stream":"session","seq_num":1,"time":"","audio_s":1.0,"data":{data}}}"#
+            )
+        };
+        let mut log = String::new();
+        for (number, attempt, outcome, end) in attempts {
+            let key = format!(
+                r#"{{"number":{number},"attempt":{attempt},"practice":false,"condition":"c"}}"#
+            );
+            log += &event(format!(r#"{{"event":"trial_began","key":{key}}}"#));
+            log += "\n";
+            if !outcome.is_empty() {
+                log += &event(format!(
+                    r#"{{"event":"trial_settled","record":{{"key":{key},"outcome":{outcome},"analysis":null}}}}"#
+                ));
+                log += "\n";
+            }
+            if end.is_empty() {
+                continue;
+            }
+            let recording = folder.join(format!("trial-{number:03}_attempt-{attempt}"));
+            fs::create_dir(&recording).unwrap();
+            let trial = format!(
+                "trial = {{ number = {number}, attempt = {attempt}, practice = false, condition = \"c\", protocol = \"p\", \
+                 seed = 1, end = \"{end}\" }}\n"
+            );
+            fs::write(recording.join(MANIFEST_FILE), MANIFEST.to_owned() + &trial).unwrap();
+        }
+        fs::write(folder.join(EVENTS_FILE), log).unwrap();
+        place
+    }
+
+    const ACCEPTED: &str = r#"{"outcome":"accepted"}"#;
+    const REDO: &str = r#"{"outcome":"redo","reasons":[]}"#;
+    const GIVEN_UP: &str = r#"{"outcome":"given_up","reasons":[]}"#;
+
+    fn found(place: &Path, rejected: bool) -> (Vec<String>, Vec<String>) {
+        let wanted = Wanted {
+            practice: false,
+            rejected,
+        };
+        let found = attempts(&[place.join("study")], wanted).unwrap();
+        let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+        let taken = found.taken.iter().map(|of| name(&of.path));
+        let left_out = found.left_out.iter();
+        let left_out = left_out.map(|of| format!("{}: {}", name(&of.path), of.because));
+        (taken.collect(), left_out.collect())
+    }
+
+    /// A trial that was given up, and one whose repetition was broken off, were analysed as data: n = 3 of 1 accepted.
+    #[test]
+    fn attempts_are_taken_by_their_standing_in_the_log() {
+        let place = session(&[
+            (1, 1, REDO, "completed"),
+            (1, 2, ACCEPTED, "completed"),
+            (2, 1, GIVEN_UP, "completed"),
+            (3, 1, REDO, "completed"),
+            (3, 2, "", "completed"),
+        ]);
+        let (taken, left_out) = found(place.path(), false);
+        assert_eq!(taken, ["trial-001_attempt-2"]);
+        assert_eq!(
+            left_out,
+            [
+                "trial-001_attempt-1: it was to be repeated",
+                "trial-002_attempt-1: its trial was given up",
+                "trial-003_attempt-1: it was to be repeated",
+                "trial-003_attempt-2: it was interrupted",
+            ]
+        );
+        // Each trial counts once, also then.
+        let (taken, left_out) = found(place.path(), true);
+        assert_eq!(
+            taken,
+            ["trial-001_attempt-2", "trial-002_attempt-1", "trial-003_attempt-2"]
+        );
+        assert_eq!(left_out.len(), 2);
+    }
+
+    /// Fault 27: accepted trials without a whole recording were passed over without a word.
+    #[test]
+    fn an_accepted_trial_that_cannot_be_analysed_is_named() {
+        let place = session(&[
+            (1, 1, ACCEPTED, "completed"),
+            (2, 1, ACCEPTED, "interrupted"),
+            (3, 1, ACCEPTED, ""),
+        ]);
+        let (taken, left_out) = found(place.path(), false);
+        assert_eq!(taken, ["trial-001_attempt-1"]);
+        assert_eq!(
+            left_out,
+            [
+                "trial-002_attempt-1: its recording was broken off",
+                "trial-003_attempt-1: its recording is not there",
+            ]
+        );
+        let analysed = Analysed {
+            settings: crate::Settings::default(),
+            recordings: Vec::new(),
+        };
+        let study = [place.path().join("study")];
+        let account = attempts(&study, Wanted::default()).unwrap().account(&analysed, &[]);
+        assert_eq!(account.accepted, 3);
+        assert_eq!(account.missed().count(), 2);
+        assert_eq!(account.lines()[0], "accepted 3, analysed 0; left out: 2 missed");
+    }
+
+    #[test]
+    fn a_study_that_is_named_twice_counts_once_by_whichever_path() {
+        let place = session(&[(1, 1, ACCEPTED, "completed"), (2, 1, GIVEN_UP, "completed")]);
+        let study = place.path().join("study");
+        let session = study.join("sub-01/../sub-01/ses-01");
+        let mut named = vec![study.clone(), session.clone(), session.join("trial-001_attempt-1")];
+        #[cfg(unix)]
+        {
+            let link = place.path().join("link");
+            std::os::unix::fs::symlink(&study, &link).unwrap();
+            named.push(link);
+        }
+        let found = attempts(&named, Wanted::default()).unwrap();
+        assert_eq!((found.taken.len(), found.left_out.len()), (1, 1));
+        // Somebody asks for it.
+        let named = [session.join("trial-002_attempt-1")];
+        let found = attempts(&named, Wanted::default()).unwrap();
+        assert_eq!(found.taken[0].standing, Some(Standing::GivenUp));
+    }
+
+    #[test]
+    fn a_session_without_a_log_stands_for_the_last_completed_attempt_at_each_trial() {
+        let place = session(&[
+            (1, 1, ACCEPTED, "completed"),
+            (1, 2, REDO, "completed"),
+            (2, 1, ACCEPTED, "interrupted"),
+        ]);
+        let log = place.path().join("study/sub-01/ses-01").join(EVENTS_FILE);
+        fs::write(&log, "no log\n{}\n").unwrap();
+        let study = [place.path().join("study")];
+        let unread = attempts(&study, Wanted::default()).unwrap();
+        assert_eq!(unread.unread_logs.len(), 1);
+        fs::remove_file(log).unwrap();
+        let without = attempts(&study, Wanted::default()).unwrap();
+        assert!(without.unread_logs.is_empty());
+        for found in [unread, without] {
+            assert_eq!(found.taken.len(), 1);
+            assert!(found.taken[0].path.ends_with("trial-001_attempt-2"));
+            assert_eq!(found.taken[0].standing, None);
+        }
+    }
+}

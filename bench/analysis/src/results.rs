@@ -299,7 +299,7 @@ impl From<&RecordingAnalysis> for Recording {
             Err(error) => {
                 return Self {
                     path,
-                    participant: None,
+                    participant: analysis.participant.clone(),
                     uncalibrated: false,
                     carrier_hz: None,
                     plate_profile: false,

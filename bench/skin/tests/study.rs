@@ -62,14 +62,16 @@ fn flagged(area_m2: f64) -> SharedFit {
 }
 
 fn found(number: usize, participant: Option<&str>, trial: Option<SharedFit>) -> RecordingAnalysis {
-    let participant =
-        participant.map(|id| format!("participant = {{ id = \"{id}\", session = 1 }}"));
-    let text = format!("{MANIFEST}{}", participant.unwrap_or_default());
+    let stated = participant.map(|id| format!("participant = {{ id = \"{id}\", session = 1 }}"));
+    let text = format!("{MANIFEST}{}", stated.unwrap_or_default());
+    let participant = participant.map(str::to_owned);
     let path = PathBuf::from(format!("study/{number}"));
     RecordingAnalysis {
         path: path.clone(),
+        participant: participant.clone(),
         found: Ok(RecordingFindings {
             path,
+            participant,
             manifest: Manifest::parse(&text, "recording.toml").unwrap(),
             rules: SelectionRules::published(0.05),
             pickup: recording::pipeline::PickupOffset::default(),

@@ -90,7 +90,11 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         selection.write_beside(folder)?;
     }
     let excluded = selection.to_text();
-    let counts: String = account.lines().into_iter().map(|line| line + "\n").collect();
+    let counts: String = account
+        .lines()
+        .into_iter()
+        .map(|line| line + "\n")
+        .collect();
     let table = options.table.format();
     if let Some(format) = table {
         let mut text = statistics(&analysed).to_table(format);

@@ -163,12 +163,7 @@ impl Search {
     }
 
     /// Takes the accepted attempts, and names all others.
-    fn by_log(
-        &mut self,
-        folder: &Path,
-        session: &Session,
-        labels: &BTreeMap<TrialLabel, PathBuf>,
-    ) {
+    fn by_log(&mut self, folder: &Path, session: &Session, labels: &BTreeMap<TrialLabel, PathBuf>) {
         let accepted = session.accepted().into_iter().map(|attempt| attempt.label);
         let accepted: Vec<TrialLabel> = accepted.filter(|label| self.is_wanted(*label)).collect();
         let mut taken = BTreeMap::new();
@@ -353,7 +348,11 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         let (taken, left_out) = found(place.path(), true);
         assert_eq!(
             taken,
-            ["trial-001_attempt-2", "trial-002_attempt-1", "trial-003_attempt-2"]
+            [
+                "trial-001_attempt-2",
+                "trial-002_attempt-1",
+                "trial-003_attempt-2"
+            ]
         );
         assert_eq!(left_out.len(), 2);
     }
@@ -380,10 +379,15 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
             recordings: Vec::new(),
         };
         let study = [place.path().join("study")];
-        let account = attempts(&study, Wanted::default()).unwrap().account(&analysed, &[]);
+        let account = attempts(&study, Wanted::default())
+            .unwrap()
+            .account(&analysed, &[]);
         assert_eq!(account.accepted, 3);
         assert_eq!(account.missed().count(), 2);
-        assert_eq!(account.lines()[0], "accepted 3, analysed 0; left out: 2 missed");
+        assert_eq!(
+            account.lines()[0],
+            "accepted 3, analysed 0; left out: 2 missed"
+        );
     }
 
     #[test]
@@ -391,7 +395,11 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         let place = session(&[(1, 1, ACCEPTED, "completed"), (2, 1, GIVEN_UP, "completed")]);
         let study = place.path().join("study");
         let session = study.join("sub-01/../sub-01/ses-01");
-        let mut named = vec![study.clone(), session.clone(), session.join("trial-001_attempt-1")];
+        let mut named = vec![
+            study.clone(),
+            session.clone(),
+            session.join("trial-001_attempt-1"),
+        ];
         #[cfg(unix)]
         {
             let link = place.path().join("link");

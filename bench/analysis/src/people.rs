@@ -69,7 +69,12 @@ fn names<'a>(people: impl Iterator<Item = &'a Person>) -> BTreeMap<Person, Strin
         names[names.len().saturating_sub(n)..].join("/")
     };
     let apart = |n: &usize| {
-        let known: BTreeSet<String> = studies.iter().copied().flatten().map(|of| last(of, *n)).collect();
+        let known: BTreeSet<String> = studies
+            .iter()
+            .copied()
+            .flatten()
+            .map(|of| last(of, *n))
+            .collect();
         known.len() == studies.iter().copied().flatten().count()
     };
     let n = (1..64).find(apart).unwrap_or(64);
@@ -82,7 +87,9 @@ fn names<'a>(people: impl Iterator<Item = &'a Person>) -> BTreeMap<Person, Strin
         // A pseudonym that somebody else wrote may hold a slash.
         let numbered = (2..).map(|number| format!("{plain} ({number})"));
         let mut candidates = std::iter::once(plain.clone()).chain(numbered);
-        let name = candidates.find(|name| !taken.contains(name)).unwrap_or(plain);
+        let name = candidates
+            .find(|name| !taken.contains(name))
+            .unwrap_or(plain);
         taken.insert(name.clone());
         named.insert(person.clone(), name);
     }

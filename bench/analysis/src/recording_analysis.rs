@@ -322,10 +322,17 @@ seed = 1
 
         // Resumed after an edit: which of the two the recording followed is not known.
         let edited = session.path().join("own.2.toml");
-        std::fs::write(&edited, text.replacen("central_m = 0.060", "central_m = 0.030", 1)).unwrap();
+        std::fs::write(
+            &edited,
+            text.replacen("central_m = 0.060", "central_m = 0.030", 1),
+        )
+        .unwrap();
         let (first, flaw) = rules();
         assert_eq!(first, own);
-        assert!(matches!(flaw, Some(Flaw::ProtocolCopies { .. })), "{flaw:?}");
+        assert!(
+            matches!(flaw, Some(Flaw::ProtocolCopies { .. })),
+            "{flaw:?}"
+        );
         std::fs::remove_file(edited).unwrap();
 
         // Cut off in the middle, and with bytes that are no text.

@@ -58,8 +58,7 @@ pub const EXACT_PAIRS: usize = 8;
 /// two-sided p-value of Spearman's coefficient, also with ties (Kendall and Gibbons 1990, section 4).
 fn exact_p(x: &[f64], y: &[f64]) -> f64 {
     let centre = x.len() as f64 * x.iter().mean() * y.iter().mean();
-    let departure =
-        |y: &[f64]| (x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() - centre).abs();
+    let departure = |y: &[f64]| (x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() - centre).abs();
     // Sums of halves and products of them: far apart beside rounding.
     let found = departure(y) - 1e-6;
     let (mut as_far, mut orders) = (0_u32, 0_u32);
@@ -94,7 +93,9 @@ fn perfect_p(x: &[f64], y: &[f64]) -> f64 {
         let mut sorted = ranks.to_vec();
         sorted.sort_by(f64::total_cmp);
         let ln_factorial = |n: usize| (2..=n).map(|k| (k as f64).ln()).sum::<f64>();
-        let ties = sorted.chunk_by(|a, b| a == b).map(|tie| ln_factorial(tie.len()));
+        let ties = sorted
+            .chunk_by(|a, b| a == b)
+            .map(|tie| ln_factorial(tie.len()));
         ln_factorial(sorted.len()) - ties.sum::<f64>()
     };
     (2.0 * (-orders(x).max(orders(y))).exp()).min(1.0)

@@ -422,7 +422,13 @@ mod tests {
     /// A reason that begins with `=` was a formula in whatever opened the table.
     #[test]
     fn no_cell_is_a_formula_and_each_reads_back() {
-        for text in ["=HYPERLINK(\"http://x\")", "@SUM(1+1)", "+cmd", "- he coughed", "'=1"] {
+        for text in [
+            "=HYPERLINK(\"http://x\")",
+            "@SUM(1+1)",
+            "+cmd",
+            "- he coughed",
+            "'=1",
+        ] {
             let mut exclusion = of("sub-07", Part::All);
             (exclusion.reason, exclusion.by) = (text.to_owned(), text.to_owned());
             let table = to_tsv([&exclusion]);
@@ -434,7 +440,10 @@ mod tests {
         // By hand, as before.
         let by_hand = parsed("participant_id\ttrial\treason\tby\nsub-07\tall\t=1+1\t'N. H.'\n");
         let read = by_hand.unwrap().list.remove(0);
-        assert_eq!((read.reason.as_str(), read.by.as_str()), ("=1+1", "'N. H.'"));
+        assert_eq!(
+            (read.reason.as_str(), read.by.as_str()),
+            ("=1+1", "'N. H.'")
+        );
     }
 
     proptest! {

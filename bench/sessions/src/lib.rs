@@ -6,8 +6,8 @@ mod standing;
 use std::path::{Path, PathBuf};
 
 use protocols::Protocol;
-use recording::study::event_log::{self, Document, LogContent};
 use recording::study::EVENTS_FILE;
+use recording::study::event_log::{self, Document, LogContent};
 
 pub use session::{Attempt, Session, SessionEnd, practice_trials, session_event};
 pub use standing::Standing;
@@ -62,7 +62,10 @@ impl Sessions {
 /// The reason why it cannot be read.
 pub fn read(folder: &Path) -> Result<Session, String> {
     let content = event_log::read(&folder.join(EVENTS_FILE)).map_err(|error| error.to_string())?;
-    Ok(Session::after_practice(&content, practice(folder, &content)))
+    Ok(Session::after_practice(
+        &content,
+        practice(folder, &content),
+    ))
 }
 
 /// Returns the number of practice trials of the session in `folder`, by its copy of its protocol, or else by its log.

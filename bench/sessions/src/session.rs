@@ -372,7 +372,8 @@ mod tests {
         assert_eq!(times(&lines), [Some(0.0), Some(3.0)]);
 
         // Times that are none, of a log that was edited.
-        let edited = [-1e308, 1e308, 40.0 * 86_400.0].map(|audio_s| began(audio_s, &key(3, 1)));
+        let edited = [(1, -1e308), (2, 1e308), (3, 40.0 * 86_400.0)];
+        let edited = edited.map(|(attempt, audio_s)| began(audio_s, &key(3, attempt)));
         let lines = [&lines[..2], &edited[..]].concat();
         assert_eq!(times(&lines), [Some(0.0), None, None, None]);
     }

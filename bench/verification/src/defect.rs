@@ -50,13 +50,17 @@ pub enum RecordingDefect {
     #[error("recording.toml says that the trial is complete, and the log that it was broken off")]
     OtherEnd,
     /// The log calls the trial accepted, and its recording was broken off.
-    #[error("the log says that the trial was accepted, and recording.toml that its recording was broken off")]
+    #[error(
+        "the log says that the trial was accepted, and recording.toml that its recording was broken off"
+    )]
     AcceptedBrokenOff,
     /// The log calls the trial accepted, and never its recording saved.
     #[error("the log says that the trial was accepted, and not that its recording was saved")]
     AcceptedUnsaved,
     /// The log marks other intervals of an accepted trial than its recording has.
-    #[error("the log marks {marked} intervals of the accepted trial, and recording.toml has {recorded}")]
+    #[error(
+        "the log marks {marked} intervals of the accepted trial, and recording.toml has {recorded}"
+    )]
     OtherIntervals {
         /// Number by the log.
         marked: usize,
@@ -156,7 +160,9 @@ pub enum SessionDefect {
         found: u64,
     },
     /// A stop calls the session complete before all of its trials were settled.
-    #[error("events.jsonl calls the session complete, and {settled} of its {planned} trials were settled")]
+    #[error(
+        "events.jsonl calls the session complete, and {settled} of its {planned} trials were settled"
+    )]
     NotAllSettled {
         /// Trials in the session's order.
         planned: usize,

@@ -354,11 +354,7 @@ mod tests {
         assert!(!unsaved(&[&begun, &accepted]), "the program was killed");
         let stop = r#"{"document":"stop","time":"","exit_status":"success","num_events":2}"#;
         assert!(!unsaved(&[&begun, &accepted, stop]), "a log without any");
-        let later = [
-            began(3, 2),
-            saved(4, "trial-002_attempt-1"),
-            settled(5, 2),
-        ];
+        let later = [began(3, 2), saved(4, "trial-002_attempt-1"), settled(5, 2)];
         let events = [&begun, &accepted, &later[0], &later[1], &later[2]].map(String::as_str);
         assert!(unsaved(&events));
     }

@@ -8,8 +8,8 @@ mod session_check;
 mod study_check;
 mod table;
 
-pub use defect::{RecordingDefect, SessionDefect, StudyDefect};
 pub use ::sessions::Standing;
+pub use defect::{RecordingDefect, SessionDefect, StudyDefect};
 pub use findings::{Integrity, SessionEnd, SessionFindings, StudyFindings, TrialFindings};
 pub use session_check::{last_trial, log_defects, recordings, session};
 pub use study_check::{VerifyError, beside_sessions, sessions};

@@ -206,7 +206,11 @@ fn rows<R: recording::CsvRow>(
     for ((_, end_s), reached_s) in explorations.iter().zip(&reached) {
         gap(*reached_s, *end_s);
     }
-    let lost = [EventKind::ForceLost, EventKind::Gap, EventKind::TimeDisorder];
+    let lost = [
+        EventKind::ForceLost,
+        EventKind::Gap,
+        EventKind::TimeDisorder,
+    ];
     let told = manifest.events.iter().any(|of| lost.contains(&of.kind));
     let defect = longest
         .filter(|_| !told)

@@ -83,7 +83,10 @@ fn a_line_of_strace_names_thread_and_call() {
             "8471<session> statfs(\"/tmp/study\",  <unfinished ...>",
             Some(("session", "statfs")),
         ),
-        ("8471<session> <... statfs resumed>{f_type=TMPFS}) = 0", None),
+        (
+            "8471<session> <... statfs resumed>{f_type=TMPFS}) = 0",
+            None,
+        ),
         ("8473<safety>  +++ exited with 0 +++", None),
     ] {
         assert_eq!(thread_and_call(line), expected, "{line}");

@@ -184,7 +184,11 @@ fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
     assert_eq!(all["attempts"]["accepted"], 3);
     assert_eq!(all["attempts"]["analysed"], 3);
     assert_eq!(results["attempts"]["excluded"], 1);
-    let page = command(&["analyze"], &study, &["--include-excluded", "--report", "-"]);
+    let page = command(
+        &["analyze"],
+        &study,
+        &["--include-excluded", "--report", "-"],
+    );
     let page = text(&page);
     assert!(page.contains("These decisions were overridden"), "{page}");
     assert!(!page.contains("No recording is excluded"), "{page}");

@@ -277,7 +277,10 @@ fn an_accepted_trial_without_its_whole_recording_is_found_and_missed_by_the_anal
     let rows = fs::read_to_string(&force).unwrap();
     let rows: Vec<&str> = rows.lines().collect();
     fs::write(&force, rows[..rows.len() / 2].join("\n") + "\n").unwrap();
-    study.require_found(&["force.csv has no rows from", "although the trial was accepted"]);
+    study.require_found(&[
+        "force.csv has no rows from",
+        "although the trial was accepted",
+    ]);
 }
 
 #[test]

@@ -23,7 +23,8 @@ use sessions::Sessions;
 use skin::Skin;
 use tui::{escaped, escaped_line};
 
-/// Runs the command. True if every recording could be read; what is wrong with which goes to standard error.
+/// Runs the command. True if every accepted trial was analysed and every recording could be read; what is wrong with which
+/// goes to standard error.
 ///
 /// # Errors
 /// Nothing to analyse, an assumption that cannot be made, or a result that cannot be written.
@@ -115,7 +116,8 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     } else {
         let _ = write!(std::io::stderr(), "{}", escaped(&excluded));
     }
-    Ok(account.missed().next().is_none())
+    let all_read = analysed.recordings.iter().all(|r| r.found.is_ok());
+    Ok(all_read && account.missed().next().is_none())
 }
 
 /// Returns the attempts that somebody decided to leave out, also those that could not be analysed anyway.

@@ -9,6 +9,8 @@ use crate::cli::Analyze;
 use crate::dates;
 use crate::outcome::{progress_bar, require_writable, write_text};
 use crate::verbosity::Verbosity;
+use analysis::attempts::{Account, Attempts};
+use analysis::find::Wanted;
 use analysis::published::{TableFormat, statistics};
 use analysis::results::Results;
 use analysis::whole_trial;
@@ -21,7 +23,8 @@ use sessions::Sessions;
 use skin::Skin;
 use tui::{escaped, escaped_line};
 
-/// Runs the command. True if every recording could be read; what is wrong with which goes to standard error.
+/// Runs the command. True if every accepted trial was analysed and every recording could be read; what is wrong with which
+/// goes to standard error.
 ///
 /// # Errors
 /// Nothing to analyse, an assumption that cannot be made, or a result that cannot be written.
@@ -40,8 +43,12 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     for path in [&options.json, &options.report].into_iter().flatten() {
         require_writable(path)?;
     }
-    let found = find::recordings(&options.recordings, options.practice)?;
-    let selection = select(found, options.include_excluded)?;
+    let wanted = Wanted {
+        practice: options.practice,
+        rejected: options.include_rejected,
+    };
+    let found = find::attempts(&options.recordings, wanted)?;
+    let selection = select(found.recordings(), options.include_excluded)?;
     let folders = &selection.kept;
     verbosity.note(format_args!("{} recordings", folders.len()));
     let bar = progress_bar(folders.len() as u64, verbosity);
@@ -51,13 +58,19 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     });
     bar.finish_and_clear();
 
+    let account = found.account(&analysed, &decided(&found, &selection)?);
+    warn(&account);
     let skin = Skin::of(&analysed);
     let sessions = Sessions::of(folders.iter().map(PathBuf::as_path));
     if options.json.is_some() || options.report.is_some() {
-        let results = Results::new(&analysed)
+        let mut results = Results::new(&analysed)
             .with_skin(serde_json::to_value(&skin)?)
-            .with_excluded(selection.to_json()?)
-            .to_json()?;
+            .with_attempts(&account)
+            .with_excluded(selection.to_json()?);
+        if let Some(overridden) = selection.overridden_to_json()? {
+            results = results.with_overridden(overridden);
+        }
+        let results = results.to_json()?;
         if let Some(path) = &options.json {
             write_text(path, &results)?;
         }
@@ -78,18 +91,23 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         selection.write_beside(folder)?;
     }
     let excluded = selection.to_text();
+    let counts: String = account
+        .lines()
+        .into_iter()
+        .map(|line| line + "\n")
+        .collect();
     let table = options.table.format();
     if let Some(format) = table {
         let mut text = statistics(&analysed).to_table(format);
         if matches!(format, TableFormat::Text { .. }) {
-            text.push_str(&lines(&skin));
+            text = counts.clone() + &text + &lines(&skin);
         }
         write!(std::io::stdout(), "{}", escaped(&text))?;
     }
     let to_pipe = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
     let summarised = options.json.is_none() && table.is_none() && !to_pipe(&options.report);
     if summarised {
-        let lines = summary(&analysed) + &lines(&skin);
+        let lines = summary(&analysed) + &counts + &lines(&skin);
         write!(std::io::stdout(), "{}", escaped(&lines))?;
     }
     // Where another program reads the table, nothing else stands beside it.
@@ -98,7 +116,31 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     } else {
         let _ = write!(std::io::stderr(), "{}", escaped(&excluded));
     }
-    Ok(analysed.recordings.iter().all(|r| r.found.is_ok()))
+    let all_read = analysed.recordings.iter().all(|r| r.found.is_ok());
+    Ok(all_read && account.missed().next().is_none())
+}
+
+/// Returns the attempts that somebody decided to leave out, also those that could not be analysed anyway.
+fn decided(found: &Attempts, selection: &Selection) -> anyhow::Result<Vec<PathBuf>> {
+    let excluded = selection.excluded.iter();
+    let mut decided: Vec<PathBuf> = excluded.flat_map(|of| of.recordings.clone()).collect();
+    if selection.overridden.is_empty() {
+        let left_out = found.left_out.iter().map(|of| of.path.clone());
+        let others = exclusions::select(left_out.collect())?;
+        decided.extend(others.excluded.into_iter().flat_map(|of| of.recordings));
+    }
+    Ok(decided)
+}
+
+/// Names the accepted trials that are not in the analysis, other than those that cannot be read, which were named.
+fn warn(account: &Account) {
+    let mut stderr = std::io::stderr().lock();
+    for of in account.missed() {
+        let _ = writeln!(stderr, "warning: left out: {}", escaped(&of.to_string()));
+    }
+    for log in &account.unread_logs {
+        let _ = writeln!(stderr, "warning: {}", escaped(log));
+    }
 }
 
 /// Returns the report on what was analysed, whose numbers are those of `results`.
@@ -136,13 +178,11 @@ fn name(folders: &[PathBuf]) -> String {
 
 /// Parts the recordings by the exclusions of their studies; `everything` analyses them all.
 fn select(folders: Vec<PathBuf>, everything: bool) -> anyhow::Result<Selection> {
-    if everything {
-        return Ok(Selection {
-            kept: folders,
-            excluded: Vec::new(),
-        });
-    }
+    let all = folders.clone();
     let selection = exclusions::select(folders)?;
+    if everything {
+        return Ok(selection.overridden(all));
+    }
     if selection.kept.is_empty() {
         bail!(
             "nothing is left to analyse: {EXCLUSIONS_FILE} leaves out {}; --include-excluded analyses it all the same",

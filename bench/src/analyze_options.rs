@@ -14,7 +14,7 @@ const FEWEST_COLUMNS: u16 = 60;
 /// `analyze`
 #[derive(Debug, Args)]
 pub struct Analyze {
-    /// Folders of recordings, or of studies, participants or sessions: all their completed trials.
+    /// Folders of recordings, or of studies, participants or sessions: all their accepted trials.
     #[arg(required = true, value_name = "RECORDING|STUDY")]
     pub recordings: Vec<PathBuf>,
     /// Write the results as JSON; `-` for standard output.
@@ -64,6 +64,9 @@ pub struct Analyze {
     /// Include practice trials.
     #[arg(long)]
     pub practice: bool,
+    /// Analyse also trials that were not accepted: of each, the last completed attempt.
+    #[arg(long)]
+    pub include_rejected: bool,
     /// Analyse also what the study's exclusions.tsv leaves out.
     #[arg(long)]
     pub include_excluded: bool,

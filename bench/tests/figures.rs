@@ -564,6 +564,7 @@ fn analysed() -> Analysed {
     let path = PathBuf::from("trial-01");
     let findings = RecordingFindings {
         path: path.clone(),
+        participant: None,
         pickup: recording::pipeline::PickupOffset::default(),
         rules: settings.selection_rules(manifest.plate.centre_m),
         manifest,
@@ -589,6 +590,7 @@ fn analysed() -> Analysed {
         settings,
         recordings: vec![RecordingAnalysis {
             path,
+            participant: None,
             found: Ok(findings),
         }],
     };

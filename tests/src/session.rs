@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use analysis::find::Wanted;
 use recording::study::event_log::{self, Document, LogEvent, Start, Stop};
 use serde_json::Value;
 
@@ -61,6 +62,13 @@ impl VirtualParticipant {
         }
     }
 }
+
+/// What is analysed of a virtual participant: also the last completed attempt at a trial that was not accepted, because
+/// whoever estimates must hold beside anybody's finger.
+pub const ALL_COMPLETED: Wanted = Wanted {
+    practice: false,
+    rejected: true,
+};
 
 /// Runs a command to its end.
 pub fn finish(command: &mut Command) -> Output {

@@ -55,6 +55,8 @@ impl Analysed {
 pub struct RecordingAnalysis {
     /// Folder, as named.
     pub path: PathBuf,
+    /// Who took part, as [`RecordingFindings::participant`] has it, also where the recording cannot be read.
+    pub participant: Option<String>,
     /// Findings, or why the recording cannot be read.
     pub found: Result<RecordingFindings, RecordingError>,
 }
@@ -84,6 +86,8 @@ pub enum RecordingError {
 pub struct RecordingFindings {
     /// Folder, as named.
     pub path: PathBuf,
+    /// Who took part: the pseudonym, with the study's name before it where several studies are analysed.
+    pub participant: Option<String>,
     /// Description of the recording.
     pub manifest: Manifest,
     /// Rules by which instances were selected.
@@ -107,9 +111,9 @@ pub struct RecordingFindings {
 }
 
 impl RecordingFindings {
-    /// Returns the participant's pseudonym, if it is known.
+    /// Returns who took part, if it is known: of two studies, two people though their pseudonyms are the same.
     pub fn participant(&self) -> Option<&str> {
-        self.manifest.participant.as_ref().map(|p| p.id.as_str())
+        self.participant.as_deref()
     }
 
     /// Returns the plate's constants.

@@ -1,13 +1,18 @@
-//! Finds recordings: recording folders themselves, or all trials of a study, a participant or a session.
+//! Finds recordings: recording folders themselves, or the accepted trials of a study, a participant or a session.
+//!
+//! Which attempts were accepted the session's log tells, as [`sessions`] reads it; a session without a log, as made
+//! elsewhere, is taken by its recordings alone.
 
-use std::collections::BTreeMap;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
 use recording::manifest::End;
-use recording::study::{TrialBlock, TrialLabel};
+use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
 use recording::{MANIFEST_FILE, reader};
+use sessions::{Session, Standing};
+
+use crate::attempts::{Attempts, LeftOut, Taken};
 
 /// Levels of folders below a study: participants, sessions, trials.
 const DEPTH: usize = 3;
@@ -25,88 +30,212 @@ pub enum FindError {
     },
     /// The folder is neither a recording nor holds any.
     #[error(
-        "{} is no recording (it has no {MANIFEST_FILE}), and no study with completed trials{}",
+        "{} is no recording (it has no {MANIFEST_FILE}), and no study with accepted trials that can be analysed{}{}",
         path.display(),
-        if *.practice { "" } else { "; practice trials are left out unless --practice is given" }
+        if *.practice { "" } else { "; practice trials are left out unless --practice is given" },
+        left_out.first().map(|of| format!("; left out: {of}")).unwrap_or_default()
     )]
     None {
         /// The folder.
         path: PathBuf,
         /// Whether practice trials were looked for.
         practice: bool,
+        /// Attempts that were found and not taken.
+        left_out: Vec<LeftOut>,
     },
 }
 
-/// Returns the recording folders that `named` stands for, in order. A folder with a `recording.toml` is a recording. A
-/// study stands for all its completed trials; among several attempts at a trial, for the last completed one, because
-/// the others were redone. A folder that is named twice counts once.
+/// Trials that are taken beside the accepted ones of the experiment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Wanted {
+    /// Practice trials.
+    pub practice: bool,
+    /// Of a trial that was not accepted, the last completed attempt.
+    pub rejected: bool,
+}
+
+/// Returns the recordings that `named` stands for, in order, and the attempts that are left out. A folder with a
+/// `recording.toml` is a recording. A study stands for its accepted trials, as the logs of its sessions tell; a session
+/// without a log stands for the last completed attempt at each trial. A folder that is named twice counts once.
 ///
 /// # Errors
 /// A folder cannot be listed, or holds no recording.
-pub fn recordings(named: &[PathBuf], practice: bool) -> Result<Vec<PathBuf>, FindError> {
-    let mut found = Vec::new();
+pub fn attempts(named: &[PathBuf], wanted: Wanted) -> Result<Attempts, FindError> {
+    let mut found = Attempts::default();
+    let mut seen = HashSet::new();
     for path in named {
+        let mut search = Search {
+            wanted,
+            found: Attempts::default(),
+        };
         if path.join(MANIFEST_FILE).exists() {
-            found.push(path.clone());
-            continue;
+            search.take(path.clone(), standing(path));
+        } else {
+            search.descend(path, DEPTH)?;
         }
-        let before = found.len();
-        descend(path, DEPTH, practice, &mut found)?;
-        if found.len() == before {
+        let new = search.found;
+        if new.taken.is_empty() {
             return Err(FindError::None {
                 path: path.clone(),
-                practice,
+                practice: wanted.practice,
+                left_out: new.left_out,
             });
         }
+        found.extend(new, &mut seen);
     }
-    let mut seen = HashSet::new();
-    found.retain(|path| seen.insert(path.canonicalize().unwrap_or_else(|_| path.clone())));
     Ok(found)
 }
 
-fn descend(
-    folder: &Path,
-    depth: usize,
-    practice: bool,
-    found: &mut Vec<PathBuf>,
-) -> Result<(), FindError> {
-    let mut folders = list(folder)?;
-    folders.sort_unstable();
-    let mut trials: BTreeMap<(TrialBlock, u32), (TrialLabel, PathBuf)> = BTreeMap::new();
-    for path in folders {
-        let name = path
-            .file_name()
-            .map(|name| name.to_string_lossy().into_owned());
-        let label = name
-            .as_deref()
-            .and_then(|name| name.parse::<TrialLabel>().ok());
-        match label {
-            Some(label) if (label.block == TrialBlock::Main || practice) && may_count(&path) => {
-                let latest = trials
-                    .entry((label.block, label.number))
-                    .or_insert_with(|| (label, path.clone()));
-                if label.attempt > latest.0.attempt {
-                    *latest = (label, path);
-                }
+/// As [`attempts`], without those that are left out.
+///
+/// # Errors
+/// As [`attempts`].
+pub fn recordings(named: &[PathBuf], practice: bool) -> Result<Vec<PathBuf>, FindError> {
+    let wanted = Wanted {
+        practice,
+        rejected: false,
+    };
+    attempts(named, wanted).map(|found| found.recordings())
+}
+
+/// Returns what became of the attempt whose recording somebody named, by the log beside it.
+fn standing(recording: &Path) -> Option<Standing> {
+    let folder = recording.canonicalize().ok()?;
+    let label: TrialLabel = folder.file_name()?.to_str()?.parse().ok()?;
+    let session = sessions::read(folder.parent()?).ok()?;
+    let mut attempts = session.attempts.iter();
+    let known = attempts.find(|attempt| attempt.label == label);
+    Some(known.map_or(Standing::Unknown, |attempt| attempt.standing()))
+}
+
+struct Search {
+    wanted: Wanted,
+    found: Attempts,
+}
+
+impl Search {
+    fn descend(&mut self, folder: &Path, depth: usize) -> Result<(), FindError> {
+        let mut folders = list(folder)?;
+        folders.sort_unstable();
+        let mut labels = BTreeMap::new();
+        for path in folders {
+            let name = path
+                .file_name()
+                .map(|name| name.to_string_lossy().into_owned());
+            let label = name.and_then(|name| name.parse::<TrialLabel>().ok());
+            match label {
+                Some(label) => drop(labels.insert(label, path)),
+                None if path.join(MANIFEST_FILE).exists() => self.take(path, None),
+                None if depth > 1 => self.descend(&path, depth - 1)?,
+                None => {}
             }
-            Some(_) => {}
-            None if path.join(MANIFEST_FILE).exists() => found.push(path),
-            None if depth > 1 => descend(&path, depth - 1, practice, found)?,
-            None => {}
+        }
+        let log = folder.join(EVENTS_FILE);
+        if !log.exists() {
+            self.by_recordings(&labels);
+            return Ok(());
+        }
+        match sessions::read(folder) {
+            Ok(session) => self.by_log(folder, &session, &labels),
+            Err(reason) => {
+                self.found.unread_logs.push((log, reason));
+                self.by_recordings(&labels);
+            }
+        }
+        Ok(())
+    }
+
+    fn is_wanted(&self, label: TrialLabel) -> bool {
+        label.block == TrialBlock::Main || self.wanted.practice
+    }
+
+    /// Takes the last completed attempt at each trial: nothing tells which was accepted.
+    fn by_recordings(&mut self, labels: &BTreeMap<TrialLabel, PathBuf>) {
+        let mut last = BTreeMap::new();
+        for (label, path) in labels {
+            if self.is_wanted(*label) && may_count(path) {
+                last.insert((label.block, label.number), path.clone());
+            }
+        }
+        for path in last.into_values() {
+            self.take(path, None);
         }
     }
-    found.extend(trials.into_values().map(|(_, path)| path));
-    Ok(())
+
+    /// Takes the accepted attempts, and names all others.
+    fn by_log(&mut self, folder: &Path, session: &Session, labels: &BTreeMap<TrialLabel, PathBuf>) {
+        let accepted = session.accepted().into_iter().map(|attempt| attempt.label);
+        let accepted: Vec<TrialLabel> = accepted.filter(|label| self.is_wanted(*label)).collect();
+        let mut taken = BTreeMap::new();
+        for label in &accepted {
+            let path = folder.join(label.to_string());
+            let because = match end(&path) {
+                _ if !path.is_dir() => "its recording is not there",
+                Some(Some(End::Completed)) | None => {
+                    taken.insert((label.block, label.number), (path, Standing::Accepted));
+                    continue;
+                }
+                Some(Some(End::Interrupted)) => "its recording was broken off",
+                Some(None) => "its recording has no end",
+            };
+            self.leave_out(path, Standing::Accepted, because);
+        }
+        let of_trial = |label: &TrialLabel| (label.block, label.number);
+        let mut rejected = BTreeMap::new();
+        for (label, path) in labels {
+            if accepted.contains(label) || !self.is_wanted(*label) {
+                continue;
+            }
+            let known = session.attempts.iter().find(|of| of.label == *label);
+            let standing = known.map_or(Standing::Unknown, |of| of.standing());
+            let replaces = self.wanted.rejected
+                && !accepted.iter().any(|of| of_trial(of) == of_trial(label))
+                && may_count(path);
+            if replaces {
+                let earlier = rejected.insert(of_trial(label), (path.clone(), standing));
+                if let Some((path, standing)) = earlier {
+                    self.leave_out(path, standing, "a later attempt at its trial is analysed");
+                }
+            } else {
+                let because = match standing {
+                    Standing::Accepted => "a later attempt at its trial was accepted too",
+                    Standing::Repeated => "it was to be repeated",
+                    Standing::GivenUp => "its trial was given up",
+                    Standing::Interrupted => "it was interrupted",
+                    Standing::Unknown => "the log does not know it",
+                };
+                self.leave_out(path.clone(), standing, because);
+            }
+        }
+        taken.extend(rejected);
+        for (path, standing) in taken.into_values() {
+            self.take(path, Some(standing));
+        }
+    }
+
+    fn take(&mut self, path: PathBuf, standing: Option<Standing>) {
+        self.found.taken.push(Taken { path, standing });
+    }
+
+    fn leave_out(&mut self, path: PathBuf, standing: Standing, because: &'static str) {
+        self.found.left_out.push(LeftOut {
+            path,
+            standing: Some(standing),
+            because: because.to_owned(),
+        });
+    }
 }
 
 /// Returns whether the trial in `folder` completed. An unreadable one counts, so that it is reported and not passed
 /// over.
 fn may_count(folder: &Path) -> bool {
-    reader::read_manifest(folder).map_or(true, |manifest| {
-        manifest
-            .trial
-            .is_none_or(|trial| trial.end == Some(End::Completed))
-    })
+    matches!(end(folder), None | Some(Some(End::Completed)))
+}
+
+/// Returns how the recording in `folder` ended; `None` of one that cannot be read, or is of no trial.
+fn end(folder: &Path) -> Option<Option<End>> {
+    let trial = reader::read_manifest(folder).ok()?.trial?;
+    Some(trial.end)
 }
 
 fn list(folder: &Path) -> Result<Vec<PathBuf>, FindError> {
@@ -122,4 +251,188 @@ fn list(folder: &Path) -> Result<Vec<PathBuf>, FindError> {
         }
     }
     Ok(folders)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysed::Analysed;
+    use std::fs;
+
+    const MANIFEST: &str = r#"format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+channels.drive = { index = 0, volts_per_unit = 20.0 }
+channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+"#;
+
+    /// A session of these attempts: number, attempt, outcome in the log, and end of the recording, if there is one.
+    fn session(attempts: &[(u32, u32, &str, &str)]) -> tempfile::TempDir {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("study/sub-01/ses-01");
+        fs::create_dir_all(&folder).unwrap();
+        let event = |data: String| {
+            format!(
+                r#"{{"document":"event","stream":"session","seq_num":1,"time":"","audio_s":1.0,"data":{data}}}"#
+            )
+        };
+        let mut log = String::new();
+        for (number, attempt, outcome, end) in attempts {
+            let key = format!(
+                r#"{{"number":{number},"attempt":{attempt},"practice":false,"condition":"c"}}"#
+            );
+            log += &event(format!(r#"{{"event":"trial_began","key":{key}}}"#));
+            log += "\n";
+            if !outcome.is_empty() {
+                log += &event(format!(
+                    r#"{{"event":"trial_settled","record":{{"key":{key},"outcome":{outcome},"analysis":null}}}}"#
+                ));
+                log += "\n";
+            }
+            if end.is_empty() {
+                continue;
+            }
+            let recording = folder.join(format!("trial-{number:03}_attempt-{attempt}"));
+            fs::create_dir(&recording).unwrap();
+            let trial = format!(
+                "trial = {{ number = {number}, attempt = {attempt}, practice = false, condition = \"c\", protocol = \"p\", \
+                 seed = 1, end = \"{end}\" }}\n"
+            );
+            fs::write(recording.join(MANIFEST_FILE), MANIFEST.to_owned() + &trial).unwrap();
+        }
+        fs::write(folder.join(EVENTS_FILE), log).unwrap();
+        place
+    }
+
+    const ACCEPTED: &str = r#"{"outcome":"accepted"}"#;
+    const REDO: &str = r#"{"outcome":"redo","reasons":[]}"#;
+    const GIVEN_UP: &str = r#"{"outcome":"given_up","reasons":[]}"#;
+
+    fn found(place: &Path, rejected: bool) -> (Vec<String>, Vec<String>) {
+        let wanted = Wanted {
+            practice: false,
+            rejected,
+        };
+        let found = attempts(&[place.join("study")], wanted).unwrap();
+        let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+        let taken = found.taken.iter().map(|of| name(&of.path));
+        let left_out = found.left_out.iter();
+        let left_out = left_out.map(|of| format!("{}: {}", name(&of.path), of.because));
+        (taken.collect(), left_out.collect())
+    }
+
+    /// A trial that was given up, and one whose repetition was broken off, were analysed as data: n = 3 of 1 accepted.
+    #[test]
+    fn attempts_are_taken_by_their_standing_in_the_log() {
+        let place = session(&[
+            (1, 1, REDO, "completed"),
+            (1, 2, ACCEPTED, "completed"),
+            (2, 1, GIVEN_UP, "completed"),
+            (3, 1, REDO, "completed"),
+            (3, 2, "", "completed"),
+        ]);
+        let (taken, left_out) = found(place.path(), false);
+        assert_eq!(taken, ["trial-001_attempt-2"]);
+        assert_eq!(
+            left_out,
+            [
+                "trial-001_attempt-1: it was to be repeated",
+                "trial-002_attempt-1: its trial was given up",
+                "trial-003_attempt-1: it was to be repeated",
+                "trial-003_attempt-2: it was interrupted",
+            ]
+        );
+        // Each trial counts once, also then.
+        let (taken, left_out) = found(place.path(), true);
+        assert_eq!(
+            taken,
+            [
+                "trial-001_attempt-2",
+                "trial-002_attempt-1",
+                "trial-003_attempt-2"
+            ]
+        );
+        assert_eq!(left_out.len(), 2);
+    }
+
+    /// Fault 27: accepted trials without a whole recording were passed over without a word.
+    #[test]
+    fn an_accepted_trial_that_cannot_be_analysed_is_named() {
+        let place = session(&[
+            (1, 1, ACCEPTED, "completed"),
+            (2, 1, ACCEPTED, "interrupted"),
+            (3, 1, ACCEPTED, ""),
+        ]);
+        let (taken, left_out) = found(place.path(), false);
+        assert_eq!(taken, ["trial-001_attempt-1"]);
+        assert_eq!(
+            left_out,
+            [
+                "trial-002_attempt-1: its recording was broken off",
+                "trial-003_attempt-1: its recording is not there",
+            ]
+        );
+        let analysed = Analysed {
+            settings: crate::Settings::default(),
+            recordings: Vec::new(),
+        };
+        let study = [place.path().join("study")];
+        let account = attempts(&study, Wanted::default())
+            .unwrap()
+            .account(&analysed, &[]);
+        assert_eq!(account.accepted, 3);
+        assert_eq!(account.missed().count(), 2);
+        assert_eq!(
+            account.lines()[0],
+            "accepted 3, analysed 0; left out: 2 missed"
+        );
+    }
+
+    #[test]
+    fn a_study_that_is_named_twice_counts_once_by_whichever_path() {
+        let place = session(&[(1, 1, ACCEPTED, "completed"), (2, 1, GIVEN_UP, "completed")]);
+        let study = place.path().join("study");
+        let session = study.join("sub-01/../sub-01/ses-01");
+        let mut named = vec![
+            study.clone(),
+            session.clone(),
+            session.join("trial-001_attempt-1"),
+        ];
+        #[cfg(unix)]
+        {
+            let link = place.path().join("link");
+            std::os::unix::fs::symlink(&study, &link).unwrap();
+            named.push(link);
+        }
+        let found = attempts(&named, Wanted::default()).unwrap();
+        assert_eq!((found.taken.len(), found.left_out.len()), (1, 1));
+        // Somebody asks for it.
+        let named = [session.join("trial-002_attempt-1")];
+        let found = attempts(&named, Wanted::default()).unwrap();
+        assert_eq!(found.taken[0].standing, Some(Standing::GivenUp));
+    }
+
+    #[test]
+    fn a_session_without_a_log_stands_for_the_last_completed_attempt_at_each_trial() {
+        let place = session(&[
+            (1, 1, ACCEPTED, "completed"),
+            (1, 2, REDO, "completed"),
+            (2, 1, ACCEPTED, "interrupted"),
+        ]);
+        let log = place.path().join("study/sub-01/ses-01").join(EVENTS_FILE);
+        fs::write(&log, "no log\n{}\n").unwrap();
+        let study = [place.path().join("study")];
+        let unread = attempts(&study, Wanted::default()).unwrap();
+        assert_eq!(unread.unread_logs.len(), 1);
+        fs::remove_file(log).unwrap();
+        let without = attempts(&study, Wanted::default()).unwrap();
+        assert!(without.unread_logs.is_empty());
+        for found in [unread, without] {
+            assert_eq!(found.taken.len(), 1);
+            assert!(found.taken[0].path.ends_with("trial-001_attempt-2"));
+            assert_eq!(found.taken[0].standing, None);
+        }
+    }
 }

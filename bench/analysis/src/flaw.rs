@@ -51,6 +51,14 @@ pub enum Flaw {
         /// What is wrong with it; names the file, and where it is known the line.
         reason: String,
     },
+    /// The session keeps several copies of its protocol, and the recording does not name the one that it was made by.
+    #[error(
+        "the session was resumed with an edited protocol, and the recording does not name the copy that it followed: instances were selected by {followed}"
+    )]
+    ProtocolCopies {
+        /// The copy by which instances were selected.
+        followed: String,
+    },
     /// Samples are NaN or infinite.
     #[error("{channel}: {samples} samples are NaN or infinite; what they touch is left out")]
     LostSamples {

@@ -8,6 +8,7 @@ pub mod amplitude_profile;
 pub mod analysed;
 pub mod analysis_settings;
 mod assumable;
+pub mod attempts;
 pub mod averaged;
 mod clipping;
 pub mod clustered;
@@ -24,6 +25,7 @@ pub mod measurements;
 pub mod method;
 pub mod model_check;
 pub mod motion;
+mod people;
 mod plate_references;
 pub mod printed_settings;
 mod prior_settings;
@@ -93,6 +95,7 @@ pub fn analyse(
         settings: *settings,
         recordings,
     };
+    people::name(&mut analysed.recordings);
     averaged::fill(&mut analysed);
     analysed
 }

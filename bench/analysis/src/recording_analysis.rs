@@ -27,9 +27,11 @@ use recording::pipeline::PickupOffset;
 
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
+    let found = findings(folder, settings);
     RecordingAnalysis {
         path: folder.to_owned(),
-        found: findings(folder, settings),
+        participant: found.as_ref().ok().and_then(|of| of.participant.clone()),
+        found,
     }
 }
 
@@ -55,6 +57,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     flaws.extend(rehearsed(&manifest));
     let mut findings = RecordingFindings {
         path: folder.to_owned(),
+        participant: manifest.participant.as_ref().map(|of| of.id.clone()),
         rules,
         pickup,
         z_p: None,
@@ -135,7 +138,10 @@ pub fn selection_rules(
 ) -> (SelectionRules, Option<Flaw>) {
     let centre_m = manifest.plate.centre_m;
     match protocol_copy(folder, manifest) {
-        Ok(Some(protocol)) => (protocol.selection_rules(centre_m), None),
+        Ok(Some(protocol)) => {
+            let rules = protocol.selection_rules(centre_m);
+            (rules, several_copies(folder, manifest))
+        }
         Ok(None) => (settings.selection_rules(centre_m), None),
         Err(flaw) => (settings.selection_rules(centre_m), Some(flaw)),
     }
@@ -156,6 +162,16 @@ fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>,
     parsed
         .map(Some)
         .map_err(|reason| Flaw::ProtocolCopy { path, reason })
+}
+
+/// Returns the flaw of a recording whose session keeps several copies of its protocol, of which the recording names none.
+fn several_copies(folder: &Path, manifest: &Manifest) -> Option<Flaw> {
+    let (trial, session) = manifest.trial.as_ref().zip(folder.parent())?;
+    // Numbered from 2 where the session was resumed after an edit.
+    let another = session.join(format!("{}.2.toml", trial.protocol));
+    another.exists().then(|| Flaw::ProtocolCopies {
+        followed: format!("{}.toml", trial.protocol),
+    })
 }
 
 impl RecordingFindings {
@@ -303,6 +319,21 @@ seed = 1
         let own = protocol.selection_rules(0.05);
         assert_ne!(own, of_settings);
         assert_eq!(rules(), (own, None));
+
+        // Resumed after an edit: which of the two the recording followed is not known.
+        let edited = session.path().join("own.2.toml");
+        std::fs::write(
+            &edited,
+            text.replacen("central_m = 0.060", "central_m = 0.030", 1),
+        )
+        .unwrap();
+        let (first, flaw) = rules();
+        assert_eq!(first, own);
+        assert!(
+            matches!(flaw, Some(Flaw::ProtocolCopies { .. })),
+            "{flaw:?}"
+        );
+        std::fs::remove_file(edited).unwrap();
 
         // Cut off in the middle, and with bytes that are no text.
         let half = text.as_bytes()[..text.len() / 2].to_vec();

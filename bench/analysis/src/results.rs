@@ -9,6 +9,7 @@ use recording::manifest::StandardErrors;
 use serde::Serialize;
 
 use crate::analysed::{Analysed, RecordingAnalysis};
+use crate::attempts::Account;
 use crate::estimate::{Estimated, InstanceAnalysis};
 use crate::model_check::Band;
 use crate::printed_settings::PrintedSettings;
@@ -27,7 +28,11 @@ pub struct Results {
     skin: Option<serde_json::Value>,
     statistics: Statistics,
     #[serde(skip_serializing_if = "Option::is_none")]
+    attempts: Option<Account>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     excluded: Option<serde_json::Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exclusions_overridden: Option<serde_json::Value>,
 }
 
 #[derive(Debug, Serialize)]
@@ -235,7 +240,18 @@ impl Results {
             recordings: analysed.recordings.iter().map(Recording::from).collect(),
             skin: None,
             statistics: statistics(analysed),
+            attempts: None,
             excluded: None,
+            exclusions_overridden: None,
+        }
+    }
+
+    /// Adds what became of the attempts.
+    #[must_use]
+    pub fn with_attempts(self, account: &Account) -> Self {
+        Self {
+            attempts: Some(account.clone()),
+            ..self
         }
     }
 
@@ -257,6 +273,15 @@ impl Results {
         }
     }
 
+    /// Adds what somebody had decided to leave out and was analysed all the same.
+    #[must_use]
+    pub fn with_overridden(self, overridden: serde_json::Value) -> Self {
+        Self {
+            exclusions_overridden: Some(overridden),
+            ..self
+        }
+    }
+
     /// Returns the text of the file.
     ///
     /// # Errors
@@ -274,7 +299,7 @@ impl From<&RecordingAnalysis> for Recording {
             Err(error) => {
                 return Self {
                     path,
-                    participant: None,
+                    participant: analysis.participant.clone(),
                     uncalibrated: false,
                     carrier_hz: None,
                     plate_profile: false,

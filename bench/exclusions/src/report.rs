@@ -16,16 +16,23 @@ impl Selection {
     /// Returns a line for each exclusion, with the number of recordings.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
-        let line = |out: &Excluded| match out.recordings.len() {
-            1 => format!("{}, 1 recording", out.exclusion),
-            n => format!("{}, {n} recordings", out.exclusion),
-        };
-        self.excluded.iter().map(line).collect()
+        lines(&self.excluded)
     }
 
     /// Returns the lines under a heading; nothing if nothing was left out.
     #[must_use]
     pub fn to_text(&self) -> String {
+        if !self.overridden.is_empty() {
+            let out: usize = self.overridden.iter().map(|of| of.recordings.len()).sum();
+            let mut text = format!(
+                "exclusions overridden: {out} of {} recordings are analysed all the same\n",
+                self.kept.len()
+            );
+            for line in lines(&self.overridden) {
+                text += &format!("  {line}\n");
+            }
+            return text;
+        }
         if self.excluded.is_empty() {
             return String::new();
         }
@@ -42,17 +49,17 @@ impl Selection {
     /// # Errors
     /// Never for exclusions.
     pub fn to_json(&self) -> serde_json::Result<Value> {
-        let one = |out: &Excluded| {
-            let paths = out.recordings.iter();
-            let recordings: Vec<_> = paths.map(|path| path.display().to_string()).collect();
-            let mut value = serde_json::to_value(&out.exclusion)?;
-            value["recordings"] = json!(recordings);
-            Ok(value)
-        };
-        let list: serde_json::Result<Vec<_>> = self.excluded.iter().map(one).collect();
-        Ok(Value::Array(list?))
+        json_of(&self.excluded)
     }
 
+    /// Returns what was analysed all the same as `exclusions_overridden` of the results; `None` if nothing was.
+    ///
+    /// # Errors
+    /// Never for exclusions.
+    pub fn overridden_to_json(&self) -> serde_json::Result<Option<Value>> {
+        let some = !self.overridden.is_empty();
+        some.then(|| json_of(&self.overridden)).transpose()
+    }
     /// Writes what was left out into a folder of results.
     ///
     /// # Errors
@@ -61,4 +68,32 @@ impl Selection {
         let list = self.excluded.iter().map(|out| &out.exclusion);
         disk::replace_file(&folder.join(FILE), to_tsv(list).as_bytes())
     }
+}
+
+fn lines(of: &[Excluded]) -> Vec<String> {
+    let first = of.first().map(|out| &out.study);
+    let several = of.iter().any(|out| Some(&out.study) != first);
+    let line = |out: &Excluded| {
+        let n = match out.recordings.len() {
+            1 => "1 recording".to_owned(),
+            n => format!("{n} recordings"),
+        };
+        // `sub-01` of two studies is two people.
+        let study = out.study.file_name().filter(|_| several);
+        let study = study.map(|name| format!("{}/", name.to_string_lossy()));
+        format!("{}{}, {n}", study.unwrap_or_default(), out.exclusion)
+    };
+    of.iter().map(line).collect()
+}
+
+fn json_of(excluded: &[Excluded]) -> serde_json::Result<Value> {
+    let one = |out: &Excluded| {
+        let paths = out.recordings.iter();
+        let recordings: Vec<_> = paths.map(|path| path.display().to_string()).collect();
+        let mut value = serde_json::to_value(&out.exclusion)?;
+        value["recordings"] = json!(recordings);
+        Ok(value)
+    };
+    let list: serde_json::Result<Vec<_>> = excluded.iter().map(one).collect();
+    Ok(Value::Array(list?))
 }

@@ -20,11 +20,15 @@ pub struct Selection {
     pub kept: Vec<PathBuf>,
     /// What was left out.
     pub excluded: Vec<Excluded>,
+    /// What would have been left out, and is analysed all the same.
+    pub overridden: Vec<Excluded>,
 }
 
 /// An exclusion and the recordings that it leaves out of these.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Excluded {
+    /// Folder of the study whose exclusion it is.
+    pub study: PathBuf,
     /// The exclusion.
     pub exclusion: Exclusion,
     /// The recordings' folders, at least one.
@@ -36,6 +40,16 @@ impl Selection {
     #[must_use]
     pub fn left_out(&self) -> usize {
         self.excluded.iter().map(|out| out.recordings.len()).sum()
+    }
+
+    /// Analyses all the same what the exclusions leave out; `all` are the recordings in their order.
+    #[must_use]
+    pub fn overridden(self, all: Vec<PathBuf>) -> Self {
+        Self {
+            kept: all,
+            excluded: Vec::new(),
+            overridden: self.excluded,
+        }
     }
 }
 
@@ -66,10 +80,12 @@ pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
         match covering {
             None => selection.kept.push(folder),
             Some(exclusion) => {
-                let same = |out: &&mut Excluded| out.exclusion == *exclusion;
+                // `sub-01` of two studies is two people.
+                let same = |out: &&mut Excluded| out.study == study && out.exclusion == *exclusion;
                 match selection.excluded.iter_mut().find(same) {
                     Some(out) => out.recordings.push(folder),
                     None => selection.excluded.push(Excluded {
+                        study,
                         exclusion: exclusion.clone(),
                         recordings: vec![folder],
                     }),
@@ -84,7 +100,7 @@ pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
 /// exclusions; `None` if it lies in none.
 #[must_use]
 pub fn study_of(folder: &Path) -> Option<PathBuf> {
-    let folder = folder.canonicalize().ok()?;
+    let folder = canonical(folder)?;
     let is_study = |folder: &&Path| {
         [DESCRIPTION_FILE, EXCLUSIONS_FILE]
             .iter()
@@ -94,10 +110,19 @@ pub fn study_of(folder: &Path) -> Option<PathBuf> {
     above.find(is_study).map(Path::to_owned)
 }
 
+/// Returns a folder's own path, also if a recording's folder itself is not there.
+fn canonical(folder: &Path) -> Option<PathBuf> {
+    let beside = || {
+        let parent = folder.parent()?.canonicalize().ok()?;
+        Some(parent.join(folder.file_name()?))
+    };
+    folder.canonicalize().ok().or_else(beside)
+}
+
 /// Returns the first line that leaves out the recording in `folder`, which is known by the names of its folders, or else
 /// by its description.
 fn covering<'a>(exclusions: &'a Exclusions, folder: &Path) -> Option<&'a Exclusion> {
-    let folder = folder.canonicalize().ok()?;
+    let folder = canonical(folder)?;
     let names: Vec<String> = folder
         .ancestors()
         .filter_map(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))

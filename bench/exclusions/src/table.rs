@@ -152,7 +152,7 @@ fn exclusion<'a>(cell: impl Fn(usize) -> &'a str) -> Result<Exclusion, (usize, S
         ),
     };
     let text_of = |column: usize| {
-        let text = unescaped(cell(column));
+        let text = unescaped(files::from_cell(cell(column)));
         (!text.is_empty() && text != NOT_STATED).then_some(text)
     };
     let stated = |column: usize, what: &str| {
@@ -177,12 +177,12 @@ pub fn to_tsv<'a>(list: impl IntoIterator<Item = &'a Exclusion>) -> String {
             exclusion.participant.to_string(),
             exclusion.session.to_string(),
             exclusion.trial.to_string(),
-            escaped(&exclusion.reason),
-            escaped(&exclusion.by),
+            cell(&exclusion.reason),
+            cell(&exclusion.by),
             exclusion
                 .date
                 .as_deref()
-                .map_or_else(|| NOT_STATED.to_owned(), escaped),
+                .map_or_else(|| NOT_STATED.to_owned(), cell),
         ];
         text += &(cells.join("\t") + "\n");
     }
@@ -226,7 +226,12 @@ pub fn add(
     Ok(disk::replace_file_on(storage, &path, text.as_bytes())?)
 }
 
-/// Returns a text as one cell.
+/// Returns a text as one cell, which is no formula.
+fn cell(text: &str) -> String {
+    files::to_cell(&escaped(text))
+}
+
+/// Returns a text without what would end its cell.
 fn escaped(text: &str) -> String {
     let mut cell = String::new();
     for c in text.trim().chars() {
@@ -412,6 +417,33 @@ mod tests {
             held.require_known(),
             Err(ExclusionsError::Unknown { line: Some(2), .. })
         ));
+    }
+
+    /// A reason that begins with `=` was a formula in whatever opened the table.
+    #[test]
+    fn no_cell_is_a_formula_and_each_reads_back() {
+        for text in [
+            "=HYPERLINK(\"http://x\")",
+            "@SUM(1+1)",
+            "+cmd",
+            "- he coughed",
+            "'=1",
+        ] {
+            let mut exclusion = of("sub-07", Part::All);
+            (exclusion.reason, exclusion.by) = (text.to_owned(), text.to_owned());
+            let table = to_tsv([&exclusion]);
+            let line = table.lines().nth(1).unwrap();
+            let begins = |cell: &str| cell.starts_with(['=', '+', '-', '@']);
+            assert!(!line.split('\t').any(begins), "{line}");
+            assert_eq!(parsed(&table).unwrap().list, [exclusion]);
+        }
+        // By hand, as before.
+        let by_hand = parsed("participant_id\ttrial\treason\tby\nsub-07\tall\t=1+1\t'N. H.'\n");
+        let read = by_hand.unwrap().list.remove(0);
+        assert_eq!(
+            (read.reason.as_str(), read.by.as_str()),
+            ("=1+1", "'N. H.'")
+        );
     }
 
     proptest! {

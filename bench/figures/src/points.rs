@@ -15,11 +15,11 @@ impl Figure {
         let _ = rows.write_record(["panel", "series", "x", "y", "low", "high"]);
         for (panel, letter) in self.panels.iter().zip('a'..) {
             for series in &panel.series {
-                let name = series.name.as_deref().unwrap_or_default();
+                let name = &files::to_cell(series.name.as_deref().unwrap_or_default());
                 let letter = letter.to_string();
                 let mut row = |cells: [String; 4]| {
                     let _ = rows.write_record(
-                        [letter.as_str(), name]
+                        [letter.as_str(), name.as_str()]
                             .into_iter()
                             .chain(cells.iter().map(String::as_str)),
                     );

@@ -1,12 +1,14 @@
 //! Opens regular files only and reads them up to a limit, so that a folder made by somebody else costs neither time nor
 //! memory before it is refused.
 
+mod cell;
 mod in_place;
 mod lines;
 mod refusal;
 mod regular;
 mod shell_words;
 
+pub use cell::{from_cell, to_cell};
 pub use in_place::open_in_place;
 pub use lines::{BoundedLines, Line};
 pub use refusal::{FileKind, Refusal, refusal};

@@ -111,7 +111,12 @@ fn courses<'a>(analysed: &'a Analysed, sessions: &Sessions) -> Vec<Course<'a>> {
             Some((_, course)) => course.recordings.push((found, start_s)),
             None => {
                 let name = match &found.manifest.participant {
-                    Some(of) if folder.is_some() => format!("{}, session {}", of.id, of.session),
+                    // Of two studies, with the study's name.
+                    Some(of) if folder.is_some() => format!(
+                        "{}, session {}",
+                        found.participant().unwrap_or(&of.id),
+                        of.session
+                    ),
                     _ => name_of(found),
                 };
                 let recordings = vec![(found, start_s)];

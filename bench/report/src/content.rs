@@ -104,7 +104,10 @@ impl<'a> Of<'a> {
             let practice = if trial.practice { "practice " } else { "" };
             Some(format!(
                 "{}, session {}, {practice}trial {}, attempt {}",
-                participant.id, participant.session, trial.number, trial.attempt
+                self.participant().unwrap_or(&participant.id),
+                participant.session,
+                trial.number,
+                trial.attempt
             ))
         };
         known().unwrap_or_else(|| {

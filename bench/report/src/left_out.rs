@@ -6,7 +6,7 @@ use maud::{Markup, html};
 
 use crate::content::Of;
 use crate::number::{In, counted};
-use crate::results::Results;
+use crate::results::{Excluded, Results};
 
 const SECONDS: In = In {
     factor: 1.0,
@@ -29,20 +29,17 @@ pub(crate) fn left_out(results: &Results, recordings: &[Of<'_>]) -> Markup {
     let mut reasons: Vec<_> = reasons.into_iter().collect();
     reasons.sort_by_key(|(_, (stretches, _))| std::cmp::Reverse(*stretches));
     html! {
+        (by_standing(results))
         h3 { "Excluded by decision" }
-        @if results.excluded.is_empty() {
+        @if !results.exclusions_overridden.is_empty() {
+            p.alert {
+                "These decisions were overridden (" code { "--include-excluded" } "): the recordings were analysed all the same."
+            }
+            (decisions(&results.exclusions_overridden))
+        } @else if results.excluded.is_empty() {
             p { "Nothing." }
         } @else {
-            div.wide { table {
-                thead { tr {
-                    th { "Participant" } th { "Session" } th { "Trial" } th { "Why" } th { "Decided by" } th { "On" }
-                    th.n { "Recordings" }
-                } }
-                tbody { @for of in &results.excluded { tr {
-                    th scope="row" { (of.participant) } td { (of.session) } td { (of.trial) } td { (of.reason) }
-                    td { (of.by) } td { (of.date.as_deref().unwrap_or("not stated")) } td.n { (of.recordings.len()) }
-                } } }
-            } }
+            (decisions(&results.excluded))
         }
         h3 { "Rejected by rule" }
         @if reasons.is_empty() {
@@ -66,6 +63,50 @@ pub(crate) fn left_out(results: &Results, recordings: &[Of<'_>]) -> Markup {
                 }
             } }
         }
+    }
+}
+
+/// Returns the attempts that are not analysed by their standing in the sessions' logs.
+fn by_standing(results: &Results) -> Markup {
+    let Some(attempts) = &results.attempts else {
+        return html! {};
+    };
+    html! {
+        h3 { "Attempts" }
+        p {
+            (counted(attempts.accepted, "trial was", "trials were")) " accepted by the logs, "
+            (counted(attempts.analysed, "recording", "recordings")) " analysed"
+            @if attempts.not_accepted > 0 { ", " (attempts.not_accepted) " of them of trials that were not accepted" }
+            "."
+        }
+        @for log in &attempts.unread_logs { p.alert { "A log cannot be read. " (log) } }
+        @if attempts.left_out.iter().any(|of| of.is_missed()) {
+            p.alert { "Accepted trials are missed: they could not be analysed." }
+        }
+        @if !attempts.left_out.is_empty() {
+            div.wide { table {
+                thead { tr { th { "Attempt" } th { "Standing" } th { "Not analysed because" } } }
+                tbody { @for of in &attempts.left_out { tr {
+                    th scope="row" { (of.name()) } td { (of.standing.as_deref().unwrap_or("not known")) }
+                    td { (of.because) }
+                } } }
+            } }
+        }
+    }
+}
+
+fn decisions(of: &[Excluded]) -> Markup {
+    html! {
+        div.wide { table {
+            thead { tr {
+                th { "Participant" } th { "Session" } th { "Trial" } th { "Why" } th { "Decided by" } th { "On" }
+                th.n { "Recordings" }
+            } }
+            tbody { @for of in of { tr {
+                th scope="row" { (of.participant) } td { (of.session) } td { (of.trial) } td { (of.reason) }
+                td { (of.by) } td { (of.date.as_deref().unwrap_or("not stated")) } td.n { (of.recordings.len()) }
+            } } }
+        } }
     }
 }
 

@@ -20,6 +20,43 @@ pub(crate) struct Results {
     pub(crate) statistics: Vec<(String, Row)>,
     #[serde(default)]
     pub(crate) excluded: Vec<Excluded>,
+    /// What somebody had decided to leave out and was analysed all the same.
+    #[serde(default)]
+    pub(crate) exclusions_overridden: Vec<Excluded>,
+    pub(crate) attempts: Option<Attempts>,
+}
+
+/// What became of the attempts.
+#[derive(Debug, Deserialize)]
+pub(crate) struct Attempts {
+    pub(crate) accepted: usize,
+    pub(crate) analysed: usize,
+    pub(crate) not_accepted: usize,
+    #[serde(default)]
+    pub(crate) left_out: Vec<LeftOutAttempt>,
+    #[serde(default)]
+    pub(crate) unread_logs: Vec<String>,
+}
+
+/// Attempt that was not analysed.
+#[derive(Debug, Deserialize)]
+pub(crate) struct LeftOutAttempt {
+    pub(crate) path: String,
+    pub(crate) standing: Option<String>,
+    pub(crate) because: String,
+}
+
+impl LeftOutAttempt {
+    /// Returns whether an accepted trial is missed.
+    pub(crate) fn is_missed(&self) -> bool {
+        self.standing.as_deref().is_none_or(|of| of == "accepted")
+    }
+
+    /// Returns the last names of its folder, without where that lies.
+    pub(crate) fn name(&self) -> String {
+        let names: Vec<&str> = self.path.rsplit('/').take(3).collect();
+        names.into_iter().rev().collect::<Vec<_>>().join("/")
+    }
 }
 
 #[derive(Debug, Deserialize)]

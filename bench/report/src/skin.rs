@@ -60,7 +60,7 @@ pub(crate) fn skin(results: &Results) -> Markup {
         }
         @if !skin.left_out.is_empty() {
             p.alert {
-                (counted(skin.left_out.len(), "recording is", "recordings are")) " left out of this table, because the fit of all \
+                (counted(skin.left_out.len(), "recording is", "recordings are")) " left out of this table, because they cannot be read, the fit of all \
                  instances together cannot be used, the model does not hold, or no participant is stated."
             }
         }

@@ -13,6 +13,10 @@ pub(crate) fn summary(content: &Content<'_>, results: &Results, recordings: &[Of
     let instances: usize = recordings.iter().map(|of| of.result.instances.len()).sum();
     let rejected: usize = recordings.iter().map(|of| of.result.rejected.len()).sum();
     let excluded: usize = results.excluded.iter().map(|of| of.recordings.len()).sum();
+    let overridden = results.exclusions_overridden.iter();
+    let overridden: usize = overridden.map(|of| of.recordings.len()).sum();
+    let missed = results.attempts.iter().flat_map(|of| &of.left_out);
+    let missed = missed.filter(|of| of.is_missed()).count();
     let warnings: usize = recordings.iter().map(|of| of.result.warnings.len()).sum();
     let people: BTreeSet<&str> = recordings.iter().filter_map(Of::participant).collect();
     let trials: Vec<_> = recordings
@@ -48,23 +52,32 @@ pub(crate) fn summary(content: &Content<'_>, results: &Results, recordings: &[Of
     let by: Vec<String> = by.into_iter().flatten().flatten().collect();
     html! {
         p.lead {
-            (counted(recordings.len(), "recording", "recordings"))
+            (counted(recordings.len() - unreadable, "recording", "recordings"))
             @if !people.is_empty() { " of " (counted(people.len(), "participant", "participants")) }
             @if sessions > 0 { " in " (counted(sessions, "session", "sessions")) }
             " were analysed and gave "
             (counted(instances, "estimated instance", "estimated instances")) "; "
             (counted(rejected, "stretch was", "stretches were")) " rejected. "
             @if unreadable > 0 {
-                (counted(unreadable, "of the recordings", "of the recordings")) " could not be read. "
+                (counted(unreadable, "more", "more")) " could not be read. "
             }
             @if excluded > 0 {
                 (counted(excluded, "more recording is", "more recordings are")) " excluded by decision. "
+            } @else if overridden > 0 {
+                b { (counted(overridden, "of the recordings is", "of the recordings are")) " excluded by decision, and analysed all the same" }
+                " (" a href="#left-out" { "decisions overridden" } "). "
             } @else { "No recording is excluded by decision. " }
+            @if let Some(attempts) = &results.attempts {
+                "By the logs " (counted(attempts.accepted, "trial was", "trials were")) " accepted"
+                @if missed > 0 { ", " b { (missed) " of which could not be analysed" } }
+                " (" a href="#left-out" { "what is left out" } "). "
+            }
             @if warnings > 0 {
                 "The analysis gave " a href="#flags" { (counted(warnings, "warning", "warnings")) } ". "
             } @else { "The analysis gave no warning. " }
             @if !judged.is_empty() {
-                "The model was held not to fit in " (misfits) " of " (judged.len()) " recordings"
+                "The model was held not to fit in " (misfits) " of the " (counted(judged.len(), "recording", "recordings"))
+                " where that was judged"
                 @if misfits > 0 { ", whose values by trial are in all statistics here" }
                 ". "
             }

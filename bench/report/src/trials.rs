@@ -37,8 +37,18 @@ pub(crate) fn trials(content: &Content<'_>, recordings: &[Of<'_>]) -> Markup {
 }
 
 fn of_session(folder: &Path, session: &Session, recordings: &[Of<'_>]) -> Markup {
+    // As the recordings have it: of two studies, with the study's name.
+    let mut inside = recordings.iter().filter(|of| {
+        let path = of.path.canonicalize();
+        path.is_ok_and(|path| path.parent() == Some(folder))
+    });
+    let named = inside.find_map(Of::participant);
     let title = match &session.start {
-        Some(start) => format!("{}, session {}", start.participant, start.session),
+        Some(start) => format!(
+            "{}, session {}",
+            named.unwrap_or(&start.participant),
+            start.session
+        ),
         None => "Session without a start in its log".to_owned(),
     };
     let of = |attempt: &Attempt| {

@@ -380,3 +380,29 @@ fn a_session_gives_verdicts_with_reasons_and_the_age_and_values_of_its_calibrati
         assert!(!page.contains(name), "{name}");
     }
 }
+
+/// The page said "No recording is excluded by decision" where decisions were overridden.
+#[test]
+fn overridden_decisions_and_missed_trials_are_said() {
+    let results = results("sub-01", "").replacen(
+        "\"excluded\":",
+        r#""attempts": { "accepted": 3, "analysed": 1, "not_accepted": 0, "excluded": 0, "unread_logs": [], "left_out": [
+            { "path": "/home/somebody/study/sub-01/ses-01/trial-003_attempt-1", "standing": "accepted",
+              "because": "its recording was broken off" } ] },
+        "exclusions_overridden":"#,
+        1,
+    );
+    let page = page_of("sub-01", &results, &[]).unwrap();
+    for part in [
+        "These decisions were overridden",
+        "1 of the recordings is excluded by decision, and analysed all the same",
+        "3 trials were accepted",
+        "1 of which could not be analysed",
+        "sub-01/ses-01/trial-003_attempt-1",
+        "its recording was broken off",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!page.contains("No recording is excluded"));
+    assert!(!page.contains("somebody"), "where the study lies");
+}

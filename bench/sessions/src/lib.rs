@@ -1,12 +1,16 @@
 //! What the logs of a study's sessions tell of its recordings: when each began, and how each attempt was settled.
 
 mod session;
+mod standing;
 
 use std::path::{Path, PathBuf};
 
-use recording::study::{EVENTS_FILE, event_log};
+use protocols::Protocol;
+use recording::study::EVENTS_FILE;
+use recording::study::event_log::{self, Document, LogContent};
 
-pub use session::{Attempt, Session, SessionEnd};
+pub use session::{Attempt, Session, SessionEnd, practice_trials, session_event};
+pub use standing::Standing;
 
 /// Sessions that recordings are of.
 #[derive(Debug, Default)]
@@ -26,11 +30,8 @@ impl Sessions {
             if sessions.list.iter().any(|(known, _)| *known == folder) {
                 continue;
             }
-            let read = event_log::read(&folder.join(EVENTS_FILE));
-            let session = read.map(|content| Session::of(&content));
-            sessions
-                .list
-                .push((folder, session.map_err(|error| error.to_string())));
+            let session = read(&folder);
+            sessions.list.push((folder, session));
         }
         sessions
     }
@@ -53,6 +54,37 @@ impl Sessions {
         let mut attempts = session.attempts.iter();
         attempts.find(|attempt| attempt.label == label)
     }
+}
+
+/// Reads the log of the session in `folder`.
+///
+/// # Errors
+/// The reason why it cannot be read.
+pub fn read(folder: &Path) -> Result<Session, String> {
+    let content = event_log::read(&folder.join(EVENTS_FILE)).map_err(|error| error.to_string())?;
+    Ok(Session::after_practice(
+        &content,
+        practice(folder, &content),
+    ))
+}
+
+/// Returns the number of practice trials of the session in `folder`, by its copy of its protocol, or else by its log.
+#[must_use]
+pub fn practice(folder: &Path, content: &LogContent) -> u32 {
+    let start = content
+        .documents
+        .iter()
+        .find_map(|document| match document {
+            Document::Start(start) => Some(start),
+            _ => None,
+        });
+    let by_copy = || {
+        let file = format!("{}.toml", start?.protocol);
+        let text = files::read_text(&folder.join(&file), files::TEXT_LIMIT_BYTES).ok()?;
+        // A later version may have other rules; the log is as good.
+        Some(Protocol::parse(&text, &file).ok()?.trials.practice)
+    };
+    by_copy().unwrap_or_else(|| practice_trials(content))
 }
 
 /// Returns the folder of a recording's session, if it has a log.

@@ -1,10 +1,15 @@
 //! A session as its log tells it.
 
+use std::collections::BTreeMap;
+
 use jiff::Timestamp;
-use protocols::{SessionEventKind, TrialKey, TrialOutcome};
+use protocols::{Interval, SessionEventKind, TrialKey, TrialOutcome};
 use recording::study::event_log::{Document, ExitStatus, LogContent, LogEvent, Start};
 use recording::study::{TrialBlock, TrialLabel};
+use recording::sums::Sums;
 use serde_json::Value;
+
+use crate::standing::Standing;
 
 /// Longest time between two recordings of a session, resumed ones included, s: a month.
 const LONGEST_S: f64 = 31.0 * 86_400.0;
@@ -18,6 +23,8 @@ pub struct Session {
     pub resumed: usize,
     /// How it ended.
     pub end: SessionEnd,
+    /// Trials in its order, without practice; `None` if the log does not say.
+    pub planned: Option<usize>,
     /// Attempts at trials, in the order in which they began.
     pub attempts: Vec<Attempt>,
 }
@@ -43,9 +50,41 @@ pub struct Attempt {
     pub start_s: Option<f64>,
     /// How it was settled; `None` where the log breaks off before.
     pub outcome: Option<TrialOutcome>,
+    /// Number of the part of the session that it was made in, from 1; each resumption begins another.
+    pub part: usize,
+    /// Intervals that were marked in its recording.
+    pub marked: Vec<Interval>,
+    /// Whether the log calls its recording saved.
+    pub saved: bool,
+    /// Whether the log calls its recording broken off.
+    pub interrupted: bool,
+    /// Sums of its recording's files.
+    pub sums: Option<Sums>,
 }
 
 impl Attempt {
+    fn new(label: TrialLabel, condition: String, part: usize) -> Self {
+        Self {
+            label,
+            condition,
+            start_s: None,
+            outcome: None,
+            part,
+            marked: Vec::new(),
+            saved: false,
+            interrupted: false,
+            sums: None,
+        }
+    }
+
+    /// Returns what became of it; one that the log leaves open was interrupted.
+    #[must_use]
+    pub fn standing(&self) -> Standing {
+        self.outcome
+            .as_ref()
+            .map_or(Standing::Interrupted, Standing::of)
+    }
+
     /// Returns the verdict in a word, and the reasons for it, of which there may be none.
     #[must_use]
     pub fn verdict(&self) -> (&'static str, Vec<String>) {
@@ -78,36 +117,39 @@ impl Session {
     /// Goes through a log.
     #[must_use]
     pub fn of(content: &LogContent) -> Self {
-        let practice = practice_trials(content);
-        let mut session = Self::default();
+        Self::after_practice(content, practice_trials(content))
+    }
+
+    /// Goes through the log of a session that begins with so many practice trials.
+    #[must_use]
+    pub fn after_practice(content: &LogContent, practice: u32) -> Self {
+        let mut reading = Reading {
+            session: Self::default(),
+            practice,
+            part: 0,
+            part_s: 0.0,
+            open: None,
+        };
         let mut first: Option<Timestamp> = None;
-        // Of the present part of the session, whose audio clock begins with it.
-        let mut part_s = 0.0;
         for document in &content.documents {
             match document {
                 Document::Start(start) => {
-                    session.end = SessionEnd::Unfinished;
                     let time: Option<Timestamp> = start.time.parse().ok();
                     first = first.or(time);
                     let since = first
                         .zip(time)
                         .map(|(first, time)| time.duration_since(first));
-                    // The wall clock may be set back; time does not.
-                    part_s = since
-                        .map_or(part_s, |since| since.as_secs_f64())
-                        .max(part_s);
-                    match &session.start {
-                        None => session.start = Some((**start).clone()),
-                        Some(_) => session.resumed += 1,
-                    }
+                    reading.start(start, since.map(|since| since.as_secs_f64()));
                 }
-                Document::Event(event) => session.take(event, part_s, practice),
+                Document::Event(event) => reading.event(event),
                 Document::Stop(stop) => {
-                    session.end = SessionEnd::Stopped(stop.exit_status, stop.reason.clone());
+                    reading.session.end =
+                        SessionEnd::Stopped(stop.exit_status, stop.reason.clone());
                 }
                 Document::Descriptor(_) => {}
             }
         }
+        let mut session = reading.session;
         let origin_s = session.attempts.first().and_then(|first| first.start_s);
         for attempt in &mut session.attempts {
             let since = attempt
@@ -119,28 +161,97 @@ impl Session {
         session
     }
 
-    fn take(&mut self, event: &LogEvent, part_s: f64, practice: u32) {
-        match session_event(event) {
-            Some(SessionEventKind::TrialBegan { key }) => self.attempts.push(Attempt {
-                label: TrialLabel::new(&key, practice),
-                condition: key.condition,
-                start_s: Some(part_s + event.audio_s),
-                outcome: None,
-            }),
-            Some(SessionEventKind::TrialSettled { record }) => {
-                let label = TrialLabel::new(&record.key, practice);
-                let mut attempts = self.attempts.iter_mut();
-                if let Some(attempt) = attempts.find(|attempt| attempt.label == label) {
-                    attempt.outcome = Some(record.outcome);
-                }
+    /// Returns the accepted attempts, one of each trial: the last, should there be more.
+    #[must_use]
+    pub fn accepted(&self) -> Vec<&Attempt> {
+        let mut accepted = BTreeMap::new();
+        for attempt in &self.attempts {
+            if attempt.standing() == Standing::Accepted {
+                accepted.insert((attempt.label.block, attempt.label.number), attempt);
             }
-            _ => {}
         }
+        accepted.into_values().collect()
     }
 }
 
-/// Returns the number of practice trials: the first other trial comes after them.
-fn practice_trials(content: &LogContent) -> u32 {
+/// State while a log is gone through.
+struct Reading {
+    session: Session,
+    practice: u32,
+    /// Present part of the session, from 1.
+    part: usize,
+    /// Start of that part, whose audio clock begins with it, s after the first.
+    part_s: f64,
+    /// Attempt that is being made.
+    open: Option<TrialLabel>,
+}
+
+impl Reading {
+    fn start(&mut self, start: &Start, since_s: Option<f64>) {
+        self.part += 1;
+        self.open = None;
+        // The wall clock may be set back; time does not.
+        self.part_s = since_s.unwrap_or(self.part_s).max(self.part_s);
+        self.session.end = SessionEnd::Unfinished;
+        match &self.session.start {
+            None => self.session.start = Some(start.clone()),
+            Some(_) => self.session.resumed += 1,
+        }
+    }
+
+    fn event(&mut self, event: &LogEvent) {
+        match session_event(event) {
+            Some(SessionEventKind::SessionStarted { order, .. }) => {
+                let practice = self.practice as usize;
+                self.session.planned = Some(order.len().saturating_sub(practice));
+            }
+            Some(SessionEventKind::TrialBegan { key }) => {
+                let start_s = self.part_s + event.audio_s;
+                let label = TrialLabel::new(&key, self.practice);
+                self.open = Some(label);
+                self.attempt(label, &key.condition).start_s = Some(start_s);
+            }
+            Some(SessionEventKind::Marked { interval }) => {
+                if let Some(label) = self.open {
+                    self.attempt(label, "").marked.push(interval);
+                }
+            }
+            Some(SessionEventKind::TrialSettled { record }) => {
+                let label = TrialLabel::new(&record.key, self.practice);
+                self.open = None;
+                self.attempt(label, &record.key.condition).outcome = Some(record.outcome);
+            }
+            _ => self.saved(event),
+        }
+    }
+
+    fn saved(&mut self, event: &LogEvent) {
+        let name = event.data.get("saved").and_then(Value::as_str);
+        let Some(label) = name.and_then(|name| name.parse().ok()) else {
+            return;
+        };
+        let sums = event.data.get("sha256").cloned();
+        let interrupted = event.data.get("interrupted").and_then(Value::as_bool);
+        let attempt = self.attempt(label, "");
+        attempt.saved = true;
+        attempt.interrupted = interrupted.unwrap_or(false);
+        attempt.sums = sums.and_then(|sums| serde_json::from_value(sums).ok());
+    }
+
+    fn attempt(&mut self, label: TrialLabel, condition: &str) -> &mut Attempt {
+        let attempts = &mut self.session.attempts;
+        let known = attempts.iter().position(|attempt| attempt.label == label);
+        let at = known.unwrap_or_else(|| {
+            attempts.push(Attempt::new(label, condition.to_owned(), self.part));
+            attempts.len() - 1
+        });
+        &mut attempts[at]
+    }
+}
+
+/// Returns the number of practice trials that the log's events show: the first other trial comes after them.
+#[must_use]
+pub fn practice_trials(content: &LogContent) -> u32 {
     let events = content
         .documents
         .iter()
@@ -161,7 +272,9 @@ fn practice_trials(content: &LogContent) -> u32 {
         .saturating_sub(1)
 }
 
-fn session_event(event: &LogEvent) -> Option<SessionEventKind> {
+/// Returns the event of the protocol's state machine that an event of the log is, if it is one.
+#[must_use]
+pub fn session_event(event: &LogEvent) -> Option<SessionEventKind> {
     serde_json::from_value(Value::Object(event.data.clone())).ok()
 }
 
@@ -259,7 +372,8 @@ mod tests {
         assert_eq!(times(&lines), [Some(0.0), Some(3.0)]);
 
         // Times that are none, of a log that was edited.
-        let edited = [-1e308, 1e308, 40.0 * 86_400.0].map(|audio_s| began(audio_s, &key(3, 1)));
+        let edited = [(1, -1e308), (2, 1e308), (3, 40.0 * 86_400.0)];
+        let edited = edited.map(|(attempt, audio_s)| began(audio_s, &key(3, attempt)));
         let lines = [&lines[..2], &edited[..]].concat();
         assert_eq!(times(&lines), [Some(0.0), None, None, None]);
     }

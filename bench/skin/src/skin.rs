@@ -179,19 +179,23 @@ impl Skin {
     pub fn of(analysed: &Analysed) -> Self {
         let mut people = BTreeMap::<&str, Fits<'_>>::new();
         let mut left_out = Vec::new();
-        for found in analysed.findings() {
-            let usable = usable(found);
-            if let Some(participant) = found.participant() {
+        // Over everything that was asked for: also what cannot be read is left out.
+        for recording in &analysed.recordings {
+            let usable = match &recording.found {
+                Ok(found) => usable(found).map(|shared| (found, shared)),
+                Err(error) => Err(format!("it cannot be read: {error}")),
+            };
+            if let Some(participant) = &recording.participant {
                 let fits = people.entry(participant).or_default();
                 match &usable {
-                    Ok(shared) => fits.used.push((found, shared)),
+                    Ok(fit) => fits.used.push(*fit),
                     Err(_) => fits.left_out += 1,
                 }
             }
             if let Err(because) = usable {
                 left_out.push(LeftOut {
-                    path: found.path.clone(),
-                    participant: found.participant().map(str::to_owned),
+                    path: recording.path.clone(),
+                    participant: recording.participant.clone(),
                     because,
                 });
             }

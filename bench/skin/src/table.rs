@@ -54,8 +54,8 @@ impl Row<'_> {
         let [shrunken, shrunken_low, shrunken_high] = ends(self.shrunken);
         [
             self.level.to_owned(),
-            self.participant.to_owned(),
-            self.recording.clone(),
+            files::to_cell(self.participant),
+            files::to_cell(&self.recording),
             self.parameter.to_owned(),
             value,
             low,
@@ -65,7 +65,7 @@ impl Row<'_> {
             shrunken,
             shrunken_low,
             shrunken_high,
-            self.left_out.clone(),
+            files::to_cell(&self.left_out),
         ]
     }
 }

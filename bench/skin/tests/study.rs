@@ -62,14 +62,16 @@ fn flagged(area_m2: f64) -> SharedFit {
 }
 
 fn found(number: usize, participant: Option<&str>, trial: Option<SharedFit>) -> RecordingAnalysis {
-    let participant =
-        participant.map(|id| format!("participant = {{ id = \"{id}\", session = 1 }}"));
-    let text = format!("{MANIFEST}{}", participant.unwrap_or_default());
+    let stated = participant.map(|id| format!("participant = {{ id = \"{id}\", session = 1 }}"));
+    let text = format!("{MANIFEST}{}", stated.unwrap_or_default());
+    let participant = participant.map(str::to_owned);
     let path = PathBuf::from(format!("study/{number}"));
     RecordingAnalysis {
         path: path.clone(),
+        participant: participant.clone(),
         found: Ok(RecordingFindings {
             path,
+            participant,
             manifest: Manifest::parse(&text, "recording.toml").unwrap(),
             rules: SelectionRules::published(0.05),
             pickup: recording::pipeline::PickupOffset::default(),
@@ -118,6 +120,7 @@ fn whole() -> Analysed {
     let mut analysed = study(trials);
     analysed.recordings.push(RecordingAnalysis {
         path: PathBuf::from("study/broken"),
+        participant: Some("c".to_owned()),
         found: Err(RecordingError::TooManyRows {
             file: "force.csv",
             limit: 1,
@@ -131,8 +134,10 @@ fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_
     let skin = Skin::of(&whole());
     let left_out: Vec<_> = skin.participants.iter().map(|of| of.n_left_out).collect();
     let used: Vec<_> = skin.participants.iter().map(|of| of.trials.len()).collect();
-    assert_eq!((left_out, used), (vec![1, 1, 0, 1, 2], vec![3, 3, 3, 3, 0]));
-    assert_eq!(skin.left_out.len(), 6);
+    assert_eq!((left_out, used), (vec![1, 1, 1, 1, 2], vec![3, 3, 3, 3, 0]));
+    assert_eq!(skin.left_out.len(), 7);
+    // What cannot be read was in no count.
+    assert!(skin.left_out[6].because.starts_with("it cannot be read: "));
     assert!(
         skin.left_out[0]
             .because
@@ -143,7 +148,7 @@ fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_
         .iter()
         .map(|of| of.participant.is_some())
         .collect();
-    assert_eq!(stated, [true, true, true, true, true, false]);
+    assert_eq!(stated, [true, true, true, true, true, false, true]);
 
     let mut means = Vec::new();
     for (person, area_m2) in skin
@@ -271,7 +276,7 @@ fn the_table_has_a_row_for_each_parameter_and_each_recording_that_is_left_out() 
     };
     assert_eq!(
         [level("trial"), level("participant"), level("study")],
-        [12 * 4 + 6, 5 * 4, 4]
+        [12 * 4 + 7, 5 * 4, 4]
     );
     let study = rows
         .iter()

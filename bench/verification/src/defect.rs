@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use recording::study::TrialLabel;
 
 /// What is wrong with a recording.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingDefect {
     /// The log speaks of the recording, and there is no folder.
@@ -49,6 +49,36 @@ pub enum RecordingDefect {
     /// The log calls the trial broken off, and its description calls it complete.
     #[error("recording.toml says that the trial is complete, and the log that it was broken off")]
     OtherEnd,
+    /// The log calls the trial accepted, and its recording was broken off.
+    #[error(
+        "the log says that the trial was accepted, and recording.toml that its recording was broken off"
+    )]
+    AcceptedBrokenOff,
+    /// The log calls the trial accepted, and never its recording saved.
+    #[error("the log says that the trial was accepted, and not that its recording was saved")]
+    AcceptedUnsaved,
+    /// The log marks other intervals of an accepted trial than its recording has.
+    #[error(
+        "the log marks {marked} intervals of the accepted trial, and recording.toml has {recorded}"
+    )]
+    OtherIntervals {
+        /// Number by the log.
+        marked: usize,
+        /// Number in the description.
+        recorded: usize,
+    },
+    /// A sensor has no readings of part of an accepted trial.
+    #[error(
+        "{file} has no rows from {from_s:.3} to {to_s:.3} s, although the trial was accepted and recording.toml names its sensor"
+    )]
+    NoRowsOf {
+        /// The file.
+        file: &'static str,
+        /// Start of the part of an exploration, s.
+        from_s: f64,
+        /// Its end, s.
+        to_s: f64,
+    },
     /// Samples where the description says that frames were lost, or no frames at all.
     #[error(
         "recording.toml says that {frames} frames from {sample} on were lost, but signals.wav has samples there"
@@ -128,6 +158,16 @@ pub enum SessionDefect {
         expected: u64,
         /// Number in the log.
         found: u64,
+    },
+    /// A stop calls the session complete before all of its trials were settled.
+    #[error(
+        "events.jsonl calls the session complete, and {settled} of its {planned} trials were settled"
+    )]
+    NotAllSettled {
+        /// Trials in the session's order.
+        planned: usize,
+        /// Those that were settled.
+        settled: usize,
     },
     /// A trial was begun, settled or saved out of order.
     #[error("events.jsonl, event {number}: {trial} {what}")]

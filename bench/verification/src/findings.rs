@@ -3,36 +3,11 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use ::sessions::Standing;
+
 use crate::defect::{RecordingDefect, SessionDefect, StudyDefect};
 use recording::study::event_log::ExitStatus;
 use recording::study::{TrialBlock, TrialLabel};
-
-/// What became of an attempt at a trial, by the log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Standing {
-    /// The session went on with the next trial after it.
-    Accepted,
-    /// To be repeated.
-    Repeated,
-    /// Rejected, with no repetition left.
-    GivenUp,
-    /// Cut short.
-    Interrupted,
-    /// The log does not know it.
-    Unknown,
-}
-
-impl fmt::Display for Standing {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Accepted => "accepted",
-            Self::Repeated => "repeated",
-            Self::GivenUp => "given up",
-            Self::Interrupted => "interrupted",
-            Self::Unknown => "unknown",
-        })
-    }
-}
 
 /// Whether a recording is as it was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,7 +37,7 @@ impl fmt::Display for Integrity {
 }
 
 /// Findings of one attempt at a trial.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct TrialFindings {
     /// The attempt, which names its folder.
     pub label: TrialLabel,

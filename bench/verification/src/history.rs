@@ -2,29 +2,16 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use protocols::{SessionEventKind, TrialKey, TrialOutcome};
+use ::sessions::{Attempt, Session, session_event};
+use protocols::{SessionEventKind, TrialOutcome};
 use serde_json::Value;
 
 use crate::defect::SessionDefect;
-use crate::findings::{SessionEnd, Standing};
-use recording::study::TrialLabel;
-use recording::study::event_log::{Document, LogContent, LogEvent, Start};
-use recording::sums::Sums;
+use crate::findings::SessionEnd;
+use recording::study::event_log::{Document, ExitStatus, LogContent, LogEvent, Start};
+use recording::study::{TrialBlock, TrialLabel};
 
-/// An attempt as the log tells it.
-#[derive(Debug, Clone, Default)]
-pub struct Attempt {
-    /// What became of it; `None` while it is open.
-    pub standing: Option<Standing>,
-    /// Whether it is called saved.
-    pub saved: bool,
-    /// The sums of its files.
-    pub sums: Option<Sums>,
-    /// Whether the log calls the recording broken off.
-    pub interrupted: bool,
-}
-
-/// A session as its log tells it.
+/// A session as its log tells it, and what is out of order in it.
 #[derive(Debug)]
 pub struct SessionHistory {
     /// Attempts by label.
@@ -37,6 +24,8 @@ pub struct SessionHistory {
     pub start: Option<Start>,
     /// What is out of order.
     pub defects: Vec<SessionDefect>,
+    /// Parts of the session whose log tells, after the last attempt, that everything was written: by a stop.
+    stopped: BTreeSet<usize>,
 }
 
 /// State while the log is gone through.
@@ -44,61 +33,80 @@ struct Reading {
     history: SessionHistory,
     practice_trials: u32,
     running: bool,
+    part: usize,
     events: u64,
     audio_s: f64,
     streams: BTreeSet<String>,
+    begun: BTreeSet<TrialLabel>,
     open: Option<TrialLabel>,
-}
-
-/// Returns the number of practice trials that the log's events show: the first other trial comes after them.
-#[must_use]
-pub fn practice_trials(content: &LogContent) -> u32 {
-    let keys = content
-        .documents
-        .iter()
-        .filter_map(|document| match document {
-            Document::Event(event) => key(event),
-            _ => None,
-        });
-    let numbers = keys.filter(|key| !key.practice).map(|key| key.number);
-    numbers.min().unwrap_or(1).saturating_sub(1)
-}
-
-fn key(event: &LogEvent) -> Option<TrialKey> {
-    match session_event(event)? {
-        SessionEventKind::TrialBegan { key } => Some(key),
-        SessionEventKind::TrialSettled { record } => Some(record.key),
-        _ => None,
-    }
-}
-
-fn session_event(event: &LogEvent) -> Option<SessionEventKind> {
-    serde_json::from_value(Value::Object(event.data.clone())).ok()
 }
 
 impl SessionHistory {
     /// Goes through a log.
     #[must_use]
     pub fn of(content: &LogContent, practice_trials: u32) -> Self {
+        let session = Session::after_practice(content, practice_trials);
+        let attempts = session.attempts.into_iter();
         let mut reading = Reading {
             history: Self {
-                attempts: BTreeMap::new(),
-                planned: None,
+                attempts: attempts.map(|attempt| (attempt.label, attempt)).collect(),
+                planned: session.planned,
                 end: SessionEnd::NotBegun,
                 start: None,
                 defects: Vec::new(),
+                stopped: BTreeSet::new(),
             },
             practice_trials,
             running: false,
+            part: 0,
             events: 0,
             audio_s: f64::NEG_INFINITY,
             streams: BTreeSet::new(),
+            begun: BTreeSet::new(),
             open: None,
         };
         for (index, document) in content.documents.iter().enumerate() {
             reading.take(index + 1, document);
         }
+        reading.history.require_all_settled();
         reading.history
+    }
+
+    /// Returns whether the log should call an attempt saved: those of its time do, and the program went on after it, or
+    /// ended in good order.
+    #[must_use]
+    pub fn should_be_saved(&self, attempt: &Attempt) -> bool {
+        let mut saved = self.attempts.values().filter(|other| other.saved);
+        let went_on = |other: &Attempt| other.part == attempt.part && other.label > attempt.label;
+        if self.stopped.contains(&attempt.part) {
+            saved.next().is_some()
+        } else {
+            saved.any(went_on)
+        }
+    }
+
+    /// Holds a stop that calls the session complete against the trials that were settled.
+    fn require_all_settled(&mut self) {
+        let complete = matches!(
+            self.end,
+            SessionEnd::Stopped {
+                status: ExitStatus::Success,
+                ..
+            }
+        );
+        let settles = |attempt: &&Attempt| {
+            let of_main = attempt.label.block == TrialBlock::Main;
+            of_main && attempt.outcome.as_ref().is_some_and(TrialOutcome::settles)
+        };
+        let settled = self.attempts.values().filter(settles);
+        let settled: BTreeSet<u32> = settled.map(|attempt| attempt.label.number).collect();
+        let planned = self.planned.unwrap_or(0);
+        if complete && settled.len() < planned {
+            self.defects.push(SessionDefect::NotAllSettled {
+                planned,
+                settled: settled.len(),
+            });
+        }
     }
 }
 
@@ -113,6 +121,7 @@ impl Reading {
         match document {
             Document::Start(start) => {
                 self.running = true;
+                self.part += 1;
                 self.audio_s = f64::NEG_INFINITY;
                 self.open = None;
                 self.history.start = Some((**start).clone());
@@ -124,6 +133,7 @@ impl Reading {
             Document::Event(event) => self.event(event),
             Document::Stop(stop) => {
                 self.running = false;
+                self.history.stopped.insert(self.part);
                 if stop.num_events != self.events {
                     self.defect(SessionDefect::Count {
                         expected: stop.num_events,
@@ -168,10 +178,6 @@ impl Reading {
             self.streams.insert(event.stream.clone());
         }
         match session_event(event) {
-            Some(SessionEventKind::SessionStarted { order, .. }) => {
-                let practice = self.practice_trials as usize;
-                self.history.planned = Some(order.len().saturating_sub(practice));
-            }
             Some(SessionEventKind::TrialBegan { key }) => {
                 let trial = TrialLabel::new(&key, self.practice_trials);
                 if self.open.is_some() {
@@ -181,10 +187,9 @@ impl Reading {
                         "began before the trial before it was settled",
                     );
                 }
-                if self.history.attempts.contains_key(&trial) {
+                if !self.begun.insert(trial) {
                     self.out_of_order(number, trial, "began twice");
                 }
-                self.history.attempts.entry(trial).or_default();
                 self.open = Some(trial);
             }
             Some(SessionEventKind::TrialSettled { record }) => {
@@ -192,37 +197,16 @@ impl Reading {
                 if self.open.take() != Some(trial) {
                     self.out_of_order(number, trial, "was settled and had not begun");
                 }
-                self.attempt(trial).standing = Some(match record.outcome {
-                    TrialOutcome::Accepted | TrialOutcome::AcceptedAnyway { .. } => {
-                        Standing::Accepted
-                    }
-                    TrialOutcome::Redo { .. } => Standing::Repeated,
-                    TrialOutcome::GivenUp { .. } => Standing::GivenUp,
-                    TrialOutcome::Interrupted { .. } => Standing::Interrupted,
-                });
             }
-            _ => self.saved(event),
+            Some(_) => {}
+            None => {
+                let name = event.data.get("saved").and_then(Value::as_str);
+                let saved = name.and_then(|name| name.parse::<TrialLabel>().ok());
+                if let Some(trial) = saved.filter(|trial| !self.begun.contains(trial)) {
+                    self.out_of_order(number, trial, "was saved and had not begun");
+                }
+            }
         }
-    }
-
-    fn saved(&mut self, event: &LogEvent) {
-        let name = event.data.get("saved").and_then(Value::as_str);
-        let Some(trial) = name.and_then(|name| name.parse::<TrialLabel>().ok()) else {
-            return;
-        };
-        if !self.history.attempts.contains_key(&trial) {
-            self.out_of_order(event.seq_num, trial, "was saved and had not begun");
-        }
-        let sums = event.data.get("sha256").cloned();
-        let interrupted = event.data.get("interrupted").and_then(Value::as_bool);
-        let attempt = self.attempt(trial);
-        attempt.saved = true;
-        attempt.interrupted = interrupted.unwrap_or(false);
-        attempt.sums = sums.and_then(|sums| serde_json::from_value(sums).ok());
-    }
-
-    fn attempt(&mut self, trial: TrialLabel) -> &mut Attempt {
-        self.history.attempts.entry(trial).or_default()
     }
 
     fn out_of_order(&mut self, number: u64, trial: TrialLabel, what: &'static str) {
@@ -237,6 +221,7 @@ impl Reading {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ::sessions::{Standing, practice_trials};
 
     /// The lines of a log, with these in place of the events of its one trial.
     fn history(events: &[&str]) -> SessionHistory {
@@ -300,7 +285,7 @@ mod tests {
         let found = history(&[&began(1, 1), &saved(2, FIRST), &settled(3, 1), stop]);
         assert_eq!(found.defects, []);
         let attempt = &found.attempts[&label(FIRST)];
-        assert_eq!(attempt.standing, Some(Standing::Accepted));
+        assert_eq!(attempt.standing(), Standing::Accepted);
         assert!(attempt.saved);
         assert_eq!(attempt.sums.as_ref().unwrap()["force.csv"], "ab");
         assert!(matches!(found.end, SessionEnd::Stopped { .. }));
@@ -314,7 +299,7 @@ mod tests {
         let found = history(&[&began(1, 1), &saved, stop]);
         assert_eq!(found.defects, []);
         let attempt = &found.attempts[&label(FIRST)];
-        assert_eq!(attempt.standing, None);
+        assert_eq!(attempt.outcome, None);
         assert!(attempt.saved && attempt.interrupted && attempt.sums.is_some());
     }
 
@@ -356,5 +341,43 @@ mod tests {
         assert!(order(&defects(&[&first, &settled(2, 1), &began(3, 1)])));
         assert!(order(&defects(&[&first, &settled(2, 2)])));
         assert!(order(&defects(&[&saved(1, FIRST)])));
+    }
+
+    /// Fault 27: the log goes on as if a recording that it never calls saved were.
+    #[test]
+    fn an_accepted_trial_should_be_saved_if_a_later_one_is() {
+        let unsaved = |events: &[&str]| {
+            let found = history(events);
+            found.should_be_saved(&found.attempts[&label(FIRST)])
+        };
+        let (begun, accepted) = (began(1, 1), settled(2, 1));
+        assert!(!unsaved(&[&begun, &accepted]), "the program was killed");
+        let stop = r#"{"document":"stop","time":"","exit_status":"success","num_events":2}"#;
+        assert!(!unsaved(&[&begun, &accepted, stop]), "a log without any");
+        let later = [began(3, 2), saved(4, "trial-002_attempt-1"), settled(5, 2)];
+        let events = [&begun, &accepted, &later[0], &later[1], &later[2]].map(String::as_str);
+        assert!(unsaved(&events));
+    }
+
+    #[test]
+    fn a_stop_that_calls_the_session_complete_counts_its_trials() {
+        let started = event(
+            1,
+            0.0,
+            r#"{"event":"session_started","participant":"sub-01","protocol":"p","seed":1,"order":["c","c","c"],
+                "resumed_attempts":0}"#,
+        );
+        let stop = r#"{"document":"stop","time":"","exit_status":"success","num_events":3}"#;
+        let found = history(&[&started, &began(2, 1), &settled(3, 1), stop]);
+        assert_eq!(
+            found.defects,
+            [SessionDefect::NotAllSettled {
+                planned: 2,
+                settled: 1
+            }]
+        );
+        let stop = stop.replace("success", "abort");
+        let found = history(&[&started, &began(2, 1), &settled(3, 1), &stop]);
+        assert_eq!(found.defects, []);
     }
 }

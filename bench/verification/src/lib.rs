@@ -8,10 +8,9 @@ mod session_check;
 mod study_check;
 mod table;
 
+pub use ::sessions::Standing;
 pub use defect::{RecordingDefect, SessionDefect, StudyDefect};
-pub use findings::{
-    Integrity, SessionEnd, SessionFindings, Standing, StudyFindings, TrialFindings,
-};
+pub use findings::{Integrity, SessionEnd, SessionFindings, StudyFindings, TrialFindings};
 pub use session_check::{last_trial, log_defects, recordings, session};
 pub use study_check::{VerifyError, beside_sessions, sessions};
 pub use table::{to_json, to_text, trial_words};

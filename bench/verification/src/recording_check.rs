@@ -4,14 +4,17 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::defect::RecordingDefect;
-use recording::manifest::{End, EventKind, Manifest};
+use recording::manifest::{End, EventKind, Manifest, RecordedIntervalKind};
 use recording::reader::{ReadError, RecordingReader, RowReader, Warning};
 use recording::storage::FileSystem;
 use recording::sums::{FILES, Summing, Sums};
 use recording::wav::WavWarning;
+use recording::{FORCE_FILE, POSITION_FILE};
 
 /// Frames read at a time.
 const BLOCK_FRAMES: usize = 1 << 14;
+/// Longest time within an exploration without a reading of a sensor that sends some all the time, s.
+const LONGEST_GAP_S: f64 = 0.5;
 /// Bytes summed at a time.
 const SUM_BYTES: usize = 1 << 24;
 
@@ -22,6 +25,8 @@ pub struct RecordingCheck {
     pub defects: Vec<RecordingDefect>,
     /// What is worth knowing.
     pub notes: Vec<String>,
+    /// Parts of its explorations that sensors have no readings of, which an accepted trial must have.
+    pub not_covered: Vec<RecordingDefect>,
     /// The description, if it can be read.
     pub manifest: Option<Manifest>,
 }
@@ -80,8 +85,15 @@ impl RecordingCheck {
         let end = manifest.trial.as_ref().and_then(|trial| trial.end);
         let mut warnings = reader.warnings().to_vec();
         self.lost_frames(&mut reader, &manifest, end.is_some())?;
-        warnings.extend(rows(reader.force()?)?);
-        warnings.extend(rows(reader.position()?)?);
+        let hardware = manifest.hardware.as_ref();
+        let has_force = hardware.is_some_and(|of| of.force_sensor.is_some());
+        let has_position = hardware.is_some_and(|of| of.position_sensor.is_some());
+        let (said, force) = rows(reader.force()?, &manifest, FORCE_FILE)?;
+        warnings.extend(said);
+        let (said, position) = rows(reader.position()?, &manifest, POSITION_FILE)?;
+        warnings.extend(said);
+        self.not_covered.extend(force.filter(|_| has_force));
+        self.not_covered.extend(position.filter(|_| has_position));
         for warning in warnings {
             let marked = |kind| manifest.events.iter().any(|event| event.kind == kind);
             let wrong = match &warning {
@@ -160,10 +172,48 @@ impl RecordingCheck {
     }
 }
 
-/// Reads rows to their end for what they warn of.
-fn rows<R: recording::CsvRow>(mut rows: RowReader<R>) -> Result<Vec<Warning>, ReadError> {
+/// Reads rows to their end: returns what they warn of, and the longest part of an exploration that they have none of,
+/// beyond [`LONGEST_GAP_S`] and what the events of the recording tell.
+fn rows<R: recording::CsvRow>(
+    mut rows: RowReader<R>,
+    manifest: &Manifest,
+    file: &'static str,
+) -> Result<(Vec<Warning>, Option<RecordingDefect>), ReadError> {
+    let explorations = manifest.intervals.iter();
+    let mut explorations: Vec<(f64, f64)> = explorations
+        .filter(|interval| matches!(interval.kind, RecordedIntervalKind::Exploration(_)))
+        .map(|interval| (interval.start_s, interval.end_s))
+        .collect();
+    explorations.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // Time up to which each exploration has rows, and its longest part without.
+    let mut reached: Vec<f64> = explorations.iter().map(|of| of.0).collect();
+    let mut longest: Option<(f64, f64)> = None;
+    let mut gap = |from_s: f64, to_s: f64| {
+        let longer = longest.is_none_or(|(from, to)| to_s - from_s > to - from);
+        if to_s - from_s > LONGEST_GAP_S && longer {
+            longest = Some((from_s, to_s));
+        }
+    };
     for row in rows.by_ref() {
-        row?;
+        let time_s = row?.time_s();
+        for ((start_s, end_s), reached_s) in explorations.iter().zip(&mut reached) {
+            if (*start_s..=*end_s).contains(&time_s) {
+                gap(*reached_s, time_s);
+                *reached_s = time_s;
+            }
+        }
     }
-    Ok(rows.warnings())
+    for ((_, end_s), reached_s) in explorations.iter().zip(&reached) {
+        gap(*reached_s, *end_s);
+    }
+    let lost = [
+        EventKind::ForceLost,
+        EventKind::Gap,
+        EventKind::TimeDisorder,
+    ];
+    let told = manifest.events.iter().any(|of| lost.contains(&of.kind));
+    let defect = longest
+        .filter(|_| !told)
+        .map(|(from_s, to_s)| RecordingDefect::NoRowsOf { file, from_s, to_s });
+    Ok((rows.warnings(), defect))
 }

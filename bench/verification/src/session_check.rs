@@ -5,11 +5,11 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use protocols::Protocol;
+use ::sessions::{Attempt, Standing, practice};
 
 use crate::defect::{RecordingDefect, SessionDefect};
-use crate::findings::{Integrity, SessionEnd, SessionFindings, Standing, TrialFindings};
-use crate::history::{Attempt, SessionHistory, practice_trials};
+use crate::findings::{Integrity, SessionEnd, SessionFindings, TrialFindings};
+use crate::history::SessionHistory;
 use crate::recording_check;
 use recording::disk::entries;
 use recording::manifest::{End, Manifest};
@@ -66,7 +66,9 @@ pub fn session(folder: &Path, mut done: impl FnMut()) -> Result<SessionFindings,
     let labels: BTreeSet<TrialLabel> = history.attempts.keys().chain(&present).copied().collect();
     for label in labels {
         let attempt = history.attempts.get(&label);
-        let trial = trial(folder, label, attempt, present.contains(&label), has_log);
+        let unsaved = attempt.is_some_and(|of| !of.saved && history.should_be_saved(of));
+        let here = present.contains(&label);
+        let trial = trial(folder, label, (attempt, unsaved), here, has_log);
         found.trials.push(trial);
         if present.contains(&label) {
             done();
@@ -85,43 +87,19 @@ pub fn session(folder: &Path, mut done: impl FnMut()) -> Result<SessionFindings,
 /// The folder cannot be listed.
 pub fn last_trial(folder: &Path, content: &LogContent) -> Result<Option<TrialFindings>, DiskError> {
     let present: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
-    let history = SessionHistory::of(
-        content,
-        practice(folder, content).unwrap_or_else(|_| practice_trials(content)),
-    );
+    let history = SessionHistory::of(content, practice(folder, content));
     let known = history.attempts.keys();
     Ok(known.chain(&present).max().map(|label| {
         let attempt = history.attempts.get(label);
-        trial(folder, *label, attempt, present.contains(label), true)
+        let here = present.contains(label);
+        trial(folder, *label, (attempt, false), here, true)
     }))
 }
 
 /// Returns what is out of order in the log of a session.
 #[must_use]
 pub fn log_defects(folder: &Path, content: &LogContent) -> Vec<SessionDefect> {
-    let practice = practice(folder, content).unwrap_or_else(|_| practice_trials(content));
-    SessionHistory::of(content, practice).defects
-}
-
-/// Returns the number of practice trials by the session's copy of its protocol, or else by the log.
-fn practice(folder: &Path, content: &LogContent) -> Result<u32, SessionDefect> {
-    let start = content
-        .documents
-        .iter()
-        .find_map(|document| match document {
-            event_log::Document::Start(start) => Some(start),
-            _ => None,
-        });
-    let Some(start) = start else {
-        return Ok(practice_trials(content));
-    };
-    let file = format!("{}.toml", start.protocol);
-    let text = copy(folder, &file)?;
-    // A later version may have other rules; the log is as good.
-    Ok(Protocol::parse(&text, &file).map_or_else(
-        |_| practice_trials(content),
-        |protocol| protocol.trials.practice,
-    ))
+    SessionHistory::of(content, practice(folder, content)).defects
 }
 
 /// Returns a file that the session keeps a copy of, which must be TOML.
@@ -146,12 +124,10 @@ fn copy(folder: &Path, file: &str) -> Result<String, SessionDefect> {
 }
 
 fn history(folder: &Path, content: &LogContent, found: &mut SessionFindings) -> SessionHistory {
-    let practice = practice(folder, content).unwrap_or_else(|defect| {
-        found.defects.push(defect);
-        practice_trials(content)
-    });
-    let history = SessionHistory::of(content, practice);
+    let history = SessionHistory::of(content, practice(folder, content));
     if let Some(start) = &history.start {
+        let protocol = format!("{}.toml", start.protocol);
+        found.defects.extend(copy(folder, &protocol).err());
         let mut copies = vec!["bench.toml"];
         copies.extend(start.calibration.is_some().then_some("calibration.toml"));
         for file in copies {
@@ -185,15 +161,13 @@ fn names(folder: &Path) -> Option<String> {
 fn trial(
     session: &Path,
     label: TrialLabel,
-    attempt: Option<&Attempt>,
+    (attempt, unsaved): (Option<&Attempt>, bool),
     present: bool,
     has_log: bool,
 ) -> TrialFindings {
     let mut found = TrialFindings {
         label,
-        standing: attempt.map_or(Standing::Unknown, |attempt| {
-            attempt.standing.unwrap_or(Standing::Interrupted)
-        }),
+        standing: attempt.map_or(Standing::Unknown, Attempt::standing),
         integrity: Integrity::NotRecorded,
         defects: Vec::new(),
         notes: Vec::new(),
@@ -217,6 +191,7 @@ fn trial(
         found.notes.push(text.to_owned());
         return found;
     }
+    let accepted = attempt.filter(|_| found.standing == Standing::Accepted);
     let sums = attempt.and_then(|attempt| attempt.sums.as_ref());
     let check = recording_check::check(&folder, sums);
     found.defects = check.defects;
@@ -231,6 +206,10 @@ fn trial(
         if broken_off && end == Some(End::Completed) {
             found.defects.push(RecordingDefect::OtherEnd);
         }
+        if let Some(attempt) = accepted {
+            found.defects.extend(of_accepted(attempt, manifest));
+            found.defects.extend(check.not_covered);
+        }
         if attempt.is_none() && has_log {
             if end.is_some() {
                 found.defects.push(RecordingDefect::NotInLog);
@@ -240,7 +219,9 @@ fn trial(
                 found.notes.push(text.to_owned());
             }
         }
-        if judged && !saved && end == Some(End::Completed) {
+        if accepted.is_some() && unsaved {
+            found.defects.push(RecordingDefect::AcceptedUnsaved);
+        } else if judged && !saved && end == Some(End::Completed) {
             let text = "the log does not call it saved: the program ended too early";
             found.notes.push(text.to_owned());
         }
@@ -251,6 +232,20 @@ fn trial(
         (true, None) => Integrity::NoSum,
     };
     found
+}
+
+/// Returns what the description lacks of an accepted trial.
+fn of_accepted(attempt: &Attempt, manifest: &Manifest) -> Option<RecordingDefect> {
+    let end = manifest.trial.as_ref()?.end;
+    let (marked, recorded) = (attempt.marked.len(), manifest.intervals.len());
+    if end == Some(End::Interrupted) {
+        Some(RecordingDefect::AcceptedBrokenOff)
+    } else if marked > 0 && marked != recorded && end == Some(End::Completed) {
+        // Logs of early versions mark none.
+        Some(RecordingDefect::OtherIntervals { marked, recorded })
+    } else {
+        None
+    }
 }
 
 /// Compares the description with the names of the folders.

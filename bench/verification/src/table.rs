@@ -6,9 +6,9 @@ use recording::study::TrialBlock;
 use recording::study::event_log::ExitStatus;
 use serde_json::{Value, json};
 
-use crate::findings::{
-    Integrity, SessionEnd, SessionFindings, Standing, StudyFindings, TrialFindings,
-};
+use ::sessions::Standing;
+
+use crate::findings::{Integrity, SessionEnd, SessionFindings, StudyFindings, TrialFindings};
 
 /// Version of the JSON.
 const FORMAT: u32 = 1;

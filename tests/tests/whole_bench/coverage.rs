@@ -7,7 +7,7 @@ use std::path::Path;
 use analysis::estimate::{Estimated, InstanceAnalysis, Method};
 use analysis::{Settings, analyse, find};
 use bench_tests::campaign;
-use bench_tests::session::{VirtualParticipant, text};
+use bench_tests::session::{ALL_COMPLETED, VirtualParticipant, text};
 use bench_tests::truth::{Course, recording_began_s};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -176,11 +176,11 @@ fn participant(seed: u64, folder: &Path) -> Found {
     } = VirtualParticipant::run("population-unkind", seed, folder);
     let mut found = Found::default();
     // Somebody who never slides right leaves nothing to analyse.
-    let Ok(recordings) = find::recordings(std::slice::from_ref(&study), false) else {
+    let Ok(attempts) = find::attempts(std::slice::from_ref(&study), ALL_COMPLETED) else {
         assert!(study.exists(), "seed {seed}: {}", text(&output));
         return found;
     };
-    let analysed = analyse(&recordings, &Settings::default(), |_| {});
+    let analysed = analyse(&attempts.recordings(), &Settings::default(), |_| {});
     let course = Course::read(&truth);
     for recording in analysed.findings() {
         let began_s = recording_began_s(&recording.path);

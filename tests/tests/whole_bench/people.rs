@@ -179,6 +179,19 @@ fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
     let all = json(&["--include-excluded"]);
     assert_eq!(all["recordings"].as_array().unwrap().len(), 3);
     assert_eq!(all["excluded"], Value::Array(Vec::new()));
+    let overridden = &all["exclusions_overridden"][0];
+    assert_eq!(overridden["reason"], "the sensor's\tcable");
+    assert_eq!(all["attempts"]["accepted"], 3);
+    assert_eq!(all["attempts"]["analysed"], 3);
+    assert_eq!(results["attempts"]["excluded"], 1);
+    let page = command(
+        &["analyze"],
+        &study,
+        &["--include-excluded", "--report", "-"],
+    );
+    let page = text(&page);
+    assert!(page.contains("These decisions were overridden"), "{page}");
+    assert!(!page.contains("No recording is excluded"), "{page}");
     refused(
         &finish(bench().arg("analyze").arg(&recordings[2])),
         &["nothing is left to analyse", "--include-excluded"],

@@ -7,7 +7,7 @@ use analysis::estimate::{Estimated, Method};
 use analysis::model_check::quantile;
 use analysis::{Analysed, Settings, analyse, find};
 use bench_tests::campaign;
-use bench_tests::session::{VirtualParticipant, text};
+use bench_tests::session::{ALL_COMPLETED, VirtualParticipant, text};
 use bench_tests::truth::Skin;
 use rayon::prelude::*;
 
@@ -46,7 +46,8 @@ impl Errors {
 fn session(scenario: &str, seed: u64, folder: &Path) -> (Analysed, Skin) {
     let person = VirtualParticipant::run(scenario, seed, folder);
     // Somebody who never presses right gets no accepted trial, and exit status 1; the attempts are recorded all the same.
-    let recordings = find::recordings(&[person.study], false)
+    let recordings = find::attempts(&[person.study], ALL_COMPLETED)
+        .map(|found| found.recordings())
         .unwrap_or_else(|error| panic!("seed {seed}: {error}\n{}", text(&person.output)));
     let analysed = analyse(&recordings, &Settings::default(), |_| {});
     (analysed, Skin::read(&person.truth))

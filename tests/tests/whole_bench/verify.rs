@@ -249,6 +249,40 @@ fn an_edited_description_has_another_sum_and_a_broken_one_is_named() {
     ]);
 }
 
+/// Fault 27: trials were accepted whose recordings a hung or failing disk had broken off, "nothing is damaged or missing".
+#[test]
+fn an_accepted_trial_without_its_whole_recording_is_found_and_missed_by_the_analysis() {
+    let study = Copied::new();
+    // Without sums, as where the recording could not be read back.
+    study.remove_lines(|line| line.contains(&format!("\"saved\":\"{TRIAL}\"")));
+    let manifest = study.file(MANIFEST_FILE);
+    study.edit(&manifest, "end = \"completed\"", "end = \"interrupted\"");
+    study.require_found(&[
+        "trial-001_attempt-1        accepted              DAMAGED",
+        "the log says that the trial was accepted, and recording.toml that its recording was broken off",
+        "the log says that the trial was accepted, and not that its recording was saved",
+    ]);
+    let analyzed = finish(bench().arg("analyze").arg(study.study()));
+    assert_eq!(analyzed.status.code(), Some(1));
+    let printed = text(&analyzed);
+    for line in [
+        "accepted 2, analysed 1; left out: 1 missed",
+        "trial-001_attempt-1 (accepted): its recording was broken off",
+    ] {
+        assert!(printed.contains(line), "no `{line}` in:\n{printed}");
+    }
+
+    let study = Copied::new();
+    let force = study.file(FORCE_FILE);
+    let rows = fs::read_to_string(&force).unwrap();
+    let rows: Vec<&str> = rows.lines().collect();
+    fs::write(&force, rows[..rows.len() / 2].join("\n") + "\n").unwrap();
+    study.require_found(&[
+        "force.csv has no rows from",
+        "although the trial was accepted",
+    ]);
+}
+
 #[test]
 fn lost_frames_that_no_event_explains_are_found() {
     let study = Copied::new();

@@ -9,7 +9,7 @@ use analysis::estimate::{Estimated, InstanceAnalysis, Method};
 use analysis::model_check::quantile;
 use analysis::{Settings, analyse, find};
 use bench_tests::campaign;
-use bench_tests::session::VirtualParticipant;
+use bench_tests::session::{ALL_COMPLETED, VirtualParticipant};
 use bench_tests::truth::{Course, Skin, recording_began_s};
 use mock_world::scenario::built_in_names;
 use num_complex::Complex64;
@@ -210,8 +210,8 @@ fn session(world: &str, seed: u64, folder: &Path) -> Found {
     let person = VirtualParticipant::run(world, seed, folder);
     let mut found = Found::default();
     // Somebody who never slides right leaves nothing to analyse.
-    if let Ok(recordings) = find::recordings(std::slice::from_ref(&person.study), false) {
-        let analysed = analyse(&recordings, &Settings::default(), |_| {});
+    if let Ok(found_there) = find::attempts(std::slice::from_ref(&person.study), ALL_COMPLETED) {
+        let analysed = analyse(&found_there.recordings(), &Settings::default(), |_| {});
         for recording in analysed.findings() {
             found.recording(recording, &person.truth);
         }

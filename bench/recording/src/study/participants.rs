@@ -126,7 +126,7 @@ pub(super) fn register(
     }
     let mut row = vec![NOT_STATED.to_owned(); table.columns.len()];
     row[0] = participant.as_str().to_owned();
-    (row[date_at], row[protocol_at]) = (date.to_owned(), protocol.to_owned());
+    (row[date_at], row[protocol_at]) = (date.to_owned(), files::to_cell(protocol));
     table.rows.push(row);
     table.square();
     Ok(table.write(storage, path)?)

@@ -1,0 +1,136 @@
+//! Whose recordings are analysed: a pseudonym is one within its study alone.
+//!
+//! `sub-01` of two studies is two people as a rule. A study is known by its own folder; recordings that lie in no study
+//! share one name space, of whoever named them together.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use recording::reader;
+use recording::study::TrialLabel;
+
+use crate::analysed::RecordingAnalysis;
+
+/// Person of an analysis: the study's own folder, and the pseudonym.
+type Person = (Option<PathBuf>, String);
+
+/// Names the participant of each recording: by the pseudonym alone where the recordings are of one study, otherwise with
+/// the study's name before it.
+pub fn name(recordings: &mut [RecordingAnalysis]) {
+    let people: Vec<Option<Person>> = recordings.iter().map(person).collect();
+    let names = names(people.iter().flatten());
+    for (recording, person) in recordings.iter_mut().zip(people) {
+        let name = person.and_then(|person| names.get(&person).cloned());
+        if let Ok(found) = &mut recording.found {
+            found.participant.clone_from(&name);
+        }
+        recording.participant = name;
+    }
+}
+
+/// Returns whose recording it is: by its description, or by the names of its folders if that cannot be read.
+fn person(recording: &RecordingAnalysis) -> Option<Person> {
+    let study = study(&recording.path);
+    let stated = |manifest: &recording::Manifest| Some(manifest.participant.as_ref()?.id.clone());
+    let id = match &recording.found {
+        Ok(found) => stated(&found.manifest),
+        Err(_) => reader::read_manifest(&recording.path)
+            .ok()
+            .as_ref()
+            .and_then(stated)
+            .or_else(|| by_folders(&recording.path).map(|(_, id)| id)),
+    };
+    Some((study, id?))
+}
+
+/// Returns the folder of a recording's study: of the one that describes itself, or else by the names of the folders.
+fn study(recording: &Path) -> Option<PathBuf> {
+    exclusions::study_of(recording).or_else(|| by_folders(recording).map(|(study, _)| study))
+}
+
+/// Returns study and participant of a recording in `STUDY/sub-01/ses-01/trial-001_attempt-1`.
+fn by_folders(recording: &Path) -> Option<(PathBuf, String)> {
+    let folder = recording.canonicalize().ok()?;
+    let name = |folder: &Path| Some(folder.file_name()?.to_str()?.to_owned());
+    let label: Result<TrialLabel, _> = name(&folder)?.parse();
+    let session = folder.parent()?;
+    let participant = session.parent()?;
+    let is_session = label.is_ok() && name(session)?.starts_with("ses-");
+    let id = name(participant)?;
+    (is_session && id.starts_with("sub-")).then_some((participant.parent()?.to_owned(), id))
+}
+
+fn names<'a>(people: impl Iterator<Item = &'a Person>) -> BTreeMap<Person, String> {
+    let people: BTreeSet<&Person> = people.collect();
+    let studies: BTreeSet<&Option<PathBuf>> = people.iter().map(|(study, _)| study).collect();
+    // The fewest last names of their folders that tell the studies apart.
+    let last = |path: &Path, n: usize| {
+        let names: Vec<_> = path.iter().map(|name| name.to_string_lossy()).collect();
+        names[names.len().saturating_sub(n)..].join("/")
+    };
+    let apart = |n: &usize| {
+        let known: BTreeSet<String> = studies
+            .iter()
+            .copied()
+            .flatten()
+            .map(|of| last(of, *n))
+            .collect();
+        known.len() == studies.iter().copied().flatten().count()
+    };
+    let n = (1..64).find(apart).unwrap_or(64);
+    let mut taken = BTreeSet::new();
+    let mut named = BTreeMap::new();
+    for person in people {
+        let (study, id) = person;
+        let study = study.as_deref().filter(|_| studies.len() > 1);
+        let plain = study.map_or_else(|| id.clone(), |study| format!("{}/{id}", last(study, n)));
+        // A pseudonym that somebody else wrote may hold a slash.
+        let numbered = (2..).map(|number| format!("{plain} ({number})"));
+        let mut candidates = std::iter::once(plain.clone()).chain(numbered);
+        let name = candidates
+            .find(|name| !taken.contains(name))
+            .unwrap_or(plain);
+        taken.insert(name.clone());
+        named.insert(person.clone(), name);
+    }
+    named
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn named(people: &[(Option<&str>, &str)]) -> Vec<String> {
+        let people: Vec<Person> = people
+            .iter()
+            .map(|(study, id)| (study.map(PathBuf::from), (*id).to_owned()))
+            .collect();
+        let names = names(people.iter());
+        people.iter().map(|person| names[person].clone()).collect()
+    }
+
+    /// `sub-01` of two studies was one person, with an n of 1 and means over two people's trials.
+    #[test]
+    fn one_pseudonym_in_two_studies_is_two_people() {
+        assert_eq!(
+            named(&[(Some("/d/b"), "sub-01"), (Some("/d/b"), "sub-02")]),
+            ["sub-01", "sub-02"]
+        );
+        assert_eq!(
+            named(&[(Some("/d/b"), "sub-01"), (Some("/d/c"), "sub-01")]),
+            ["b/sub-01", "c/sub-01"]
+        );
+        assert_eq!(
+            named(&[(Some("/d/b"), "sub-01"), (Some("/e/b"), "sub-01")]),
+            ["d/b/sub-01", "e/b/sub-01"]
+        );
+        assert_eq!(
+            named(&[(None, "sub-01"), (Some("/d/b"), "sub-01")]),
+            ["sub-01", "b/sub-01"]
+        );
+        assert_eq!(
+            named(&[(None, "b/sub-01"), (Some("/d/b"), "sub-01")]),
+            ["b/sub-01", "b/sub-01 (2)"]
+        );
+    }
+}

@@ -182,4 +182,28 @@ mod tests {
             ]
         );
     }
+
+    /// A collaborator that is asked about one trial again and again counts nothing of what it was asked before.
+    #[test]
+    fn requests_of_one_trial_are_of_one_trial() {
+        let trial = crate::participant_skin::TrialSkin::read(&serde_json::json!({
+            "contact_area_m2": 2e-4, "contact_area_ln_std": 0.1,
+            "q0_rad_per_m": 2e4, "q0_ln_std": 0.1,
+            "loss_factor": 0.4, "loss_factor_ln_std": 0.1,
+        }));
+        let trials = |of_one_trial: bool| {
+            let skin = ParticipantSkin::of_trials(vec![trial.unwrap(); 2]);
+            let (assumed, profile) = (AssumedConstants::ESTIMATION, AmplitudeProfile::default());
+            let (ask, answers, task) = Refit::new(assumed, profile, skin);
+            let mut task = if of_one_trial {
+                task.of_one_trial()
+            } else {
+                task
+            };
+            ask.send(request(Err(UnloadedError::NoInterval))).unwrap();
+            task.poll(0).unwrap();
+            answers.try_recv().unwrap().skin.trials
+        };
+        assert_eq!((trials(false), trials(true)), (2, 0));
+    }
 }

@@ -35,8 +35,8 @@ pub enum ClockOf {
 impl RecordedClock {
     /// Checks the rules of entry number `index`.
     pub(super) fn validate(&self, index: usize) -> Result<(), ManifestError> {
-        finite(&format!("clocks[{index}].drift_ppm"), self.drift_ppm)?;
+        finite(&format!("clocks.{index}.drift_ppm"), self.drift_ppm)?;
         let residual_s = self.residual_s.unwrap_or(0.0);
-        not_negative(&format!("clocks[{index}].residual_s"), residual_s)
+        not_negative(&format!("clocks.{index}.residual_s"), residual_s)
     }
 }

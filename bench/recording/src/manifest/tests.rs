@@ -66,6 +66,11 @@ uncalibrated = true
 name = "friction-bench"
 version = "0.1.0"
 
+[[clocks]]
+of = "force_sensor"
+drift_ppm = 4975.1
+residual_s = 1.3e-5
+
 [[events]]
 kind = "gap"
 sample = 1000
@@ -116,6 +121,7 @@ fn unknown_keys_are_named_with_line_and_nearest_key_in_every_table() {
         ("condition", "conditions", "condition"),
         ("sample_format", "sample_fromat", "sample_format"),
         ("version =", "versoin =", "version"),
+        ("residual_s", "residual_ms", "residual_s"),
         ("frames = 64", "frame = 64", "frames"),
     ] {
         let text = whole.replacen(right, wrong, 1);
@@ -174,6 +180,8 @@ fn every_rule_refuses_with_line_value_and_range() {
             "impedance_relative = 6.0",
             "0 to 0.5",
         ),
+        ("drift_ppm = 4975.1", "drift_ppm = nan", "finite"),
+        ("residual_s = 1.3e-5", "residual_s = -1.3e-5", "from 0"),
         ("session = 1", "session = 0", "from 1"),
         ("attempt = 1", "attempt = 0", "from 1"),
         ("uncalibrated = true", "uncalibrated = false", "absent"),

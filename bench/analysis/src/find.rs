@@ -357,7 +357,9 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         assert_eq!(left_out.len(), 2);
     }
 
-    /// Fault 27: accepted trials without a whole recording were passed over without a word.
+    /// Accepted trials without a whole recording were passed over without a word.
+    ///
+    /// Fault 27.
     #[test]
     fn an_accepted_trial_that_cannot_be_analysed_is_named() {
         let place = session(&[

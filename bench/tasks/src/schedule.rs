@@ -283,7 +283,7 @@ mod tests {
         polls: u32,
         stop_at: u32,
         stop: StopFlag,
-        log: Arc<std::sync::Mutex<Vec<&'static str>>>,
+        log: Arc<Mutex<Vec<&'static str>>>,
         name: &'static str,
     }
 
@@ -364,7 +364,7 @@ mod tests {
     struct LoggingTask<F: FnMut() + Send> {
         name: &'static str,
         polled: F,
-        log: Arc<std::sync::Mutex<Vec<String>>>,
+        log: Arc<Mutex<Vec<String>>>,
     }
 
     impl<F: FnMut() + Send> Task for LoggingTask<F> {
@@ -396,10 +396,7 @@ mod tests {
     /// Fault 27.
     #[test]
     fn a_task_stops_while_another_hangs_on_a_disk() {
-        let (stop, log) = (
-            StopFlag::default(),
-            Arc::<std::sync::Mutex<Vec<String>>>::default(),
-        );
+        let (stop, log) = (StopFlag::default(), Arc::<Mutex<Vec<String>>>::default());
         let watch = LoggingTask {
             name: "watch",
             polled: || (),

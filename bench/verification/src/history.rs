@@ -343,7 +343,9 @@ mod tests {
         assert!(order(&defects(&[&saved(1, FIRST)])));
     }
 
-    /// Fault 27: the log goes on as if a recording that it never calls saved were.
+    /// The log goes on as if a recording that it never calls saved were.
+    ///
+    /// Fault 27.
     #[test]
     fn an_accepted_trial_should_be_saved_if_a_later_one_is() {
         let unsaved = |events: &[&str]| {

@@ -1,4 +1,5 @@
-//! Sizes of packages and files: every line of every `.rs` file counts, blank ones, comments and tests too.
+//! Sizes of packages and files. Of a file every line counts, blank ones, comments and tests too; of a package all but its unit
+//! tests.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -65,14 +66,31 @@ pub fn long_files(folder: &Path, limit: usize) -> io::Result<Vec<TooLong>> {
     Ok(found)
 }
 
-/// Returns the package's source folder when its files have more than `limit` lines together.
+/// Returns the lines of a source file that are no unit tests: none of `tests.rs` or of a file below `tests/`, and those before
+/// `#[cfg(test)]` and `mod tests {` of another.
+///
+/// # Errors
+/// When it cannot be read.
+fn lines_without_tests(source: &Path, file: &Path) -> io::Result<usize> {
+    let below = file.strip_prefix(source).unwrap_or(file);
+    if below.file_stem().is_some_and(|name| name == "tests")
+        || below.components().any(|part| part.as_os_str() == "tests")
+    {
+        return Ok(0);
+    }
+    let text = std::fs::read_to_string(file)?;
+    let code = text.split("\n#[cfg(test)]\nmod tests {\n").next();
+    Ok(code.map_or(0, |code| code.lines().count()))
+}
+
+/// Returns the package's source folder when its files have more than `limit` lines together, unit tests apart.
 ///
 /// # Errors
 /// When one cannot be read.
 pub fn large_package(source: &Path, limit: usize) -> io::Result<Option<TooLong>> {
     let mut all = 0;
     for file in rust_files(source)? {
-        all += lines(&file)?;
+        all += lines_without_tests(source, &file)?;
     }
     Ok((all > limit).then(|| TooLong {
         path: source.to_owned(),

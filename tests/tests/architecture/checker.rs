@@ -394,7 +394,12 @@ fn an_oversized_package_and_an_oversized_file_are_found() {
     let ten = "//\n".repeat(10);
     let folder = tree(&[
         ("src/lib.rs", &ten),
-        ("src/deeper/tests.rs", "\n\n\n"),
+        (
+            "src/deeper/code.rs",
+            "\n\n\n#[cfg(test)]\nmod tests {\n    // Not counted.\n}\n",
+        ),
+        ("src/deeper/tests.rs", &ten),
+        ("src/tests/more.rs", &ten),
         ("src/notes.txt", &ten),
         ("target/built.rs", &ten),
     ]);
@@ -405,5 +410,9 @@ fn an_oversized_package_and_an_oversized_file_are_found() {
     assert_eq!(found, Some(too_long(source.clone(), 13, 12)));
     assert_eq!(long_files(folder.path(), 10).unwrap(), []);
     let found = long_files(folder.path(), 9).unwrap();
-    assert_eq!(found, [too_long(source.join("lib.rs"), 10, 9)]);
+    let expected = ["deeper/tests.rs", "lib.rs", "tests/more.rs"];
+    assert_eq!(
+        found,
+        expected.map(|file| too_long(source.join(file), 10, 9))
+    );
 }

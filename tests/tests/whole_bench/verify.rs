@@ -249,7 +249,9 @@ fn an_edited_description_has_another_sum_and_a_broken_one_is_named() {
     ]);
 }
 
-/// Fault 27: trials were accepted whose recordings a hung or failing disk had broken off, "nothing is damaged or missing".
+/// Trials were accepted whose recordings a hung or failing disk had broken off, "nothing is damaged or missing".
+///
+/// Fault 27.
 #[test]
 fn an_accepted_trial_without_its_whole_recording_is_found_and_missed_by_the_analysis() {
     let study = Copied::new();

@@ -102,7 +102,9 @@ impl Event {
             (has_ended(pid) || begun.elapsed() >= self.after).then_some(())
         });
         let held = self.held.and_then(|(name, call, long)| {
-            let thread = threads(pid).into_iter().find(|thread| thread.name == name)?;
+            let thread = threads(pid)
+                .into_iter()
+                .find(|thread| thread.name == name)?;
             let within = Duration::from_secs(1);
             Some((Held::at(pid, thread.id, &numbers(call), within)?, long))
         });

@@ -13,7 +13,7 @@ use signal_hook::consts::SIGINT;
 use crate::screen::Screen;
 
 /// Polls come this often.
-const POLL: Duration = Duration::from_millis(5);
+pub const POLL: Duration = Duration::from_millis(5);
 
 static HEED_SIGINT: Once = Once::new();
 

@@ -2,7 +2,8 @@
 //! the study has is without a contradiction. Left alone, a thread that decides about the drive is missed by the safety watch.
 //!
 //! Times are from the key or the signal to the last driven sample at the plate: they include the way through the terminal, the
-//! program and the buffers of the simulated card, and the lateness of a busy machine, for which a miss is measured again.
+//! program and the buffers of the simulated card, and the lateness of a busy machine. As much as a thread of the test itself was
+//! late is allowed for, and a miss is measured again.
 
 use std::fmt::Write;
 use std::time::{Duration, Instant};
@@ -19,7 +20,7 @@ const ENDED_S: f64 = 1.0;
 /// Longest time from the hang of a thread that decides about the drive to silence, s.
 const MISSED_S: f64 = 1.5;
 /// Times that a miss is measured again: a busy machine may be late, the program may not.
-const TRIES: usize = 3;
+const TRIES: usize = 4;
 /// A thread that makes a call at all makes it within this time.
 const CALLED: Duration = Duration::from_secs(4);
 /// Time from the hang to the stop, less than the watch waits for a thread.
@@ -67,8 +68,8 @@ fn stopped(rig: &Rig, (thread, call): Place, stop: Stop, hang: Duration) -> Seen
     drop(held);
     session.end();
     let deaf = stop.is_typed() && thread == READER;
-    let silent = deaf || seen.silent_s.is_some_and(|s| s <= SILENT_S);
-    let ended = !ends || seen.ended_s.is_some_and(|s| s <= ENDED_S);
+    let silent = deaf || seen.silent_s.is_some_and(|s| s <= SILENT_S + seen.late_s);
+    let ended = !ends || seen.ended_s.is_some_and(|s| s <= ENDED_S + seen.late_s);
     let mut words = format!("{stop}: silent {}", ms(seen.silent_s));
     if ends {
         let _ = write!(words, ", ended {}", ms(seen.ended_s));
@@ -103,8 +104,11 @@ fn unattended(rig: &Rig, (thread, call): Place) -> Seen {
         ms(missed.silent_s),
         ms(seen.silent_s)
     );
-    let well = !must || missed.silent_s.is_some_and(|s| s <= MISSED_S);
-    let stops = seen.silent_s.is_some_and(|s| s <= SILENT_S);
+    let well = !must
+        || missed
+            .silent_s
+            .is_some_and(|s| s <= MISSED_S + missed.late_s);
+    let stops = seen.silent_s.is_some_and(|s| s <= SILENT_S + seen.late_s);
     let contradictions = session.contradictions();
     if !contradictions.is_empty() {
         Seen::Badly(format!("{words}, {}", contradictions.join("; ")))
@@ -192,7 +196,7 @@ fn rigs() -> Vec<(Rig, Option<&'static str>)> {
 const SAMPLE: [(Place, Stop); 3] = [
     (("session", "clock_nanosleep"), Stop::Key),
     (("recorder", "fdatasync"), Stop::Interrupt),
-    (("dashboard", "futex"), Stop::Terminate),
+    (("dashboard", "ioctl"), Stop::Terminate),
 ];
 
 /// The whole of it takes hours: `./dev campaign hangs`, which asks for more hangs than the sample has.

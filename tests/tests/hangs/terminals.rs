@@ -1,27 +1,33 @@
-//! Terminals that hang: one that nobody reads, one that is closed while a thread hangs, and a participant's window that says
-//! nothing more.
+//! A terminal that nobody reads, and a participant's window that neither reads nor says anything more.
 
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use bench_tests::hung::{Hung, Rig, Stop};
+use bench_tests::hung::{Hung, Rig, Stop, Stopped};
 use bench_tests::running::until;
+use participant_window::message::{Display, FORMAT, FromWindow, ToWindow};
+use participant_window::{Lines, place};
 
 const MINUTE: Duration = Duration::from_secs(60);
 /// A terminal that took nothing for so long is full.
 const FULL: Duration = Duration::from_millis(500);
 /// Tries at what a busy machine may spoil.
-const TRIES: usize = 3;
+const TRIES: usize = 4;
 
-/// Lets `measure` say how long the plate was driven after a stop, s, until it was short enough.
-fn in_time(mut measure: impl FnMut() -> Option<f64>) {
+/// Lets `measure` look at a stop until the plate was silent in time.
+fn in_time(mut measure: impl FnMut() -> Stopped) {
     let mut seen = Vec::new();
     for _ in 0..TRIES {
         seen.push(measure());
-        if seen.last().is_some_and(|s| s.is_some_and(|s| s <= 0.050)) {
+        let last = seen.last().copied();
+        let in_time = |seen: Stopped| seen.silent_s.is_some_and(|s| s <= 0.050 + seen.late_s);
+        if last.is_some_and(in_time) {
             return;
         }
     }
-    panic!("silent only after {seen:?} s");
+    panic!("silent too late: {seen:?}");
 }
 
 fn fill(session: &Hung) {
@@ -46,6 +52,56 @@ fn a_terminal_that_nobody_reads_takes_each_stop_key() {
         let seen = session.watch(asked_ns, Duration::from_secs(3), false);
         session.end();
         assert_eq!(session.contradictions(), Vec::<String>::new());
-        seen.silent_s
+        seen
+    });
+}
+
+/// A window that answers the session until it hangs, and then keeps its end of the socket open.
+fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
+    let Some(met) = until(MINUTE, || place::connect(&socket).ok()?) else {
+        return;
+    };
+    let mut lines = Lines::new(met).unwrap();
+    let display = Display {
+        format: FORMAT,
+        monitor: "HDMI-1".to_owned(),
+        width_px: 1920,
+        height_px: 1080,
+        pixel_m: 2.5e-4,
+        refresh_s: 1.0 / 60.0,
+        virtual_display: false,
+    };
+    let mut message = FromWindow::Ready(display);
+    while lines.send(&message).is_ok() && lines.receive::<ToWindow>(1000).is_ok() {
+        message = FromWindow::Alive;
+        let hung = until(Duration::from_millis(100), || {
+            hangs.load(Ordering::Relaxed).then_some(())
+        });
+        if hung.is_some() {
+            std::thread::sleep(Duration::from_secs(10));
+            return;
+        }
+    }
+}
+
+#[test]
+fn a_window_that_hangs_delays_no_stop() {
+    in_time(|| {
+        let hangs = Arc::new(AtomicBool::new(false));
+        let rig = Rig {
+            more: vec!["--participant-window=meeting"],
+            ..Rig::default()
+        };
+        let mut session = Hung::driving_beside(&rig, |folder| {
+            let (socket, hangs) = (folder.join("meeting"), Arc::clone(&hangs));
+            std::thread::spawn(move || window(socket, hangs));
+        });
+        hangs.store(true, Ordering::Relaxed);
+        std::thread::sleep(Duration::from_millis(200));
+        let asked_ns = session.ask(Stop::Key);
+        let seen = session.watch(asked_ns, Duration::from_secs(3), false);
+        session.end();
+        assert_eq!(session.contradictions(), Vec::<String>::new());
+        seen
     });
 }

@@ -20,8 +20,8 @@ use protocols::selection::{SelectionError, analyse_exploration};
 use protocols::{
     Action, Drive, DriveRequest, ExplorationSeries, Instruction, Interval, IntervalKind,
     Observation, OperatorCommand, ParticipantId, ParticipantIdError, ParticipantView, Phase,
-    Protocol, ProtocolError, Session, SessionError, SessionEvent, SessionEventKind, SessionOutcome,
-    TrialAnalysis, TrialKey, Validity, Verdict,
+    Protocol, ProtocolError, RecordingOutcome, Session, SessionError, SessionEvent,
+    SessionEventKind, SessionOutcome, TrialAnalysis, TrialKey, Validity, Verdict,
 };
 
 const USAGE: &str = "usage: dry_run PROTOCOL [PARTICIPANT]";
@@ -137,6 +137,7 @@ struct DryRun {
     /// Drive of the last trial.
     drive: Option<Drive>,
     analysis: Option<TrialAnalysis>,
+    recording: Option<(TrialKey, RecordingOutcome)>,
     /// Phase and instruction printed last.
     printed: Option<(Phase, Instruction)>,
 }
@@ -152,6 +153,7 @@ impl DryRun {
             finger_on: false,
             drive: None,
             analysis: None,
+            recording: None,
             printed: None,
         }
     }
@@ -208,6 +210,7 @@ impl DryRun {
             button_pressed,
             command: (self.session.phase() == Phase::Consent).then(consent),
             analysis: self.analysis.take(),
+            recording: self.recording.take(),
             ..Observation::default()
         }
     }
@@ -251,6 +254,7 @@ impl DryRun {
                 )?;
             }
             Action::AnalyseTrial { key, intervals } => {
+                self.recording = Some((key.clone(), RecordingOutcome::Saved));
                 self.analysis = Some(self.analyse(key, &intervals)?);
             }
             Action::Verdict { verdict, .. } => match verdict {

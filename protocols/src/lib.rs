@@ -39,8 +39,8 @@ pub use rules::{ForceBand, Quality, SelectionRules, VerdictRules};
 pub use selection::{ExplorationSeries, Validity};
 pub use session::{
     Action, Cue, DriveRequest, Hold, Instruction, Observation, OperatorCommand, ParticipantView,
-    Phase, Progress, RecordMismatch, RepeatCause, Safety, Session, SessionError, SessionEvent,
-    SessionEventKind, SessionOutcome, records_from_events,
+    Phase, Progress, RecordMismatch, RecordingOutcome, RepeatCause, Safety, Session, SessionError,
+    SessionEvent, SessionEventKind, SessionOutcome, records_from_events,
 };
 pub use stretch::{Instance, Rejection, Stretch, StretchOutcome};
 pub use summary::SessionSummary;

@@ -102,6 +102,12 @@ pub enum Interruption {
     /// The finger was not placed, or the ready button not pressed, in time.
     #[error("finger not placed or ready button not pressed in time")]
     FingerNotPlaced,
+    /// The recording was not saved, so that nothing of the trial can be counted on.
+    #[error("not saved: {reason}")]
+    NotSaved {
+        /// What became of the recording.
+        reason: String,
+    },
     /// The program ended during the trial.
     #[error("the program ended during the trial")]
     Crash,

@@ -148,6 +148,7 @@ fn steps(
             (Some(format!("{} again", trial(number))), None)
         }
         Phase::Verdict => (Some(after(number + 1)), None),
+        Phase::Saving => (is("the recording is saved"), None),
         Phase::Rest => (Some(trial(number)), None),
         Phase::Paused | Phase::Fault if session.is_judged() && !session.verdict_repeats() => {
             (is("p goes on"), Some(after(number + 1)))

@@ -22,7 +22,7 @@ pub fn phase_kind(phase: Phase) -> PhaseKind {
         Phase::Countdown => PhaseKind::Countdown,
         Phase::Exploration => PhaseKind::Exploration,
         Phase::Lift | Phase::Feedback | Phase::Analysing => PhaseKind::Feedback,
-        Phase::Verdict => PhaseKind::Verdict,
+        Phase::Verdict | Phase::Saving => PhaseKind::Verdict,
         Phase::Rest => PhaseKind::Rest,
         Phase::Paused | Phase::Fault => PhaseKind::Paused,
         Phase::Finished | Phase::Aborted => PhaseKind::Finished,
@@ -60,6 +60,10 @@ pub fn notice(event: &SessionEventKind) -> Option<(LogLevel, String)> {
             LogLevel::Info,
             "the participant's display is back".to_owned(),
         ),
+        SessionEventKind::RecorderBehind {
+            lag_s,
+            paused: false,
+        } => (LogLevel::Warning, recorder_behind(*lag_s)),
         SessionEventKind::PauseAwaited { .. } => (
             LogLevel::Info,
             "the session pauses after this attempt".to_owned(),
@@ -69,6 +73,13 @@ pub fn notice(event: &SessionEventKind) -> Option<(LogLevel, String)> {
         }
         _ => return None,
     })
+}
+
+/// Says that a recorder lags too far behind for a trial to begin.
+pub fn recorder_behind(lag_s: f64) -> String {
+    format!(
+        "the recorder is {lag_s:.1} s behind: no trial begins before it has caught up; look at the study's disk"
+    )
 }
 
 /// What the operator should know or do in a phase.
@@ -81,6 +92,7 @@ pub fn advice(phase: Phase) -> Option<&'static str> {
         Phase::Hold => "the participant releases the dead-man switch, then holds it",
         Phase::Fault => "the drive has stopped: find the cause",
         Phase::Lift => "the participant lifts the finger",
+        Phase::Saving => "the recording is being saved",
         _ => return None,
     })
 }

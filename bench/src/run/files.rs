@@ -211,7 +211,7 @@ pub(super) fn begin_recording(
         move |key: &TrialKey, drive: &protocols::Drive, bench: &Effective| {
             let (config, scheduling) = (bench.config(), recorded_scheduling(priorities()));
             Ok(Begin {
-                folder: trial_folder(&folder, key, practice_trials)?,
+                folder: folder.join(TrialLabel::new(key, practice_trials).to_string()),
                 format,
                 manifest: Manifest {
                     format: manifest::FORMAT,
@@ -254,17 +254,6 @@ pub(super) fn begin_recording(
             })
         },
     )
-}
-
-fn trial_folder(session: &Path, key: &TrialKey, practice_trials: u32) -> anyhow::Result<PathBuf> {
-    let path = session.join(TrialLabel::new(key, practice_trials).to_string());
-    if path.exists() {
-        bail!(
-            "{} exists: nothing is overwritten; go on with --resume",
-            path.display()
-        );
-    }
-    Ok(path)
 }
 
 fn recorded_channels(config: &Config) -> manifest::RecordedChannels {

@@ -30,6 +30,7 @@ use tui::event::LogLevel::{self, Info, Warning};
 use crate::apparatus::Apparatus;
 use crate::journal::Journal;
 use crate::readiness::Readiness;
+use crate::room::RoomTask;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use ::files::quoted;
 use files::{begin_recording, last_trial, machine, open_session, past_crops};
@@ -267,12 +268,13 @@ pub fn run(
     let interference = Interference::new(recording.clone(), effective.config(), plan.carrier_hz)
         .following(carrier_hz.clone());
     let at_displays = displays.tasks(&entries);
+    let (room, look_for_room) = RoomTask::new(plan.study.clone());
     let wiring = Wiring {
         batches,
         recording,
         notices,
         gauge,
-        study_folder: plan.study.clone(),
+        room,
         session_bytes: session_bytes(config, protocol),
         drive,
         screen: ParticipantScreen::new(protocol, config.plate.length_m, button.is_none()),
@@ -319,6 +321,7 @@ pub fn run(
     tasks.push(Box::new(task));
     tasks.push(Box::new(refit));
     tasks.push(Box::new(interference));
+    tasks.push(Box::new(look_for_room));
     tasks.extend(at_displays);
     tasks.extend(after);
     tasks.push(Box::new(journal));

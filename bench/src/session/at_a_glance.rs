@@ -120,7 +120,7 @@ impl AtAGlance {
         let Some(health) = meter.read(now_ns, account, &wiring.gauges, rate_hz) else {
             return false;
         };
-        let free_bytes = recording::study::free_bytes(&wiring.study_folder).ok();
+        let free_bytes = wiring.room.free_bytes(now_ns);
         let room = |bytes: u64| bytes.checked_div(wiring.session_bytes);
         wiring
             .front

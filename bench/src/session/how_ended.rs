@@ -1,5 +1,6 @@
 //! How a session came to its end, for its log and its operator.
 
+use live::screen_words::recorder_behind;
 use protocols::{Phase, SessionEventKind, SessionOutcome};
 use recording::study::event_log::ExitStatus;
 use safety::{SafetyState, at_least};
@@ -11,6 +12,10 @@ pub(super) fn pause(event: &SessionEventKind) -> Option<String> {
             "the hour's driving time does not allow another trial: go on in {}",
             at_least(*wait_s)
         )),
+        SessionEventKind::RecorderBehind {
+            lag_s,
+            paused: true,
+        } => Some(recorder_behind(*lag_s)),
         SessionEventKind::DeadManNotHeld => {
             Some("the dead-man switch was not released and held in time".to_owned())
         }

@@ -1,10 +1,84 @@
 //! What the recorder says of a recording, for the session's log and its operator.
 
+use std::collections::VecDeque;
 use std::path::PathBuf;
 
-use recording::recorder::RecorderNotice;
+use protocols::{Interruption, RecordingOutcome, TrialKey, TrialOutcome, TrialRecord};
+use recording::recorder::{RecorderGauge, RecorderNotice};
 
 use crate::journal::{Entry, SavedRecording};
+
+/// The recording that was begun last, and what became of it.
+#[derive(Default)]
+pub(super) struct Recordings {
+    /// It, until the recorder has told of its end.
+    open: Option<(TrialKey, PathBuf)>,
+    /// What the protocol's state machine has not observed yet.
+    outcomes: VecDeque<(TrialKey, RecordingOutcome)>,
+    /// Messages that the recorder's queue had refused.
+    messages_lost: u64,
+    /// The recording that lost them.
+    overflowed: Option<PathBuf>,
+}
+
+impl Recordings {
+    /// A recording begins.
+    pub(super) fn begin(&mut self, key: TrialKey, folder: PathBuf) {
+        self.open = Some((key, folder));
+    }
+
+    /// Whether the recorder has not told of the end of the latest recording.
+    pub(super) fn is_open(&self) -> bool {
+        self.open.is_some()
+    }
+
+    /// Returns what failed, if the queue has refused data of the open recording: the recorder may tell of it much later.
+    pub(super) fn overflow(&mut self, gauge: &RecorderGauge) -> Option<String> {
+        let messages_lost = gauge.messages_lost();
+        if std::mem::replace(&mut self.messages_lost, messages_lost) == messages_lost {
+            return None;
+        }
+        let (key, folder) = self.open.as_ref()?;
+        if self.overflowed.as_ref() == Some(folder) {
+            return None;
+        }
+        self.overflowed = Some(folder.clone());
+        let message = format!(
+            "the recorder's queue has overflowed: the recording {} has lost data, because the study's disk is too slow",
+            folder.display()
+        );
+        let failed = RecordingOutcome::Failed(message.clone());
+        self.outcomes.push_back((key.clone(), failed));
+        Some(message)
+    }
+
+    /// Takes the end of a recording. Returns whether it is news: the failure of one that has lost data is none.
+    pub(super) fn end(&mut self, ended: &Ended) -> bool {
+        if let Some((key, _)) = self.open.take_if(|(_, open)| *open == ended.folder) {
+            let outcome = match &ended.outcome {
+                Ok(_) => RecordingOutcome::Saved,
+                Err(message) => RecordingOutcome::Failed(message.clone()),
+            };
+            self.outcomes.push_back((key, outcome));
+        }
+        self.overflowed.as_ref() != Some(&ended.folder)
+    }
+
+    /// Returns the oldest outcome that the protocol's state machine has not observed.
+    pub(super) fn outcome(&mut self) -> Option<(TrialKey, RecordingOutcome)> {
+        self.outcomes.pop_front()
+    }
+}
+
+/// Returns why an attempt is interrupted, if that is because its recording is not saved.
+pub(super) fn not_saved(record: &TrialRecord) -> Option<String> {
+    match &record.outcome {
+        TrialOutcome::Interrupted {
+            interruption: Interruption::NotSaved { reason },
+        } => Some(reason.clone()),
+        _ => None,
+    }
+}
 
 /// End of a recording.
 pub(super) struct Ended {

@@ -1,6 +1,7 @@
-//! How a stop of the drive is marked in a recording.
+//! How a stop of the drive is marked in a recording, and how a cue sounds.
 
-use protocols::{Interruption, Safety};
+use devices::loudspeaker::Tone;
+use protocols::{Cue, Interruption, Safety};
 use recording::manifest::EventKind;
 use safety::{SafetyState, Trip};
 
@@ -26,6 +27,14 @@ pub(super) fn observed(safety: &SafetyState) -> Safety {
     match safety {
         SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),
         SafetyState::Armed | SafetyState::Disarmed => Safety::Ok,
+    }
+}
+
+/// Returns the tone of a cue.
+pub(super) fn tone_of(cue: Cue) -> Tone {
+    match cue {
+        Cue::Start => Tone::Start,
+        Cue::End => Tone::End,
     }
 }
 

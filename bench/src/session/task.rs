@@ -1,7 +1,6 @@
 //! The task that steps the protocol.
 
 use std::collections::VecDeque;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -30,8 +29,8 @@ use super::how_ended::{HowEnded, pause};
 use super::operator_request::OperatorRequest;
 use super::questions::Questions;
 use super::report::{Report, summary_lines};
-use super::saved;
-use super::stop_kind::{interruption_kind, observed, stop_kind};
+use super::saved::{self, Recordings};
+use super::stop_kind::{interruption_kind, observed, stop_kind, tone_of};
 use super::wiring::{Admit, BeginRecording, Wiring};
 use crate::journal::Entry;
 use live::carrier_decision::CarrierEffect;
@@ -64,7 +63,9 @@ pub struct SessionTask {
     safety: SafetyState,
     /// What the next trial comes after, when it is no other trial.
     resumed: Option<&'static str>,
-    open: Option<PathBuf>,
+    recordings: Recordings,
+    /// Whether a trip that this task asked for is still to come.
+    tripping: bool,
     ended: Option<SessionOutcome>,
     /// Why the session last paused by itself.
     paused: Option<String>,
@@ -112,7 +113,8 @@ impl SessionTask {
             phase: None,
             safety: SafetyState::Disarmed,
             resumed: None,
-            open: None,
+            recordings: Recordings::default(),
+            tripping: false,
             ended: None,
             paused: None,
             report,
@@ -163,17 +165,25 @@ impl SessionTask {
             let Some(ended) = saved::ended(notice, self.audio_s, rate_hz) else {
                 continue;
             };
-            self.open.take_if(|open| *open == ended.folder);
+            let news = self.recordings.end(&ended);
             match ended.outcome {
                 Ok(entry) => {
                     let _ = self.wiring.journal.send(entry);
                 }
-                Err(message) => {
-                    self.log(LogLevel::Error, &message);
-                    self.wiring.drive.trip(Trip::Fault { message });
-                }
+                Err(message) if news => self.fail(message),
+                Err(message) => self.log(LogLevel::Warning, message),
             }
         }
+        if let Some(message) = self.recordings.overflow(&self.wiring.gauge) {
+            self.fail(message);
+        }
+    }
+
+    /// Stops the drive, because what it is driven for cannot be kept.
+    fn fail(&mut self, message: String) {
+        self.log(LogLevel::Error, &message);
+        self.wiring.drive.trip(Trip::Fault { message });
+        self.tripping = true;
     }
 
     fn take_actions(&mut self) -> anyhow::Result<()> {
@@ -296,6 +306,8 @@ impl SessionTask {
             display_lost: self.wiring.displays.lost().map(str::to_owned),
             attended: !self.unattended,
             analysis: self.analysed.clone(),
+            recording: self.recordings.outcome(),
+            recorder_lag_s: self.wiring.gauge.lag_s(),
         };
         let mut tone = None;
         let halted = |phase| matches!(phase, Phase::Paused | Phase::Fault);
@@ -331,10 +343,7 @@ impl SessionTask {
                 }
                 Action::Verdict { key, verdict } => self.judged(&key, &verdict)?,
                 Action::Cue(cue) => {
-                    let cue = match cue {
-                        protocols::Cue::Start => Tone::Start,
-                        protocols::Cue::End => Tone::End,
-                    };
+                    let cue = tone_of(cue);
                     if let Some(sound) = &self.wiring.sound {
                         sound.play(cue);
                     }
@@ -378,7 +387,7 @@ impl SessionTask {
         let begin = (self.begin)(key, drive, &self.bench)?;
         self.carrier_hz = begin.manifest.carrier_hz;
         self.wiring.live.modulate(drive.modulation_hz);
-        self.open = Some(begin.folder.clone());
+        self.recordings.begin(key.clone(), begin.folder.clone());
         self.send(RecordingCommand::Begin(Box::new(begin)));
         if let Some(text) = self.resumed.take() {
             self.mark(EventKind::Resume, text);
@@ -444,6 +453,9 @@ impl SessionTask {
                 if let Some(text) = overruled {
                     self.log(LogLevel::Warning, text);
                 }
+                if let Some(reason) = saved::not_saved(record).filter(|_| !self.tripping) {
+                    self.fail(reason);
+                }
             }
             SessionEventKind::Marked { interval } => self.glance.mark(interval),
             SessionEventKind::SafetyTripped { reason } => {
@@ -506,7 +518,7 @@ impl SessionTask {
 
     /// A session without an operator ends where one would be needed.
     fn nobody_to_ask(&mut self) {
-        if !self.unattended || self.ended.is_some() {
+        if !self.unattended || self.ended.is_some() || self.tripping {
             return;
         }
         match self.machine.phase() {
@@ -538,6 +550,7 @@ impl Task for SessionTask {
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let safety = self.wiring.signals.state.get().unwrap_or_default();
+        self.tripping &= !matches!(safety, SafetyState::Tripped { .. });
         if safety != self.safety {
             let before = std::mem::replace(&mut self.safety, safety);
             self.alarm(&before);
@@ -554,7 +567,7 @@ impl Task for SessionTask {
         self.step()?;
         self.feed_screen(now_ns);
         self.nobody_to_ask();
-        if self.ended.is_some() && self.unattended && self.open.is_none() {
+        if self.ended.is_some() && self.unattended && !self.recordings.is_open() {
             self.wiring.stop.raise();
         }
         Ok(())
@@ -565,7 +578,7 @@ impl Task for SessionTask {
         // With them comes the count of what was lost last.
         self.take_batches();
         let reason = self.how_ended().reason();
-        if self.open.is_some() {
+        if self.recordings.is_open() {
             let reason = reason.clone().unwrap_or_default();
             self.send(RecordingCommand::End(Ending::Interrupted { reason }));
         }

@@ -1,6 +1,5 @@
 //! What a session is wired to.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use config::Effective;
@@ -25,6 +24,7 @@ use crate::apparatus::Watcher;
 use crate::displays::Displays;
 use crate::journal::Entry;
 use crate::readiness::Readiness;
+use crate::room::Room;
 
 /// Makes the manifest and the folder of an attempt's recording on the bench as it is now.
 pub type BeginRecording =
@@ -43,8 +43,8 @@ pub struct Wiring {
     pub notices: Receiver<RecorderNotice>,
     /// The recorder's gauge.
     pub gauge: RecorderGauge,
-    /// Where the study is, whose disk fills.
-    pub study_folder: PathBuf,
+    /// What is left on the study's disk.
+    pub room: Room,
     /// Disk space that a session of this protocol may take, bytes.
     pub session_bytes: u64,
     /// The drive.

@@ -14,6 +14,7 @@ use devices::drive_control::{settings, waveform};
 use devices::{Bench, Life};
 use friction_bench::journal::Entry;
 use friction_bench::readiness::Readiness;
+use friction_bench::room::Room;
 use friction_bench::run::ProtocolFile;
 use friction_bench::session::{Questions, SessionTask, Wiring};
 use live::carrier_decision::CarrierDecision;
@@ -147,7 +148,7 @@ impl Rig {
             recording,
             notices,
             gauge,
-            study_folder: temp.path().to_owned(),
+            room: Room::default(),
             session_bytes: 1_000_000_000,
             drive,
             screen: ParticipantScreen::new(&protocol, config.plate.length_m, button.is_none()),

@@ -6,9 +6,10 @@ use super::machine::Session;
 use super::observation::{Hold, Observation, OperatorCommand, Safety};
 use super::phase::Phase;
 use super::state::{AfterHalt, State};
+use crate::analysis::TrialAnalysis;
 use crate::record::TrialOutcome;
 use crate::redo_reason::RedoReason;
-use crate::trial::Interruption;
+use crate::trial::{Interruption, TrialKey};
 
 /// Why a command of the operator is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -198,7 +199,7 @@ impl Session {
                 self.interrupt(open, interruption, out);
                 AfterHalt::Trial
             }
-            State::Hold { .. } => AfterHalt::Trial,
+            State::Hold { .. } | State::Behind { .. } => AfterHalt::Trial,
             State::Halted { then, .. } => then,
             other => AfterHalt::State(Box::new(other)),
         };
@@ -230,7 +231,10 @@ impl Session {
 
     /// Returns a halted state with its waiting begun anew; a break goes on while the session is paused.
     fn restarted(&self, mut state: State) -> State {
-        if let State::Analysing { since_s, .. } | State::Judged { since_s, .. } = &mut state {
+        if let State::Analysing { since_s, .. }
+        | State::Judged { since_s, .. }
+        | State::Saving { since_s, .. } = &mut state
+        {
             *since_s = self.now_s;
         }
         state
@@ -327,11 +331,33 @@ impl Session {
                 ..
             } => {
                 let outcome = self.outcome(&key, reasons);
-                self.record(key, analysis, outcome, out);
+                self.record_at_abort(key, analysis, outcome, out);
             }
+            State::Saving {
+                key,
+                analysis,
+                outcome,
+                ..
+            } => self.record_at_abort(key, analysis, outcome, out),
             _ => {}
         }
         self.state = State::Finished { aborted: true };
         Ok(())
+    }
+
+    /// Records an attempt that nobody waits for any longer.
+    fn record_at_abort(
+        &mut self,
+        key: TrialKey,
+        analysis: Option<TrialAnalysis>,
+        outcome: TrialOutcome,
+        out: &mut StepActions,
+    ) {
+        if self.awaits_save(&outcome) {
+            let interruption = Interruption::Aborted;
+            self.record(key, None, TrialOutcome::Interrupted { interruption }, out);
+        } else {
+            self.record(key, analysis, outcome, out);
+        }
     }
 }

@@ -71,6 +71,13 @@ pub enum SessionEventKind {
         /// Time after which it does, s.
         wait_s: f64,
     },
+    /// The recorder lags too far behind for another trial to begin.
+    RecorderBehind {
+        /// Audio that is not on the disk yet, s.
+        lag_s: f64,
+        /// Whether it did not catch up in time; the session paused.
+        paused: bool,
+    },
     /// The safety chain tripped.
     SafetyTripped {
         /// What tripped.

@@ -2,7 +2,7 @@
 
 use super::attempts::Attempts;
 use super::error::SessionError;
-use super::observation::Hold;
+use super::observation::{Hold, RecordingOutcome};
 use super::phase::Phase;
 use super::plan;
 use super::state::State;
@@ -21,8 +21,8 @@ const OVERRULE_REJECTED_S: f64 = 6.0;
 
 /// A participant's session: [`Session::step`] turns each observation into actions.
 ///
-/// The drive is asked for only within a trial, and no trial begins before the consent is recorded. Interruptions
-/// (pause, safety, timeouts) repeat the trial without limit, since each needs the operator; repetitions because of a
+/// The drive is asked for only within a trial, and no trial begins before the consent is recorded. A trial is accepted
+/// only when its recording is saved. Interruptions (pause, safety, timeouts, recordings that are not saved) repeat the trial without limit, since each needs the operator; repetitions because of a
 /// verdict are limited by the protocol. A practice trial is judged, but only the operator repeats it.
 ///
 /// ```
@@ -71,6 +71,10 @@ pub struct Session {
     pub(super) awaited: Option<TrialKey>,
     /// Its analysis, once it arrived.
     pub(super) analysis: Option<TrialAnalysis>,
+    /// What became of the recording of the current attempt, once it is known.
+    pub(super) recorded: Option<RecordingOutcome>,
+    /// Audio that is not on the disk yet, s.
+    pub(super) recorder_lag_s: f64,
     /// Whether a step was made.
     pub(super) started: bool,
     pub(super) state: State,
@@ -122,6 +126,8 @@ impl Session {
             drive_wait_s: 0.0,
             awaited: None,
             analysis: None,
+            recorded: None,
+            recorder_lag_s: 0.0,
             started: false,
             state: State::Consent,
         })
@@ -138,7 +144,7 @@ impl Session {
         self.state.phase()
     }
 
-    /// Returns the attempt that runs, is analysed or can be overruled, also during a pause.
+    /// Returns the attempt that runs, is analysed, can be overruled or is saved, also during a pause.
     pub fn current(&self) -> Option<&TrialKey> {
         self.state.current()
     }

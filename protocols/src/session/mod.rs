@@ -27,6 +27,6 @@ pub use action::{Action, Cue, DriveRequest};
 pub use error::{RecordMismatch, SessionError};
 pub use event::{SessionEvent, SessionEventKind, SessionOutcome, records_from_events};
 pub use machine::Session;
-pub use observation::{Hold, Observation, OperatorCommand, Safety};
+pub use observation::{Hold, Observation, OperatorCommand, RecordingOutcome, Safety};
 pub use participant_view::{Instruction, ParticipantView, Progress, RepeatCause};
 pub use phase::Phase;

@@ -1,6 +1,7 @@
 //! What a session observes: time, force, button, operator, safety and analyses.
 
 use crate::analysis::TrialAnalysis;
+use crate::trial::TrialKey;
 use serde::{Deserialize, Serialize};
 
 /// State of the bench at one moment; what is not known is `None`.
@@ -35,6 +36,22 @@ pub struct Observation {
     pub attended: bool,
     /// The answer to [`Action::AnalyseTrial`](crate::Action::AnalyseTrial).
     pub analysis: Option<TrialAnalysis>,
+    /// What became of an attempt's recording, once it is known. No attempt is accepted before its recording is saved.
+    #[serde(default)]
+    pub recording: Option<(TrialKey, RecordingOutcome)>,
+    /// Audio that the recorder has taken neither to the disk nor as lost, s.
+    #[serde(default)]
+    pub recorder_lag_s: f64,
+}
+
+/// What became of the recording of an attempt.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RecordingOutcome {
+    /// It is on the disk, and was read back.
+    Saved,
+    /// It is not, or not whole, with the reason.
+    Failed(String),
 }
 
 /// What the participant must do with the dead-man switch before a trial.

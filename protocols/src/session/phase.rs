@@ -28,6 +28,8 @@ pub enum Phase {
     Analysing,
     /// The operator can overrule the verdict.
     Verdict,
+    /// The recording is awaited on the disk: the trial is not settled, or the next not begun, before that.
+    Saving,
     /// The participant has a break.
     Rest,
     /// The operator paused, or the session timed out waiting for the participant.

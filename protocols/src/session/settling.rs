@@ -2,12 +2,17 @@
 
 use super::action::{Action, StepActions};
 use super::machine::Session;
+use super::observation::RecordingOutcome;
 use super::state::{AfterHalt, State};
 use crate::analysis::TrialAnalysis;
 use crate::record::TrialOutcome;
 use crate::redo_reason::RedoReason;
-use crate::trial::TrialKey;
+use crate::trial::{Interruption, TrialKey};
 use crate::verdict::{Verdict, judge};
+
+/// Longest time from a verdict that stands to the word that the recording is saved, s of audio. Assumed: twice what the
+/// recorder's queue holds, so that a disk that comes back before the queue overflows costs no trial.
+pub(super) const LONGEST_SAVE_S: f64 = 20.0;
 
 impl Session {
     /// Judges the attempt once its analysis arrived or timed out.
@@ -55,7 +60,8 @@ impl Session {
         }
     }
 
-    /// Records an attempt and begins what follows: a break, a trial or the end.
+    /// Records an attempt and begins what follows: a break, a trial or the end. What nobody repeats is recorded only once
+    /// its recording is saved.
     pub(super) fn settle(
         &mut self,
         key: TrialKey,
@@ -63,6 +69,9 @@ impl Session {
         outcome: TrialOutcome,
         out: &mut StepActions,
     ) -> State {
+        if self.awaits_save(&outcome) {
+            return self.saving(key, analysis, outcome);
+        }
         let settles = outcome.settles();
         self.record(key, analysis, outcome, out);
         if std::mem::take(&mut self.pausing) && !self.attempts.all_settled() {
@@ -85,9 +94,104 @@ impl Session {
         outcome: TrialOutcome,
         out: &mut StepActions,
     ) -> AfterHalt {
+        if self.awaits_save(&outcome) {
+            return AfterHalt::State(Box::new(self.saving(key, analysis, outcome)));
+        }
         let settles = outcome.settles();
         self.record(key, analysis, outcome, out);
         self.after_settled(settles)
+    }
+
+    /// Returns whether an attempt of this outcome is still to be saved.
+    pub(super) fn awaits_save(&self, outcome: &TrialOutcome) -> bool {
+        outcome.settles() && self.recorded != Some(RecordingOutcome::Saved)
+    }
+
+    fn saving(
+        &self,
+        key: TrialKey,
+        analysis: Option<TrialAnalysis>,
+        outcome: TrialOutcome,
+    ) -> State {
+        State::Saving {
+            key,
+            analysis,
+            outcome,
+            since_s: self.now_s,
+        }
+    }
+
+    /// Settles the attempt once its recording is saved; one that is not saved in time is interrupted.
+    pub(super) fn advance_saving(
+        &mut self,
+        key: TrialKey,
+        analysis: Option<TrialAnalysis>,
+        outcome: TrialOutcome,
+        since_s: f64,
+        out: &mut StepActions,
+    ) -> State {
+        if !self.awaits_save(&outcome) {
+            return self.settle(key, analysis, outcome, out);
+        }
+        if self.elapsed_s(since_s) > LONGEST_SAVE_S {
+            let reason = format!("the recorder did not report it saved within {LONGEST_SAVE_S} s");
+            self.not_saved(key, reason, out);
+            return self.paused_before_trial();
+        }
+        State::Saving {
+            key,
+            analysis,
+            outcome,
+            since_s,
+        }
+    }
+
+    /// Interrupts the current attempt, also of a halted session, if its recording has failed; returns whether that used
+    /// the step up.
+    pub(super) fn recording_failed(&mut self, out: &mut StepActions) -> bool {
+        let Some(RecordingOutcome::Failed(reason)) = &self.recorded else {
+            return false;
+        };
+        let reason = reason.clone();
+        self.recorded = None;
+        let (halted, state) = match self.take_state() {
+            State::Halted {
+                fault,
+                then: AfterHalt::State(state),
+            } => (Some(fault), *state),
+            state => (None, state),
+        };
+        match state {
+            State::Trial { open, .. } => {
+                self.interrupt(open, Interruption::NotSaved { reason }, out);
+            }
+            State::Analysing { key, .. }
+            | State::Judged { key, .. }
+            | State::Saving { key, .. } => self.not_saved(key, reason, out),
+            state => {
+                self.state = match halted {
+                    Some(fault) => State::Halted {
+                        fault,
+                        then: AfterHalt::State(Box::new(state)),
+                    },
+                    None => state,
+                };
+                return false;
+            }
+        }
+        self.pausing = false;
+        self.state = State::Halted {
+            fault: halted.unwrap_or(false),
+            then: AfterHalt::Trial,
+        };
+        true
+    }
+
+    fn not_saved(&mut self, key: TrialKey, reason: String, out: &mut StepActions) {
+        (self.awaited, self.analysis) = (None, None);
+        self.pausing = false;
+        let interruption = Interruption::NotSaved { reason };
+        self.record(key, None, TrialOutcome::Interrupted { interruption }, out);
     }
 
     /// Returns what follows an attempt that has been recorded: a break, a trial or the end.

@@ -23,7 +23,10 @@ impl Session {
         };
         match &self.state {
             State::Consent => {}
-            State::Analysing { key, .. } => view.progress = Some(self.progress(key, None)),
+            State::Behind { .. } => {}
+            State::Analysing { key, .. } | State::Saving { key, .. } => {
+                view.progress = Some(self.progress(key, None))
+            }
             State::Judged { key, reasons, .. } => {
                 view.progress = Some(self.progress(key, None));
                 let settled = self.outcome(key, reasons.clone());

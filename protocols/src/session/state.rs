@@ -2,6 +2,7 @@
 
 use super::phase::Phase;
 use crate::analysis::TrialAnalysis;
+use crate::record::TrialOutcome;
 use crate::redo_reason::RedoReason;
 use crate::trial::{Interval, TrialKey};
 
@@ -29,6 +30,19 @@ pub(super) enum State {
         /// Why the verdict rejected the trial; empty if it accepted it.
         reasons: Vec<RedoReason>,
         since_s: f64,
+    },
+    /// The attempt is settled as soon as its recording is saved.
+    Saving {
+        key: TrialKey,
+        analysis: Option<TrialAnalysis>,
+        outcome: TrialOutcome,
+        since_s: f64,
+    },
+    /// The recorder is to catch up before the next trial.
+    Behind {
+        since_s: f64,
+        /// Whether the operator was told.
+        told: bool,
     },
     Rest {
         since_s: f64,
@@ -111,11 +125,13 @@ impl Mean {
 }
 
 impl State {
-    /// Returns the attempt that runs, is analysed or is judged, also of a halted state.
+    /// Returns the attempt that runs, is analysed, judged or saved, also of a halted state.
     pub(super) fn current(&self) -> Option<&TrialKey> {
         match self {
             Self::Trial { open, .. } => Some(&open.key),
-            Self::Analysing { key, .. } | Self::Judged { key, .. } => Some(key),
+            Self::Analysing { key, .. } | Self::Judged { key, .. } | Self::Saving { key, .. } => {
+                Some(key)
+            }
             Self::Halted {
                 then: AfterHalt::State(state),
                 ..
@@ -157,6 +173,7 @@ impl State {
             },
             Self::Analysing { .. } => Phase::Analysing,
             Self::Judged { .. } => Phase::Verdict,
+            Self::Saving { .. } | Self::Behind { .. } => Phase::Saving,
             Self::Rest { .. } => Phase::Rest,
             Self::Halted { fault: true, .. } => Phase::Fault,
             Self::Halted { fault: false, .. } => Phase::Paused,

@@ -3,7 +3,7 @@
 use super::action::{Action, StepActions};
 use super::event::{SessionEventKind, SessionOutcome};
 use super::machine::Session;
-use super::observation::{Observation, OperatorCommand};
+use super::observation::{Observation, OperatorCommand, RecordingOutcome};
 use super::phase::Phase;
 use super::plan::PlannedTrial;
 use super::state::State;
@@ -21,7 +21,9 @@ impl Session {
             out.log(self.start_event());
             out.log(SessionEventKind::Phase { phase });
         }
-        let halted = self.safety(observation, &mut out) | self.display(observation, &mut out);
+        let halted = self.safety(observation, &mut out)
+            | self.display(observation, &mut out)
+            | self.recording_failed(&mut out);
         let commanded = self.command(observation, &mut out);
         if !halted && !commanded {
             self.advance(observation, &mut out);
@@ -40,7 +42,7 @@ impl Session {
         out.actions
     }
 
-    /// Takes over time, finger and analysis; returns the time of the step, s.
+    /// Takes over time, finger, analysis and what became of the recording; returns the time of the step, s.
     fn observe(&mut self, observation: &Observation) -> f64 {
         if observation.t_s.is_finite() && observation.t_s > self.now_s {
             self.now_s = observation.t_s;
@@ -61,6 +63,14 @@ impl Session {
         {
             self.awaited = None;
             self.analysis = Some(analysis.clone());
+        }
+        self.recorder_lag_s = observation.recorder_lag_s;
+        if let Some((key, outcome)) = &observation.recording
+            && self.current() == Some(key)
+            // A recording that has failed is not saved by what comes after.
+            && !matches!(self.recorded, Some(RecordingOutcome::Failed(_)))
+        {
+            self.recorded = Some(outcome.clone());
         }
         self.now_s
     }
@@ -89,6 +99,13 @@ impl Session {
                 let outcome = self.outcome(&key, reasons);
                 self.settle(key, analysis, outcome, out)
             }
+            State::Saving {
+                key,
+                analysis,
+                outcome,
+                since_s,
+            } => self.advance_saving(key, analysis, outcome, since_s, out),
+            State::Behind { since_s, told } => self.advance_behind(since_s, told, out),
             State::Rest { since_s } if continued || (go_on && self.rest_left_s(since_s) <= 0.0) => {
                 self.next_trial(out)
             }

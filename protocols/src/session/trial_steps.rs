@@ -4,10 +4,18 @@ use super::action::{Action, Cue, DriveRequest, StepActions};
 use super::event::SessionEventKind;
 use super::machine::Session;
 use super::observation::Hold;
+use super::settling::LONGEST_SAVE_S;
 use super::state::{AfterHalt, Mean, OpenTrial, State, TrialStep};
 use crate::analysis::TrialAnalysis;
 use crate::record::{TrialOutcome, TrialRecord};
 use crate::trial::{Interruption, Interval, IntervalKind, TrialEnd, TrialKey};
+
+/// Greatest lag of the recorder at which a trial may begin, s. It syncs every 0.4 s, and its queue holds 10 s.
+const MAX_RECORDER_LAG_S: f64 = 2.0;
+
+/// Time after which the operator is told that a trial waits for the recorder, s: not of the end of a recording that was
+/// broken off just now.
+const TELL_BEHIND_S: f64 = 0.5;
 
 /// What follows a step of a trial.
 enum Next {
@@ -22,13 +30,20 @@ enum Next {
 }
 
 impl Session {
-    /// Begins the next attempt, once the hour's driving time allows it and the dead-man switch is held.
+    /// Begins the next attempt, once the hour's driving time allows it, the recorder has caught up and the dead-man switch
+    /// is held.
     pub(super) fn enter_trial(&mut self, out: &mut StepActions) -> State {
         self.let_go = false;
         if self.drive_wait_s > 0.0 {
             let wait_s = self.drive_wait_s;
             out.log(SessionEventKind::DrivingTimeSpent { wait_s });
             return self.paused_before_trial();
+        }
+        if self.recorder_lag_s > MAX_RECORDER_LAG_S {
+            return State::Behind {
+                since_s: self.now_s,
+                told: false,
+            };
         }
         if self.hold.is_some_and(|hold| hold != Hold::Held) {
             return State::Hold {
@@ -50,6 +65,32 @@ impl Session {
         State::Hold { since_s }
     }
 
+    /// Waits for the recorder for as long as for a recording to be saved.
+    pub(super) fn advance_behind(
+        &mut self,
+        since_s: f64,
+        mut told: bool,
+        out: &mut StepActions,
+    ) -> State {
+        if self.recorder_lag_s <= MAX_RECORDER_LAG_S {
+            return self.enter_trial(out);
+        }
+        if self.elapsed_s(since_s) > LONGEST_SAVE_S {
+            self.recorder_behind(true, out);
+            return self.paused_before_trial();
+        }
+        if !told && self.elapsed_s(since_s) > TELL_BEHIND_S {
+            told = true;
+            self.recorder_behind(false, out);
+        }
+        State::Behind { since_s, told }
+    }
+
+    fn recorder_behind(&self, paused: bool, out: &mut StepActions) {
+        let lag_s = self.recorder_lag_s;
+        out.log(SessionEventKind::RecorderBehind { lag_s, paused });
+    }
+
     pub(super) fn paused_before_trial(&self) -> State {
         State::Halted {
             fault: false,
@@ -61,6 +102,7 @@ impl Session {
     fn begin_trial(&mut self, out: &mut StepActions) -> State {
         let key = self.attempts.next_key();
         let drive = self.attempts.condition().drive;
+        self.recorded = None;
         out.push(Action::BeginTrial {
             key: key.clone(),
             drive,

@@ -45,6 +45,12 @@ enum Move {
     Analyse {
         normal_n: f64,
     },
+    /// The recorder tells of the recording that ended last, of which it told already or not, or no longer tells.
+    Record {
+        fails: bool,
+        tells: bool,
+        lag_s: f64,
+    },
 }
 
 /// A command about one of the first attempts.
@@ -80,6 +86,8 @@ fn a_move() -> impl Strategy<Value = Move> {
         2 => (1u16..8000, holds, prop_oneof![Just(0.0), Just(700.0), Just(f64::NAN)])
             .prop_map(|(steps, hold, drive_wait_s)| Move::NotYet { steps, hold, drive_wait_s }),
         2 => (0.1..1.5).prop_map(|normal_n| Move::Analyse { normal_n }),
+        2 => (any::<bool>(), any::<bool>(), prop_oneof![Just(0.0), Just(3.0), Just(f64::NAN)])
+            .prop_map(|(fails, tells, lag_s)| Move::Record { fails, tells, lag_s }),
     ]
 }
 
@@ -128,6 +136,13 @@ proptest! {
                     }
                 }
                 Move::Analyse { normal_n } => rig.normal_n = normal_n,
+                Move::Record { fails, tells, lag_s } => {
+                    rig.saves = tells;
+                    rig.step(|o| o.recorder_lag_s = lag_s);
+                    if let Some(key) = rig.session.current().cloned().filter(|_| fails) {
+                        rig.fail(&key);
+                    }
+                }
             }
         }
         rig.check();

@@ -7,3 +7,4 @@ mod interruptions;
 mod repetitions;
 mod resuming;
 mod rig;
+mod saving;

@@ -11,6 +11,9 @@ use std::collections::HashSet;
 
 pub(super) const STEP_S: f64 = 0.02;
 
+/// Why a recording failed.
+pub(super) const FULL: &str = "the disk is full";
+
 pub(super) fn demo() -> Protocol {
     Protocol::parse(built_in("demo").unwrap(), "demo.toml").unwrap()
 }
@@ -71,6 +74,11 @@ pub(super) struct Rig {
     pub(super) presses: bool,
     pub(super) analyses: bool,
     pub(super) normal_n: f64,
+    /// Attempt whose recording has ended and is not told of.
+    pub(super) to_save: Option<TrialKey>,
+    pub(super) saves: bool,
+    /// Attempts whose recordings were told to be saved.
+    pub(super) saved: HashSet<TrialKey>,
 }
 
 impl Rig {
@@ -92,6 +100,9 @@ impl Rig {
             presses: true,
             analyses: true,
             normal_n: 0.65,
+            to_save: None,
+            saves: true,
+            saved: HashSet::new(),
         }
     }
 
@@ -110,7 +121,13 @@ impl Rig {
         } else {
             None
         };
+        let saved = if self.saves {
+            self.to_save.take()
+        } else {
+            None
+        };
         Observation {
+            recording: saved.map(|key| (key, RecordingOutcome::Saved)),
             t_s: self.t_s,
             normal_n: Some(if on || !self.lifts {
                 self.normal_n
@@ -130,11 +147,17 @@ impl Rig {
         let mut observation = self.observation();
         change(&mut observation);
         self.t_s = observation.t_s;
+        if let Some((key, RecordingOutcome::Saved)) = &observation.recording {
+            self.saved.insert(key.clone());
+        }
         let actions = self.session.step(&observation);
         for action in &actions {
             match action {
                 Action::Show(view) => self.view = Some(view.clone()),
-                Action::AnalyseTrial { key, .. } => self.to_analyse = Some(key.clone()),
+                Action::AnalyseTrial { key, .. } => {
+                    self.to_analyse = Some(key.clone());
+                    self.to_save = Some(key.clone());
+                }
                 _ => {}
             }
         }
@@ -177,6 +200,12 @@ impl Rig {
     pub(super) fn consented(mut self) -> Self {
         self.tell(consent());
         self
+    }
+
+    /// Tells that the recording of an attempt failed.
+    pub(super) fn fail(&mut self, key: &TrialKey) -> &[Action] {
+        let failed = RecordingOutcome::Failed(FULL.to_owned());
+        self.step(|o| o.recording = Some((key.clone(), failed)))
     }
 
     /// Steps until `phase`, for at most ten minutes of session.
@@ -245,6 +274,12 @@ impl Rig {
 
     pub(super) fn check(&self) {
         check_invariants(&self.steps, &self.protocol);
+        for event in self.events() {
+            if let SessionEventKind::TrialSettled { record } = event {
+                let saved = self.saved.contains(&record.key);
+                assert!(saved || !record.outcome.settles(), "{record:?}: not saved");
+            }
+        }
     }
 }
 

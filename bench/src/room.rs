@@ -1,0 +1,92 @@
+//! Space that is left on the study's disk, asked for on a thread of its own: a disk that hangs holds up nobody else.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use recording::study::free_bytes;
+use tasks::{Slot, Task};
+
+/// Time between two looks, ns.
+const EVERY_NS: u64 = 500_000_000;
+/// Age at which it is no longer known what is left, ns.
+const STALE_NS: u64 = 3_000_000_000;
+
+/// Space that was left at some time.
+#[derive(Clone, Copy, Debug)]
+pub struct Left {
+    at_ns: u64,
+    free_bytes: Option<u64>,
+}
+
+/// Latest word on the space that is left.
+#[derive(Clone, Debug, Default)]
+pub struct Room(Arc<Slot<Left>>);
+
+impl Room {
+    /// Returns the bytes that are left, if that was known a moment before `now_ns`.
+    pub fn free_bytes(&self, now_ns: u64) -> Option<u64> {
+        let left = self.0.get()?;
+        (now_ns.saturating_sub(left.at_ns) <= STALE_NS)
+            .then_some(left.free_bytes)
+            .flatten()
+    }
+}
+
+/// The task.
+pub struct RoomTask {
+    folder: PathBuf,
+    room: Room,
+    due_ns: u64,
+}
+
+impl RoomTask {
+    /// Looks at the disk of `folder`.
+    pub fn new(folder: PathBuf) -> (Room, Self) {
+        let room = Room::default();
+        let task = Self {
+            folder,
+            room: room.clone(),
+            due_ns: 0,
+        };
+        (room, task)
+    }
+}
+
+impl Task for RoomTask {
+    fn name(&self) -> &'static str {
+        "room"
+    }
+
+    fn period(&self) -> Duration {
+        Duration::from_nanos(EVERY_NS)
+    }
+
+    fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        if now_ns < self.due_ns {
+            return Ok(());
+        }
+        self.due_ns = now_ns + EVERY_NS;
+        self.room.0.set(Left {
+            at_ns: now_ns,
+            free_bytes: free_bytes(&self.folder).ok(),
+        });
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fault 27.
+    #[test]
+    fn nothing_is_said_of_a_disk_that_does_not_answer() {
+        let folder = tempfile::tempdir().unwrap();
+        let (room, mut task) = RoomTask::new(folder.path().to_owned());
+        assert_eq!(room.free_bytes(0), None);
+        task.poll(1_000).unwrap();
+        assert!(room.free_bytes(STALE_NS).is_some());
+        assert_eq!(room.free_bytes(STALE_NS + 1_001), None);
+    }
+}

@@ -1,0 +1,292 @@
+//! Trials whose recordings are saved late, or not at all.
+
+use super::rig::*;
+use crate::record::TrialOutcome;
+use crate::session::*;
+use crate::trial::*;
+
+/// A session whose first trial waits in `phase` for its recording, of which nothing is heard.
+fn unsaved_in(phase: Phase) -> (Rig, TrialKey) {
+    let mut rig = Rig::new(demo()).consented();
+    rig.saves = false;
+    rig.until(phase);
+    let key = rig.session.current().unwrap().clone();
+    (rig, key)
+}
+
+fn not_saved() -> TrialOutcome {
+    let reason = FULL.to_owned();
+    TrialOutcome::Interrupted {
+        interruption: Interruption::NotSaved { reason },
+    }
+}
+
+/// Resumes, saves from now on, and expects every trial to be accepted, the first at its second attempt.
+fn completes(mut rig: Rig) {
+    (rig.saves, rig.to_save) = (true, None);
+    rig.safety = Safety::Ok;
+    rig.tell(OperatorCommand::Resume);
+    rig.until(Phase::Finished);
+    rig.check();
+    assert_eq!(rig.session.summary().accepted, 4);
+    let first: Vec<_> = rig
+        .begun()
+        .iter()
+        .map(|key| (key.number, key.attempt))
+        .collect();
+    assert_eq!(first[..2], [(1, 1), (1, 2)]);
+}
+
+/// Fault 27.
+#[test]
+fn a_trial_is_accepted_only_when_its_recording_is_saved() {
+    let (mut rig, key) = unsaved_in(Phase::Saving);
+    for _ in 0..100 {
+        rig.step(|_| {});
+    }
+    assert_eq!(rig.session.phase(), Phase::Saving);
+    assert_eq!(rig.outcomes(), []);
+    assert_eq!(rig.session.current(), Some(&key));
+    rig.saves = true;
+    rig.step(|_| {});
+    assert_eq!(rig.outcomes(), [TrialOutcome::Accepted]);
+    rig.until(Phase::Finished);
+    rig.check();
+}
+
+#[test]
+fn a_recording_that_is_saved_during_the_verdict_costs_no_time() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Finished);
+    let saving = |event: &SessionEventKind| is_phase(event, Phase::Saving);
+    assert!(!rig.events().iter().any(saving));
+}
+
+/// Fault 27.
+#[test]
+fn a_trial_whose_recording_fails_in_any_phase_is_interrupted_and_repeated() {
+    for phase in [
+        Phase::Baseline,
+        Phase::Exploration,
+        Phase::Feedback,
+        Phase::Analysing,
+        Phase::Verdict,
+        Phase::Saving,
+    ] {
+        let (mut rig, key) = unsaved_in(phase);
+        let stops = rig.fail(&key).contains(&Action::Drive(DriveRequest::Off));
+        assert_eq!(stops, in_trial(phase), "{phase:?}");
+        assert_eq!(rig.session.phase(), Phase::Paused, "{phase:?}");
+        assert_eq!(rig.outcomes(), [not_saved()], "{phase:?}");
+        // The bench trips the drive besides.
+        rig.step(|o| o.safety = Safety::Tripped("the recording failed".to_owned()));
+        assert_eq!(rig.session.phase(), Phase::Fault, "{phase:?}");
+        assert_eq!(rig.outcomes(), [not_saved()], "{phase:?}");
+        completes(rig);
+    }
+}
+
+/// Fault 27.
+#[test]
+fn a_recording_that_fails_while_the_session_is_halted_is_not_accepted_after_it() {
+    for phase in [Phase::Analysing, Phase::Verdict, Phase::Saving] {
+        let (mut rig, key) = unsaved_in(phase);
+        rig.safety = Safety::Tripped("the recording failed".to_owned());
+        rig.step(|_| {});
+        rig.fail(&key);
+        assert_eq!(rig.session.phase(), Phase::Fault, "{phase:?}");
+        assert_eq!(rig.outcomes(), [not_saved()], "{phase:?}");
+        completes(rig);
+    }
+}
+
+/// Fault 27.
+#[test]
+fn a_trial_of_which_nothing_is_heard_in_time_is_interrupted() {
+    let (mut rig, _) = unsaved_in(Phase::Saving);
+    let since_s = rig.t_s;
+    rig.until(Phase::Paused);
+    assert!((19.9..20.1).contains(&(rig.t_s - since_s)));
+    assert!(matches!(
+        rig.outcomes()[..],
+        [TrialOutcome::Interrupted {
+            interruption: Interruption::NotSaved { .. }
+        }]
+    ));
+    completes(rig);
+}
+
+/// Fault 27.
+#[test]
+fn a_recording_that_fails_stays_failed() {
+    let (mut rig, key) = unsaved_in(Phase::Verdict);
+    rig.fail(&key);
+    rig.step(|o| o.recording = Some((key, RecordingOutcome::Saved)));
+    assert_eq!(rig.outcomes(), [not_saved()]);
+    completes(rig);
+}
+
+/// Fault 27.
+#[test]
+fn an_overruled_trial_too_is_kept_only_when_it_is_saved() {
+    for halted in [false, true] {
+        let mut rig = Rig::new(demo()).consented();
+        rig.until_main(Phase::Baseline);
+        let settled = rig.outcomes().len();
+        rig.normal_n = 1.2;
+        rig.saves = false;
+        rig.until(Phase::Verdict);
+        let key = rig.session.current().unwrap().clone();
+        if halted {
+            rig.pause_now();
+        }
+        rig.tell(rig.accept_anyway());
+        assert_eq!(rig.outcomes().len(), settled);
+        assert_eq!(rig.session.current(), Some(&key));
+        rig.tell(rig.accept_anyway());
+        rig.tell(rig.redo());
+        assert_eq!(
+            rig.outcomes().len(),
+            settled,
+            "the word of the operator stands"
+        );
+        if halted {
+            rig.tell(OperatorCommand::Resume);
+            assert_eq!(rig.session.phase(), Phase::Saving);
+        }
+        let (mut failing, failed) = (rig.session.clone(), key.clone());
+        rig.step(|o| o.recording = Some((key, RecordingOutcome::Saved)));
+        assert!(matches!(
+            rig.outcomes()[settled],
+            TrialOutcome::AcceptedAnyway { .. }
+        ));
+        failing.step(&Observation {
+            t_s: rig.t_s,
+            recording: Some((failed, RecordingOutcome::Failed(FULL.to_owned()))),
+            ..Observation::default()
+        });
+        assert_eq!(failing.records()[settled].outcome, not_saved());
+    }
+}
+
+/// Fault 27.
+#[test]
+fn a_rejected_trial_is_repeated_whatever_becomes_of_its_recording() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until_main(Phase::Baseline);
+    let settled = rig.outcomes().len();
+    rig.normal_n = 1.2;
+    rig.saves = false;
+    rig.until(Phase::Verdict);
+    let key = rig.session.current().unwrap().clone();
+    rig.until(Phase::Baseline);
+    assert!(matches!(rig.outcomes()[settled], TrialOutcome::Redo { .. }));
+    rig.fail(&key);
+    assert_eq!(
+        rig.session.phase(),
+        Phase::Baseline,
+        "it is another attempt's"
+    );
+    assert_eq!(rig.outcomes().len(), settled + 1);
+}
+
+/// Fault 27.
+#[test]
+fn an_abort_before_the_recording_is_saved_leaves_the_trial_to_be_repeated() {
+    for (phase, saved) in [
+        (Phase::Verdict, false),
+        (Phase::Verdict, true),
+        (Phase::Saving, false),
+    ] {
+        let (mut rig, key) = unsaved_in(phase);
+        if saved {
+            rig.step(|o| o.recording = Some((key, RecordingOutcome::Saved)));
+        }
+        rig.tell(OperatorCommand::Abort);
+        let outcome = match saved {
+            true => TrialOutcome::Accepted,
+            false => TrialOutcome::Interrupted {
+                interruption: Interruption::Aborted,
+            },
+        };
+        assert_eq!(rig.outcomes(), [outcome]);
+        rig.check();
+        let records = records_from_events(&rig.events());
+        let resumed = Session::resume(demo(), sub("sub-01"), 7, &records).unwrap();
+        let left = rig.protocol.planned_trials() - u32::from(saved);
+        assert_eq!(resumed.trials_left(), left);
+    }
+}
+
+/// Fault 27.
+#[test]
+fn the_session_ends_only_when_its_last_recording_is_saved() {
+    let mut rig = Rig::new(demo()).consented();
+    while rig.session.trials_left() > 1 {
+        rig.step(|_| {});
+    }
+    rig.saves = false;
+    rig.until(Phase::Saving);
+    for _ in 0..100 {
+        rig.step(|_| {});
+    }
+    assert_eq!(rig.session.phase(), Phase::Saving);
+    rig.saves = true;
+    rig.step(|_| {});
+    assert_eq!(rig.session.phase(), Phase::Finished);
+    rig.check();
+}
+
+/// Fault 27.
+#[test]
+fn a_pause_that_was_asked_for_comes_when_the_trial_is_saved() {
+    let (mut rig, _) = unsaved_in(Phase::Feedback);
+    rig.tell(OperatorCommand::Pause);
+    rig.until(Phase::Saving);
+    rig.saves = true;
+    rig.until(Phase::Paused);
+    assert_eq!(rig.outcomes(), [TrialOutcome::Accepted]);
+}
+
+/// Fault 27.
+#[test]
+fn no_trial_begins_while_the_recorder_lags_behind() {
+    let mut rig = Rig::new(demo()).consented();
+    rig.until(Phase::Verdict);
+    rig.until(Phase::Baseline);
+    let (begun, settled) = (rig.begun().len(), rig.outcomes().len());
+    rig.step(|o| {
+        o.command = Some(OperatorCommand::Redo {
+            number: 2,
+            attempt: 1,
+        });
+        o.recorder_lag_s = 2.1;
+    });
+    assert_eq!(rig.outcomes().len(), settled + 1);
+    let mut waited_s = 0.0;
+    while rig.session.phase() == Phase::Saving {
+        rig.step(|o| o.recorder_lag_s = 2.1);
+        waited_s += STEP_S;
+    }
+    assert!((19.9..20.1).contains(&waited_s), "{waited_s}");
+    assert_eq!(rig.session.phase(), Phase::Paused);
+    rig.step(|o| {
+        o.command = Some(OperatorCommand::Resume);
+        o.recorder_lag_s = 2.1;
+    });
+    assert_eq!(rig.session.phase(), Phase::Saving);
+    assert_eq!(rig.begun().len(), begun);
+    rig.step(|_| {});
+    assert_eq!(rig.session.phase(), Phase::Baseline);
+    let behind: Vec<bool> = rig
+        .events()
+        .iter()
+        .filter_map(|event| match event {
+            SessionEventKind::RecorderBehind { paused, .. } => Some(*paused),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(behind, [false, true]);
+    rig.until(Phase::Finished);
+    rig.check();
+}

@@ -123,3 +123,75 @@ pub(super) fn ended(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<En
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use recording::recorder::{RecorderError, recorder};
+    use recording::writer::OnDisk;
+
+    use super::*;
+
+    fn key(attempt: u32) -> TrialKey {
+        TrialKey {
+            number: 1,
+            attempt,
+            practice: false,
+            condition: "c".to_owned(),
+        }
+    }
+
+    fn end(folder: &str, saved: bool) -> Ended {
+        let folder = PathBuf::from(folder);
+        let notice = if saved {
+            RecorderNotice::Saved {
+                folder,
+                on_disk: OnDisk::default(),
+                sums: None,
+                interrupted: false,
+            }
+        } else {
+            RecorderNotice::Failed {
+                folder,
+                error: RecorderError::Disconnected,
+                kept: OnDisk::default(),
+            }
+        };
+        ended(notice, 1.0, 48_000).unwrap()
+    }
+
+    /// Fault 27.
+    #[test]
+    fn each_attempt_gets_the_end_of_its_own_recording() {
+        let mut recordings = Recordings::default();
+        recordings.begin(key(1), "a".into());
+        recordings.begin(key(2), "b".into());
+        assert!(recordings.end(&end("a", true)), "of an earlier attempt");
+        assert_eq!(recordings.outcome(), None);
+        assert!(recordings.is_open());
+        assert!(recordings.end(&end("b", false)));
+        let (of, outcome) = recordings.outcome().unwrap();
+        assert_eq!(of, key(2));
+        assert!(matches!(outcome, RecordingOutcome::Failed(_)));
+        assert!(!recordings.is_open());
+    }
+
+    /// Fault 27.
+    #[test]
+    fn a_queue_that_overflows_fails_the_recording_before_the_recorder_says_so() {
+        use recording::recorder::RecorderMessage::Gap;
+        let (mut sender, _notices, _hung) = recorder(1);
+        let gauge = sender.gauge();
+        let mut recordings = Recordings::default();
+        recordings.begin(key(1), "a".into());
+        assert!(sender.send(Gap(1)).is_ok());
+        assert_eq!(recordings.overflow(&gauge), None);
+        assert!(sender.send(Gap(1)).is_err());
+        assert!(recordings.overflow(&gauge).is_some());
+        assert!(sender.send(Gap(1)).is_err());
+        assert_eq!(recordings.overflow(&gauge), None, "it is told once");
+        let (of, outcome) = recordings.outcome().unwrap();
+        assert_eq!(of, key(1));
+        assert!(matches!(outcome, RecordingOutcome::Failed(_)));
+        assert!(!recordings.end(&end("a", false)), "it is known");
+    }
+}

@@ -148,10 +148,8 @@ impl SessionTask {
             self.wiring.displays.beat(batch.audio_s, position_m);
             self.wiring.live.take(&batch);
             for text in std::mem::take(&mut batch.warnings) {
-                self.wiring.front.show(tui::Event::Log {
-                    level: LogLevel::Warning,
-                    text,
-                });
+                let level = LogLevel::Warning;
+                self.wiring.front.show(tui::Event::Log { level, text });
             }
             if self.collecting {
                 self.record.take(batch);

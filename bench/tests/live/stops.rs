@@ -331,6 +331,43 @@ fn the_operator_is_told_of_a_flag_once() {
     assert_eq!(rig.warnings.len(), 1);
 }
 
+/// Fault 27.
+#[test]
+fn a_stall_longer_than_the_queue_stops_the_drive_while_the_disk_still_hangs() {
+    let mut rig = Rig::new(&[]);
+    rig.pass(0.2);
+    let recorder = |task: &Box<dyn Task>| task.name() == "recorder";
+    let at = rig.tasks.iter().position(recorder).unwrap();
+    let hung = rig.tasks.remove(at);
+    rig.pass(9.0);
+    assert_eq!(rig.errors, Vec::<String>::new());
+    rig.until(PhaseKind::Paused);
+    let overflowed = |line: &String| line.contains("queue has overflowed");
+    assert!(overflowed(&rig.errors[0]), "{:?}", rig.errors);
+    assert!(matches!(
+        rig.signals.state.get(),
+        Some(SafetyState::Tripped { .. })
+    ));
+    let not_saved = |entry: &Entry| match entry {
+        Entry::Event(event) => match &event.kind {
+            SessionEventKind::TrialSettled { record } => matches!(
+                record.outcome,
+                TrialOutcome::Interrupted {
+                    interruption: protocols::Interruption::NotSaved { .. }
+                }
+            ),
+            _ => false,
+        },
+        _ => false,
+    };
+    assert_eq!(rig.journal.try_iter().filter(not_saved).count(), 1);
+    // The recorder's own word, at last, is no other fault.
+    let errors = rig.errors.len();
+    rig.tasks.insert(at, hung);
+    rig.pass(0.1);
+    assert_eq!(rig.errors.len(), errors, "{:?}", rig.errors);
+}
+
 /// Fault 35.
 #[test]
 fn a_session_that_goes_on_after_the_programs_end_says_so() {

@@ -457,7 +457,7 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
     assert!(!status.success());
     let printed = run.output();
     assert!(
-        printed.contains("trial-001_attempt-1 exists: nothing is overwritten"),
+        printed.contains("trial-001_attempt-1 exists already and is never overwritten"),
         "{printed}"
     );
     assert!(!printed.contains("panicked"), "{printed}");

@@ -93,7 +93,7 @@ impl RecorderGauge {
         self.0.seconds(frames)
     }
 
-    /// Returns how many messages with data the full queue has refused so far.
+    /// Returns how many messages the full queue has refused so far: known at once, whatever the recorder waits for.
     #[must_use]
     pub fn messages_lost(&self) -> u64 {
         self.0.messages_lost.load(Ordering::Relaxed)
@@ -148,8 +148,8 @@ impl RecorderSender {
             if is_data {
                 sender.lost.messages += 1;
                 sender.lost.frames += frames;
-                sender.shared.messages_lost.fetch_add(1, Ordering::Relaxed);
             }
+            sender.shared.messages_lost.fetch_add(1, Ordering::Relaxed);
             Err(SendError::Full(message))
         };
         if is_data && self.queue.len() >= self.data_capacity {

@@ -49,6 +49,7 @@ centre_m = 0.0525
 const BOOT: Boot = Boot {
     id: None,
     up_s: 0.0,
+    machine: None,
 };
 
 /// Bytes as `signals.wav`: as many frames as promised.

@@ -169,6 +169,9 @@ pub struct Run {
     /// Resume the participant's interrupted session.
     #[arg(long, conflicts_with = "new_session")]
     pub resume: bool,
+    /// Resume with a protocol that was edited since; the log and each recording say so.
+    #[arg(long, requires = "resume")]
+    pub accept_edited_protocol: bool,
     /// Start another session of a participant who already has one.
     #[arg(long)]
     pub new_session: bool,

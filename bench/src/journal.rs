@@ -80,7 +80,7 @@ pub struct Journal {
     clock: Arc<dyn Clock>,
     /// How the session ended, which is the log's last line.
     stop: Option<Stop>,
-    /// Audio clock of the last event, s.
+    /// Audio clock of the last line, s.
     last_s: f64,
 }
 
@@ -118,9 +118,23 @@ impl Journal {
         })
     }
 
-    fn write(&mut self, entry: Entry) -> anyhow::Result<()> {
+    /// Appends an event. Entries come from several threads, whose looks at the audio clock differ: the log's times never
+    /// fall, and of an entry that comes late `happened_s` keeps its own.
+    fn event(
+        &mut self,
+        stream: &str,
+        t_s: f64,
+        mut data: Map<String, Value>,
+    ) -> anyhow::Result<()> {
+        if t_s < self.last_s {
+            data.insert("happened_s".to_owned(), t_s.into());
+        }
+        self.last_s = self.last_s.max(t_s);
         let time = self.clock.utc().to_string();
-        let log = self.session.log();
+        Ok(self.session.log().event(stream, time, self.last_s, data)?)
+    }
+
+    fn write(&mut self, entry: Entry) -> anyhow::Result<()> {
         match entry {
             Entry::Person(person) => {
                 let (study, participant) = &self.study;
@@ -131,8 +145,7 @@ impl Journal {
                     Value::Object(data) => data,
                     other => Map::from_iter([("event".to_owned(), other)]),
                 };
-                log.event(SESSION_STREAM, time, event.t_s, data)?;
-                self.last_s = event.t_s;
+                self.event(SESSION_STREAM, event.t_s, data)?;
             }
             Entry::Saved(saved) => {
                 let name = saved
@@ -148,10 +161,10 @@ impl Journal {
                 if saved.interrupted {
                     data.insert("interrupted".to_owned(), Value::Bool(true));
                 }
-                log.event(RECORDING_STREAM, time, saved.t_s, data)?;
+                self.event(RECORDING_STREAM, saved.t_s, data)?;
             }
-            Entry::Live { t_s, data } => log.event(LIVE_STREAM, time, t_s, data)?,
-            Entry::Display { t_s, data } => log.event(DISPLAY_STREAM, time, t_s, data)?,
+            Entry::Live { t_s, data } => self.event(LIVE_STREAM, t_s, data)?,
+            Entry::Display { t_s, data } => self.event(DISPLAY_STREAM, t_s, data)?,
             Entry::Stop {
                 t_s,
                 status,
@@ -266,5 +279,55 @@ impl Task for Journal {
         log.stop(time, stop.status, stop.reason)
             .context("cannot write the end of the session's log")?;
         recorded
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use recording::study::event_log::{self, Document};
+    use recording::study::{EVENTS_FILE, GeneratedBy};
+    use tasks::SystemClock;
+
+    use super::*;
+
+    /// The participant's window looks at the audio clock in its own thread, up to a period before the session does.
+    /// Fault 27.
+    #[test]
+    fn entries_of_two_threads_make_a_log_whose_times_never_fall() {
+        let folder = tempfile::tempdir().unwrap();
+        let by = GeneratedBy {
+            name: "test".to_owned(),
+            version: "0".to_owned(),
+        };
+        let study = Study::open_or_create(&folder.path().join("study"), by).unwrap();
+        let participant: ParticipantId = "sub-01".parse().unwrap();
+        let session = study
+            .begin_session(&participant, 1, "2026-05-04", "demo")
+            .unwrap();
+        let path = session.folder().join(EVENTS_FILE);
+        let (entries, received) = crossbeam_channel::unbounded();
+        let (_, notices) = crossbeam_channel::unbounded();
+        let clock = Arc::new(SystemClock::start());
+        let mut journal =
+            Journal::new((study, participant), session, received, notices, clock).unwrap();
+        let data = Map::new();
+        for (t_s, of_window) in [(21.533, false), (21.531, true), (21.540, false)] {
+            let data = data.clone();
+            let entry = if of_window {
+                Entry::Display { t_s, data }
+            } else {
+                Entry::Live { t_s, data }
+            };
+            entries.send(entry).unwrap();
+        }
+        journal.finish().unwrap();
+        let log = event_log::read(&path).unwrap();
+        let events = log.documents.iter().filter_map(|document| match document {
+            Document::Event(event) => Some((event.audio_s, event.data.get("happened_s").cloned())),
+            _ => None,
+        });
+        let events: Vec<_> = events.collect();
+        let late = (21.533, Some(Value::from(21.531)));
+        assert_eq!(events, [(21.533, None), late, (21.540, None)]);
     }
 }

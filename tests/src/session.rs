@@ -70,11 +70,49 @@ pub const ALL_COMPLETED: Wanted = Wanted {
     rejected: true,
 };
 
-/// Runs a command to its end.
+/// Runs a command to its end. A `run` that begins a study and ends with success leaves one that verifies.
+///
+/// # Panics
+/// When the command does not start, or what it recorded is not whole.
 pub fn finish(command: &mut Command) -> Output {
-    command
+    let begun = study_to_begin(command);
+    let output = command
         .output()
-        .unwrap_or_else(|error| panic!("{command:?} does not start: {error}"))
+        .unwrap_or_else(|error| panic!("{command:?} does not start: {error}"));
+    if let Some(study) = begun.filter(|_| output.status.success()) {
+        require_whole(&study);
+    }
+    output
+}
+
+/// Returns the study that a `run` begins; `None` of other commands, and where the study exists already.
+fn study_to_begin(command: &Command) -> Option<PathBuf> {
+    let mut words = command.get_args();
+    if words.next()? != "run" {
+        return None;
+    }
+    words.find(|word| *word == "--study")?;
+    let named = words.next()?;
+    let folder = command.get_current_dir().unwrap_or(Path::new(""));
+    let study = folder.join(named);
+    (!study.exists()).then_some(study)
+}
+
+/// Requires that nothing of a study is damaged or missing, as `verify` does; a study without a session is whole.
+///
+/// # Panics
+/// With what is wrong.
+pub fn require_whole(study: &Path) {
+    let Ok(sessions) = verification::sessions(study) else {
+        return;
+    };
+    let mut found = verification::StudyFindings::default();
+    for session in &sessions {
+        let session = verification::session(session, || {}).expect("a session that can be read");
+        found.sessions.push(session);
+    }
+    verification::beside_sessions(study, &mut found).expect("a study that can be read");
+    assert!(found.is_whole(), "{}", verification::to_text(&found));
 }
 
 /// The demo protocol with parts of its text exchanged, as a file in `folder`.

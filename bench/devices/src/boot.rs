@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use crate::machine;
+
 /// The computer's present run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boot {
@@ -9,6 +11,8 @@ pub struct Boot {
     pub id: Option<String>,
     /// Time since the computer was started, s, suspension included; 0 where the system does not say.
     pub up_s: f64,
+    /// What tells this computer from others; `None` where the system does not say.
+    pub machine: Option<String>,
 }
 
 impl Boot {
@@ -18,14 +22,17 @@ impl Boot {
         let read = |path: &str| fs::read_to_string(path).ok();
         let id = read("/proc/sys/kernel/random/boot_id");
         let up_s = read("/proc/uptime").and_then(|text| first_number(&text));
+        let machine = machine::id();
         match (id, up_s) {
             (Some(id), Some(up_s)) => Self {
                 id: Some(id.trim().to_owned()),
                 up_s,
+                machine,
             },
             _ => Self {
                 id: None,
                 up_s: 0.0,
+                machine,
             },
         }
     }

@@ -180,7 +180,7 @@ impl DoseAccount {
         boot: Boot,
     ) -> (Allowance, Option<Box<dyn Task>>) {
         let now = clock.utc();
-        let origin_s = boot.up_s - clock.now_ns() as f64 * 1e-9;
+        let origin_s = boot.up_s - clock.since_origin_s();
         let before = self.before(&boot, origin_s, now);
         let (sender, spans): (Sender<Span>, Receiver<Span>) = crossbeam_channel::unbounded();
         let mut books = self.books;
@@ -230,7 +230,7 @@ struct DoseKeeper {
     whose: Whose,
     clock: Arc<dyn Clock>,
     boot: Boot,
-    /// Origin of the bench's clock, in seconds of this run of the computer.
+    /// Origin of the bench's clock, in seconds of this run of the computer, of which suspensions are a part.
     origin_s: f64,
     spans: Receiver<Span>,
     open: Option<Span>,
@@ -254,6 +254,7 @@ impl DoseKeeper {
         Ok(())
     }
 
+    /// A span that the computer was suspended in or after lies that much later: its end counts.
     fn driven(&self, span: Span, driven_s: f64) -> Driven {
         let start_s = span.start_ns as f64 * 1e-9;
         let ago_s = self.clock.now_ns() as f64 * 1e-9 - start_s;
@@ -261,10 +262,11 @@ impl DoseKeeper {
         let now = self.clock.utc();
         Driven {
             boot: self.boot.id.clone(),
-            up_s: (self.origin_s + start_s).max(0.0),
+            up_s: (self.origin_s + self.clock.since_origin_s() - ago_s).max(0.0),
             driven_s,
             date: now.saturating_sub(ago).unwrap_or(now),
             whose: self.whose,
+            machine: self.boot.machine.clone(),
         }
     }
 
@@ -335,16 +337,22 @@ impl Task for DoseKeeper {
 mod tests {
     use super::*;
 
-    /// A clock that the test sets; its date is its time.
-    struct Hands(std::sync::atomic::AtomicU64);
+    /// A clock that the test sets, and for how long the computer was suspended, s; its date is its time.
+    #[derive(Default)]
+    struct Hands(std::sync::atomic::AtomicU64, std::sync::atomic::AtomicU64);
 
     impl Clock for Hands {
         fn now_ns(&self) -> u64 {
             self.0.load(std::sync::atomic::Ordering::Relaxed)
         }
 
+        fn suspended_ns(&self) -> u64 {
+            1_000_000_000 * self.1.load(std::sync::atomic::Ordering::Relaxed)
+        }
+
         fn utc(&self) -> Timestamp {
-            Timestamp::from_nanosecond(i128::from(self.now_ns())).unwrap()
+            let passed_ns = self.now_ns() + self.suspended_ns();
+            Timestamp::from_nanosecond(i128::from(passed_ns)).unwrap()
         }
     }
 
@@ -352,6 +360,7 @@ mod tests {
         Boot {
             id: Some("abc".to_owned()),
             up_s,
+            machine: Some("1".to_owned()),
         }
     }
 
@@ -373,7 +382,7 @@ mod tests {
         fn new() -> Self {
             let folder = tempfile::tempdir().unwrap();
             let account = Self::account_in(folder.path());
-            let clock = Arc::new(Hands(std::sync::atomic::AtomicU64::new(0)));
+            let clock = Arc::new(Hands::default());
             let shared: Arc<dyn Clock> = clock.clone();
             let (allowance, task) = account.begin(&shared, boot(1000.0));
             Self {
@@ -457,6 +466,29 @@ mod tests {
         assert!((wait_s - 3599.0).abs() < 1e-3, "{wait_s}");
     }
 
+    /// The lid is closed over lunch, and the plate driven afterwards by the same program.
+    /// Fault 42.
+    /// Hazard 5.
+    #[test]
+    fn what_was_driven_after_a_suspension_is_not_older_for_it() {
+        let mut rig = Rig::new();
+        rig.driven(1.0, 2.0);
+        rig.at(10.0);
+        rig.clock
+            .1
+            .store(3600, std::sync::atomic::Ordering::Relaxed);
+        rig.driven(20.0, 500.0);
+        rig.task.finish().unwrap();
+        let book = read(&participant_path(rig.folder.path())).unwrap();
+        let after = book.last().unwrap();
+        assert!((after.up_s - 4620.0).abs() < 1e-3, "{}", after.up_s);
+        let since = after.date.duration_since(Timestamp::UNIX_EPOCH);
+        assert!((since.as_secs_f64() - 3620.0).abs() < 1e-3);
+        // The next program, right after this one.
+        let left_s = rig.left_s(3600.0 + 500.0);
+        assert!((left_s - 120.0).abs() < 1e-3, "{left_s}");
+    }
+
     #[test]
     fn nothing_is_written_for_a_bench_that_is_not_driven() {
         let mut rig = Rig::new();
@@ -469,7 +501,7 @@ mod tests {
     #[test]
     fn an_unnamed_finger_may_be_anybodys_and_a_calibration_has_none() {
         let folder = tempfile::tempdir().unwrap();
-        let clock = Arc::new(Hands(std::sync::atomic::AtomicU64::new(0)));
+        let clock = Arc::new(Hands::default());
         let shared: Arc<dyn Clock> = clock.clone();
         let left_s = |of: &Path, whose| {
             let left_s = Rig::of(of, whose).left_s(&boot(1100.0), clock.utc());
@@ -502,7 +534,7 @@ mod tests {
         let whose: Vec<_> = words
             .lines()
             .skip(1)
-            .map(|line| line.rsplit('\t').next().unwrap())
+            .map(|line| line.split('\t').nth(4).unwrap())
             .collect();
         assert_eq!(whose, ["named", "unnamed", "nobody"]);
     }
@@ -530,7 +562,7 @@ mod tests {
     #[test]
     fn a_simulated_bench_keeps_nothing() {
         let account = DoseAccount::open(None, Whose::Named, 600.0, 10.0).unwrap();
-        let clock: Arc<dyn Clock> = Arc::new(Hands(std::sync::atomic::AtomicU64::new(0)));
+        let clock: Arc<dyn Clock> = Arc::new(Hands::default());
         let (allowance, task) = account.begin(&clock, boot(5.0));
         assert!(task.is_none() && allowance.spans.is_none());
     }

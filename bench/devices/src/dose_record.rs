@@ -2,17 +2,21 @@
 //!
 //! Within one run of the computer its own clock counts, which nobody sets. Over a restart the wall clock is believed
 //! only where it says that more than a day has passed: a wall clock that is hours wrong, or set by hours, frees no
-//! driving time.
+//! driving time. A span of another computer, or of one that the record does not name, may be younger than this run: it
+//! lies as late as this run's start, the wall clock and the order of the record allow.
 
 use jiff::{SignedDuration, Timestamp};
 
 use crate::boot::Boot;
 
-const HEADER: &str = "boot\tup_s\tdriven_s\tdate\n";
+const HEADER: &str = "boot\tup_s\tdriven_s\tdate\tmachine\n";
 /// Header of a bench's record, which says of each span whose finger may have been on the plate.
-const BENCH_HEADER: &str = "boot\tup_s\tdriven_s\tdate\twhose\n";
-/// Run of a computer that does not tell its runs apart.
-const NO_BOOT: &str = "-";
+const BENCH_HEADER: &str = "boot\tup_s\tdriven_s\tdate\twhose\tmachine\n";
+/// Headers of both by earlier versions, which did not say on which computer.
+const OLDER_HEADER: &str = "boot\tup_s\tdriven_s\tdate\n";
+const OLDER_BENCH_HEADER: &str = "boot\tup_s\tdriven_s\tdate\twhose\n";
+/// Run of a computer that does not tell its runs apart, and a computer that cannot be told from others.
+const UNNAMED: &str = "-";
 /// Age from which on the wall clock is believed over a restart, s.
 pub const BELIEVED_S: f64 = 86_400.0;
 /// Age from which on a span of this run is left out of the record, s.
@@ -73,6 +77,28 @@ pub struct Driven {
     pub date: Timestamp,
     /// Whose finger may have been on the plate; that of nobody who was named where the record does not say.
     pub whose: Whose,
+    /// The computer; `None` where the record does not say, or the computer cannot be told from others.
+    pub machine: Option<String>,
+}
+
+/// Columns of a record beside the first four.
+#[derive(Debug, Clone, Copy)]
+struct Columns {
+    whose: bool,
+    machine: bool,
+}
+
+impl Columns {
+    fn of(header: &str) -> Option<Self> {
+        let (whose, machine) = match header {
+            HEADER => (false, true),
+            BENCH_HEADER => (true, true),
+            OLDER_HEADER => (false, false),
+            OLDER_BENCH_HEADER => (true, false),
+            _ => return None,
+        };
+        Some(Self { whose, machine })
+    }
 }
 
 /// A line of a record that cannot be read.
@@ -89,33 +115,32 @@ pub struct DamagedLine {
 /// The first line that cannot be read: nobody can tell then what was driven.
 pub fn parse(text: &str) -> Result<Vec<Driven>, DamagedLine> {
     let mut lines = text.split_inclusive('\n').enumerate();
-    let says_whose = match lines.next() {
-        Some((_, HEADER)) => false,
-        Some((_, BENCH_HEADER)) => true,
-        _ => return Err(DamagedLine { line: 1 }),
+    let columns = lines.next().and_then(|(_, header)| Columns::of(header));
+    let Some(columns) = columns else {
+        return Err(DamagedLine { line: 1 });
     };
     lines
-        .map(|(i, line)| row(line, says_whose).ok_or(DamagedLine { line: i + 1 }))
+        .map(|(i, line)| row(line, columns).ok_or(DamagedLine { line: i + 1 }))
         .collect()
 }
 
-/// Returns the run of the computer that a record names: `Some(None)` for one that does not tell its runs apart,
-/// `None` for what is no name.
-pub fn boot_named(word: &str) -> Option<Option<String>> {
+/// Returns the run, or the computer, that a record names: `Some(None)` for one that cannot be told from others, `None`
+/// for what is no name.
+pub fn id_named(word: &str) -> Option<Option<String>> {
     let named = |c: char| c.is_ascii_hexdigit() || c == '-';
     let is_name = !word.is_empty() && word.len() <= 64 && word.chars().all(named);
-    is_name.then(|| (word != NO_BOOT).then(|| word.to_owned()))
+    is_name.then(|| (word != UNNAMED).then(|| word.to_owned()))
 }
 
-/// Returns the word for a run of the computer, which [`boot_named`] reads.
-pub fn boot_word(boot: Option<&str>) -> &str {
-    boot.unwrap_or(NO_BOOT)
+/// Returns the word for a run or a computer, which [`id_named`] reads.
+pub fn id_word(id: Option<&str>) -> &str {
+    id.unwrap_or(UNNAMED)
 }
 
-fn row(line: &str, says_whose: bool) -> Option<Driven> {
+fn row(line: &str, columns: Columns) -> Option<Driven> {
     let line = line.strip_suffix('\n')?;
     let mut fields = line.split('\t');
-    let boot = boot_named(fields.next()?)?;
+    let boot = id_named(fields.next()?)?;
     let number = |text: &str| {
         text.parse()
             .ok()
@@ -124,10 +149,15 @@ fn row(line: &str, says_whose: bool) -> Option<Driven> {
     let up_s = number(fields.next()?)?;
     let driven_s = number(fields.next()?)?;
     let date = fields.next()?.parse().ok()?;
-    let whose = if says_whose {
+    let whose = if columns.whose {
         Whose::named(fields.next()?)?
     } else {
         Whose::Unnamed
+    };
+    let machine = if columns.machine {
+        id_named(fields.next()?)?
+    } else {
+        None
     };
     (fields.next().is_none() && driven_s <= LONGEST_S).then_some(Driven {
         boot,
@@ -135,67 +165,89 @@ fn row(line: &str, says_whose: bool) -> Option<Driven> {
         driven_s,
         date,
         whose,
+        machine,
     })
 }
 
 /// Returns the text of a participant's record.
 #[must_use]
 pub fn to_text(spans: &[Driven]) -> String {
-    let rows = spans.iter().map(|span| four_columns(span) + "\n");
+    let rows = spans
+        .iter()
+        .map(|span| format!("{}\t{}\n", four_columns(span), machine_word(span)));
     std::iter::once(HEADER.to_owned()).chain(rows).collect()
 }
 
 /// Returns the text of a bench's record.
 #[must_use]
 pub fn to_bench_text(spans: &[Driven]) -> String {
-    let rows = spans
-        .iter()
-        .map(|span| format!("{}\t{}\n", four_columns(span), span.whose.word()));
+    let rows = spans.iter().map(|span| {
+        let (whose, machine) = (span.whose.word(), machine_word(span));
+        format!("{}\t{whose}\t{machine}\n", four_columns(span))
+    });
     std::iter::once(BENCH_HEADER.to_owned())
         .chain(rows)
         .collect()
 }
 
+fn machine_word(span: &Driven) -> &str {
+    id_word(span.machine.as_deref())
+}
+
 fn four_columns(span: &Driven) -> String {
-    let boot = boot_word(span.boot.as_deref());
+    let boot = id_word(span.boot.as_deref());
     format!(
         "{boot}\t{:.3}\t{:.3}\t{}",
         span.up_s, span.driven_s, span.date
     )
 }
 
-/// Returns what may still lie within the last hour, as start and end in seconds of the present run of the computer;
-/// what was driven in an earlier run lies as late as it can, before the start of the present one.
+/// Returns what may still lie within the last hour, as start and end in seconds of the present run of the computer. What
+/// was driven in an earlier run of this computer lies as late as it can before the start of the present one, what was
+/// driven on another computer as late as it can before `now`; no two spans share any time, and they keep their order.
 #[must_use]
 pub fn on_this_run(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<(f64, f64)> {
     let mut placed = Vec::new();
-    // End of what was driven in earlier runs, and the earlier run that is being placed: its name and its shift.
-    let mut until_s = 0.0;
+    // Start of what was driven next, and the other run that is being placed: its name and its shift.
+    let mut until_s = boot.up_s;
     let mut run: Option<(&str, f64)> = None;
-    for span in spans.iter().rev() {
+    for (i, span) in spans.iter().enumerate().rev() {
         let wall_s = age_s(span, now);
-        match (&span.boot, &boot.id) {
+        let by_wall_s = boot.up_s - wall_s.max(0.0);
+        let (start_s, end_s) = (span.up_s, span.up_s + span.driven_s);
+        let end_s = match (&span.boot, &boot.id) {
             (Some(of), Some(this)) if of == this => {
-                placed.push((span.up_s, span.up_s + span.driven_s));
+                placed.push((start_s, end_s));
+                until_s = until_s.min(start_s);
+                continue;
             }
-            (Some(_), Some(_)) if wall_s > BELIEVED_S => {}
+            (Some(_), Some(_)) if wall_s > BELIEVED_S => continue,
             (Some(of), Some(_)) => {
-                let end_s = span.up_s + span.driven_s;
                 let shift_s = match run {
                     Some((name, shift_s)) if name == of => shift_s,
-                    _ => until_s - end_s,
+                    _ if span.machine.is_some() && span.machine == boot.machine => {
+                        until_s.min(0.0) - end_s
+                    }
+                    _ => {
+                        let after_s = end_of_this_run(&spans[..i], boot) + span.driven_s;
+                        by_wall_s.max(after_s).max(0.0).min(until_s) - end_s
+                    }
                 };
                 run = Some((of, shift_s));
-                until_s = f64::min(until_s, span.up_s + shift_s);
-                placed.push((span.up_s + shift_s, end_s + shift_s));
+                until_s.min(end_s + shift_s)
             }
-            _ => {
-                let end_s = boot.up_s - wall_s.max(0.0);
-                placed.push((end_s - span.driven_s, end_s));
-            }
-        }
+            _ => until_s.min(by_wall_s),
+        };
+        until_s = end_s - span.driven_s;
+        placed.push((until_s, end_s));
     }
     placed
+}
+
+/// Returns the end of what was last driven in the present run, s; minus infinity if nothing was.
+fn end_of_this_run(spans: &[Driven], boot: &Boot) -> f64 {
+    let last = spans.iter().rev().find(|span| span.boot == boot.id);
+    last.map_or(f64::NEG_INFINITY, |span| span.up_s + span.driven_s)
 }
 
 /// Returns the time since the end of a span by the wall clock, s.
@@ -233,6 +285,7 @@ mod tests {
             driven_s,
             date: at(date),
             whose: Whose::Unnamed,
+            machine: Some("1".to_owned()),
         }
     }
 
@@ -240,6 +293,14 @@ mod tests {
         Boot {
             id: Some(id.to_owned()),
             up_s,
+            machine: Some("1".to_owned()),
+        }
+    }
+
+    fn on(machine: Option<&str>, span: Driven) -> Driven {
+        Driven {
+            machine: machine.map(str::to_owned),
+            ..span
         }
     }
 
@@ -296,12 +357,65 @@ mod tests {
         let nowhere = Boot {
             id: None,
             up_s: 0.0,
+            machine: None,
         };
         let placed = on_this_run(&spans, &nowhere, at(NOON));
         assert_eq!(placed, [(-600.0, -540.0)]);
         // Dated in the future, it may have been just now.
         let early = on_this_run(&spans, &nowhere, at("2026-05-04T11:00:00Z"));
         assert_eq!(early, [(-60.0, 0.0)]);
+    }
+
+    /// Driven for ten minutes on one computer, the participant moves to another that has been on for five hours.
+    /// Fault 42.
+    /// Hazard 5.
+    #[test]
+    fn what_was_driven_on_another_computer_counts() {
+        let now = at("2026-05-04T12:11:00Z");
+        let five_hours = run("b", 18_000.0);
+        for machine in [Some("2"), None] {
+            let spans = [on(machine, driven("a", 500.0, 600.0, NOON))];
+            let placed = on_this_run(&spans, &five_hours, now);
+            assert_eq!(placed, [(17_340.0, 17_940.0)], "{machine:?}");
+            // A clock that is behind cannot say when: it may have been just now.
+            let placed = on_this_run(&spans, &five_hours, at("2026-05-04T08:00:00Z"));
+            assert_eq!(placed, [(17_400.0, 18_000.0)], "{machine:?}");
+            // Nor can one that is ahead make it older than the start of this run.
+            let placed = on_this_run(&spans, &five_hours, at("2026-05-05T11:00:00Z"));
+            assert_eq!(placed, [(-600.0, 0.0)], "{machine:?}");
+            assert_eq!(kept(&spans, &five_hours, now), spans);
+        }
+        let here = [driven("a", 500.0, 600.0, NOON)];
+        assert_eq!(on_this_run(&here, &five_hours, now), [(-600.0, 0.0)]);
+    }
+
+    /// Fault 42.
+    #[test]
+    fn spans_of_several_computers_keep_their_order_and_share_no_time() {
+        let there = |boot: &str, up_s, driven_s| on(Some("2"), driven(boot, up_s, driven_s, NOON));
+        let (boot, late) = (run("b", 9_000.0), at("2026-05-04T20:00:00Z"));
+        // There and back: after this run's own, whatever the wall clock says.
+        let spans = [driven("b", 8_000.0, 100.0, NOON), there("a", 1.0, 50.0)];
+        let placed = on_this_run(&spans, &boot, late);
+        assert_eq!(placed, [(8_100.0, 8_150.0), (8_000.0, 8_100.0)]);
+        let spans = [there("a", 1.0, 50.0), driven("b", 8_000.0, 100.0, NOON)];
+        let placed = on_this_run(&spans, &boot, at(NOON));
+        assert_eq!(placed, [(8_000.0, 8_100.0), (7_950.0, 8_000.0)]);
+        // Two runs, neither of which has a date that can be true; within a run its own clock counts.
+        let spans = [
+            there("a", 1.0, 50.0),
+            there("c", 7.0, 20.0),
+            there("c", 100.0, 30.0),
+        ];
+        let placed = on_this_run(&spans, &boot, at("2026-05-04T11:00:00Z"));
+        assert_eq!(
+            placed,
+            [(8_970.0, 9_000.0), (8_877.0, 8_897.0), (8_827.0, 8_877.0)]
+        );
+        // An earlier run of this computer lies before all of that, and before this run.
+        let spans = [driven("d", 5.0, 60.0, NOON), there("a", 1.0, 50.0)];
+        let placed = on_this_run(&spans, &boot, at(NOON));
+        assert_eq!(placed, [(8_950.0, 9_000.0), (-60.0, 0.0)]);
     }
 
     #[test]
@@ -313,11 +427,13 @@ mod tests {
             ("boot\n".to_owned(), 1),
             (good.trim_end().to_owned(), 2),
             (format!("{good}a\t1\t2\n"), 3),
-            (format!("{good}a\t1\t-2\t{NOON}\n"), 3),
-            (format!("{good}a\t1\tNaN\t{NOON}\n"), 3),
-            (format!("{good}a\t1\t1e300\t{NOON}\n"), 3),
-            (format!("{good}a b\t1\t1\t{NOON}\n"), 3),
-            (format!("{good}a\t1\t1\tyesterday\n"), 3),
+            (format!("{good}a\t1\t-2\t{NOON}\t1\n"), 3),
+            (format!("{good}a\t1\tNaN\t{NOON}\t1\n"), 3),
+            (format!("{good}a\t1\t1e300\t{NOON}\t1\n"), 3),
+            (format!("{good}a b\t1\t1\t{NOON}\t1\n"), 3),
+            (format!("{good}a\t1\t1\tyesterday\t1\n"), 3),
+            (format!("{good}a\t1\t1\t{NOON}\n"), 3),
+            (format!("{good}a\t1\t1\t{NOON}\tmy machine\n"), 3),
             (format!("{good}\n{good}"), 3),
         ] {
             assert_eq!(parse(&text), Err(DamagedLine { line }), "{text:?}");
@@ -332,12 +448,25 @@ mod tests {
         });
         let text = to_bench_text(&spans);
         assert_eq!(parse(&text).unwrap(), spans);
-        let older = parse(&to_text(&spans)).unwrap();
-        assert!(older.iter().all(|span| span.whose == Whose::Unnamed));
+        let plain = parse(&to_text(&spans)).unwrap();
+        assert!(plain.iter().all(|span| span.whose == Whose::Unnamed));
+        let older = text.replace("\tmachine\n", "\n").replace("\t1\n", "\n");
+        let unknown = spans.clone().map(|span| on(None, span));
+        assert_eq!(parse(&older).unwrap(), unknown);
+        let older = older.replace("\twhose", "").replace("\tunnamed", "");
+        let older = older
+            .lines()
+            .take(1)
+            .chain(older.lines().filter(|line| line.ends_with('Z')));
+        let older: String = older.map(|line| format!("{line}\n")).collect();
+        assert_eq!(
+            parse(&older).unwrap(),
+            [on(None, driven("a", 1.0, 2.0, NOON))]
+        );
         for (from, to) in [
             ("\tnamed", "\tsomebody"),
             ("\tnamed", ""),
-            ("\tnamed", "\tnamed\tx"),
+            ("\tnamed", "\tnamed\t1"),
         ] {
             let damaged = text.replace(from, to);
             assert_eq!(parse(&damaged), Err(DamagedLine { line: 4 }), "{damaged}");
@@ -347,23 +476,24 @@ mod tests {
     proptest! {
         #[test]
         fn a_record_reads_as_it_was_written(
-            rows in prop::collection::vec((prop::option::of("[0-9a-f]{1,36}"), 0u32..1_000_000, 0u32..100_000, 0i64..2_000_000_000), 0..20),
+            rows in prop::collection::vec((prop::option::of("[0-9a-f]{1,36}"), prop::option::of("[0-9a-f]{16}"), 0u32..1_000_000, 0u32..100_000, 0i64..2_000_000_000), 0..20),
         ) {
             let spans: Vec<Driven> = rows
                 .into_iter()
-                .map(|(boot, up, driven, date)| Driven {
+                .map(|(boot, machine, up, driven, date)| Driven {
                     boot,
                     up_s: f64::from(up) / 8.0,
                     driven_s: f64::from(driven) / 8.0,
                     date: Timestamp::from_second(date).unwrap(),
                     whose: Whose::Unnamed,
+                    machine,
                 })
                 .collect();
             prop_assert_eq!(parse(&to_text(&spans)).unwrap(), spans);
         }
 
         #[test]
-        fn no_text_makes_the_reader_fail_otherwise(text in "(boot\tup_s\tdriven_s\tdate\n)?[0-9a-f\t\n.:TZe-]{0,80}") {
+        fn no_text_makes_the_reader_fail_otherwise(text in "(boot\tup_s\tdriven_s\tdate(\tmachine)?\n)?[0-9a-f\t\n.:TZe-]{0,80}") {
             let _ = parse(&text);
         }
 

@@ -8,6 +8,8 @@ use jiff::Timestamp;
 use recording::disk::replace_file;
 use serde::{Deserialize, Serialize};
 
+use crate::machine;
+
 /// Longest wait for the press, and for the release, s.
 pub const PATIENCE_S: f64 = 60.0;
 /// Time for which a level must last to count, s: a contact bounces.
@@ -87,6 +89,9 @@ pub struct EstopPress {
     pub pressed: Timestamp,
     /// The line that saw it: a press of another bench proves nothing.
     pub line: String,
+    /// The computer that saw it, on each of which a line has the same name; absent where it cannot be told from others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine: Option<String>,
 }
 
 /// A press that is missing, too old, of another line, or dated in the future.
@@ -111,6 +116,9 @@ pub enum EstopPressError {
         /// Line of this bench.
         line: String,
     },
+    /// The record is of another computer.
+    #[error("the e-stop was tested on another computer: {HOW}")]
+    OtherComputer,
     /// The press is too long ago.
     #[error(
         "the e-stop was last tested {hours:.1} hours ago, more than safety.estop_test_hours = {most}: {HOW}"
@@ -135,10 +143,12 @@ const HOW: &str = "press it once, `friction-bench check --press-estop`";
 /// Time ahead from which on a date is not the clock's inaccuracy, h.
 const AHEAD_H: f64 = 0.1;
 
-/// Returns where the record lies, beside the calibration at `calibration`.
+/// Returns where the record lies, beside the calibration at `calibration` and named after it: several benches may have
+/// their files in one folder. The `estop.toml` of earlier versions, which may be any of theirs, is not read.
 #[must_use]
 pub fn record_path(calibration: &Path) -> PathBuf {
-    calibration.with_file_name("estop.toml")
+    let stem = calibration.file_stem().unwrap_or_default();
+    calibration.with_file_name(format!("{}-estop.toml", stem.to_string_lossy()))
 }
 
 /// Returns the name of the line that the e-stop of `config` is wired to; `None` without one.
@@ -164,12 +174,16 @@ impl EstopPress {
     /// # Errors
     /// When the file cannot be written.
     pub fn record(path: &Path, line: String, pressed: Timestamp) -> anyhow::Result<Self> {
-        let press = Self { pressed, line };
+        let press = Self {
+            pressed,
+            line,
+            machine: machine::id(),
+        };
         replace_file(path, toml::to_string(&press)?.as_bytes())?;
         Ok(press)
     }
 
-    /// Returns the record at `path` if it is of `line` and not older than `most_hours` at `now`.
+    /// Returns the record at `path` if it is of `line` of this computer and not older than `most_hours` at `now`.
     ///
     /// # Errors
     /// [`EstopPressError`] says what is wrong with it, and what to do.
@@ -196,6 +210,9 @@ impl EstopPress {
                 found: press.line,
                 line: line.to_owned(),
             });
+        }
+        if press.machine != machine::id() {
+            return Err(EstopPressError::OtherComputer);
         }
         let hours = now.duration_since(press.pressed).as_secs_f64() / 3600.0;
         if hours < -AHEAD_H {
@@ -269,6 +286,14 @@ mod tests {
         );
     }
 
+    /// Hazard 16.
+    #[test]
+    fn two_benches_in_one_folder_have_a_record_each() {
+        let [a, b] = ["a.toml", "b.toml"].map(|name| record_path(&Path::new("benches").join(name)));
+        assert_eq!(a, Path::new("benches").join("a-estop.toml"));
+        assert_ne!(a, b);
+    }
+
     #[test]
     fn only_a_fresh_press_of_this_line_counts() {
         let folder = tempfile::tempdir().unwrap();
@@ -285,6 +310,16 @@ mod tests {
         assert!(matches!(other, Err(EstopPressError::OtherLine { .. })));
         let before = require("a", at("2026-05-04T11:00:00Z"));
         assert!(matches!(before, Err(EstopPressError::Future { .. })));
+        // The same line of another computer, and a record of a version that did not say which.
+        for text in ["", "machine = \"0123456789abcdef\"\n"] {
+            if text.is_empty() && machine::id().is_none() {
+                continue;
+            }
+            let text = format!("pressed = \"{now}\"\nline = \"a\"\n{text}");
+            std::fs::write(&path, text).unwrap();
+            let elsewhere = require("a", now);
+            assert!(matches!(elsewhere, Err(EstopPressError::OtherComputer)));
+        }
         std::fs::write(&path, "pressed = 1").unwrap();
         let damaged = require("a", now);
         assert!(matches!(damaged, Err(EstopPressError::Unreadable { .. })));

@@ -2,14 +2,17 @@
 //!
 //! A plate cools by the time that has passed for certain. Within one run of the computer its own clock counts, which
 //! nobody sets; over a restart the time since that start has passed. The wall clock is believed only where it says that
-//! more than a day has passed, or where there is no other clock, and no clock that jumped backwards cools anything.
+//! more than a day has passed, or where there is no other clock, and no clock that jumped backwards cools anything. Of
+//! what another computer wrote, or one that the record does not name, the shorter of both times has passed for certain.
 
 use jiff::Timestamp;
 
 use crate::boot::Boot;
-use crate::dose_record::{BELIEVED_S, DamagedLine, boot_named, boot_word};
+use crate::dose_record::{BELIEVED_S, DamagedLine, id_named, id_word};
 
-const HEADER: &str = "boot\tup_s\trise_k\tdate\n";
+const HEADER: &str = "boot\tup_s\trise_k\tdate\tmachine\n";
+/// Header by earlier versions, which did not say on which computer.
+const OLDER_HEADER: &str = "boot\tup_s\trise_k\tdate\n";
 /// Warmest plate that a record may tell of, K: glass softens before.
 const WARMEST_K: f64 = 500.0;
 
@@ -24,6 +27,8 @@ pub struct Warmth {
     pub rise_k: f64,
     /// When, by the wall clock.
     pub date: Timestamp,
+    /// The computer; `None` where the record does not say, or the computer cannot be told from others.
+    pub machine: Option<String>,
 }
 
 impl Warmth {
@@ -33,7 +38,11 @@ impl Warmth {
         let wall_s = now.duration_since(self.date).as_secs_f64();
         let certain_s = match (&self.boot, &boot.id) {
             (Some(of), Some(this)) if of == this => boot.up_s - self.up_s,
-            (Some(_), Some(_)) if wall_s <= BELIEVED_S => boot.up_s,
+            (Some(_), Some(_)) if wall_s > BELIEVED_S => wall_s,
+            (Some(_), Some(_)) if self.machine.is_some() && self.machine == boot.machine => {
+                boot.up_s
+            }
+            (Some(_), Some(_)) => wall_s.min(boot.up_s),
             _ => wall_s,
         };
         certain_s.max(0.0)
@@ -45,24 +54,32 @@ impl Warmth {
 /// # Errors
 /// The first line that cannot be read: nobody can tell then how warm the plate was.
 pub fn parse(text: &str) -> Result<Warmth, DamagedLine> {
-    let Some(line) = text.strip_prefix(HEADER) else {
-        return Err(DamagedLine { line: 1 });
+    let (line, says_machine) = match (text.strip_prefix(HEADER), text.strip_prefix(OLDER_HEADER)) {
+        (Some(line), _) => (line, true),
+        (None, Some(line)) => (line, false),
+        (None, None) => return Err(DamagedLine { line: 1 }),
     };
-    row(line).ok_or(DamagedLine { line: 2 })
+    row(line, says_machine).ok_or(DamagedLine { line: 2 })
 }
 
-fn row(line: &str) -> Option<Warmth> {
+fn row(line: &str, says_machine: bool) -> Option<Warmth> {
     let mut fields = line.strip_suffix('\n')?.split('\t');
-    let boot = boot_named(fields.next()?)?;
+    let boot = id_named(fields.next()?)?;
     let up_s: f64 = fields.next()?.parse().ok()?;
     let rise_k: f64 = fields.next()?.parse().ok()?;
     let date = fields.next()?.parse().ok()?;
+    let machine = if says_machine {
+        id_named(fields.next()?)?
+    } else {
+        None
+    };
     let told = up_s.is_finite() && up_s >= 0.0 && (0.0..=WARMEST_K).contains(&rise_k);
     (fields.next().is_none() && told).then_some(Warmth {
         boot,
         up_s,
         rise_k,
         date,
+        machine,
     })
 }
 
@@ -74,11 +91,13 @@ pub fn to_text(warmth: &Warmth) -> String {
         up_s,
         rise_k,
         date,
+        machine,
     } = warmth;
     let rise_k = rise_k.clamp(0.0, WARMEST_K);
     format!(
-        "{HEADER}{}\t{up_s:.3}\t{rise_k:.3}\t{date}\n",
-        boot_word(boot.as_deref())
+        "{HEADER}{}\t{up_s:.3}\t{rise_k:.3}\t{date}\t{}\n",
+        id_word(boot.as_deref()),
+        id_word(machine.as_deref())
     )
 }
 
@@ -99,6 +118,7 @@ mod tests {
             up_s: 1000.0,
             rise_k: 12.5,
             date: at(NOON),
+            machine: Some("1".to_owned()),
         }
     }
 
@@ -106,6 +126,7 @@ mod tests {
         Boot {
             id: id.map(str::to_owned),
             up_s,
+            machine: Some("1".to_owned()),
         }
     }
 
@@ -137,6 +158,30 @@ mod tests {
         }
     }
 
+    /// A bench is moved to a computer that has been on for five hours.
+    /// Fault 42.
+    /// Hazard 4.
+    #[test]
+    fn another_computers_run_cools_no_plate() {
+        let moved = at("2026-05-04T12:01:00Z");
+        for machine in [Some("2".to_owned()), None] {
+            let there = Warmth {
+                machine,
+                ..warmth(Some("a"))
+            };
+            assert_eq!(there.age_s(&run(Some("b"), 18_000.0), moved), 60.0);
+            assert_eq!(there.age_s(&run(Some("b"), 30.0), moved), 30.0);
+            assert_eq!(
+                there.age_s(&run(Some("b"), 30.0), at("1999-01-01T00:00:00Z")),
+                0.0
+            );
+        }
+        let older = to_text(&warmth(Some("a")))
+            .replace("\tmachine", "")
+            .replace("\t1\n", "\n");
+        assert_eq!(parse(&older).unwrap().machine, None);
+    }
+
     /// Fault 39.
     #[test]
     fn no_clock_that_jumped_backwards_cools_a_plate() {
@@ -165,12 +210,13 @@ mod tests {
             (HEADER.to_owned(), 2),
             (good.trim_end().to_owned(), 2),
             (format!("{good}{good}"), 2),
-            (format!("{HEADER}a\t1\t-0.1\t{NOON}\n"), 2),
-            (format!("{HEADER}a\t1\tNaN\t{NOON}\n"), 2),
-            (format!("{HEADER}a\t1\t501\t{NOON}\n"), 2),
-            (format!("{HEADER}a\tinf\t1\t{NOON}\n"), 2),
-            (format!("{HEADER}a b\t1\t1\t{NOON}\n"), 2),
-            (format!("{HEADER}a\t1\t1\tyesterday\n"), 2),
+            (format!("{HEADER}a\t1\t-0.1\t{NOON}\t1\n"), 2),
+            (format!("{HEADER}a\t1\tNaN\t{NOON}\t1\n"), 2),
+            (format!("{HEADER}a\t1\t501\t{NOON}\t1\n"), 2),
+            (format!("{HEADER}a\tinf\t1\t{NOON}\t1\n"), 2),
+            (format!("{HEADER}a b\t1\t1\t{NOON}\t1\n"), 2),
+            (format!("{HEADER}a\t1\t1\tyesterday\t1\n"), 2),
+            (format!("{HEADER}a\t1\t1\t{NOON}\n"), 2),
         ] {
             assert_eq!(parse(&text), Err(DamagedLine { line }), "{text:?}");
         }
@@ -186,6 +232,7 @@ mod tests {
                 up_s: f64::from(up) / 8.0,
                 rise_k: f64::from(rise) / 8.0,
                 date: Timestamp::from_second(date).unwrap(),
+                machine: Some("2".to_owned()),
             };
             prop_assert_eq!(parse(&to_text(&warmth)).unwrap(), warmth);
         }

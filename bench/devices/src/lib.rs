@@ -27,6 +27,7 @@ mod life;
 mod lock_folder;
 pub mod lost_frames;
 pub mod loudspeaker;
+mod machine;
 mod output_gap;
 pub mod plate_warmth;
 mod recorded_clocks;

@@ -119,8 +119,8 @@ impl PlateWarmth {
         let mut keeper = WarmthKeeper {
             path,
             heat: self.heat,
-            origin_s: boot.up_s - clock.now_ns() as f64 * 1e-9,
-            boot: boot.id,
+            origin_s: boot.up_s - clock.since_origin_s(),
+            boot,
             clock: Arc::clone(clock),
             signals: Arc::clone(signals),
             written: None,
@@ -155,8 +155,9 @@ fn read(path: &Path) -> Result<Option<Warmth>, WarmthError> {
 struct WarmthKeeper {
     path: PathBuf,
     heat: PlateHeat,
-    boot: Option<String>,
-    /// Origin of the bench's clock, in seconds of this run of the computer.
+    /// The run of the computer that the program began in.
+    boot: Boot,
+    /// Origin of the bench's clock, in seconds of this run of the computer, of which suspensions are a part.
     origin_s: f64,
     clock: Arc<dyn Clock>,
     signals: Arc<Signals>,
@@ -166,18 +167,19 @@ struct WarmthKeeper {
 impl WarmthKeeper {
     fn boot(&self) -> Boot {
         Boot {
-            id: self.boot.clone(),
-            up_s: (self.origin_s + self.clock.now_ns() as f64 * 1e-9).max(0.0),
+            up_s: (self.origin_s + self.clock.since_origin_s()).max(0.0),
+            ..self.boot.clone()
         }
     }
 
     fn write(&mut self, rise_k: f64) -> Result<(), DiskError> {
-        let Boot { id, up_s } = self.boot();
+        let Boot { id, up_s, machine } = self.boot();
         let warmth = Warmth {
             boot: id,
             up_s,
             rise_k,
             date: self.clock.utc(),
+            machine,
         };
         replace_file(&self.path, heat_record::to_text(&warmth).as_bytes())?;
         self.written = Some(warmth);
@@ -233,16 +235,22 @@ mod tests {
         limit_c: 40.0,
     };
 
-    /// A clock that the test sets; its date is its time.
-    struct Hands(AtomicU64);
+    /// A clock that the test sets, and for how long the computer was suspended, s; its date is its time.
+    #[derive(Default)]
+    struct Hands(AtomicU64, AtomicU64);
 
     impl Clock for Hands {
         fn now_ns(&self) -> u64 {
             self.0.load(Ordering::Relaxed)
         }
 
+        fn suspended_ns(&self) -> u64 {
+            1_000_000_000 * self.1.load(Ordering::Relaxed)
+        }
+
         fn utc(&self) -> Timestamp {
-            Timestamp::from_nanosecond(i128::from(self.now_ns())).unwrap()
+            let passed_ns = self.now_ns() + self.suspended_ns();
+            Timestamp::from_nanosecond(i128::from(passed_ns)).unwrap()
         }
     }
 
@@ -253,6 +261,7 @@ mod tests {
         Boot {
             id: Some("abc".to_owned()),
             up_s,
+            machine: Some("1".to_owned()),
         }
     }
 
@@ -271,7 +280,7 @@ mod tests {
 
         /// The next program on the bench, begun when the computer has been on for `up_s`.
         fn after(folder: tempfile::TempDir, up_s: f64) -> Self {
-            let clock = Arc::new(Hands(AtomicU64::new(0)));
+            let clock = Arc::new(Hands::default());
             let shared: Arc<dyn Clock> = clock.clone();
             let signals = Arc::new(Signals::default());
             let warmth = Self::opened(folder.path());
@@ -349,6 +358,20 @@ mod tests {
         assert!((again.began_k - cooled_k).abs() < 1e-2);
     }
 
+    /// Fault 42.
+    /// Hazard 4.
+    #[test]
+    fn a_plate_that_was_driven_after_a_suspension_is_not_cooler_for_it() {
+        let mut rig = Rig::new();
+        rig.at(10.0, 1.0);
+        rig.clock.1.store(3600, Ordering::Relaxed);
+        rig.at(20.0, 14.0);
+        rig.task.finish().unwrap();
+        let warmth = Rig::opened(rig.folder.path());
+        let found_k = warmth.rise_k(&boot(UP_S + 3620.0), rig.clock.utc());
+        assert!((found_k - 14.0).abs() < 2e-3, "{found_k}");
+    }
+
     #[test]
     fn a_damaged_record_is_refused_by_its_name_and_an_unwritable_one_before_the_drive() {
         let folder = tempfile::tempdir().unwrap();
@@ -361,7 +384,7 @@ mod tests {
         let error = PlateWarmth::open(Some(path), HEAT).unwrap_err();
         assert!(matches!(error, WarmthError::Unreadable { .. }));
         let nowhere = Some(folder.path().join("nowhere").join("warmth.tsv"));
-        let clock: Arc<dyn Clock> = Arc::new(Hands(AtomicU64::new(0)));
+        let clock: Arc<dyn Clock> = Arc::new(Hands::default());
         let begun = PlateWarmth::open(nowhere, HEAT).unwrap().begin(
             &clock,
             boot(UP_S),
@@ -372,7 +395,7 @@ mod tests {
 
     #[test]
     fn a_simulated_plate_keeps_nothing() {
-        let clock: Arc<dyn Clock> = Arc::new(Hands(AtomicU64::new(0)));
+        let clock: Arc<dyn Clock> = Arc::new(Hands::default());
         let warmth = PlateWarmth::open(None, HEAT).unwrap();
         let begun = warmth.begin(&clock, boot(UP_S), &Arc::new(Signals::default()));
         assert!(matches!(begun, Ok((0.0, None))));

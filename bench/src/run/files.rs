@@ -183,11 +183,12 @@ pub(super) fn machine(plan: &Plan, session: &study::SessionFolder) -> anyhow::Re
     Ok(machine)
 }
 
-/// Returns what makes the manifest and the folder of each attempt's recording. Its provenance is that of the
+/// Returns what makes the manifest and the folder of each attempt's recording, of the session with this number that
+/// follows the protocol in this file. Its provenance is that of the
 /// effective bench.
 pub(super) fn begin_recording(
     plan: &Plan,
-    session: u32,
+    (session, protocol_file): (u32, String),
     folder: PathBuf,
     (life, field_box): (&Life, Option<FieldBox>),
     priorities: impl Fn() -> ThreadPriorities + Send + 'static,
@@ -232,6 +233,7 @@ pub(super) fn begin_recording(
                         practice: key.practice,
                         condition: key.condition.clone(),
                         protocol: protocol.clone(),
+                        protocol_file: Some(protocol_file.clone()),
                         seed,
                         end: None,
                         interruption: None,

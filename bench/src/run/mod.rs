@@ -1,5 +1,6 @@
 //! `run`: a participant's session, from the files to the last line of the summary.
 
+mod edited_protocol;
 mod files;
 mod plan;
 pub(crate) mod recorded_plate;
@@ -132,7 +133,9 @@ pub fn run(
         after,
     } = bench;
     let mut session = session;
-    session.snapshot(&format!("{}.toml", protocol.name), &plan.protocol.text)?;
+    let protocol_edits = edited_protocol::accepted(&plan, &session)?;
+    let followed = session.snapshot(&format!("{}.toml", protocol.name), &plan.protocol.text)?;
+    let protocol_file = edited_protocol::file_name(&followed);
     session.snapshot("bench.toml", &config.to_toml()?)?;
     if let Some(calibration) = effective.calibration() {
         session.snapshot("calibration.toml", calibration.text())?;
@@ -143,6 +146,8 @@ pub fn run(
         participant: plan.participant.to_string(),
         session: number,
         protocol: protocol.name.clone(),
+        protocol_file: Some(protocol_file.clone()),
+        protocol_edits,
         seed: plan.seed,
         software: NAME.to_owned(),
         version: VERSION.to_owned(),
@@ -169,7 +174,13 @@ pub fn run(
         move || ThreadPriorities::now(&signals, &gauges)
     };
     let folder = session.folder().to_owned();
-    let begin = begin_recording(&plan, number, folder, (&life, field_box), priorities);
+    let begin = begin_recording(
+        &plan,
+        (number, protocol_file),
+        folder,
+        (&life, field_box),
+        priorities,
+    );
 
     let (mut front, dashboard) = shown(&plan, &life)?;
     front.show(tui::Event::Session(tui::event::SessionHeader {

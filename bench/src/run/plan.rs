@@ -43,6 +43,8 @@ pub struct Plan {
     pub ask: Vec<PersonDetail>,
     /// Go on with the last session.
     pub resume: bool,
+    /// Go on with a protocol that was edited since.
+    pub accept_edited_protocol: bool,
     /// Begin another session of a participant who has one.
     pub new_session: bool,
     /// Seed of every random choice.
@@ -106,7 +108,7 @@ impl ProtocolFile {
     }
 }
 
-fn read_text(name: &str) -> anyhow::Result<String> {
+pub(super) fn read_text(name: &str) -> anyhow::Result<String> {
     files::read_text(Path::new(name), files::TEXT_LIMIT_BYTES).map_err(|error| {
         if error.kind() != std::io::ErrorKind::NotFound {
             return anyhow::Error::from(error).context(format!("cannot read the protocol {name}"));
@@ -208,6 +210,7 @@ impl Plan {
             calibration: calibrate::path(&options.hardware),
             consent_by: options.consent_by.clone(),
             resume: options.resume,
+            accept_edited_protocol: options.accept_edited_protocol,
             new_session: options.new_session,
             headless: options.headless,
             preflight: None,

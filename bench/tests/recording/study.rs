@@ -41,6 +41,8 @@ fn start(resumed: bool) -> Start {
         participant: "sub-01".to_owned(),
         session: 1,
         protocol: "huloux2021".to_owned(),
+        protocol_file: Some("huloux2021.toml".to_owned()),
+        protocol_edits: Vec::new(),
         seed: u64::MAX,
         software: "friction-bench".to_owned(),
         version: "0.1.0".to_owned(),
@@ -50,6 +52,25 @@ fn start(resumed: bool) -> Start {
         preflight: Value::Null,
         configuration: json!({ "carrier_hz": 35_000.0 }),
     }
+}
+
+/// `sub-A` and `sub-a` are one folder on many disks.
+#[test]
+fn a_participant_who_differs_in_case_only_is_refused() {
+    let room = tempfile::tempdir().unwrap();
+    let study = open(&room.path().join("study")).unwrap();
+    let begin =
+        |id: &str, session| study.begin_session(&participant(id), session, "2026-05-04", "demo");
+    drop(begin("sub-A", 1).unwrap());
+    for refused in [
+        begin("sub-a", 1).map(drop),
+        study.next_session(&participant("sub-a")).map(drop),
+    ] {
+        let message = refused.unwrap_err().to_string();
+        assert!(message.starts_with("sub-a and sub-A, which "), "{message}");
+    }
+    assert_eq!(study.next_session(&participant("sub-A")).unwrap(), 2);
+    drop(begin("sub-B", 1).unwrap());
 }
 
 fn data(number: u64) -> Map<String, Value> {

@@ -51,6 +51,7 @@ pub fn manifest() -> Manifest {
             practice: false,
             condition: "6 Hz".to_owned(),
             protocol: "huloux2021".to_owned(),
+            protocol_file: Some("huloux2021.toml".to_owned()),
             seed: 42,
             end: None,
             interruption: None,

@@ -40,9 +40,10 @@ fn list(devices: &[String]) -> String {
 
 /// Returns the index in `devices` of the device that `wanted` names for `direction`.
 ///
-/// An exact id (with or without its host) or name goes before part of one, whatever the case. Among several matches raw
-/// devices go before others, even when another program holds them: a layer that resamples never takes their place. Of
-/// one raw device under several ids (ALSA names a card by name and by number) the first is taken.
+/// An exact id (with or without its host, and with or without the device's number on its card) or name goes before part
+/// of one, whatever the case. Among several matches raw devices go before others, even when another program holds them:
+/// a layer that resamples never takes their place. Of one raw device under several ids (ALSA names a card by name and by
+/// number) the first is taken; two cards of one model are two, whether one of them is in use or not.
 ///
 /// # Errors
 /// If nothing matches, or several different devices do.
@@ -50,6 +51,21 @@ pub(super) fn choose(
     devices: &[DeviceInfo],
     wanted: &str,
     direction: StreamDirection,
+) -> Result<usize, ChoiceError> {
+    choose_by(devices, wanted, direction, card_named)
+}
+
+/// Returns the name of the card with a number; `None` where the system has none.
+fn card_named(number: &str) -> Option<String> {
+    let name = std::fs::read_to_string(format!("/proc/asound/card{number}/id")).ok()?;
+    Some(name.trim().to_owned())
+}
+
+fn choose_by(
+    devices: &[DeviceInfo],
+    wanted: &str,
+    direction: StreamDirection,
+    card_named: impl Fn(&str) -> Option<String>,
 ) -> Result<usize, ChoiceError> {
     let everything: Vec<usize> = (0..devices.len()).collect();
     let lower_case = wanted.to_lowercase();
@@ -62,36 +78,38 @@ pub(super) fn choose(
     let has_direction = |index: usize| devices[index].offer(direction).is_some();
     let matches = narrow(&called, has_direction);
     let raw = prefer(matches, |index| devices[index].is_raw);
-    let preferred = prefer(raw, |index| {
+    let names = |indices: &[usize]| indices.iter().map(|&i| devices[i].to_string()).collect();
+    let Some(first) = raw.first() else {
+        return Err(ChoiceError::NoMatch {
+            wanted: wanted.to_owned(),
+            direction,
+            available: names(&narrow(&everything, has_direction)),
+        });
+    };
+    let mut others = raw.iter().skip(1);
+    if !others.all(|&o| same(&devices[*first], &devices[o], &card_named)) {
+        return Err(ChoiceError::Ambiguous {
+            wanted: wanted.to_owned(),
+            direction,
+            matches: names(&raw),
+        });
+    }
+    let free = raw.iter().find(|&&index| {
         devices[index]
             .offer(direction)
             .is_some_and(|offer| !offer.capabilities().is_empty())
     });
-    let names = |indices: &[usize]| indices.iter().map(|&i| devices[i].to_string()).collect();
-    match preferred.as_slice() {
-        [] => Err(ChoiceError::NoMatch {
-            wanted: wanted.to_owned(),
-            direction,
-            available: names(&narrow(&everything, has_direction)),
-        }),
-        [first, others @ ..] if others.iter().all(|&o| same(&devices[*first], &devices[o])) => {
-            Ok(*first)
-        }
-        several => Err(ChoiceError::Ambiguous {
-            wanted: wanted.to_owned(),
-            direction,
-            matches: names(several),
-        }),
-    }
+    Ok(*free.unwrap_or(first))
 }
 
-/// Returns whether `wanted` is the whole id (with or without its host) or the whole name.
+/// Returns whether `wanted` is the whole id (with or without its host, or its device's number) or the whole name.
 fn is_called(device: &DeviceInfo, wanted: &str) -> bool {
     let local_id = device
         .id
         .split_once(':')
         .map_or(device.id.as_str(), |(_, local)| local);
-    device.id == wanted || local_id == wanted || device.name == wanted
+    let card = local_id.split_once(",DEV=").map(|(card, _)| card);
+    device.id == wanted || local_id == wanted || card == Some(wanted) || device.name == wanted
 }
 
 fn contains(device: &DeviceInfo, lower_case: &str) -> bool {
@@ -112,14 +130,20 @@ fn prefer(indices: Vec<usize>, has_quality: impl Fn(usize) -> bool) -> Vec<usize
     }
 }
 
-/// Returns whether two raw devices are one: the same name and the same device number on the card.
-fn same(a: &DeviceInfo, b: &DeviceInfo) -> bool {
-    let device_number = |d: &DeviceInfo| d.id.rsplit_once(",DEV=").map(|(_, dev)| dev.to_owned());
-    a.is_raw
-        && b.is_raw
-        && a.name == b.name
-        && device_number(a).is_some()
-        && device_number(a) == device_number(b)
+/// Returns whether two raw devices are one: the same device number on the same card, which ALSA names by its name and by
+/// its number. What a card is called in words is the same for all of its model.
+fn same(a: &DeviceInfo, b: &DeviceInfo, card_named: &impl Fn(&str) -> Option<String>) -> bool {
+    let place = |device: &DeviceInfo| {
+        let (_, place) = device.id.split_once(":hw:CARD=")?;
+        let (card, number) = place.split_once(",DEV=")?;
+        let is_number = card.bytes().all(|byte| byte.is_ascii_digit());
+        let by_number = is_number.then(|| card_named(card)).flatten();
+        Some((
+            by_number.unwrap_or_else(|| card.to_owned()),
+            number.to_owned(),
+        ))
+    };
+    a.is_raw && b.is_raw && place(a).is_some() && place(a) == place(b)
 }
 
 #[cfg(test)]
@@ -158,7 +182,51 @@ mod tests {
 
     fn chosen(wanted: &str) -> Result<String, ChoiceError> {
         let devices = alsa();
-        choose(&devices, wanted, StreamDirection::Output).map(|index| devices[index].id.clone())
+        choose_by(&devices, wanted, StreamDirection::Output, card)
+            .map(|index| devices[index].id.clone())
+    }
+
+    /// The cards of [`alsa`] by their numbers.
+    fn card(number: &str) -> Option<String> {
+        (number == "1").then(|| "USB".to_owned())
+    }
+
+    /// Fault 1.
+    /// Hazard 21.
+    #[test]
+    fn two_cards_of_one_model_are_two_unless_one_is_named_in_full() {
+        let model = "UMC404HD 192k, USB Audio";
+        let ids = ["UMC404HD", "UMC404HD_1", "1", "2"];
+        let id = |card: &str| format!("alsa:hw:CARD={card},DEV=0");
+        let mut devices: Vec<_> = ids.map(|card| device(&id(card), model)).into();
+        let card = |number: &str| match number {
+            "1" => Some("UMC404HD".to_owned()),
+            "2" => Some("UMC404HD_1".to_owned()),
+            _ => None,
+        };
+        // Also while another program holds one of them.
+        for busy in [None, Some(0)] {
+            if let Some(busy) = busy {
+                devices[busy].output = Some(Offer::Unreported);
+            }
+            let chosen = |wanted: &str| {
+                choose_by(&devices, wanted, StreamDirection::Output, card)
+                    .map(|index| devices[index].id.clone())
+            };
+            for wanted in ["umc404hd", model, "card=umc404hd", "UMC404HD"] {
+                let message = chosen(wanted).unwrap_err().to_string();
+                assert!(message.contains(&id("UMC404HD")), "{message}");
+                assert!(message.contains(&id("UMC404HD_1")), "{message}");
+            }
+            for card in ["UMC404HD", "UMC404HD_1"] {
+                let wanted = format!("hw:CARD={card}");
+                assert_eq!(chosen(&wanted).unwrap(), id(card), "{wanted}");
+                assert_eq!(chosen(&id(card)).unwrap(), id(card));
+            }
+        }
+        // A number that no card is known by is no other name of one.
+        let unknown = choose_by(&devices, "umc404hd", StreamDirection::Input, |_| None);
+        assert!(matches!(unknown, Err(ChoiceError::Ambiguous { .. })));
     }
 
     #[test]
@@ -215,7 +283,7 @@ mod tests {
         devices[3].input = Some(Offer::Unreported);
         devices[4].input = Some(Offer::Unreported);
         for wanted in ["fireface", "hw:CARD=USB,DEV=0"] {
-            let index = choose(&devices, wanted, StreamDirection::Input).unwrap();
+            let index = choose_by(&devices, wanted, StreamDirection::Input, card).unwrap();
             assert_eq!(devices[index].id, "alsa:hw:CARD=USB,DEV=0");
         }
         devices[3].input = None;

@@ -396,7 +396,7 @@ fn an_oversized_package_and_an_oversized_file_are_found() {
         ("src/lib.rs", &ten),
         (
             "src/deeper/code.rs",
-            "\n\n\n#[cfg(test)]\nmod tests {\n    // Not counted.\n}\n",
+            "\n\n\n\n#[cfg(test)]\nmod tests {\n    // Not counted.\n}\n",
         ),
         ("src/deeper/tests.rs", &ten),
         ("src/tests/more.rs", &ten),

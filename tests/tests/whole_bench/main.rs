@@ -27,6 +27,7 @@ mod published_study;
 mod refusals;
 mod rehearsal;
 mod replay_moves;
+mod resuming;
 mod rigs;
 mod second_instance;
 mod session;

@@ -19,7 +19,7 @@ use recording::RecordingReader;
 use rustix::process::Signal;
 use tempfile::TempDir;
 
-const MINUTE: Duration = Duration::from_secs(60);
+pub(super) const MINUTE: Duration = Duration::from_secs(60);
 
 /// A folder to try things in, with no `bench.toml`.
 pub fn room() -> (TempDir, PathBuf) {
@@ -278,7 +278,7 @@ fn an_unknown_key_of_a_recording_is_named_with_its_line_and_the_nearest_known_on
 }
 
 /// The demo, shortened to one trial of one exploration.
-const ONE_TRIAL: &[(&str, &str)] = &[
+pub(super) const ONE_TRIAL: &[(&str, &str)] = &[
     ("practice = 1", "practice = 0"),
     ("per_condition = 4", "per_condition = 1"),
     (
@@ -468,43 +468,6 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
         0
     );
     assert_eq!(fs::read(&signals).unwrap(), bytes);
-}
-
-/// Fault 35.
-#[test]
-fn a_session_goes_on_in_its_own_order_or_not_at_all() {
-    let (folder, study) = room();
-    let protocol = demo_with(folder.path(), ONE_TRIAL);
-    let mut run = Running::start(
-        &mut unattended(&study, "sub-01", &protocol),
-        &folder.path().join("output"),
-    );
-    let begun = study.join("sub-01/ses-01/trial-001_attempt-1");
-    let recorded = run.wait_for(MINUTE, || begun.exists().then_some(()));
-    assert_eq!(recorded, Some(()), "{}", run.output());
-    run.signal(Signal::INT);
-    run.wait(MINUTE);
-    let before = SessionFolder::read(&study, "sub-01").unwrap();
-    // `--protocol` is huloux2021 when it is forgotten.
-    let other = finish(unattended(&study, "sub-01", "huloux2021").arg("--resume"));
-    refused(
-        &other,
-        &[
-            "begun with the protocol demo",
-            "--protocol",
-            "--new-session",
-        ],
-    );
-    let reordered =
-        finish(unattended(&study, "sub-01", &protocol).args(["--resume", "--seed", "99"]));
-    refused(
-        &reordered,
-        &["begun with the seed", "another order", "--seed"],
-    );
-    let after = SessionFolder::read(&study, "sub-01").unwrap();
-    assert_eq!(after.starts().len(), before.starts().len());
-    let resumed = finish(unattended(&study, "sub-01", &protocol).arg("--resume"));
-    assert!(resumed.status.success(), "{}", text(&resumed));
 }
 
 #[test]

@@ -10,6 +10,7 @@ use bench_tests::program::bench;
 use bench_tests::session::{
     ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
 };
+use devices::estop_press::{EstopPress, record_path};
 
 use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
 
@@ -119,8 +120,8 @@ fn a_real_bench_drives_only_after_its_e_stop_was_pressed() {
     );
 
     let record = |pressed: jiff::Timestamp, line: &str| {
-        let text = format!("pressed = \"{pressed}\"\nline = \"{line}\"\n");
-        std::fs::write(folder.path().join("estop.toml"), text).unwrap();
+        let path = record_path(&folder.path().join("calibration.toml"));
+        EstopPress::record(&path, line.to_owned(), pressed).unwrap();
     };
     let now = jiff::Timestamp::now();
     let hours = |hours: i64| jiff::SignedDuration::from_hours(hours);
@@ -152,5 +153,5 @@ fn a_press_is_rehearsed_on_the_simulated_bench() {
         assert!(printed.contains(word), "{printed}");
     }
     // It would count for the real bench that the configuration names.
-    assert!(!folder.path().join("estop.toml").exists());
+    assert!(!folder.path().join("calibration-estop.toml").exists());
 }

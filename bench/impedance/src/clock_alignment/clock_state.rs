@@ -8,10 +8,10 @@ pub const MISPLACED_S: f64 = 2e-3;
 
 /// Time by which a clock must have left its tolerance before it is called beyond, s: more than arrivals vary by.
 const BEYOND_S: f64 = 0.05;
-
-/// Shortest span of observations from which a clock is called beyond its tolerance, s: the first arrivals on a busy computer
-/// come in bursts, and are not those by which a drift is known.
-const JUDGED_FROM_S: f64 = 5.0;
+/// The same while the span is shorter than [`FIRST_S`], s: the first arrivals on a busy computer come late and in bursts.
+const BEYOND_AT_FIRST_S: f64 = 0.25;
+/// Span of observations from which the first arrivals do not weigh any more, s.
+const FIRST_S: f64 = 5.0;
 
 /// How a source's clock fares against the host's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,12 +45,17 @@ impl ClockState {
     }
 
     /// Returns how much faster the clock runs than that of `reference`, parts per million, if that is surely more than
-    /// [`TOLERANCE`] either way: if over 5 s or longer it has gained or lost 50 ms more than it may.
+    /// [`TOLERANCE`] either way: if it has gained or lost 50 ms more than it may, and 250 ms within the first 5 s.
     #[must_use]
     pub fn beyond(&self, reference: &Self) -> Option<f64> {
         let fast = self.fast_by(reference);
         let span_s = self.span_s.min(reference.span_s);
-        let surely = span_s >= JUDGED_FROM_S && (fast.abs() - TOLERANCE) * span_s > BEYOND_S;
+        let limit_s = if span_s < FIRST_S {
+            BEYOND_AT_FIRST_S
+        } else {
+            BEYOND_S
+        };
+        let surely = (fast.abs() - TOLERANCE) * span_s > limit_s;
         surely.then_some(1e6 * fast)
     }
 
@@ -79,7 +84,7 @@ mod tests {
         };
         let (card, late) = (at(80.0, 60.0), at(8e6, 0.02));
         assert_eq!(at(0.0, 60.0).beyond(&late), None);
-        assert_eq!(at(-9e5, 0.1).beyond(&card), None);
-        assert!(at(-9e5, JUDGED_FROM_S).beyond(&card).is_some());
+        assert_eq!(at(-5e5, 0.2).beyond(&card), None);
+        assert!(at(-5e5, 0.3).beyond(&card).is_some());
     }
 }

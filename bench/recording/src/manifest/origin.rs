@@ -33,6 +33,10 @@ pub struct Trial {
     pub condition: String,
     /// Name of the protocol.
     pub protocol: String,
+    /// File in the session's folder that holds the protocol as this trial followed it, such as `demo.2.toml` after an edit;
+    /// absent in recordings of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub protocol_file: Option<String>,
     /// Seed of the protocol's randomisation, at most 2⁶³ − 1.
     pub seed: u64,
     /// How the recording ended; absent while it goes on, and for good if the bench was killed. Whether the trial was

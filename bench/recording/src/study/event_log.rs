@@ -45,6 +45,13 @@ pub struct Start {
     pub session: u32,
     /// Name of the protocol.
     pub protocol: String,
+    /// File in the session's folder that holds the protocol as this part follows it; absent in logs of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub protocol_file: Option<String>,
+    /// Keys of the protocol that were edited since the part before, each with its values; empty unless the operator
+    /// accepted an edited protocol.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub protocol_edits: Vec<String>,
     /// Seed of the randomisation.
     pub seed: u64,
     /// Name of the program.

@@ -188,17 +188,33 @@ impl Study {
     /// Returns the number of the participant's next session, one above the highest so far.
     ///
     /// # Errors
-    /// The participant's folder cannot be listed.
+    /// [`StudyError::OtherCase`], or the participant's folder cannot be listed.
     pub fn next_session(&self, participant: &ParticipantId) -> Result<u32, StudyError> {
+        self.require_one_case(participant)?;
         let last = last_session(&self.folder.join(participant.as_str()))?;
         Ok(last.unwrap_or(0).saturating_add(1))
+    }
+
+    /// Requires that no participant of the study differs from this one in upper and lower case only: their folders are one
+    /// on a disk that does not tell cases apart.
+    fn require_one_case(&self, participant: &ParticipantId) -> Result<(), StudyError> {
+        let path = self.folder.join(PARTICIPANTS_FILE);
+        let table = participants::Table::read(&*self.storage, &path)?;
+        match table.in_other_case(participant) {
+            Some(known) => Err(StudyError::OtherCase {
+                path: self.folder.clone(),
+                participant: participant.to_string(),
+                known: known.to_owned(),
+            }),
+            None => Ok(()),
+        }
     }
 
     /// Begins a session: its folder and its log, and the participant's line in `participants.tsv` if it is the first.
     /// `date` is the day as `2026-01-31`, `protocol` the protocol's name.
     ///
     /// # Errors
-    /// [`StudyError::SessionExists`], which names the next free session, if the session was held already.
+    /// [`StudyError::OtherCase`]; [`StudyError::SessionExists`], which names the next free session, if the session was held already.
     pub fn begin_session(
         &self,
         participant: &ParticipantId,
@@ -207,6 +223,7 @@ impl Study {
         protocol: &str,
     ) -> Result<SessionFolder, StudyError> {
         participants::require_cells(date, protocol)?;
+        self.require_one_case(participant)?;
         let folder = self.session_folder(participant, session);
         let participant_folder = self.folder.join(participant.as_str());
         let storage = &*self.storage;

@@ -50,6 +50,13 @@ impl Table {
         disk::replace_file_on(storage, path, text.as_bytes())
     }
 
+    /// Returns the participant who differs from this one in upper and lower case only.
+    pub(super) fn in_other_case(&self, participant: &ParticipantId) -> Option<&str> {
+        let wanted = participant.as_str();
+        let mut known = self.rows.iter().map(|row| row[0].as_str());
+        known.find(|known| *known != wanted && known.eq_ignore_ascii_case(wanted))
+    }
+
     fn row(&self, participant: &ParticipantId) -> Option<usize> {
         let is = |row: &Vec<String>| row[0] == participant.as_str();
         self.rows.iter().position(is)

@@ -46,6 +46,20 @@ pub enum StudyError {
         /// The participant.
         participant: String,
     },
+    /// The study knows the participant by another case of letters, which some disks do not tell apart.
+    #[error(
+        "{participant} and {known}, which {} knows, differ in upper and lower case only: write {known} if it is the same \
+         person, or choose another code",
+        path.display()
+    )]
+    OtherCase {
+        /// The study's folder.
+        path: PathBuf,
+        /// The participant.
+        participant: String,
+        /// The one that the study knows.
+        known: String,
+    },
     /// A symbolic link stands where a folder of the study is expected.
     #[error(
         "{} is a symbolic link, which is not followed out of the study; remove it, and what it leads to, by hand",

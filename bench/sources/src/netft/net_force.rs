@@ -444,7 +444,7 @@ mod tests {
             panic!("{gone:?}");
         };
         assert!((counted_hz - 7812.0).abs() < 20.0, "{counted_hz}");
-        assert!(rig.now_s.get() < 1.0, "within a second");
+        assert!(rig.now_s.get() < 2.6, "{}", rig.now_s.get());
     }
 
     /// Fault 40.

@@ -152,10 +152,19 @@ fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>,
     let Some((trial, session)) = manifest.trial.as_ref().zip(folder.parent()) else {
         return Ok(None);
     };
-    let path = session.join(format!("{}.toml", trial.protocol));
+    let named = trial.protocol_file.as_deref();
+    let name = named.map_or_else(|| format!("{}.toml", trial.protocol), str::to_owned);
+    let path = session.join(&name);
+    if Path::new(&name).file_name() != Some(name.as_ref()) {
+        let reason = format!(
+            "`trial.protocol_file` is {name:?}, and no name of a file in the session's folder"
+        );
+        return Err(Flaw::ProtocolCopy { path, reason });
+    }
     let file = path.display().to_string();
     let parsed = match files::read_text(&path, files::TEXT_LIMIT_BYTES) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        // Made elsewhere; a recording that names its copy had one.
+        Err(error) if error.kind() == ErrorKind::NotFound && named.is_none() => return Ok(None),
         Err(error) => Err(format!("{file}: {error}")),
         Ok(text) => Protocol::parse(&text, &file).map_err(|error| error.to_string()),
     };
@@ -167,6 +176,9 @@ fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>,
 /// Returns the flaw of a recording whose session keeps several copies of its protocol, of which the recording names none.
 fn several_copies(folder: &Path, manifest: &Manifest) -> Option<Flaw> {
     let (trial, session) = manifest.trial.as_ref().zip(folder.parent())?;
+    if trial.protocol_file.is_some() {
+        return None;
+    }
     // Numbered from 2 where the session was resumed after an edit.
     let another = session.join(format!("{}.2.toml", trial.protocol));
     another.exists().then(|| Flaw::ProtocolCopies {
@@ -333,6 +345,23 @@ seed = 1
             matches!(flaw, Some(Flaw::ProtocolCopies { .. })),
             "{flaw:?}"
         );
+        // The first copy was read, though the second was followed.
+        let mut naming = manifest.clone();
+        let mut rules_by = |name: &str| {
+            naming.trial.as_mut().unwrap().protocol_file = Some(name.to_owned());
+            selection_rules(&folder, &naming, &settings())
+        };
+        assert_eq!(rules_by("own.toml"), (own, None));
+        let (second, flaw) = rules_by("own.2.toml");
+        assert_eq!((second.central_m, flaw), (0.030, None));
+        for elsewhere in ["own.3.toml", "../own.toml", "", ".."] {
+            let (other, flaw) = rules_by(elsewhere);
+            assert_eq!(other, of_settings);
+            assert!(
+                matches!(flaw, Some(Flaw::ProtocolCopy { .. })),
+                "{elsewhere}"
+            );
+        }
         std::fs::remove_file(edited).unwrap();
 
         // Cut off in the middle, and with bytes that are no text.

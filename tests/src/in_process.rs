@@ -208,6 +208,7 @@ pub fn options(study: &Path) -> cli::Run {
         handedness: None,
         resume: false,
         new_session: false,
+        accept_edited_protocol: false,
         uncalibrated: true,
         headless: true,
         speed: cli::Speed::Max,

@@ -331,6 +331,10 @@ impl Task for Field {
     }
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let suspended_ns = self.clock.suspended_ns();
+        self.signals
+            .suspended_ns
+            .store(suspended_ns, Ordering::Relaxed);
         self.read_force(now_ns);
         self.read_encoder(now_ns)?;
         self.read_button(now_ns)

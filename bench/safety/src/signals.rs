@@ -92,6 +92,9 @@ pub struct Signals {
     /// Number of looks for a key of the operator: the sign of life of the thread that hears the stop key. Zero where nobody
     /// reads keys.
     pub hearings: AtomicU64,
+    /// Time for which the computer has been suspended since the bench was opened, ns: the clock of the watch stands still
+    /// meanwhile. Published by the task that reads the sensors.
+    pub suspended_ns: AtomicU64,
     /// Delay from a command to its read-back, as the latest rise of the drive has shown it; published by the watch.
     pub loop_delay: Slot<LoopDelay>,
     /// Times of the hardware stops, once they have been exercised; published by the watch.

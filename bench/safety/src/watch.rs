@@ -331,7 +331,8 @@ impl Watch {
     fn first_fault(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
         // Time is counted at each look, whatever else the look finds.
         self.warm_up(now_ns);
-        let frozen = self.frozen(now_ns);
+        let slept = self.decider.suspended(&self.signals);
+        let frozen = self.frozen(now_ns).or(slept);
         let spent = self.count_dose(now_ns);
         let undecided = self.decider.look(&self.signals, self.armed_at_ns, now_ns);
         let let_go = self.watch_hold(now_ns)?;

@@ -9,6 +9,9 @@ use crate::trip::Trip;
 /// milliseconds, so this is a hang, and shorter than a person takes to notice one.
 const UNRESPONSIVE_NS: u64 = 1_000_000_000;
 
+/// Shortest suspension of the computer that trips, ns: more than the two clocks by which it is known are ever read apart.
+const SUSPENDED_NS: u64 = 1_000_000_000;
+
 /// Looks of one thread, and when the last one was seen.
 #[derive(Debug, Default)]
 struct Looks {
@@ -31,14 +34,26 @@ impl Looks {
     }
 }
 
-/// Looks of the task that decides about the drive, and of the thread that reads the keys.
+/// Looks of the task that decides about the drive and of the thread that reads the keys, and the computer's own absence.
 #[derive(Debug, Default)]
 pub(super) struct Decider {
     decisions: Looks,
     hearings: Looks,
+    suspended_ns: u64,
 }
 
 impl Decider {
+    /// Returns the trip of a computer that was suspended since the last look.
+    pub(super) fn suspended(&mut self, signals: &Signals) -> Option<Trip> {
+        let suspended_ns = signals.suspended_ns.load(Ordering::Relaxed);
+        let slept_ns = suspended_ns.saturating_sub(self.suspended_ns);
+        // One that was read apart by mistake is no longer than the next.
+        self.suspended_ns = suspended_ns;
+        (slept_ns > SUSPENDED_NS).then_some(Trip::Frozen {
+            for_s: slept_ns as f64 * 1e-9,
+        })
+    }
+
     /// Returns the trip of a bench that was armed at `armed_at_ns` and on which either has not looked for too long at
     /// `now_ns`. Keys that nobody has ever read are missed by nobody.
     pub(super) fn look(

@@ -92,6 +92,30 @@ fn keys_that_are_not_read_any_more_trip_an_armed_bench() {
     assert!(matches!(rig.trip(), Some(Trip::KeysUnread { for_s }) if (1.0..1.01).contains(&for_s)));
 }
 
+/// Fault 7.
+/// Hazard 15.
+#[test]
+fn a_computer_that_was_suspended_does_not_go_on_as_if_nothing_had_been() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    let sleep = |rig: &Rig, s: u64| {
+        rig.signals
+            .suspended_ns
+            .store(s * 1_000_000_000, Ordering::Relaxed)
+    };
+    sleep(&rig, 1);
+    rig.pass(10, |_| ());
+    assert_eq!(rig.trip(), None);
+    sleep(&rig, 3601);
+    rig.pass(1, |_| ());
+    assert_eq!(rig.trip(), Some(Trip::Frozen { for_s: 3600.0 }));
+    rig.card.commanded_v.set(0.0);
+    rig.pass(100, |_| ());
+    rig.ask.send(SafetyCommand::Rearm);
+    rig.ask.send(SafetyCommand::Arm);
+    rig.pass(100, |_| ());
+    assert_eq!(rig.watch.state, SafetyState::Armed);
+}
+
 /// Fault 49.
 #[test]
 fn a_stop_key_names_the_operator_and_can_be_rearmed() {

@@ -1,6 +1,6 @@
 //! What a session has on disk: its folder, the log that it is resumed from, and the manifest of each recording.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::bail;
 use config::{Config, Effective, Sensor};

@@ -336,8 +336,8 @@ fn the_operator_is_told_of_a_flag_once() {
 fn a_stall_longer_than_the_queue_stops_the_drive_while_the_disk_still_hangs() {
     let mut rig = Rig::new(&[]);
     rig.pass(0.2);
-    let recorder = |task: &Box<dyn Task>| task.name() == "recorder";
-    let at = rig.tasks.iter().position(recorder).unwrap();
+    let mut tasks = rig.tasks.iter();
+    let at = tasks.position(|task| task.name() == "recorder").unwrap();
     let hung = rig.tasks.remove(at);
     rig.pass(9.0);
     assert_eq!(rig.errors, Vec::<String>::new());

@@ -203,11 +203,12 @@ fn an_abort_before_the_recording_is_saved_leaves_the_trial_to_be_repeated() {
             rig.step(|o| o.recording = Some((key, RecordingOutcome::Saved)));
         }
         rig.tell(OperatorCommand::Abort);
-        let outcome = match saved {
-            true => TrialOutcome::Accepted,
-            false => TrialOutcome::Interrupted {
+        let outcome = if saved {
+            TrialOutcome::Accepted
+        } else {
+            TrialOutcome::Interrupted {
                 interruption: Interruption::Aborted,
-            },
+            }
         };
         assert_eq!(rig.outcomes(), [outcome]);
         rig.check();

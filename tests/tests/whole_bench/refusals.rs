@@ -16,7 +16,6 @@ use bench_tests::session::{
     ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
 };
 use recording::RecordingReader;
-use rustix::process::Signal;
 use tempfile::TempDir;
 
 pub(super) const MINUTE: Duration = Duration::from_secs(60);

@@ -59,7 +59,8 @@ impl Task for RoomTask {
     }
 
     fn period(&self) -> Duration {
-        Duration::from_nanos(EVERY_NS)
+        // Shorter than the time between two looks: the end of a session waits for it.
+        Duration::from_millis(20)
     }
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {

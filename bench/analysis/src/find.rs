@@ -324,6 +324,8 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
     }
 
     /// A trial that was given up, and one whose repetition was broken off, were analysed as data: n = 3 of 1 accepted.
+    ///
+    /// Fault 52.
     #[test]
     fn attempts_are_taken_by_their_standing_in_the_log() {
         let place = session(&[
@@ -392,6 +394,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         );
     }
 
+    /// Fault 52.
     #[test]
     fn a_study_that_is_named_twice_counts_once_by_whichever_path() {
         let place = session(&[(1, 1, ACCEPTED, "completed"), (2, 1, GIVEN_UP, "completed")]);

@@ -110,6 +110,8 @@ mod tests {
     }
 
     /// `sub-01` of two studies was one person, with an n of 1 and means over two people's trials.
+    ///
+    /// Fault 52.
     #[test]
     fn one_pseudonym_in_two_studies_is_two_people() {
         assert_eq!(

@@ -367,7 +367,8 @@ mod tests {
     }
 
     /// Driven for ten minutes on one computer, the participant moves to another that has been on for five hours.
-    /// Fault 42.
+    ///
+    /// Faults 42, 51.
     /// Hazard 5.
     #[test]
     fn what_was_driven_on_another_computer_counts() {

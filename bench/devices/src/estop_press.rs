@@ -294,6 +294,7 @@ mod tests {
         assert_ne!(a, b);
     }
 
+    /// Fault 51.
     #[test]
     fn only_a_fresh_press_of_this_line_counts() {
         let folder = tempfile::tempdir().unwrap();

@@ -191,7 +191,7 @@ mod tests {
         (number == "1").then(|| "USB".to_owned())
     }
 
-    /// Fault 1.
+    /// Faults 1, 50.
     /// Hazard 21.
     #[test]
     fn two_cards_of_one_model_are_two_unless_one_is_named_in_full() {

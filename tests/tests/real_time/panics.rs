@@ -210,7 +210,7 @@ fn each_part_panics(command: &str, parts: &[&'static str], more: fn(&Panicked)) 
     }
 }
 
-const SESSION: [&str; 11] = [
+const SESSION: [&str; 12] = [
     "safety",
     "field",
     "session",
@@ -218,6 +218,7 @@ const SESSION: [&str; 11] = [
     "acquisition",
     "recorder",
     "journal",
+    "room",
     "interference",
     "driving time",
     "plate's warmth",

@@ -15,6 +15,11 @@ pub use sources::position::POSITION_HZ;
 use sources::{ForceSource, LineFaults, Moment, SourceGone, SourceHealth, TimedForce};
 use tasks::{Clock, Mailbox, Task};
 
+/// Time without a look after which arrivals say nothing of a clock, ns: the program was frozen, and so was the card or not.
+const ABSENCE_NS: u64 = 100_000_000;
+/// Time after such an absence in which the maps of the clocks settle again, ns.
+const SETTLES_NS: u64 = 10_000_000_000;
+
 /// A reading of a slow input, on the host's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FieldReading {
@@ -96,6 +101,10 @@ pub struct Field {
     gauges: Arc<Gauges>,
     safety: Mailbox<SafetyCommand>,
     clock: Arc<dyn Clock>,
+    /// When it last looked, ns.
+    polled_ns: Option<u64>,
+    /// From when on the sources' clocks are judged, ns.
+    judged_from_ns: u64,
     /// When the first force and the first position came, ns.
     first_ns: [Option<u64>; 2],
     position_restarts: u64,
@@ -132,6 +141,8 @@ impl Field {
             gauges,
             safety,
             clock,
+            polled_ns: None,
+            judged_from_ns: 0,
             first_ns: [None; 2],
             position_restarts: 0,
             button_high: false,
@@ -192,7 +203,9 @@ impl Field {
         let [first_ns, _] = &mut self.first_ns;
         let restarted = greeted(first_ns, now_ns, arrived > 0) && faults.restarted > 0;
         let card = self.gauges.card_clock.get().unwrap_or_default();
-        let beyond = force_clock.and_then(|clock| clock.beyond(&card));
+        let beyond = force_clock
+            .and_then(|clock| clock.beyond(&card))
+            .filter(|_| now_ns >= self.judged_from_ns);
         let card_ppm = card.fast_ppm().unwrap_or_default();
         let polled = polled.and_then(|()| {
             beyond.map_or(Ok(()), |fast_ppm| Err(source.off_rate(fast_ppm, card_ppm)))
@@ -264,7 +277,9 @@ impl Field {
             self.trip(&SensorRestarted("encoder's counter"));
         }
         let card = self.gauges.card_clock.get().unwrap_or_default();
-        let beyond = clock.and_then(|clock| clock.beyond(&card));
+        let beyond = clock
+            .and_then(|clock| clock.beyond(&card))
+            .filter(|_| now_ns >= self.judged_from_ns);
         let polled = polled.and_then(|()| match beyond {
             Some(fast_ppm) => Err(SourceGone::Clock {
                 of: "encoder's counter",
@@ -331,6 +346,10 @@ impl Task for Field {
     }
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let before_ns = self.polled_ns.replace(now_ns).unwrap_or(now_ns);
+        if now_ns.saturating_sub(before_ns) > ABSENCE_NS {
+            self.judged_from_ns = now_ns + SETTLES_NS;
+        }
         let suspended_ns = self.clock.suspended_ns();
         self.signals
             .suspended_ns

@@ -203,7 +203,9 @@ fn the_misfit_of_the_model_is_said_where_the_results_hold_it() {
     assert!(none.contains("The results do not say"));
     let fits = page("sub-01", &[], r#", "model_misfit": false"#).unwrap();
     assert!(
-        fits.contains("held to fit in all 1 recording ") && fits.contains("not to fit in 0 of 1")
+        fits.contains("held to fit in all 1 recording ")
+            && fits.contains("not to fit in 0 of the 1 recording"),
+        "{fits}"
     );
     let extra = r#", "model_misfit": true, "misfit_ratio": 3.5, "area_exponent": 0.25"#;
     let misfit = page("sub-01", &[], extra).unwrap();

@@ -535,7 +535,10 @@ fn a_carrier_that_is_not_there_is_named() {
                 |t: f64| (((t * 192e3).round() * 78.233).sin() * 43758.547).fract() as f32 - 0.5;
             edit_samples(r, usize::from(index), move |t, _| noise(t));
         });
-        let found = gone.found.unwrap();
+        let mut found = gone.found.unwrap();
+        // The copy that was made of the recording has no protocol beside it.
+        let beside = |flaw: &Flaw| matches!(flaw, Flaw::ProtocolCopy { .. });
+        found.flaws.retain(|flaw| !beside(flaw));
         assert!(
             matches!(found.flaws[..], [Flaw::CarrierMissing { channel: c, .. }] if c == channel),
             "{:?}",

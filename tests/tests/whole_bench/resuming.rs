@@ -1,8 +1,4 @@
 //! A session that was broken off goes on as it began.
-#![expect(
-    clippy::unwrap_used,
-    reason = "what cannot be unwrapped fails the test"
-)]
 
 use std::fs;
 

@@ -13,6 +13,10 @@ const BEYOND_AT_FIRST_S: f64 = 0.25;
 /// Span of observations from which the first arrivals do not weigh any more, s.
 const FIRST_S: f64 = 5.0;
 
+/// Shortest span on either clock from which one is judged, s: what had waited to be read when the first reading was comes all
+/// at once, and looks like a clock that runs many times too fast.
+const JUDGED_FROM_S: f64 = 2.0;
+
 /// How a source's clock fares against the host's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClockState {
@@ -45,18 +49,23 @@ impl ClockState {
     }
 
     /// Returns how much faster the clock runs than that of `reference`, parts per million, if that is surely more than
-    /// [`TOLERANCE`] either way: if it has gained or lost 50 ms more than it may, and 250 ms within the first 5 s.
+    /// [`TOLERANCE`] either way: after 2 s, if it has gained or lost 250 ms more than it may, and 50 ms after 5 s.
     #[must_use]
     pub fn beyond(&self, reference: &Self) -> Option<f64> {
         let fast = self.fast_by(reference);
-        let span_s = self.span_s.min(reference.span_s);
+        let span_s = self.shortest_span_s().min(reference.shortest_span_s());
         let limit_s = if span_s < FIRST_S {
             BEYOND_AT_FIRST_S
         } else {
             BEYOND_S
         };
-        let surely = (fast.abs() - TOLERANCE) * span_s > limit_s;
+        let surely = span_s >= JUDGED_FROM_S && (fast.abs() - TOLERANCE) * span_s > limit_s;
         surely.then_some(1e6 * fast)
+    }
+
+    /// Returns the span of the observations on the source's clock or on the host's, whichever is shorter, s.
+    fn shortest_span_s(&self) -> f64 {
+        self.span_s * (1.0 + 1e-6 * self.drift_ppm).min(1.0)
     }
 
     fn fast_by(&self, reference: &Self) -> f64 {
@@ -84,7 +93,9 @@ mod tests {
         };
         let (card, late) = (at(80.0, 60.0), at(8e6, 0.02));
         assert_eq!(at(0.0, 60.0).beyond(&late), None);
-        assert_eq!(at(-5e5, 0.2).beyond(&card), None);
-        assert!(at(-5e5, 0.3).beyond(&card).is_some());
+        // Four seconds of readings that had waited, read in 60 ms.
+        assert_eq!(at(-985e3, 4.0).beyond(&card), None);
+        assert_eq!(at(-12e4, 2.0).beyond(&card), None, "220 ms");
+        assert!(at(-14e4, 2.4).beyond(&card).is_some());
     }
 }

@@ -151,7 +151,7 @@ fn a_clock_beyond_its_tolerance_is_told_from_one_within() {
         assert_eq!(first.is_some(), beyond, "{fast}: {first:?}");
         if let Some((at_s, ppm)) = first {
             assert_abs_diff_eq!(ppm, 1e6 * fast, epsilon = 5e3);
-            assert!(at_s < 30.0, "{fast}: {at_s} s");
+            assert!(at_s < 32.0, "{fast}: {at_s} s");
         }
     }
 }

@@ -433,7 +433,7 @@ mod tests {
             settled: true,
             ..ClockState::default()
         };
-        let beyond = (0..30_000).find_map(|k| {
+        let beyond = (0..100_000).find_map(|k| {
             rig.send(k, k, 0.5);
             rig.now_s.set(f64::from(k) / 7812.0);
             rig.poll().unwrap();
@@ -444,7 +444,7 @@ mod tests {
             panic!("{gone:?}");
         };
         assert!((counted_hz - 7812.0).abs() < 20.0, "{counted_hz}");
-        assert!(rig.now_s.get() < 2.6, "{}", rig.now_s.get());
+        assert!(rig.now_s.get() < 12.0, "{}", rig.now_s.get());
     }
 
     /// Fault 40.

@@ -73,5 +73,5 @@ fn a_sensor_whose_rate_is_not_the_stated_one_stops_the_drive_with_what_to_do() {
         trip.contains("counts 7000 samples a second")
             && trip.contains("force.netft.sample_hz = 7200")
     };
-    rig.stops("7200 Hz", told, 20.0, 0.1);
+    rig.stops("7200 Hz", told, 40.0, 0.1);
 }

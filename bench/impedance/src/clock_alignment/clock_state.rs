@@ -17,6 +17,9 @@ const FIRST_S: f64 = 30.0;
 /// at once, and looks like a clock that runs many times too fast. The map follows the clock meanwhile.
 const JUDGED_FROM_S: f64 = 10.0;
 
+/// Shortest span from which the clock that it is judged by is known, s.
+const SETTLED_S: f64 = 2.0;
+
 /// How a source's clock fares against the host's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClockState {
@@ -59,7 +62,8 @@ impl ClockState {
         } else {
             BEYOND_S
         };
-        let surely = span_s >= JUDGED_FROM_S && (fast.abs() - TOLERANCE) * span_s > limit_s;
+        let long_enough = self.shortest_span_s() >= JUDGED_FROM_S && span_s >= SETTLED_S;
+        let surely = long_enough && (fast.abs() - TOLERANCE) * span_s > limit_s;
         surely.then_some(1e6 * fast)
     }
 

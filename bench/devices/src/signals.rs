@@ -66,7 +66,7 @@ impl Drop for Listening {
     }
 }
 
-/// Raises `stop` when a signal asks a program that drives nothing to end; see [`stop_drive_on_signals`].
+/// Raises `stop` when a signal asks a program that drives nothing to end, as a bench is ended.
 ///
 /// # Errors
 /// When a signal came before, or a handler cannot be registered.

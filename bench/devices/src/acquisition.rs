@@ -256,7 +256,7 @@ impl Acquisition {
         let begin = self.recording.as_ref().map(|open| open.first_frame);
         for FlagUpdate { flag, warning } in updates {
             if let Some(event) = begin.and_then(|begin| flag.event(begin)) {
-                self.record(RecorderMessage::Flag(event));
+                self.record(RecorderMessage::Flag(flag.number, event));
             }
             self.warnings.extend(warning);
         }

@@ -100,6 +100,8 @@ impl InputFault {
 /// A swarm of faults of one kind, in samples of the audio clock.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Flag {
+    /// Number of the flag, by which later reports of it replace earlier ones: its first sample may still move.
+    pub number: u64,
     /// Kind of event.
     pub kind: EventKind,
     /// First sample of the first fault.
@@ -164,6 +166,8 @@ const REFRESH_S: f64 = 1.0;
 pub struct Flags {
     rate_hz: f64,
     open: Vec<Open>,
+    /// Flags so far.
+    flags: u64,
 }
 
 #[derive(Debug)]
@@ -180,6 +184,7 @@ impl Flags {
         Self {
             rate_hz,
             open: Vec::new(),
+            flags: 0,
         }
     }
 
@@ -193,8 +198,10 @@ impl Flags {
             open.flag.add(fault, &samples, count);
             return;
         }
+        self.flags += 1;
         self.open.push(Open {
             flag: Flag {
+                number: self.flags,
                 kind,
                 first: *samples.start(),
                 last: *samples.end(),
@@ -253,20 +260,18 @@ impl Open {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
 
     const RATE_HZ: f64 = 1000.0;
 
     /// Events of a recording that began at 0, each as last reported; and the operator's lines.
     fn run(faults: &[(u64, InputFault, u64)], until: u64) -> (Vec<RecordingEvent>, Vec<String>) {
-        let (mut flags, mut events, mut lines) = (Flags::new(RATE_HZ), Vec::new(), Vec::new());
+        let (mut flags, mut events, mut lines) = (Flags::new(RATE_HZ), BTreeMap::new(), Vec::new());
         let mut take = |updates: Vec<FlagUpdate>| {
             for FlagUpdate { flag, warning } in updates {
-                let event = flag.event(0).unwrap();
-                events.retain(|known: &RecordingEvent| {
-                    (known.kind, known.sample) != (event.kind, event.sample)
-                });
-                events.push(event);
+                events.insert(flag.number, flag.event(0).unwrap());
                 lines.extend(warning);
             }
         };
@@ -277,7 +282,7 @@ mod tests {
             take(flags.due(now));
         }
         take(flags.end(until));
-        (events, lines)
+        (events.into_values().collect(), lines)
     }
 
     fn event(kind: EventKind, sample: u64, frames: u64, text: &str) -> RecordingEvent {
@@ -360,6 +365,20 @@ mod tests {
                 EventKind::ForceOverRange
             ]
         );
+    }
+
+    /// A reading that comes late may have been lost before what was reported.
+    #[test]
+    fn a_flag_whose_first_sample_moves_is_the_same_flag() {
+        let mut flags = Flags::new(RATE_HZ);
+        flags.note(InputFault::ForceFrameLost, 100..=110, 1);
+        let before = flags.due(120).remove(0).flag;
+        flags.note(InputFault::ForceFrameCorrupt, 90..=105, 1);
+        let after = flags.end(130).remove(0).flag;
+        assert_eq!((before.first, after.first), (100, 90));
+        assert_eq!(before.number, after.number);
+        flags.note(InputFault::ForceFrameLost, 90..=105, 1);
+        assert_ne!(flags.end(140)[0].flag.number, after.number);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Writes one recording folder so that a killed process leaves a readable one.
 
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -156,6 +157,8 @@ pub struct RecordingWriter {
     folder: PathBuf,
     manifest: Manifest,
     manifest_changed: bool,
+    /// Places of the flags among the manifest's events, by their numbers.
+    flags: BTreeMap<u64, usize>,
     format: AudioFormat,
     signals: AppendFile,
     frames: u64,
@@ -220,6 +223,7 @@ impl RecordingWriter {
             folder: folder.to_owned(),
             manifest,
             manifest_changed: false,
+            flags: BTreeMap::new(),
             format,
             signals,
             frames: 0,
@@ -375,20 +379,19 @@ impl RecordingWriter {
         self.manifest_changed = true;
     }
 
-    /// Adds an event as [`add_event`](Self::add_event) does, or replaces the event of its kind at its sample.
-    pub fn renew_event(&mut self, event: RecordingEvent) {
-        let known = self
-            .manifest
-            .events
-            .iter_mut()
-            .find(|known| known.kind == event.kind && known.sample == event.sample);
-        match known {
-            Some(known) => {
-                *known = event;
-                self.manifest_changed = true;
-            }
-            None => self.add_event(event),
+    /// Adds an event as [`add_event`](Self::add_event) does, or replaces the event of the flag of this number. The flag is
+    /// not known by its sample, because what is found later may have begun before it.
+    pub fn renew_event(&mut self, flag: u64, event: RecordingEvent) {
+        if let Some(known) = self.flags.get(&flag) {
+            self.manifest.events[*known] = event;
+            self.manifest_changed = true;
+            return;
         }
+        let place = self.manifest.events.len();
+        if place + 1 < MAX_ENTRIES {
+            self.flags.insert(flag, place);
+        }
+        self.add_event(event);
     }
 
     /// States how the clocks fare that readings are placed by; on disk with the next sync.

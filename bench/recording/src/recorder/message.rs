@@ -24,8 +24,8 @@ pub enum RecorderMessage {
     Position(Vec<PositionRow>),
     /// An event.
     Event(RecordingEvent),
-    /// An event that may go on: replaces the event of this kind at this sample, if there is one.
-    Flag(RecordingEvent),
+    /// An event that may go on: replaces the event of the flag of this number, if there is one.
+    Flag(u64, RecordingEvent),
     /// Clocks that readings are placed by; they replace what was known of them.
     Clocks(Vec<RecordedClock>),
     /// An interval with a known meaning.

@@ -88,8 +88,8 @@ impl RecorderCore {
                 w.add_event(event);
                 Ok(())
             }),
-            RecorderMessage::Flag(event) => self.write(|w| {
-                w.renew_event(event);
+            RecorderMessage::Flag(number, event) => self.write(|w| {
+                w.renew_event(number, event);
                 Ok(())
             }),
             RecorderMessage::Clocks(clocks) => self.write(|w| {
@@ -243,5 +243,51 @@ impl RecorderCore {
             error,
             kept,
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::manifest::Manifest;
+    use crate::{AudioFormat, RecordingReader};
+
+    const MANIFEST: &str = r#"
+format = 1
+carrier_hz = 35000.0
+modulation_hz = 6.0
+modulation_index = 0.95
+channels.drive = { index = 0, volts_per_unit = 20.0 }
+channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
+plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
+"#;
+
+    #[test]
+    fn a_flag_whose_first_sample_moves_earlier_is_replaced_and_another_at_its_sample_is_not() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("trial-001_attempt-1");
+        let mut core = RecorderCore::new();
+        core.handle(RecorderMessage::Begin(Box::new(Begin {
+            folder: folder.clone(),
+            manifest: Manifest::parse(MANIFEST, "recording.toml").unwrap(),
+            format: AudioFormat {
+                sample_rate_hz: 192_000,
+                channels: 2,
+            },
+        })));
+        core.handle(RecorderMessage::Audio(vec![0.5; 400]));
+        let event = |sample, text: &str| RecordingEvent {
+            kind: EventKind::ForceLost,
+            sample,
+            frames: Some(10),
+            text: Some(text.to_owned()),
+        };
+        for (flag, sample, text) in [(1, 100, "1"), (2, 150, "1"), (1, 90, "2"), (3, 90, "1")] {
+            core.handle(RecorderMessage::Flag(flag, event(sample, text)));
+        }
+        core.handle(RecorderMessage::End(Ending::Completed));
+        let reader = RecordingReader::open(&folder).unwrap();
+        let expected = [event(90, "2"), event(150, "1"), event(90, "1")];
+        assert_eq!(reader.manifest().events, expected);
     }
 }

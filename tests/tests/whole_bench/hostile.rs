@@ -279,7 +279,7 @@ fn a_log_that_is_no_file_stops_a_resumption() {
     resume().refused(&["events.jsonl", "a named pipe"]);
     fs::remove_file(&log).unwrap();
     File::create(&log).unwrap().set_len(5 << 30).unwrap();
-    resume().refused(&["events.jsonl", "longer than 16777216 bytes"]);
+    resume().refused(&["events.jsonl", "longer than 67108864 bytes"]);
 }
 
 /// Fault 44.

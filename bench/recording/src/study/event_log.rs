@@ -1,7 +1,7 @@
 //! The log of a session: start, descriptors, events and stop in the manner of bluesky, one JSON object per line.
 //!
 //! Every document is on disk when the call of [`EventLog`] that appends it returns. A log that does not end in a stop
-//! is of a session that was killed; a resumed session appends another start.
+//! is of a session that was killed; a resumed session appends another start. A log is not written longer than it is read.
 
 use std::collections::BTreeMap;
 use std::io::{self, SeekFrom};
@@ -15,8 +15,11 @@ use crate::DiskError;
 use crate::disk::{self, OnPath};
 use crate::storage::{FileSystem, Storage, StoredFile};
 
-/// Longest log that is read, bytes: some 30 000 events, a hundred times those of a long session.
-const LIMIT_BYTES: u64 = 16 << 20;
+/// Longest log that is written and read, bytes: some 120 000 events, four hundred times those of a long session.
+const LIMIT_BYTES: u64 = 64 << 20;
+
+/// Bytes of a log that are kept for its stop.
+const STOP_BYTES: u64 = 64 << 10;
 
 /// Line of the log.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -151,6 +154,19 @@ pub enum EventLogError {
         line: usize,
         /// Error text of the parser.
         reason: String,
+    },
+    /// Nobody could read the log any more if it grew on.
+    #[error(
+        "{}: a document of {bytes} bytes would make the log longer than the {limit_bytes} bytes that are read: begin another session with --new-session",
+        path.display()
+    )]
+    Full {
+        /// The log.
+        path: PathBuf,
+        /// Length of the document.
+        bytes: u64,
+        /// Longest log.
+        limit_bytes: u64,
     },
     /// JSON cannot hold a value.
     #[error("a document for {} cannot be written: {reason}", path.display())]
@@ -323,6 +339,17 @@ impl EventLog {
             reason: error.to_string(),
         })?;
         line.push('\n');
+        let kept = match document {
+            Document::Stop(_) => 0,
+            _ => STOP_BYTES,
+        };
+        if self.bytes + line.len() as u64 + kept > LIMIT_BYTES {
+            return Err(EventLogError::Full {
+                path: self.path.clone(),
+                bytes: line.len() as u64,
+                limit_bytes: LIMIT_BYTES,
+            });
+        }
         if self.spoilt {
             return Err(io::Error::other("an earlier line could not be saved"))
                 .on("write", &self.path)?;
@@ -376,4 +403,36 @@ fn parse(bytes: &[u8], path: &Path) -> Result<LogContent, EventLogError> {
     }
     content.torn_lines.extend(unreadable.map(|(line, _)| line));
     Ok(content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_as_long_as_it_can_be_written_is_read_with_its_stop() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("events.jsonl");
+        let mut log = EventLog::create(path.clone()).unwrap();
+        // Most of it in one document, as nobody waits for a hundred thousand that are synced.
+        let mut length = (LIMIT_BYTES - STOP_BYTES) as usize - 1000;
+        let mut events = 0;
+        while length > 0 {
+            let data = Map::from_iter([("text".to_owned(), Value::String("x".repeat(length)))]);
+            match log.event("session", String::new(), 0.0, data) {
+                Ok(()) => events += 1,
+                Err(EventLogError::Full { bytes, .. }) => assert!(bytes > length as u64),
+                Err(error) => panic!("{error}"),
+            }
+            length /= 2;
+        }
+        assert!((2..20).contains(&events), "{events} events");
+        log.stop(String::new(), ExitStatus::Fail, Some("full".to_owned()))
+            .unwrap();
+        drop(log);
+        let content = read(&path).unwrap();
+        assert_eq!(content.events(), events);
+        assert_eq!(content.stop().map(|stop| stop.num_events), Some(events));
+        assert!(EventLog::open(path).is_ok());
+    }
 }

@@ -73,7 +73,7 @@ pub enum SessionEventKind {
     },
     /// The recorder lags too far behind for another trial to begin.
     RecorderBehind {
-        /// Audio that is not on the disk yet, s.
+        /// Audio that is not on the disk yet, or the time for which the recorder has not answered, s.
         lag_s: f64,
         /// Whether it did not catch up in time; the session paused.
         paused: bool,

@@ -73,7 +73,7 @@ pub struct Session {
     pub(super) analysis: Option<TrialAnalysis>,
     /// What became of the recording of the current attempt, once it is known.
     pub(super) recorded: Option<RecordingOutcome>,
-    /// Audio that is not on the disk yet, s.
+    /// Audio that is not on the disk yet, or the time for which the recorder has not answered, s.
     pub(super) recorder_lag_s: f64,
     /// Whether a step was made.
     pub(super) started: bool,

@@ -39,7 +39,7 @@ pub struct Observation {
     /// What became of an attempt's recording, once it is known. No attempt is accepted before its recording is saved.
     #[serde(default)]
     pub recording: Option<(TrialKey, RecordingOutcome)>,
-    /// Audio that the recorder has taken neither to the disk nor as lost, s.
+    /// Audio that the recorder has taken neither to the disk nor as lost, or the time for which it has not answered, s.
     #[serde(default)]
     pub recorder_lag_s: f64,
 }

@@ -49,8 +49,11 @@ struct Queued {
     message: RecorderMessage,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Shared {
+    made: Instant,
+    /// Time at which the recorder last went to its queue, or had done what it found there, ms since it was made.
+    seen_ms: AtomicU64,
     sample_rate_hz: AtomicU32,
     frames_sent: AtomicU64,
     frames_settled: AtomicU64,
@@ -60,6 +63,33 @@ struct Shared {
 }
 
 impl Shared {
+    fn new() -> Self {
+        Self {
+            made: Instant::now(),
+            seen_ms: AtomicU64::default(),
+            sample_rate_hz: AtomicU32::default(),
+            frames_sent: AtomicU64::default(),
+            frames_settled: AtomicU64::default(),
+            greatest_lag_frames: AtomicU64::default(),
+            messages_lost: AtomicU64::default(),
+            status: Mutex::default(),
+        }
+    }
+
+    fn now_ms(&self) -> u64 {
+        self.made.elapsed().as_millis() as u64
+    }
+
+    fn see(&self) {
+        self.seen_ms.store(self.now_ms(), Ordering::Release);
+    }
+
+    /// Returns the time since the recorder last went to its queue, s: it grows while the disk does not answer.
+    fn unseen_s(&self) -> f64 {
+        let seen_ms = self.seen_ms.load(Ordering::Acquire);
+        self.now_ms().saturating_sub(seen_ms) as f64 * 1e-3
+    }
+
     fn lag_frames(&self) -> u64 {
         let settled = self.frames_settled.load(Ordering::Acquire);
         let sent = self.frames_sent.load(Ordering::Acquire);
@@ -84,6 +114,13 @@ impl RecorderGauge {
     #[must_use]
     pub fn lag_s(&self) -> f64 {
         self.0.seconds(self.0.lag_frames())
+    }
+
+    /// Returns the lag, or the time since the recorder last went to its queue if that is longer, s: between recordings no
+    /// audio is sent that a recorder that hangs could lag behind.
+    #[must_use]
+    pub fn behind_s(&self) -> f64 {
+        self.lag_s().max(self.0.unseen_s())
     }
 
     /// Returns the greatest lag so far, s.
@@ -211,6 +248,7 @@ pub enum Polled {
 impl RecorderTask {
     /// Takes every message that waits, syncs if it is time, and reads on for the sums of what is saved.
     pub fn poll(&mut self, now: Instant) -> Polled {
+        self.shared.see();
         let polled = loop {
             match self.queue.try_recv() {
                 Ok(queued) => self.take(queued),
@@ -287,6 +325,7 @@ impl RecorderTask {
     }
 
     fn publish(&mut self) {
+        self.shared.see();
         let status = self.core.status();
         let settled =
             status.state != RecorderState::Recording || status.on_disk.frames == status.frames;
@@ -319,7 +358,7 @@ impl RecorderTask {
 pub fn recorder(data_capacity: usize) -> (RecorderSender, Receiver<RecorderNotice>, RecorderTask) {
     let (queue, waiting) = crossbeam_channel::bounded(data_capacity + RESERVED);
     let (notices, answers) = crossbeam_channel::unbounded();
-    let shared = Arc::new(Shared::default());
+    let shared = Arc::new(Shared::new());
     let sender = RecorderSender {
         queue,
         data_capacity,
@@ -335,4 +374,26 @@ pub fn recorder(data_capacity: usize) -> (RecorderSender, Receiver<RecorderNotic
         shared,
     };
     (sender, answers, task)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fault 27.
+    #[test]
+    fn a_recorder_that_hangs_between_recordings_is_behind() {
+        let (sender, _notices, mut recorder) = recorder(1);
+        let gauge = sender.gauge();
+        let begun = Instant::now();
+        while gauge.behind_s() < 0.02 {
+            assert!(
+                begun.elapsed() < Duration::from_secs(60),
+                "it is never behind"
+            );
+        }
+        recorder.poll(Instant::now());
+        // Made before, and looked at now.
+        assert!(gauge.behind_s() < begun.elapsed().as_secs_f64());
+    }
 }

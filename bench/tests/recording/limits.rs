@@ -266,15 +266,16 @@ fn a_writer_lists_no_more_events_than_can_be_read() {
         frames: None,
         text: None,
     };
-    for sample in 0..MAX_ENTRIES as u64 {
+    writer.renew_event(0, event(0));
+    for sample in 1..MAX_ENTRIES as u64 {
         writer.add_event(event(sample));
     }
-    writer.renew_event(event(MAX_ENTRIES as u64));
+    writer.renew_event(1, event(MAX_ENTRIES as u64));
     let known = RecordingEvent {
         frames: Some(7),
         ..event(0)
     };
-    writer.renew_event(known.clone());
+    writer.renew_event(0, known.clone());
     writer.finish(Ending::Completed).unwrap();
     let reader = RecordingReader::open(&folder).unwrap();
     let events = &reader.manifest().events;

@@ -78,12 +78,21 @@ pub fn run_operator(
         &desk,
         events,
     );
+    leave(&desk, &reader)?;
+    operated
+}
+
+/// Leaves the screen, once the keys have been looked at for the last time.
+///
+/// # Errors
+/// [`TerminalError::Terminal`] when the terminal was gone by then.
+fn leave(desk: &Desk, reader: &thread::JoinHandle<()>) -> Result<(), TerminalError> {
     desk.leave();
     let waited = Instant::now();
     while !reader.is_finished() && waited.elapsed() < LAST_KEY {
         thread::sleep(Duration::from_millis(1));
     }
-    operated
+    desk.lost().map_or(Ok(()), Err)
 }
 
 /// State of the screen, between the thread that draws it and the one that reads the keys. Its lock is held for as long as
@@ -169,8 +178,11 @@ fn read_keys(
     let desk = Arc::clone(desk);
     let reader = thread::Builder::new().name("keys".to_owned());
     let started = reader.spawn(move || {
-        while !desk.is_left() {
+        loop {
+            // One look more once the screen is left: a signal that a closed terminal sent may have ended the bench first.
+            let is_last = desk.is_left();
             let pressed = match keys.next(LOOK) {
+                Ok(pressed) if is_last => return act(pressed.and_then(at_once).as_ref()),
                 Ok(Some(pressed)) => pressed,
                 Ok(None) => {
                     act(None);
@@ -407,8 +419,7 @@ mod tests {
             &desk,
             events,
         );
-        desk.leave();
-        reader.join().unwrap();
+        leave(&desk, &reader)?;
         end.map(|()| desk.state().clone())
     }
 
@@ -535,6 +546,32 @@ mod tests {
             "{end:?}"
         );
         assert_eq!(acts.try_recv(), Ok(Action::Interrupt));
+    }
+
+    /// A signal that the closed terminal sent ends the bench before its end is read.
+    #[test]
+    fn a_terminal_that_goes_away_as_the_bench_closes_is_an_error_too() {
+        struct GoneAfter(mpsc::Sender<Event>);
+
+        impl Keys for GoneAfter {
+            fn next(&mut self, _: Duration) -> io::Result<Option<KeyEvent>> {
+                match self.0.send(Event::Close) {
+                    Ok(()) => Ok(None),
+                    Err(_) => Err(io::Error::from(io::ErrorKind::BrokenPipe)),
+                }
+            }
+        }
+
+        for _ in 0..20 {
+            let (bench, events) = mpsc::channel();
+            let (operator, _actions) = mpsc::channel();
+            let desk = Arc::new(Desk::new(State::new(Theme::Colour)));
+            let reader = read_keys(GoneAfter(bench), &desk, operator, |_| ()).unwrap();
+            let terminal = (&mut screen(), || Some((80, 24)));
+            operate(terminal, &Frames::default(), &desk, &events).unwrap();
+            drop(events);
+            assert!(leave(&desk, &reader).is_err());
+        }
     }
 
     #[test]

@@ -28,6 +28,12 @@ pub trait Clock: Send + Sync {
     }
 }
 
+/// Most readings of the two clocks before the best of them is taken.
+const READINGS: usize = 5;
+
+/// Time between two readings of the monotonic clock within which the other one was read at the same time, ns.
+const APART_NS: u64 = 1_000_000;
+
 /// Clock of the computer: its monotonic clock, and the date of its wall clock as read once, at the start.
 pub struct SystemClock {
     origin: Instant,
@@ -61,9 +67,20 @@ impl Clock for SystemClock {
     }
 
     fn suspended_ns(&self) -> u64 {
-        // Read in this order, a pause in between makes it longer: what was driven lies later then.
-        let now_ns = self.now_ns();
-        self.passed_ns().saturating_sub(now_ns)
+        // A pause between the two clocks counts as a suspension: of several readings the one with the shortest is taken.
+        let readings = (0..READINGS).map(|_| {
+            let now_ns = self.now_ns();
+            let suspended_ns = self.passed_ns().saturating_sub(now_ns);
+            (self.now_ns() - now_ns, suspended_ns)
+        });
+        let mut shortest = (u64::MAX, 0);
+        for reading in readings {
+            shortest = shortest.min(reading);
+            if shortest.0 < APART_NS {
+                break;
+            }
+        }
+        shortest.1
     }
 
     fn utc(&self) -> Timestamp {

@@ -2,7 +2,7 @@
 //! outcome of each step to the procedure.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::{Context, bail};
 use bench_page::HealthMeter;
@@ -108,7 +108,7 @@ pub fn run<P: Procedure>(
         meter: Meter::default(),
         drop_outs: DropOuts::default(),
         driven_frames: 0,
-        last_audio: Instant::now(),
+        last_audio_ns: None,
         done,
     };
     let mut tasks = open.tasks;
@@ -136,7 +136,7 @@ const SETTLE_S: f64 = 0.2;
 const HELD_MOST_S: f64 = 300.0;
 /// Period at which the operator is shown readings, s.
 const SHOW_S: f64 = 0.05;
-/// Time without audio that ends the calibration.
+/// Time without audio that ends the calibration, on the bench's clock.
 const CARD_TIMEOUT: Duration = Duration::from_secs(10);
 
 struct RigTask<P> {
@@ -170,7 +170,8 @@ struct RigTask<P> {
     meter: Meter,
     drop_outs: DropOuts,
     driven_frames: u64,
-    last_audio: Instant,
+    /// When audio came last, or when the rig was polled first.
+    last_audio_ns: Option<u64>,
     done: Sender<(P, f64, u64)>,
 }
 
@@ -407,7 +408,7 @@ impl<P: Procedure> RigTask<P> {
     /// Reads audio, forces and the instrument.
     fn take_in(&mut self, now_ns: u64) -> anyhow::Result<()> {
         while let Some(header) = self.input.pop_block(&mut self.block) {
-            self.last_audio = Instant::now();
+            self.last_audio_ns = Some(now_ns);
             self.take_block(&header, now_ns)?;
         }
         for reading in self.readings.try_iter() {
@@ -458,7 +459,7 @@ impl<P: Procedure> RigTask<P> {
         }
         self.drive.poll(safety);
         self.take_in(now_ns)?;
-        self.require_card()?;
+        self.require_card(now_ns)?;
         self.show(safety);
         self.take_inputs()?;
         self.advance()
@@ -487,7 +488,7 @@ impl<P: Procedure> RigTask<P> {
         {
             return Err(error);
         }
-        self.require_card()?;
+        self.require_card(now_ns)?;
         self.capture = Capture {
             channels: self.channels,
             ..Capture::default()
@@ -517,8 +518,9 @@ impl<P: Procedure> RigTask<P> {
         Ok(())
     }
 
-    fn require_card(&self) -> anyhow::Result<()> {
-        if self.last_audio.elapsed() > CARD_TIMEOUT {
+    fn require_card(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let last_audio_ns = *self.last_audio_ns.get_or_insert(now_ns);
+        if u128::from(now_ns.saturating_sub(last_audio_ns)) > CARD_TIMEOUT.as_nanos() {
             bail!(
                 "audio callbacks stopped: the sound card has delivered nothing for {} s",
                 CARD_TIMEOUT.as_secs()

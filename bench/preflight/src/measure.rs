@@ -1,7 +1,7 @@
 //! The test itself: silence, then a faint tone at the carrier, and everything that comes in meanwhile.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crossbeam_channel::{Receiver, Sender};
 use impedance::ZmFrame;
@@ -174,7 +174,7 @@ pub(super) fn measure(
             Extent::Quick => QUICK_S,
             Extent::Whole { .. } => WHOLE_S,
         },
-        began: Instant::now(),
+        began_ns: None,
         measured: Measured {
             device: bench.life.device(signalgen::StreamDirection::Input),
             estop_wired,
@@ -223,13 +223,14 @@ struct CheckTask {
     /// The test ends once the loop's delay is known, and exercises nothing.
     for_delay: bool,
     test_s: f64,
-    began: Instant,
+    /// When it was polled first.
+    began_ns: Option<u64>,
     measured: Measured,
     done: Sender<Measured>,
 }
 
-/// A card that never calls ends the test after this long.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// Time after which a card that never calls ends the test, ns of the bench's clock: of the simulated one where it is stepped.
+const PATIENCE_NS: u64 = 30_000_000_000;
 
 impl Task for CheckTask {
     fn name(&self) -> &'static str {
@@ -241,6 +242,8 @@ impl Task for CheckTask {
     }
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let began_ns = *self.began_ns.get_or_insert(now_ns);
+        let late = now_ns.saturating_sub(began_ns) > PATIENCE_NS;
         let measured = &mut self.measured;
         measured.safety = self.signals.state.get().unwrap_or_default();
         self.drive.poll(&measured.safety);
@@ -294,7 +297,6 @@ impl Task for CheckTask {
         }
         let tripped = matches!(measured.safety, SafetyState::Tripped { .. });
         if self.for_delay {
-            let late = self.began.elapsed() > PATIENCE;
             if measured.loop_delay.is_some() || tripped || measured.audio_s >= self.test_s || late {
                 self.stop.raise();
             }
@@ -307,7 +309,7 @@ impl Task for CheckTask {
         let exercised = self.signals.stop_times.get();
         let over = exercised.is_some() || measured.audio_s >= self.test_s + STOPS_S;
         measured.stops = exercised.unwrap_or_default();
-        if over || tripped || self.began.elapsed() > PATIENCE {
+        if over || tripped || late {
             self.stop.raise();
         }
         Ok(())

@@ -551,7 +551,7 @@ mod tests {
     /// A signal that the closed terminal sent ends the bench before its end is read.
     #[test]
     fn a_terminal_that_goes_away_as_the_bench_closes_is_an_error_too() {
-        struct GoneAfter(mpsc::Sender<Event>);
+        struct GoneAfter(Sender<Event>);
 
         impl Keys for GoneAfter {
             fn next(&mut self, _: Duration) -> io::Result<Option<KeyEvent>> {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crossbeam_channel::{Receiver, Sender};
+use crossbeam_channel::Receiver;
 use jiff::{SignedDuration, Timestamp};
 use recording::DiskError;
 use recording::disk::replace_file;
@@ -182,7 +182,7 @@ impl DoseAccount {
         let now = clock.utc();
         let origin_s = boot.up_s - clock.since_origin_s();
         let before = self.before(&boot, origin_s, now);
-        let (sender, spans): (Sender<Span>, Receiver<Span>) = crossbeam_channel::unbounded();
+        let (sender, spans) = safety::span_reports();
         let mut books = self.books;
         for book in &mut books {
             book.spans = dose_record::kept(&book.spans, &boot, now);
@@ -335,6 +335,8 @@ impl Task for DoseKeeper {
 
 #[cfg(test)]
 mod tests {
+    use crossbeam_channel::Sender;
+
     use super::*;
 
     /// A clock that the test sets, and for how long the computer was suspended, s; its date is its time.

@@ -209,6 +209,7 @@ impl Task for WarmthKeeper {
         {
             self.write(rise_k + AHEAD_K)?;
         }
+        self.signals.kept_rise_k.set(self.found_k());
         Ok(())
     }
 
@@ -331,6 +332,8 @@ mod tests {
                 (least_k..=rise_k + AHEAD_K + 2e-3).contains(&found_k),
                 "{found_k} K of {rise_k} K at {step}"
             );
+            let told_k = rig.signals.kept_rise_k.get().unwrap();
+            assert!((told_k - found_k).abs() < 2e-3, "{told_k} K of {found_k} K");
         }
         rig.task.finish().unwrap();
         assert!((rig.found_k() - rise_k).abs() < 2e-3);

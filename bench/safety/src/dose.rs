@@ -1,6 +1,6 @@
 //! Driving time that a person is allowed within an hour: what counts, what is left, when it goes on.
 
-use crossbeam_channel::Sender;
+use crossbeam_channel::{Receiver, Sender, TrySendError};
 use serde::Serialize;
 
 use crate::minutes::{at_least, at_most};
@@ -17,6 +17,18 @@ const PAUSE_NS: i64 = 1_000_000_000;
 /// Largest step by which a span grows before it is reported again, ns.
 const REPORT_NS: i64 = 250_000_000;
 
+/// Most reports that wait for whoever keeps the account: those of 4 s, by which no account on a disk may fall behind.
+const WAITING_REPORTS: usize = 16;
+
+const UNKEPT: &str = "the driving time is not kept: the disk of the study or of the calibration has not answered for 4 s";
+
+/// Returns the two ends by which driven spans reach whoever keeps the account on a disk. A drive stops that nobody has kept for
+/// 4 s, as when the disk hangs.
+#[must_use]
+pub fn span_reports() -> (Sender<Span>, Receiver<Span>) {
+    crossbeam_channel::bounded(WAITING_REPORTS)
+}
+
 /// Driving time that is allowed from now on.
 #[derive(Debug, Clone, Default)]
 pub struct Allowance {
@@ -26,7 +38,7 @@ pub struct Allowance {
     pub need_s: f64,
     /// What was driven before.
     pub before: SlidingHour,
-    /// Is sent each span as it begins, grows and ends; the start tells one from the next.
+    /// Is sent each span as it begins, grows and ends; the start tells one from the next. Of [`span_reports`].
     pub spans: Option<Sender<Span>>,
 }
 
@@ -86,6 +98,8 @@ pub(crate) struct Dose {
     driven: bool,
     reported_ns: i64,
     spans: Option<Sender<Span>>,
+    /// Whether the last report found no room: whoever keeps the account hangs.
+    unkept: bool,
 }
 
 impl Dose {
@@ -100,6 +114,7 @@ impl Dose {
             driven: false,
             reported_ns: 0,
             spans: allowance.spans,
+            unkept: false,
         }
     }
 
@@ -115,6 +130,9 @@ impl Dose {
     /// Counts the time up to `now_ns`, in which the plate was last commanded and last read back like this.
     pub(crate) fn count(&mut self, now_ns: i64, commanded_v: f64, read_back_v: f64) {
         let driven = commanded_v.abs() > FAINT_V || read_back_v > FAINT_READ_V;
+        if self.unkept {
+            self.report(now_ns);
+        }
         let goes_on = self
             .open
             .is_some_and(|open| self.driven || now_ns - open.end_ns < PAUSE_NS);
@@ -150,7 +168,7 @@ impl Dose {
         self.reported_ns = now_ns;
         if let (Some(spans), Some(open)) = (&self.spans, self.open) {
             // Who keeps the account ends before the watch only when it failed, and that stops the bench.
-            let _ = spans.send(open);
+            self.unkept = matches!(spans.try_send(open), Err(TrySendError::Full(_)));
         }
     }
 
@@ -175,7 +193,15 @@ impl Dose {
 
     /// Returns the trip of a plate that is driven and may not be any longer.
     pub(crate) fn spent(&self, left: &DoseLeft) -> Option<Trip> {
-        (self.driven && left.left_s <= 0.0).then(|| trip(left))
+        let spent = (left.left_s <= 0.0).then(|| trip(left));
+        spent.or(self.unkept()).filter(|_| self.driven)
+    }
+
+    /// Returns the trip of driving time that nobody keeps.
+    pub(crate) fn unkept(&self) -> Option<Trip> {
+        self.unkept.then(|| Trip::Fault {
+            message: UNKEPT.to_owned(),
+        })
     }
 }
 

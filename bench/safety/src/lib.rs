@@ -25,7 +25,7 @@ mod trip;
 mod watch;
 
 pub use dead_man::Hold;
-pub use dose::{Allowance, DoseLeft, FAINT_V};
+pub use dose::{Allowance, DoseLeft, FAINT_V, span_reports};
 pub use drive_stop::DriveStop;
 pub use guard::{Commanded, DriveGuard};
 pub use loop_delay::{DELAY_WITHIN_S, LoopDelay};

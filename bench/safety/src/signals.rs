@@ -111,6 +111,9 @@ pub struct Signals {
     pub lines: Arc<Slot<LineLevels>>,
     /// Estimated temperature of the plate above the room, K; published by the watch.
     pub rise_k: Slot<f64>,
+    /// Temperature above the room that the record of the plate's warmth tells of at least, K; published by whoever keeps it,
+    /// never where nobody does.
+    pub kept_rise_k: Slot<f64>,
     /// State of the watch; published by the watch.
     pub state: Slot<SafetyState>,
 }

@@ -320,11 +320,12 @@ impl Watch {
         let surface_c = heat.surface_c(self.rise_k);
         let arms = self.state == SafetyState::Disarmed;
         let warm = surface_c >= heat.limit_c || arms && heat.wait_s(self.rise_k) > 0.0;
-        warm.then(|| Trip::Warm {
+        let warm = warm.then(|| Trip::Warm {
             surface_c,
             limit_c: heat.limit_c,
             wait_s: heat.wait_s(self.rise_k),
-        })
+        });
+        warm.or(self.warmth_unkept())
     }
 
     /// Returns the first fault that is present now.

@@ -6,6 +6,10 @@ use crate::dose;
 use crate::safety_lines::GpioError;
 use crate::trip::Trip;
 
+/// Temperature by which a plate may be warmer than its record tells, K: as much as the record is otherwise ahead of it.
+const UNKEPT_K: f64 = 0.5;
+const WARMTH_UNKEPT: &str = "the plate's warmth is not kept: the disk of the calibration has not answered since the plate warmed by a kelvin";
+
 impl Watch {
     /// Counts the driving time; returns the trip once it is used up.
     pub(super) fn count_dose(&mut self, now_ns: u64) -> Option<Trip> {
@@ -23,10 +27,20 @@ impl Watch {
         self.dose.spent(&left)
     }
 
-    /// Returns the trip of a bench that has too little driving time left to be armed.
+    /// Returns the trip of a bench that has too little driving time left to be armed, or nobody who keeps it.
     pub(super) fn dose_refuses(&self, now_ns: u64) -> Option<Trip> {
         let left = self.dose.left(now_ns as i64);
-        (left.wait_s > 0.0 || left.left_s <= 0.0).then(|| dose::trip(&left))
+        let spent = left.wait_s > 0.0 || left.left_s <= 0.0;
+        let trip = spent.then(|| dose::trip(&left));
+        trip.or(self.dose.unkept())
+    }
+
+    /// Returns the trip of a plate that is warmer than its record will tell the next program.
+    pub(super) fn warmth_unkept(&self) -> Option<Trip> {
+        let kept_k = self.seen.kept_rise_k?;
+        (self.rise_k > kept_k + UNKEPT_K).then(|| Trip::Fault {
+            message: WARMTH_UNKEPT.to_owned(),
+        })
     }
 
     /// Looks at the dead-man switch, if one is used; one that is not wired is never held.

@@ -18,6 +18,8 @@ pub(super) struct Seen {
     pub(super) force_polled_ns: Option<u64>,
     pub(super) press: Option<Press>,
     pub(super) nonsense: Option<Nonsense>,
+    /// Told by what is on the disk, not by when it was looked at.
+    pub(super) kept_rise_k: Option<f64>,
 }
 
 impl Seen {
@@ -28,6 +30,7 @@ impl Seen {
         signals.force_polled_ns.look(&mut self.force_polled_ns);
         signals.press.look(&mut self.press);
         signals.nonsense.look(&mut self.nonsense);
+        signals.kept_rise_k.look(&mut self.kept_rise_k);
     }
 }
 

@@ -122,6 +122,82 @@ fn whoever_keeps_the_account_is_sent_each_span_from_its_first_moment() {
     assert!((length_s - 10.0).abs() < 0.01, "{length_s}");
 }
 
+/// The disk under the account hangs.
+///
+/// Faults 27, 42.
+/// Hazards 4, 5, 6.
+#[test]
+fn a_drive_whose_time_nobody_keeps_stops_and_all_of_it_is_kept_once_the_disk_is_back() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    let (spans, sent) = crate::span_reports();
+    let allowance = Allowance {
+        spans: Some(spans),
+        ..Allowance::of(100.0)
+    };
+    sound(&mut rig, 0.0, 2 * S);
+    rig.ask.send(SafetyCommand::Allow(allowance));
+    let mut driven_s = 0.0;
+    sound(&mut rig, 20.0, 3500);
+    assert_eq!(rig.trip(), None, "it may be slow");
+    while rig.trip().is_none() && driven_s < 10.0 {
+        sound(&mut rig, 20.0, 10);
+        driven_s += 0.01;
+    }
+    let Some(Trip::Fault { message }) = rig.trip() else {
+        panic!("{:?}", rig.trip())
+    };
+    assert!(message.contains("driving time"), "{message}");
+    assert!(driven_s < 1.0, "{driven_s}");
+    sound(&mut rig, 0.0, 100);
+    rig.ask.send(SafetyCommand::Rearm);
+    rig.ask.send(SafetyCommand::Arm);
+    rig.pass(10, |_| ());
+    assert!(rig.trip().is_some(), "not while it hangs");
+    let used_s = 100.0 - left(&rig).left_s;
+    let mut last: Option<Span> = None;
+    for _ in 0..3 {
+        last = sent.try_iter().last().or(last);
+        rig.pass(10, |_| ());
+    }
+    let last = last.unwrap();
+    let kept_s = (last.end_ns - last.start_ns) as f64 * 1e-9;
+    assert!(kept_s >= used_s, "{kept_s} s of {used_s}");
+    rig.ask.send(SafetyCommand::Rearm);
+    rig.ask.send(SafetyCommand::Arm);
+    rig.pass(10, |_| ());
+    assert_eq!(rig.trip(), None);
+}
+
+/// The disk under the record of the plate's warmth hangs.
+///
+/// Faults 27, 42.
+/// Hazard 4.
+#[test]
+fn a_plate_that_is_warmer_than_its_record_tells_stops_and_is_not_armed() {
+    let mut rig = Rig::armed(SafetyLines::default());
+    rig.ask.send(SafetyCommand::Warm { rise_k: 3.0 });
+    rig.signals.kept_rise_k.set(3.5);
+    rig.pass(10, |_| ());
+    rig.signals.kept_rise_k.set(2.6);
+    rig.pass(10, |_| ());
+    assert_eq!(rig.trip(), None, "within what it may be behind");
+    rig.signals.kept_rise_k.set(2.4);
+    rig.pass(10, |_| ());
+    let Some(Trip::Fault { message }) = rig.trip() else {
+        panic!("{:?}", rig.trip())
+    };
+    assert!(message.contains("warmth"), "{message}");
+    rig.ask.send(SafetyCommand::Rearm);
+    rig.ask.send(SafetyCommand::Arm);
+    rig.pass(10, |_| ());
+    assert!(rig.trip().is_some(), "not while it hangs");
+    rig.signals.kept_rise_k.set(3.5);
+    rig.ask.send(SafetyCommand::Rearm);
+    rig.ask.send(SafetyCommand::Arm);
+    rig.pass(10, |_| ());
+    assert_eq!(rig.trip(), None);
+}
+
 /// A dead-man line at a level that the test sets.
 struct Held(Arc<AtomicBool>);
 

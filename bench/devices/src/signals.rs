@@ -120,6 +120,7 @@ fn heard() -> anyhow::Result<&'static Heard> {
     #[cfg(unix)]
     if first {
         ending::watch_signals(heard)?;
+        ending::leave_signals_to_their_thread()?;
     }
     Ok(heard)
 }
@@ -141,6 +142,7 @@ mod ending {
     use std::time::Duration;
 
     use anyhow::Context;
+    use nix::sys::signal::{SigSet, Signal};
     use signal_hook::iterator::Signals;
 
     use super::{Heard, SIGNALS};
@@ -164,6 +166,8 @@ mod ending {
         thread::Builder::new()
             .name("signals".to_owned())
             .spawn(move || {
+                // On a thread that is to hear of them they are not blocked, whoever started it.
+                let _heard = of_signals().map(|ours| ours.thread_unblock());
                 for _signal in signals.forever() {
                     let listening = heard.listeners().listening.clone();
                     for (_, stop, drive) in &listening {
@@ -179,6 +183,21 @@ mod ending {
             })
             .map(drop)
             .context("cannot start the thread that waits for signals")
+    }
+
+    fn of_signals() -> nix::Result<SigSet> {
+        SIGNALS.into_iter().map(Signal::try_from).collect()
+    }
+
+    /// Blocks the signals on this thread and on all that it starts from now on. The system gives a signal to any thread that does
+    /// not block it, to the first one by preference, and one that hangs in a disk's driver would keep it.
+    ///
+    /// # Errors
+    /// The system's.
+    pub(super) fn leave_signals_to_their_thread() -> anyhow::Result<()> {
+        of_signals()
+            .and_then(|ours| ours.thread_block())
+            .context("cannot leave the signals to a thread of theirs")
     }
 
     /// Ends a program that waits for `busy`, with the terminal as it was if it takes that in time.

@@ -7,10 +7,12 @@ use std::collections::BTreeSet;
 use std::process::Command;
 use std::time::Duration;
 
+use bench_tests::held::threads;
 use bench_tests::program::{friction_bench, installed};
 use bench_tests::running::{Running, until};
 use bench_tests::screen::Screen;
 use bench_tests::session::{SessionFolder, demo_with, patient_config};
+use rustix::process::Signal;
 
 /// Threads by name and the calls in which each may wait. Waiting for another thread or for time (`futex`,
 /// `clock_nanosleep`) is everybody's, and what asks for memory.
@@ -100,7 +102,25 @@ fn a_line_of_strace_names_thread_and_call() {
     }
 }
 
-/// Fault 27.
+/// Returns the threads below strace's child `pid` that do not block SIGTERM, by name.
+fn hearing_sigterm(strace: u32) -> Vec<String> {
+    let children = format!("/proc/{strace}/task/{strace}/children");
+    let children = std::fs::read_to_string(children).unwrap();
+    let program = children.split_whitespace().next().unwrap();
+    let mut hearing = Vec::new();
+    for thread in threads(program.parse().unwrap()) {
+        let status = format!("/proc/{program}/task/{}/status", thread.id);
+        let status = std::fs::read_to_string(status).unwrap_or_default();
+        let blocked = status.lines().find_map(|line| line.strip_prefix("SigBlk:"));
+        let blocked = blocked.map_or(0, |mask| u64::from_str_radix(mask.trim(), 16).unwrap());
+        if blocked >> (Signal::TERM.as_raw() - 1) & 1 == 0 {
+            hearing.push(thread.name);
+        }
+    }
+    hearing
+}
+
+/// Faults 27, 29.
 #[test]
 fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
     let folder = tempfile::tempdir().unwrap();
@@ -146,6 +166,7 @@ fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
     }
     let written = || usize::try_from(trace.metadata().unwrap().len()).unwrap();
     let from = written();
+    let hearing = hearing_sigterm(session.pid());
     // A page is written while the plate is driven.
     screen.press("w");
     let accepted = until(patience, || logged("\"trial_settled\""));
@@ -163,6 +184,8 @@ fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
     let made: BTreeSet<_> = text.lines().filter_map(thread_and_call).collect();
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     session.require_whole();
+    // The system would give a signal to one of these, which may hang.
+    assert_eq!(hearing, ["signals"], "who does not block SIGTERM");
     let driven = made.iter().any(|(thread, _)| *thread == "recorder");
     assert!(driven, "no recorder in:\n{made:?}");
     let others: Vec<_> = made

@@ -6,6 +6,7 @@
 //! late is allowed for, and a miss is measured again.
 
 use std::fmt::Write;
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use bench_tests::campaign;
@@ -25,6 +26,8 @@ const TRIES: usize = 4;
 const CALLED: Duration = Duration::from_secs(4);
 /// Time from the hang to the stop, less than the watch waits for a thread.
 const AFTER: Duration = Duration::from_millis(300);
+/// Sessions that are measured side by side.
+const ABREAST: usize = 2;
 /// Looks end after this time, and hangs a second later.
 const HANG: Duration = Duration::from_secs(5);
 
@@ -237,19 +240,38 @@ fn whole(most: usize) -> Vec<String> {
             }
         }
     }
-    let mut bad = Vec::new();
-    for (rig, place) in places.into_iter().take(most) {
-        let (thread, call) = place;
-        let (mut words, ill) = at_place(&rig, place, &Stop::ALL, HANG);
-        bad.extend(ill);
-        if LONG.contains(&call) && !words.starts_with("not met") {
-            let minute = Duration::from_secs(60);
-            let (long, ill) = at_place(&rig, place, &[Stop::Key], minute);
-            let _ = write!(words, "; 60 s under {long}");
-            bad.extend(ill);
+    places.truncate(most);
+    let (waiting, bad) = (Mutex::new(places.into_iter()), Mutex::new(Vec::new()));
+    // Most of the time a hang is waited for.
+    let measures = || {
+        while let Some((rig, place)) = next(&waiting) {
+            let ill = every_stop_at(&rig, place);
+            bad.lock().unwrap().extend(ill);
         }
-        let what = format!("{}: {thread} held in {call}", rig.scenario);
-        campaign::found(&what, 1, &words);
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..ABREAST {
+            scope.spawn(measures);
+        }
+    });
+    bad.into_inner().unwrap()
+}
+
+fn next<T>(waiting: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
+    waiting.lock().unwrap().next()
+}
+
+/// Measures the hangs of one place under all stops, and a minute's hang of what asks a disk or a network; what went badly.
+fn every_stop_at(rig: &Rig, place: Place) -> Vec<String> {
+    let (thread, call) = place;
+    let (mut words, mut bad) = at_place(rig, place, &Stop::ALL, HANG);
+    if LONG.contains(&call) && !words.starts_with("not met") {
+        let minute = Duration::from_secs(60);
+        let (long, ill) = at_place(rig, place, &[Stop::Key], minute);
+        let _ = write!(words, "; 60 s under {long}");
+        bad.extend(ill);
     }
+    let what = format!("{}: {thread} held in {call}", rig.scenario);
+    campaign::found(&what, 1, &words);
     bad
 }

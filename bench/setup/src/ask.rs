@@ -36,7 +36,7 @@ pub trait Ask {
     /// If nobody is there to answer, or leaves.
     fn text(&mut self, question: &Question<'_>, usual: &str) -> anyhow::Result<String>;
 
-    /// Returns whether something is to be done now.
+    /// Returns whether something is to be done now; nobody permits nothing.
     ///
     /// # Errors
     /// If whoever is asked leaves.
@@ -123,6 +123,17 @@ impl Ask for Unattended {
     }
 
     fn confirm(&mut self, _: &str) -> anyhow::Result<bool> {
-        Ok(true)
+        Ok(false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Hazard 1.
+    #[test]
+    fn where_nobody_is_at_a_terminal_nobody_permits_a_tone() {
+        assert!(!Unattended.confirm("Drive a tone?").unwrap());
     }
 }

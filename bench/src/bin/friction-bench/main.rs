@@ -570,8 +570,16 @@ fn init(options: &setup::Options, verbosity: Verbosity) -> anyhow::Result<ExitCo
     let faint =
         "Check it now? By these numbers it drives a tone of 2 V at most: nobody touches the plate.";
     // Uncalibrated it is not ready; what there is to see is what else is wrong.
-    let checks = ask.confirm(faint)?;
+    let simulated = options.mock.is_some();
+    let checks = !attended && simulated || ask.confirm(faint)?;
     drop(ask);
+    if !attended && !checks {
+        let config = files::quoted(&options.config);
+        print(format!(
+            "check: not run, because it drives a tone and nobody is at a terminal to say that nobody touches the plate: \
+             `friction-bench check --config {config}` when that is so\n"
+        ))?;
+    }
     if checks {
         let check = Cli::try_parse_from(found::check(options))?;
         if let Err(error) = dispatch(check.command, verbosity) {

@@ -170,7 +170,6 @@ struct RigTask<P> {
     meter: Meter,
     drop_outs: DropOuts,
     driven_frames: u64,
-    /// When audio came last, or when the rig was polled first.
     last_audio_ns: Option<u64>,
     done: Sender<(P, f64, u64)>,
 }
@@ -519,12 +518,10 @@ impl<P: Procedure> RigTask<P> {
     }
 
     fn require_card(&mut self, now_ns: u64) -> anyhow::Result<()> {
-        let last_audio_ns = *self.last_audio_ns.get_or_insert(now_ns);
-        if u128::from(now_ns.saturating_sub(last_audio_ns)) > CARD_TIMEOUT.as_nanos() {
-            bail!(
-                "audio callbacks stopped: the sound card has delivered nothing for {} s",
-                CARD_TIMEOUT.as_secs()
-            );
+        let last_ns = *self.last_audio_ns.get_or_insert(now_ns);
+        if Duration::from_nanos(now_ns.saturating_sub(last_ns)) > CARD_TIMEOUT {
+            let s = CARD_TIMEOUT.as_secs();
+            bail!("audio callbacks stopped: the sound card has delivered nothing for {s} s");
         }
         Ok(())
     }

@@ -6,6 +6,7 @@ use safety::{SafetyState, Trip};
 use tui::Action;
 use tui::drill_view::DrillStep;
 
+use crate::signs::tells;
 use crate::times::{Outcome, Times};
 
 /// Longest wait for a drive that sounds, s.
@@ -276,6 +277,9 @@ impl Exercise {
                             "the operator's key stopped the drive first".to_owned(),
                         ));
                     }
+                    Some(trip) if !tells(self.fault, trip) => {
+                        self.end(stopped_by_another(trip));
+                    }
                     Some(trip) => {
                         // Nobody knows when the hand moved: time counts from when the bench saw it.
                         self.begun_s = now_s;
@@ -356,7 +360,11 @@ impl Exercise {
                 ));
                 return;
             }
-            (Some(trip), _) if stops => trip.to_string(),
+            (Some(trip), _) if stops && tells(self.fault, trip) => trip.to_string(),
+            (Some(trip), _) if stops => {
+                self.end(stopped_by_another(trip));
+                return;
+            }
             (Some(trip), _) => {
                 self.end(should_have_gone_on(trip));
                 return;
@@ -519,6 +527,10 @@ impl Exercise {
         self.note = None;
         self.stage = Stage::Over(outcome);
     }
+}
+
+fn stopped_by_another(trip: &Trip) -> Outcome {
+    Outcome::Missed(format!("the bench stopped for another reason: {trip}"))
 }
 
 fn should_have_gone_on(trip: &Trip) -> Outcome {

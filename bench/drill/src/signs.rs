@@ -4,7 +4,42 @@ use devices::Gauges;
 use devices::flags::InputFault;
 use recording::pipeline::{Account, Batch};
 use rehearsal::FaultKind;
+use safety::Trip;
 use sources::LineFaults;
+
+/// Returns whether `trip` tells of `fault`: a bench that stops for another reason has not seen it.
+///
+/// ```
+/// use rehearsal::FaultKind;
+/// use safety::Trip;
+///
+/// assert!(drill::tells(FaultKind::Estop, &Trip::EmergencyStop));
+/// assert!(!drill::tells(FaultKind::Estop, &Trip::AudioSilent));
+/// ```
+#[must_use]
+pub fn tells(fault: FaultKind, trip: &Trip) -> bool {
+    match fault.row().row {
+        Some(5) => matches!(
+            trip,
+            Trip::AudioLost | Trip::AudioSilent | Trip::Readback { .. } | Trip::ReadbackMissing
+        ),
+        Some(16) => matches!(trip, Trip::Readback { .. }),
+        Some(17) => *trip == Trip::EmergencyStop,
+        Some(18) => matches!(trip, Trip::Gpio { .. }),
+        Some(21) => matches!(
+            trip,
+            Trip::ForceSilent | Trip::ForceNonsense { .. } | Trip::Fault { .. }
+        ),
+        Some(23) => matches!(
+            trip,
+            Trip::ForceLimit { .. }
+                | Trip::LateralForceLimit { .. }
+                | Trip::RawForceLimit { .. }
+                | Trip::ForceSaturated
+        ),
+        _ => false,
+    }
+}
 
 /// Counts of the bench's flags.
 #[derive(Debug, Clone, Copy, Default)]

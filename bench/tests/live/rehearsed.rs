@@ -2,6 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
+use drill::tells;
 use mock_world::scenario::Scenario;
 use recording::manifest::EventKind;
 use rehearsal::{FaultKind, RehearsedFault, Remedy, Required};
@@ -57,31 +58,6 @@ fn tripped(rig: &mut Rig) -> Option<Trip> {
 fn pass_tripped(rig: &mut Rig, until_s: f64, what: &RehearsedFault) {
     while now_s(rig) < until_s {
         assert!(tripped(rig).is_some(), "{what}: re-armed by itself");
-    }
-}
-
-/// The trips that tell of the fault.
-fn tells(fault: FaultKind, trip: &Trip) -> bool {
-    match fault.row().row {
-        Some(5) => matches!(
-            trip,
-            Trip::AudioLost | Trip::AudioSilent | Trip::Readback { .. } | Trip::ReadbackMissing
-        ),
-        Some(16) => matches!(trip, Trip::Readback { .. }),
-        Some(17) => *trip == Trip::EmergencyStop,
-        Some(18) => matches!(trip, Trip::Gpio { .. }),
-        Some(21) => matches!(
-            trip,
-            Trip::ForceSilent | Trip::ForceNonsense { .. } | Trip::Fault { .. }
-        ),
-        Some(23) => matches!(
-            trip,
-            Trip::ForceLimit { .. }
-                | Trip::LateralForceLimit { .. }
-                | Trip::RawForceLimit { .. }
-                | Trip::ForceSaturated
-        ),
-        _ => false,
     }
 }
 

@@ -141,7 +141,7 @@ fn a_drive_that_resumes_and_stops_again_is_to_be_re_armed_again() {
 fn a_drive_that_is_silent_too_late_is_missed_whatever_the_operator_does() {
     let mut bench = Bench::new(FaultKind::AmplifierOff, false);
     bench.pass(0.02);
-    bench.trip(Trip::EmergencyStop);
+    bench.trip(of(FaultKind::AmplifierOff));
     bench.pass(0.2);
     bench.sounds = false;
     bench.pass(0.1);
@@ -351,13 +351,57 @@ fn an_operator_who_does_nothing_misses() {
     assert_eq!(bench.missed(), "nobody did what was right");
 }
 
+/// A trip that tells of the fault.
+fn of(fault: FaultKind) -> Trip {
+    let readback = Trip::Readback {
+        measured_v: 0.0,
+        commanded_v: (1.0, 2.0),
+    };
+    let gpio = Trip::Gpio {
+        message: "gone".to_owned(),
+    };
+    let force = Trip::ForceLimit {
+        normal_n: 3.1,
+        limit_n: 3.0,
+    };
+    let every = [
+        Trip::EmergencyStop,
+        Trip::AudioLost,
+        Trip::ForceSilent,
+        readback,
+        gpio,
+        force,
+    ];
+    let found = every.into_iter().find(|trip| tells(fault, trip));
+    found.unwrap_or_else(|| panic!("no trip tells of {fault}"))
+}
+
+#[test]
+fn a_bench_that_stops_for_another_reason_has_not_seen_the_fault() {
+    for (fault, trip) in [
+        (FaultKind::ForceSilent, Trip::EmergencyStop),
+        (FaultKind::Estop, Trip::AudioSilent),
+    ] {
+        for by_hand in [false, true] {
+            let mut bench = Bench::new(fault, by_hand);
+            bench.trip(trip.clone());
+            bench.pass(0.1);
+            assert!(
+                bench.missed().contains("another reason"),
+                "{}",
+                bench.missed()
+            );
+        }
+    }
+}
+
 #[test]
 fn every_drilled_fault_has_words_for_each_step() {
     for &fault in FaultKind::ALL.iter().filter(|fault| fault.is_drilled()) {
         let mut bench = Bench::new(fault, false);
         bench.flag = Some("flag".to_owned());
         if fault.row().required != Required::Flag {
-            bench.trip(Trip::EmergencyStop);
+            bench.trip(of(fault));
         }
         bench.pass(0.1);
         assert_eq!(bench.exercise.asked(), DrillStep::Acknowledge, "{fault}");

@@ -68,6 +68,15 @@ pub fn asked(attended: bool) -> anyhow::Result<Box<dyn Ask>> {
     })))
 }
 
+/// The words of a configuration that was written while nobody was there to permit a tone.
+pub fn left_unchecked(options: &Options) -> String {
+    format!(
+        "check: not run, because it drives a tone and nobody is at a terminal to say that nobody touches the plate: \
+         `friction-bench check --config {}` when that is so\n",
+        files::quoted(&options.config)
+    )
+}
+
 /// The command that checks what was written.
 pub fn check(options: &Options) -> Vec<&OsStr> {
     let mut words: Vec<&OsStr> = ["friction-bench", "check", "--config"]

@@ -574,11 +574,7 @@ fn init(options: &setup::Options, verbosity: Verbosity) -> anyhow::Result<ExitCo
     let checks = !attended && simulated || ask.confirm(faint)?;
     drop(ask);
     if !attended && !checks {
-        let config = files::quoted(&options.config);
-        print(format!(
-            "check: not run, because it drives a tone and nobody is at a terminal to say that nobody touches the plate: \
-             `friction-bench check --config {config}` when that is so\n"
-        ))?;
+        print(found::left_unchecked(options))?;
     }
     if checks {
         let check = Cli::try_parse_from(found::check(options))?;

@@ -1,6 +1,6 @@
 //! Signals that ask the program to end: an orderly stop while somebody listens, the system's own ending otherwise.
 //!
-//! On Unix a thread of its own silences the drives as the signal comes, and ends a program that waits for a disk or a
+//! On Unix threads of their own silence the drives as the signal comes, and end a program that waits for a disk or a
 //! terminal that hangs.
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -120,7 +120,7 @@ fn heard() -> anyhow::Result<&'static Heard> {
     #[cfg(unix)]
     if first {
         ending::watch_signals(heard)?;
-        ending::leave_signals_to_their_thread()?;
+        ending::leave_signals_to_their_threads()?;
     }
     Ok(heard)
 }
@@ -150,39 +150,44 @@ mod ending {
     /// Time from a signal to the end of a program that hangs: a second, less what follows it.
     const PATIENCE: Duration = Duration::from_millis(800);
     /// Longest wait for a terminal that is put back, and for the last words on it.
-    const LAST_WORDS: Duration = Duration::from_millis(80);
+    const LAST_WORDS: Duration = Duration::from_millis(60);
     /// Exit status of a program that was ended while it hung.
     const STATUS: i32 = 2;
 
     /// Puts the terminal back.
     pub(super) static RESTORE: OnceLock<fn()> = OnceLock::new();
 
-    /// Starts the thread that waits for signals.
+    /// Starts two threads that wait for signals: while one hangs, the other does its work.
     ///
     /// # Errors
     /// The system's.
     pub(super) fn watch_signals(heard: &'static Heard) -> anyhow::Result<()> {
-        let mut signals = Signals::new(SIGNALS).context("cannot hear of signals")?;
-        thread::Builder::new()
-            .name("signals".to_owned())
-            .spawn(move || {
-                // On a thread that is to hear of them they are not blocked, whoever started it.
-                let _heard = of_signals().map(|ours| ours.thread_unblock());
-                for _signal in signals.forever() {
-                    let listening = heard.listeners().listening.clone();
-                    for (_, stop, drive) in &listening {
-                        stop.raise();
-                        drive.kill();
+        for (patience, speaks) in [(PATIENCE, true), (PATIENCE + LAST_WORDS, false)] {
+            let mut signals = Signals::new(SIGNALS).context("cannot hear of signals")?;
+            thread::Builder::new()
+                .name("signals".to_owned())
+                .spawn(move || {
+                    // On a thread that is to hear of them they are not blocked, whoever started it.
+                    let _heard = of_signals().map(|ours| ours.thread_unblock());
+                    for _signal in signals.forever() {
+                        let listening = heard.listeners().listening.clone();
+                        for (_, stop, drive) in &listening {
+                            stop.raise();
+                            drive.kill();
+                        }
+                        if !listening.is_empty() {
+                            thread::sleep(patience);
+                            let busy = listening.iter().flat_map(|(_, stop, _)| stop.busy());
+                            if speaks {
+                                say_what_hangs(busy.collect());
+                            }
+                            signal_hook::low_level::exit(STATUS);
+                        }
                     }
-                    if !listening.is_empty() {
-                        thread::sleep(PATIENCE);
-                        let busy = listening.iter().flat_map(|(_, stop, _)| stop.busy());
-                        end(busy.collect());
-                    }
-                }
-            })
-            .map(drop)
-            .context("cannot start the thread that waits for signals")
+                })
+                .context("cannot start the threads that wait for signals")?;
+        }
+        Ok(())
     }
 
     fn of_signals() -> nix::Result<SigSet> {
@@ -194,14 +199,14 @@ mod ending {
     ///
     /// # Errors
     /// The system's.
-    pub(super) fn leave_signals_to_their_thread() -> anyhow::Result<()> {
+    pub(super) fn leave_signals_to_their_threads() -> anyhow::Result<()> {
         of_signals()
             .and_then(|ours| ours.thread_block())
-            .context("cannot leave the signals to a thread of theirs")
+            .context("cannot leave the signals to threads of theirs")
     }
 
-    /// Ends a program that waits for `busy`, with the terminal as it was if it takes that in time.
-    fn end(busy: Vec<&'static str>) {
+    /// Puts the terminal back, and says on it that the program waited for `busy`, if it takes that in time.
+    fn say_what_hangs(busy: Vec<&'static str>) {
         let (done, told) = mpsc::channel();
         let last_words = thread::Builder::new().spawn(move || {
             if let Some(restore) = RESTORE.get() {
@@ -213,7 +218,6 @@ mod ending {
         if last_words.is_ok() {
             let _ = told.recv_timeout(LAST_WORDS);
         }
-        signal_hook::low_level::exit(STATUS);
     }
 
     fn words(busy: &[&str]) -> String {

@@ -185,7 +185,7 @@ fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     session.require_whole();
     // The system would give a signal to one of these, which may hang.
-    assert_eq!(hearing, ["signals"], "who does not block SIGTERM");
+    assert_eq!(hearing, ["signals"; 2], "who does not block SIGTERM");
     let driven = made.iter().any(|(thread, _)| *thread == "recorder");
     assert!(driven, "no recorder in:\n{made:?}");
     let others: Vec<_> = made

@@ -196,10 +196,11 @@ fn rigs() -> Vec<(Rig, Option<&'static str>)> {
 }
 
 /// Hangs of every test run, one of each kind of thread.
-const SAMPLE: [(Place, Stop); 3] = [
+const SAMPLE: [(Place, Stop); 4] = [
     (("session", "clock_nanosleep"), Stop::Key),
     (("recorder", "fdatasync"), Stop::Interrupt),
     (("dashboard", "ioctl"), Stop::Terminate),
+    (("signals", "recvfrom"), Stop::Terminate),
 ];
 
 /// The whole of it takes hours: `./dev campaign hangs`, which asks for more hangs than the sample has.

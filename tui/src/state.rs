@@ -277,7 +277,12 @@ impl State {
             Event::Live(live) => self.push_live(live),
             Event::Crop(crop) => self.push_crop(crop),
             Event::Outlook(outlook) => self.outlook = Some(outlook.clone()),
-            Event::Fit(fit) => self.fits.push(fit.clone()),
+            Event::Fit(fit) => {
+                // A replay that is wound back fits an attempt again.
+                let of = |fit: &FitView| (fit.trial, fit.practice, fit.attempt);
+                self.fits.retain(|known| of(known) != of(fit));
+                self.fits.push(fit.clone());
+            }
             Event::Period(period) => self.period = Some(period.clone()),
             Event::Bench(bench) => self.bench = Some(bench.clone()),
             Event::Verdict(verdict) => self.judge(verdict),

@@ -7,7 +7,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use tui::event::{
-    ComplexImpedance, Event, Live, LogLevel, SafetyState, SessionHeader, TrialVerdict,
+    ComplexImpedance, Event, FitView, Live, LogLevel, SafetyState, SessionHeader, TrialVerdict,
 };
 use tui::{HISTORY_S, State, Theme, view};
 
@@ -52,6 +52,29 @@ fn drawn(state: &State) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(140, 45)).unwrap();
     terminal.draw(|frame| view(state, frame)).unwrap();
     terminal.backend().buffer().clone()
+}
+
+/// A replay is wound back and played again.
+#[test]
+fn a_trial_that_is_fitted_again_has_one_fit() {
+    let fit = |trial, no_fit: &str| {
+        Event::Fit(FitView {
+            trial,
+            no_fit: Some(no_fit.to_owned()),
+            ..FitView::default()
+        })
+    };
+    let state = after([
+        fit(1, "too short"),
+        fit(2, "too short"),
+        fit(1, "too noisy"),
+    ]);
+    let kept: Vec<_> = state
+        .fits
+        .iter()
+        .map(|fit| (fit.trial, fit.no_fit.as_deref().unwrap()))
+        .collect();
+    assert_eq!(kept, [(2, "too short"), (1, "too noisy")]);
 }
 
 #[test]

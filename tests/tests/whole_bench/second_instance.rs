@@ -1,14 +1,14 @@
 //! A second instance on a study or on hardware that the first one uses: refused, and the first one goes on.
 
 use std::fs;
-use std::path::Path;
 use std::time::Duration;
 
 use bench_tests::program::bench;
 use bench_tests::running::Running;
-use bench_tests::session::{ON_A_CARD, config_with, finish, text, unattended};
+use bench_tests::session::{ON_A_CARD, config_with, demo_with, finish, text, unattended};
 use config::Config;
 use devices::claim::Claim;
+use rustix::process::Signal;
 
 use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
 
@@ -18,17 +18,26 @@ const MINUTE: Duration = Duration::from_secs(60);
 #[test]
 fn a_second_instance_on_the_same_study() {
     let (folder, study) = room();
-    // Of ten minutes, and not in real time, where a starved computer may end it.
-    let protocol = Path::new(env!("CARGO_MANIFEST_DIR")).join("protocols/long.toml");
+    let protocol = demo_with(
+        folder.path(),
+        &[
+            ("practice = 1", "practice = 0"),
+            ("per_condition = 4", "per_condition = 1"),
+        ],
+    );
     let mut first = unattended(&study, "sub-01", protocol);
     let mut first = Running::start(&mut first, &folder.path().join("output"));
     let log = study.join("sub-01/ses-01/events.jsonl");
     let began = first.wait_for(MINUTE, || log.is_file().then_some(()));
     assert!(began.is_some(), "{}", first.output());
+    // However long the second one takes: in simulated time nobody misses the first one.
+    first.signal(Signal::STOP);
     let second = finish(&mut unattended(&study, "sub-02", "demo"));
     refused(&second, &["in use", &first.pid().to_string()]);
     assert!(!study.join("sub-02").exists());
-    assert!(first.ended().is_none(), "the first one goes on");
+    assert!(first.ended().is_none());
+    first.signal(Signal::CONT);
+    assert!(first.wait(MINUTE).success(), "{}", first.output());
 }
 
 /// Fault 34.

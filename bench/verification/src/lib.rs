@@ -3,6 +3,7 @@
 mod defect;
 mod findings;
 mod history;
+mod lost;
 mod recording_check;
 mod session_check;
 mod study_check;
@@ -11,6 +12,7 @@ mod table;
 pub use ::sessions::Standing;
 pub use defect::{RecordingDefect, SessionDefect, StudyDefect};
 pub use findings::{Integrity, SessionEnd, SessionFindings, StudyFindings, TrialFindings};
+pub use lost::{LostRecording, lost_recordings};
 pub use session_check::{last_trial, log_defects, recordings, session};
 pub use study_check::{VerifyError, beside_sessions, sessions};
 pub use table::{to_json, to_text, trial_words};

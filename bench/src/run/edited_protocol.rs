@@ -7,9 +7,9 @@ use protocols::Protocol;
 use recording::study::SessionFolder;
 use recording::study::event_log::Document;
 use serde_json::Value;
+use verification::ResumeError;
 
 use super::plan::{Plan, read_text};
-use super::resume_error::ResumeError;
 
 /// Returns what was edited in the protocol since the last part of the session that is gone on with, each key with its
 /// values; nothing of a new session.

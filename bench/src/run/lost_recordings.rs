@@ -5,10 +5,9 @@ use std::path::Path;
 use files::quoted;
 use protocols::{Session, SessionEventKind, TrialRecord};
 use recording::study::event_log::LogContent;
-use verification::LostRecording;
+use verification::{LostRecording, ResumeError};
 
 use super::plan::Plan;
-use super::resume_error::ResumeError;
 
 /// Returns the accepted trials of the session in `folder` that are to be repeated, because the disk does not have their
 /// recordings as its log says.

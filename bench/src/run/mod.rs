@@ -5,7 +5,6 @@ mod files;
 mod lost_recordings;
 mod plan;
 pub(crate) mod recorded_plate;
-mod resume_error;
 
 use drill::rehearsed;
 use std::collections::BTreeMap;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 /// Why a session is not gone on with, though its log can be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub(super) enum ResumeError {
+pub enum ResumeError {
     /// The protocol was edited since the last part.
     #[error(
         "{} was begun with another protocol {protocol}: {edits}; put it back as it was ({}), begin another session with \

@@ -172,6 +172,9 @@ pub struct Run {
     /// Resume with a protocol that was edited since; the log and each recording say so.
     #[arg(long, requires = "resume")]
     pub accept_edited_protocol: bool,
+    /// Resume and repeat every accepted trial whose recording is lost; without it, only the last one.
+    #[arg(long, requires = "resume")]
+    pub repeat_lost: bool,
     /// Start another session of a participant who already has one.
     #[arg(long)]
     pub new_session: bool,

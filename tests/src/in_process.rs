@@ -209,6 +209,7 @@ pub fn options(study: &Path) -> cli::Run {
         resume: false,
         new_session: false,
         accept_edited_protocol: false,
+        repeat_lost: false,
         uncalibrated: true,
         headless: true,
         speed: cli::Speed::Max,

@@ -11,6 +11,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use signal_hook::consts::SIGINT;
 
 use crate::screen::Screen;
+use crate::session::WrittenStudy;
 
 /// Polls come this often.
 pub const POLL: Duration = Duration::from_millis(5);
@@ -25,10 +26,12 @@ fn heed_sigint() {
         .expect("SIGINT can be handled");
 }
 
-/// A child whose output goes to a file, so that it never waits for a reader.
+/// A child whose output goes to a file, so that it never waits for a reader. The study that a `run` writes verifies at the
+/// end, however it came: incomplete perhaps, but without a contradiction.
 pub struct Running {
     child: Child,
     output: PathBuf,
+    writes: Option<WrittenStudy>,
 }
 
 impl Running {
@@ -36,6 +39,7 @@ impl Running {
     pub fn start(command: &mut Command, output: &Path) -> Self {
         let file = File::create(output).expect("a file for the program's output");
         let errors = file.try_clone().expect("a second handle");
+        let writes = WrittenStudy::of(command);
         let child = command
             .stdin(Stdio::null())
             .stdout(file)
@@ -45,6 +49,7 @@ impl Running {
         Self {
             child,
             output: output.to_owned(),
+            writes,
         }
     }
 
@@ -52,13 +57,20 @@ impl Running {
     pub fn on(screen: &Screen, command: &mut Command) -> Self {
         screen.attach(command);
         HEED_SIGINT.call_once(heed_sigint);
+        let writes = WrittenStudy::of(command);
         let child = command
             .spawn()
             .unwrap_or_else(|error| panic!("{command:?} does not start: {error}"));
         Self {
             child,
             output: PathBuf::new(),
+            writes,
         }
+    }
+
+    /// Says that the test itself changes what is recorded, so that it need not verify.
+    pub fn is_tampered_with(&mut self) {
+        self.writes = None;
     }
 
     /// Its process number.
@@ -133,6 +145,10 @@ impl Drop for Running {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
+        // One failure is told at a time.
+        if let Some(writes) = self.writes.take().filter(|_| !std::thread::panicking()) {
+            writes.require_consistent();
+        }
     }
 }
 

@@ -70,32 +70,79 @@ pub const ALL_COMPLETED: Wanted = Wanted {
     rejected: true,
 };
 
-/// Runs a command to its end. A `run` that begins a study and ends with success leaves one that verifies.
+/// Runs a command to its end. A `run` leaves a study that verifies, unless it found one that did not: whole if it begins the
+/// study and ends with success, and without a contradiction however it ends.
 ///
 /// # Panics
-/// When the command does not start, or what it recorded is not whole.
+/// When the command does not start, or what it recorded is not so.
 pub fn finish(command: &mut Command) -> Output {
-    let begun = study_to_begin(command);
+    // A test may have damaged it on purpose.
+    let written = WrittenStudy::of(command).filter(|written| written.contradiction().is_none());
     let output = command
         .output()
         .unwrap_or_else(|error| panic!("{command:?} does not start: {error}"));
-    if let Some(study) = begun.filter(|_| output.status.success()) {
-        require_whole(&study);
+    if let Some(written) = written {
+        if written.is_new && output.status.success() {
+            require_whole(&written.study);
+        } else if !text(&output).contains("is in use by") {
+            written.require_consistent();
+        }
     }
     output
 }
 
-/// Returns the study that a `run` begins; `None` of other commands, and where the study exists already.
-fn study_to_begin(command: &Command) -> Option<PathBuf> {
-    let mut words = command.get_args();
-    if words.next()? != "run" {
-        return None;
+/// Study that a `run` is to write.
+pub(crate) struct WrittenStudy {
+    study: PathBuf,
+    is_new: bool,
+}
+
+impl WrittenStudy {
+    /// Returns the study that a command is to write; `None` of other commands than `run`.
+    pub(crate) fn of(command: &Command) -> Option<Self> {
+        // A shell may set limits first.
+        let mut words = command.get_args().skip_while(|word| *word != "run");
+        words.find(|word| *word == "--study")?;
+        let named = words.next()?;
+        let folder = command.get_current_dir().unwrap_or(Path::new(""));
+        let study = folder.join(named);
+        let is_new = !study.exists();
+        Some(Self { study, is_new })
     }
-    words.find(|word| *word == "--study")?;
-    let named = words.next()?;
-    let folder = command.get_current_dir().unwrap_or(Path::new(""));
-    let study = folder.join(named);
-    (!study.exists()).then_some(study)
+
+    fn contradiction(&self) -> Option<String> {
+        contradiction(&self.study)
+    }
+
+    /// Requires that nothing in the sessions of the study contradicts anything, though the last one may be incomplete.
+    ///
+    /// # Panics
+    /// With the contradiction.
+    pub(crate) fn require_consistent(&self) {
+        require_consistent(&self.study);
+    }
+}
+
+/// Requires that nothing in the sessions of a study contradicts anything, though they may be incomplete.
+///
+/// # Panics
+/// With the contradiction.
+pub fn require_consistent(study: &Path) {
+    if let Some(text) = contradiction(study) {
+        panic!("{text}");
+    }
+}
+
+/// Returns what `verify` finds wrong with the sessions of a study; `None` also where there is no session.
+fn contradiction(study: &Path) -> Option<String> {
+    let mut found = verification::StudyFindings::default();
+    for session in verification::sessions(study).ok()? {
+        match verification::session(&session, || {}) {
+            Ok(session) => found.sessions.push(session),
+            Err(error) => return Some(error.to_string()),
+        }
+    }
+    (!found.is_whole()).then(|| verification::to_text(&found))
 }
 
 /// Requires that nothing of a study is damaged or missing, as `verify` does; a study without a session is whole.

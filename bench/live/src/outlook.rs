@@ -52,17 +52,18 @@ impl OutlookTracker {
     ) -> tui::event::Outlook {
         let protocol = session.protocol();
         let left = session.trials_left();
-        let number = protocol.planned_trials() - left + 1;
+        let planned = protocol.planned_trials();
+        let settled = planned - left;
         let trial_s = self.trial_s(session);
         let gone_s = self
             .began_s
             .map_or(0.0, |began_s| (now_s - began_s).min(trial_s));
-        let rests = (number + 1..=protocol.planned_trials())
-            .filter(|number| rests_before(session, *number))
+        let rests = (settled + 1..planned)
+            .filter(|settled| rests_after(session, *settled))
             .count();
         let left_s = f64::from(left) * trial_s - gone_s + rests as f64 * protocol.rest.min_s;
         let (repetitions_of_trial, repetitions_in_session) = session.repetitions_left();
-        let (next, then) = steps(session, progress, number);
+        let (next, then) = steps(session, progress);
         tui::event::Outlook {
             left_s: (left_s.max(0.0) / 5.0).round() * 5.0,
             trials_left: left,
@@ -84,22 +85,17 @@ impl OutlookTracker {
     }
 }
 
-/// Whether a rest comes before trial `number`, counted from 1 with practice.
-fn rests_before(session: &Session, number: u32) -> bool {
+/// Whether a rest comes once so many trials are settled, practice included.
+fn rests_after(session: &Session, settled: u32) -> bool {
     let protocol = session.protocol();
-    let left = number <= protocol.planned_trials();
-    left && protocol
-        .rest
-        .comes_after(number - 1, protocol.trials.practice)
+    let rest = protocol.rest;
+    settled < protocol.planned_trials() && rest.comes_after(settled, protocol.trials.practice)
 }
 
 /// Returns the next two steps.
-fn steps(
-    session: &Session,
-    progress: Option<&Progress>,
-    number: u32,
-) -> (Option<String>, Option<String>) {
+fn steps(session: &Session, progress: Option<&Progress>) -> (Option<String>, Option<String>) {
     let protocol = session.protocol();
+    let (number, next) = session.next_numbers();
     let directions = &protocol.exploration.directions;
     let count = directions.len();
     let at = progress.map_or(0, |progress| progress.exploration.max(1) as usize - 1);
@@ -118,11 +114,12 @@ fn steps(
             format!("trial {} of {planned}", number - practice)
         }
     };
-    let after = |number: u32| {
-        if rests_before(session, number) {
+    let after_it = || {
+        let settled = protocol.planned_trials() - session.trials_left();
+        if rests_after(session, settled + 1) {
             format!("a rest of {:.0} s", protocol.rest.min_s)
         } else {
-            trial(number)
+            trial(next)
         }
     };
     let is = |words: &str| Some(words.to_owned());
@@ -141,17 +138,17 @@ fn steps(
         ),
         Phase::Feedback => match exploration(at + 1) {
             Some(next) => (Some(next), None),
-            None => (is("the verdict"), Some(after(number + 1))),
+            None => (is("the verdict"), Some(after_it())),
         },
-        Phase::Analysing => (is("the verdict"), Some(after(number + 1))),
+        Phase::Analysing => (is("the verdict"), Some(after_it())),
         Phase::Verdict if session.verdict_repeats() => {
             (Some(format!("{} again", trial(number))), None)
         }
-        Phase::Verdict => (Some(after(number + 1)), None),
+        Phase::Verdict => (Some(after_it()), None),
         Phase::Saving => (is("the recording is saved"), None),
         Phase::Rest => (Some(trial(number)), None),
         Phase::Paused | Phase::Fault if session.is_judged() && !session.verdict_repeats() => {
-            (is("p goes on"), Some(after(number + 1)))
+            (is("p goes on"), Some(after_it()))
         }
         Phase::Paused | Phase::Fault => (is("p goes on"), Some(trial(number))),
         Phase::Finished | Phase::Aborted => (None, None),

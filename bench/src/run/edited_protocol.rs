@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use protocols::Protocol;
 use recording::study::SessionFolder;
 use recording::study::event_log::Document;
 use serde_json::Value;
+use verification::ResumeError;
 
 use super::plan::{Plan, read_text};
 
@@ -24,14 +25,13 @@ pub(super) fn accepted(plan: &Plan, session: &SessionFolder) -> anyhow::Result<V
     let before = Protocol::parse(&read_text(&text)?, &text)?;
     let edits = differences(&before, &plan.protocol.protocol)?;
     if !edits.is_empty() && !plan.accept_edited_protocol {
-        bail!(
-            "{} was begun with another protocol {}: {}; put it back as it was ({}), begin another session with --new-session, \
-             or go on with the edited one by --accept-edited-protocol",
-            session.folder().display(),
-            plan.protocol.protocol.name,
-            edits.join(", "),
-            path.display()
-        );
+        return Err(ResumeError::EditedProtocol {
+            session: session.folder().to_owned(),
+            protocol: plan.protocol.protocol.name.clone(),
+            edits: edits.join(", "),
+            copy: path,
+        }
+        .into());
     }
     Ok(edits)
 }

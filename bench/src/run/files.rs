@@ -10,17 +10,19 @@ use protocols::{Session, SessionEventKind, TrialKey, records_from_events};
 use recording::AudioFormat;
 use recording::manifest::{self, Manifest};
 use recording::recorder::Begin;
-use recording::study::event_log::{self, Document};
+use recording::study::event_log::{self, Document, ExitStatus};
 use recording::study::{self, EVENTS_FILE, EventLogError, Study, TrialLabel};
 use signalgen::StreamDirection;
 use sources::field_box::FieldBox;
 use tui::event::Crop;
 
+use super::lost_recordings;
 use super::plan::{NAME, Plan, VERSION};
 use super::recorded_plate::{recorded_errors, recorded_plate};
 use crate::outcome::progress_bar;
 use crate::session::BeginRecording;
 use files::quoted;
+use verification::LostRecording;
 
 /// Opens the participant's next session, or the one that `--resume` goes on with: its number, its folder, and whether
 /// it is resumed.
@@ -60,14 +62,23 @@ pub(super) fn open_session(
     ))
 }
 
-/// Returns a line on the last attempt of the session that is gone on with, and whether its recording is as it was made;
-/// `None` if there is no such session.
+/// Words on the session that is gone on with, and its trials to be repeated.
+#[derive(Default)]
+pub(super) struct Before {
+    /// The last attempt in words, and whether its recording is as it was made.
+    pub(super) last_trial: Option<(String, bool)>,
+    /// Accepted trials to be repeated, because their recordings are lost.
+    pub(super) lost: Vec<LostRecording>,
+}
+
+/// Compares the log of the session that is gone on with and its recordings; finds nothing if there is no such session.
 ///
 /// # Errors
-/// The log has holes, so that nobody can tell which trials are still to be done.
-pub(super) fn last_trial(plan: &Plan) -> anyhow::Result<Option<(String, bool)>> {
+/// The log has holes, so that nobody can tell which trials are still to be done; or recordings of accepted trials are lost
+/// that are not to be repeated without the operator's word.
+pub(super) fn before(plan: &Plan) -> anyhow::Result<Before> {
     let Some(folder) = last_session(plan)? else {
-        return Ok(None);
+        return Ok(Before::default());
     };
     let distrust = |because: String| {
         anyhow::anyhow!(
@@ -82,20 +93,33 @@ pub(super) fn last_trial(plan: &Plan) -> anyhow::Result<Option<(String, bool)>> 
         Ok(log) => log,
         Err(error @ EventLogError::Line { .. }) => return Err(distrust(error.to_string())),
         // Killed before there was a log, or it cannot be read: whoever opens the session says so.
-        Err(_) => return Ok(None),
+        Err(_) => return Ok(Before::default()),
     };
     let holes = verification::log_defects(&folder, &log);
     if let Some(hole) = holes.iter().find(|defect| defect.hides_trials()) {
         return Err(distrust(hole.to_string()));
     }
-    let Some(trial) = verification::last_trial(&folder, &log)? else {
-        return Ok(Some(("no trial was recorded before this".to_owned(), true)));
+    // Whoever opens a session that is complete refuses to go on with it.
+    let is_complete = log
+        .stop()
+        .is_some_and(|stop| stop.exit_status == ExitStatus::Success);
+    let lost = if is_complete {
+        Vec::new()
+    } else {
+        lost_recordings::to_repeat(plan, &folder, &log)?
     };
-    let words = format!(
-        "the last trial before this: {}",
-        verification::trial_words(&trial)
-    );
-    Ok(Some((words, trial.defects.is_empty())))
+    let last_trial = match verification::last_trial(&folder, &log)? {
+        None => ("no trial was recorded before this".to_owned(), true),
+        Some(trial) => {
+            let words = verification::trial_words(&trial);
+            let words = format!("the last trial before this: {words}");
+            (words, trial.defects.is_empty())
+        }
+    };
+    Ok(Before {
+        last_trial: Some(last_trial),
+        lost,
+    })
 }
 
 /// Returns the crops of what the session that is gone on with has recorded; none of a recording that cannot be read, of

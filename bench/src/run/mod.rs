@@ -2,6 +2,7 @@
 
 mod edited_protocol;
 mod files;
+mod lost_recordings;
 mod plan;
 pub(crate) mod recorded_plate;
 
@@ -21,7 +22,7 @@ use devices::driving_time;
 use devices::loudspeaker::Loudspeaker;
 use devices::{Bench, Boot, Life, ThreadPriorities};
 use jiff::tz::TimeZone;
-use protocols::{NOT_STATED, ParticipantId, PersonDetail, Protocol};
+use protocols::{NOT_STATED, ParticipantId, PersonDetail, Protocol, SessionEvent};
 use recording::study::event_log::Start;
 use recording::study::{self, GeneratedBy, Study};
 use signalgen::StreamDirection;
@@ -29,12 +30,12 @@ use tasks::Slot;
 use tui::event::LogLevel::{self, Info, Warning};
 
 use crate::apparatus::Apparatus;
-use crate::journal::Journal;
+use crate::journal::{Entry, Journal};
 use crate::readiness::Readiness;
 use crate::room::RoomTask;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
 use ::files::quoted;
-use files::{begin_recording, last_trial, machine, open_session, past_crops};
+use files::{Before, before, begin_recording, machine, open_session, past_crops};
 use live::carrier_decision::CarrierDecision;
 use live::interference::Interference;
 use live::live_side::LiveSide;
@@ -73,10 +74,10 @@ pub fn run(
     let facts = bench_page::facts(config, effective.file(), &hardware);
     let protocol = &plan.protocol.protocol;
     // Before the sound card waits to be read.
-    let last_trial = if plan.resume {
-        last_trial(&plan)?
+    let told_before = if plan.resume {
+        before(&plan)?
     } else {
-        None
+        Before::default()
     };
     let crops = if plan.resume && !plan.headless {
         past_crops(&plan)?
@@ -108,7 +109,9 @@ pub fn run(
     study::require_room(&plan.study, session_bytes(config, protocol))?;
     let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
     let (number, session, resumed) = open_session(&study, &plan, &date)?;
-    let machine = machine(&plan, &session)?;
+    let mut machine = machine(&plan, &session)?;
+    let withdrawn =
+        lost_recordings::withdrawn(&mut machine, &told_before.lost, protocol.trials.practice);
     let resumed_from = Resumed::of(&session.log_before().documents);
     study.describe(&plan.participant, &plan.person)?;
     let stated = study.person(&plan.participant)?;
@@ -206,8 +209,11 @@ pub fn run(
         min_n: protocol.force.min_n,
         max_n: protocol.force.max_n,
     });
-    if let Some((text, whole)) = last_trial {
+    if let Some((text, whole)) = told_before.last_trial {
         front.show(log(if whole { Info } else { Warning }, text));
+    }
+    for lost in &told_before.lost {
+        front.show(log(Warning, lost_recordings::warning(lost)));
     }
     for text in config.safety.dead_man_in_words().into_iter().chain([left]) {
         front.show(log(Info, text));
@@ -253,6 +259,9 @@ pub fn run(
     }
     let questions = Questions::new(ask);
     let (entries, journal_entries) = crossbeam_channel::unbounded();
+    for kind in withdrawn.into_iter().map(lost_recordings::event) {
+        entries.send(Entry::Event(SessionEvent { t_s: 0.0, kind }))?;
+    }
     let (reports, report) = crossbeam_channel::bounded(1);
     let (refits, fits, refit) = {
         let profile = recorded_profile(&effective);

@@ -45,6 +45,8 @@ pub struct Plan {
     pub resume: bool,
     /// Go on with a protocol that was edited since.
     pub accept_edited_protocol: bool,
+    /// Repeat accepted trials whose recordings are lost, also more than the last.
+    pub repeat_lost: bool,
     /// Begin another session of a participant who has one.
     pub new_session: bool,
     /// Seed of every random choice.
@@ -211,6 +213,7 @@ impl Plan {
             consent_by: options.consent_by.clone(),
             resume: options.resume,
             accept_edited_protocol: options.accept_edited_protocol,
+            repeat_lost: options.repeat_lost,
             new_session: options.new_session,
             headless: options.headless,
             preflight: None,

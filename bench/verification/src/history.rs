@@ -3,13 +3,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use ::sessions::{Attempt, Session, session_event};
-use protocols::{SessionEventKind, TrialOutcome};
+use protocols::{Interruption, SessionEventKind, TrialOutcome, TrialRecord};
 use serde_json::Value;
 
 use crate::defect::SessionDefect;
 use crate::findings::SessionEnd;
 use recording::study::event_log::{Document, ExitStatus, LogContent, LogEvent, Start};
 use recording::study::{TrialBlock, TrialLabel};
+
+/// Stream of the participant's window.
+const DISPLAY_STREAM: &str = "display";
+/// Longest time by which an event of the window may come late, s. Early versions let the window look at the audio clock by
+/// itself, up to one period of the session before the session did; the log's own clock is the same.
+const LATE_DISPLAY_S: f64 = 0.010;
+/// Rounding of a difference between two times of a log, s.
+const ROUNDING_S: f64 = 1e-9;
 
 /// A session as its log tells it, and what is out of order in it.
 #[derive(Debug)]
@@ -38,6 +46,8 @@ struct Reading {
     audio_s: f64,
     streams: BTreeSet<String>,
     begun: BTreeSet<TrialLabel>,
+    /// Trials that were settled by an attempt, which a later part of the session may take back.
+    settled: BTreeSet<TrialLabel>,
     open: Option<TrialLabel>,
 }
 
@@ -63,6 +73,7 @@ impl SessionHistory {
             audio_s: f64::NEG_INFINITY,
             streams: BTreeSet::new(),
             begun: BTreeSet::new(),
+            settled: BTreeSet::new(),
             open: None,
         };
         for (index, document) in content.documents.iter().enumerate() {
@@ -162,14 +173,19 @@ impl Reading {
         }
         // One missing line is one defect.
         self.events = number;
-        if event.audio_s < self.audio_s {
+        let late_s = self.audio_s - event.audio_s;
+        let late_display = event.stream == DISPLAY_STREAM && late_s <= LATE_DISPLAY_S + ROUNDING_S;
+        if late_s > 0.0 && !late_display {
             self.defect(SessionDefect::Time {
                 number,
                 audio_s: event.audio_s,
                 before_s: self.audio_s,
             });
         }
-        self.audio_s = event.audio_s;
+        // Whatever follows a late event of the window is held against the event before that.
+        if !(late_s > 0.0 && late_display) {
+            self.audio_s = event.audio_s;
+        }
         if !self.streams.contains(&event.stream) {
             self.defect(SessionDefect::Undescribed {
                 number,
@@ -194,8 +210,16 @@ impl Reading {
             }
             Some(SessionEventKind::TrialSettled { record }) => {
                 let trial = TrialLabel::new(&record.key, self.practice_trials);
+                let is_withdrawn =
+                    is_not_saved(&record) && self.open.is_none() && self.settled.remove(&trial);
+                if is_withdrawn {
+                    return;
+                }
                 if self.open.take() != Some(trial) {
                     self.out_of_order(number, trial, "was settled and had not begun");
+                }
+                if record.outcome.settles() {
+                    self.settled.insert(trial);
                 }
             }
             Some(_) => {}
@@ -216,6 +240,15 @@ impl Reading {
             what,
         });
     }
+}
+
+/// Whether an attempt counts as interrupted because its recording is not saved.
+fn is_not_saved(record: &TrialRecord) -> bool {
+    let interruption = match &record.outcome {
+        TrialOutcome::Interrupted { interruption } => interruption,
+        _ => return false,
+    };
+    matches!(interruption, Interruption::NotSaved { .. })
 }
 
 #[cfg(test)]
@@ -341,6 +374,73 @@ mod tests {
         assert!(order(&defects(&[&first, &settled(2, 1), &began(3, 1)])));
         assert!(order(&defects(&[&first, &settled(2, 2)])));
         assert!(order(&defects(&[&saved(1, FIRST)])));
+    }
+
+    /// Lines of a log by an early version, whose window looked at the audio clock by itself.
+    ///
+    /// Fault 27.
+    #[test]
+    fn a_late_event_of_the_window_in_an_old_log_is_no_alarm() {
+        let descriptor = r#"{"document":"descriptor","stream":"display","data_keys":{}}"#;
+        let shown = |number, audio_s, stream: &str| {
+            let data = r#"{"event":"exploration_shown","start_s":19.8,"frames":102}"#;
+            event(number, audio_s, data).replace("\"session\"", &format!("\"{stream}\""))
+        };
+        let lifts = |number, audio_s| event(number, audio_s, r#"{"event":"phase","phase":"lift"}"#);
+        let times = |events: &[String]| {
+            let events = events.iter().map(String::as_str);
+            let lines: Vec<_> = std::iter::once(descriptor).chain(events).collect();
+            history(&lines).defects
+        };
+        let old = [
+            lifts(1, 21.533),
+            shown(2, 21.531, "display"),
+            lifts(3, 21.535),
+        ];
+        assert_eq!(times(&old), []);
+        assert_eq!(times(&[lifts(1, 21.533), shown(2, 21.523, "display")]), []);
+        let alarmed = |events: &[String], wrong: u64| match times(events)[..] {
+            [SessionDefect::Time { number, .. }] => assert_eq!(number, wrong),
+            ref other => panic!("{other:?}"),
+        };
+        alarmed(&[lifts(1, 21.533), shown(2, 21.522, "display")], 2);
+        alarmed(&[lifts(1, 21.533), shown(2, 21.531, "session")], 2);
+        let after = [
+            lifts(1, 21.533),
+            shown(2, 21.525, "display"),
+            lifts(3, 21.530),
+        ];
+        alarmed(&after, 3);
+    }
+
+    /// A resumed session takes back that a trial was accepted whose recording it did not find.
+    ///
+    /// Fault 27.
+    #[test]
+    fn a_later_part_takes_back_that_a_trial_was_accepted() {
+        let start = r#"{"document":"start","time":"","resumed":true,"participant":"sub-01","session":1,"protocol":"p",
+            "seed":1,"software":"s","version":"1","devices":{},"calibration":null,"configuration":null}"#;
+        let lost = |number| {
+            let outcome = r#"{"outcome":"interrupted","interruption":"not_saved","reason":"lost"}"#;
+            settled(number, 1).replace(r#"{"outcome":"accepted"}"#, outcome)
+        };
+        let accepted = [began(1, 1), saved(2, FIRST), settled(3, 1)];
+        let log = |after: &[&str]| {
+            let all = accepted
+                .iter()
+                .map(String::as_str)
+                .chain(after.iter().copied());
+            history(&all.collect::<Vec<_>>())
+        };
+        let found = log(&[start, &lost(4)]);
+        assert_eq!(found.defects, []);
+        let attempt = &found.attempts[&label(FIRST)];
+        assert_eq!(attempt.standing(), Standing::Interrupted);
+        let order =
+            |found: SessionHistory| matches!(found.defects[..], [SessionDefect::Order { .. }]);
+        assert!(order(log(&[start, &lost(4), &lost(5)])), "once");
+        assert!(order(log(&[start, &began(4, 2), &lost(5)])), "amid a trial");
+        assert!(order(log(&[start, &settled(4, 1)])), "to nothing else");
     }
 
     /// The log goes on as if a recording that it never calls saved were.

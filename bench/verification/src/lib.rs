@@ -3,7 +3,9 @@
 mod defect;
 mod findings;
 mod history;
+mod lost;
 mod recording_check;
+mod resume_error;
 mod session_check;
 mod study_check;
 mod table;
@@ -11,6 +13,8 @@ mod table;
 pub use ::sessions::Standing;
 pub use defect::{RecordingDefect, SessionDefect, StudyDefect};
 pub use findings::{Integrity, SessionEnd, SessionFindings, StudyFindings, TrialFindings};
+pub use lost::{LostRecording, lost_recordings};
+pub use resume_error::ResumeError;
 pub use session_check::{last_trial, log_defects, recordings, session};
 pub use study_check::{VerifyError, beside_sessions, sessions};
 pub use table::{to_json, to_text, trial_words};

@@ -4,7 +4,7 @@ use super::error::{RecordMismatch, SessionError};
 use super::plan::PlannedTrial;
 use crate::protocol::{Condition, RedoLimits, Rest};
 use crate::record::{TrialOutcome, TrialRecord};
-use crate::trial::TrialKey;
+use crate::trial::{Interruption, TrialKey};
 use std::collections::BTreeMap;
 
 /// The trials of a session and the attempts made at them.
@@ -14,7 +14,9 @@ pub(super) struct Attempts {
     records: Vec<TrialRecord>,
     /// Last attempt not to be made, by trial number.
     left_out: BTreeMap<u32, u32>,
-    /// Index in `plan` of the trial that is next or running.
+    /// Whether each trial of `plan` is settled.
+    settled: Vec<bool>,
+    /// Index in `plan` of the trial that is next or running: the first that is not settled.
     cursor: usize,
 }
 
@@ -22,6 +24,7 @@ impl Attempts {
     /// Returns a session's trials with no attempt made.
     pub(super) fn new(plan: Vec<PlannedTrial>) -> Self {
         Self {
+            settled: vec![false; plan.len()],
             plan,
             records: Vec::new(),
             left_out: BTreeMap::new(),
@@ -29,7 +32,7 @@ impl Attempts {
         }
     }
 
-    /// Adds an attempt of an earlier part of the session.
+    /// Adds an attempt of an earlier part of the session, or takes back that it was settled.
     ///
     /// # Errors
     /// [`SessionError::ForeignRecord`] if the attempt is not the one that was due.
@@ -40,6 +43,11 @@ impl Attempts {
                 because,
             })
         };
+        if let TrialOutcome::Interrupted { interruption } = &record.outcome
+            && self.withdraw(&record.key, interruption).is_some()
+        {
+            return Ok(());
+        }
         if self.all_settled() {
             return foreign(RecordMismatch::AllSettled {
                 trials: self.plan.len(),
@@ -70,8 +78,34 @@ impl Attempts {
 
     /// Adds an attempt; one that settles its trial moves on to the next.
     pub(super) fn add(&mut self, record: TrialRecord) {
-        self.cursor += usize::from(record.outcome.settles());
+        if record.outcome.settles() {
+            self.settle(record.key.number, true);
+        }
         self.records.push(record);
+    }
+
+    /// Takes back that an attempt settled its trial, which is to be repeated; returns the attempt as it counts now, or
+    /// `None` if there is no such attempt that settled it.
+    pub(super) fn withdraw(
+        &mut self,
+        key: &TrialKey,
+        interruption: &Interruption,
+    ) -> Option<TrialRecord> {
+        let mut made = self.records.iter_mut();
+        let record = made.find(|made| made.key == *key && made.outcome.settles())?;
+        record.outcome = TrialOutcome::Interrupted {
+            interruption: interruption.clone(),
+        };
+        record.analysis = None;
+        let record = record.clone();
+        self.settle(key.number, false);
+        Some(record)
+    }
+
+    fn settle(&mut self, number: u32, settled: bool) {
+        self.settled[number as usize - 1] = settled;
+        let next = self.settled.iter().position(|settled| !settled);
+        self.cursor = next.unwrap_or(self.plan.len());
     }
 
     /// Returns the attempts made, restored ones included.
@@ -86,12 +120,20 @@ impl Attempts {
 
     /// Returns the number of trials left.
     pub(super) fn unsettled(&self) -> u32 {
-        (self.plan.len() - self.cursor) as u32
+        self.settled.iter().filter(|settled| !**settled).count() as u32
     }
 
     /// Whether no trial is left.
     pub(super) fn all_settled(&self) -> bool {
         self.cursor == self.plan.len()
+    }
+
+    /// Returns the number of the trial that is next or running, and of the one after it; the number after the last where
+    /// there is none.
+    pub(super) fn next_numbers(&self) -> (u32, u32) {
+        let after = (self.cursor + 1..self.plan.len()).find(|&index| !self.settled[index]);
+        let after = after.unwrap_or(self.plan.len());
+        (self.cursor as u32 + 1, after as u32 + 1)
     }
 
     /// Returns the condition of the trial that is next or running.
@@ -146,6 +188,7 @@ impl Attempts {
     /// Whether a break comes before the next trial.
     pub(super) fn rest_is_due(&self, rest: Rest) -> bool {
         let practice = self.plan.iter().filter(|trial| trial.practice).count();
-        !self.all_settled() && rest.comes_after(self.cursor as u32, practice as u32)
+        !self.all_settled()
+            && rest.comes_after(self.plan.len() as u32 - self.unsettled(), practice as u32)
     }
 }

@@ -229,12 +229,10 @@ impl Session {
         Ok(())
     }
 
-    /// Returns a halted state with its waiting begun anew; a break goes on while the session is paused.
+    /// Returns a halted state with its waiting begun anew. A break goes on while the session is paused, and so does the
+    /// recorder, whose time to save is not prolonged by pauses.
     fn restarted(&self, mut state: State) -> State {
-        if let State::Analysing { since_s, .. }
-        | State::Judged { since_s, .. }
-        | State::Saving { since_s, .. } = &mut state
-        {
+        if let State::Analysing { since_s, .. } | State::Judged { since_s, .. } = &mut state {
             *since_s = self.now_s;
         }
         state

@@ -55,7 +55,8 @@ pub enum SessionEventKind {
         /// The interval.
         interval: Interval,
     },
-    /// An attempt was settled.
+    /// An attempt was settled, or, in a later part of the session, what it was settled as was taken back: the last event of
+    /// an attempt counts.
     TrialSettled {
         /// The attempt and its outcome.
         record: TrialRecord,
@@ -126,7 +127,7 @@ pub enum SessionOutcome {
 }
 
 /// Returns the attempts in an event log, to resume the session from. An attempt that began and was never settled,
-/// because the program ended, becomes an interrupted one.
+/// because the program ended, becomes an interrupted one; one whose outcome was taken back comes twice.
 pub fn records_from_events<'a>(
     events: impl IntoIterator<Item = &'a SessionEventKind>,
 ) -> Vec<TrialRecord> {
@@ -138,7 +139,8 @@ pub fn records_from_events<'a>(
                 records.extend(open.replace(key.clone()).map(crashed));
             }
             SessionEventKind::TrialSettled { record } => {
-                open.take_if(|key| *key == record.key);
+                // A later part takes back an outcome where the part before it broke off.
+                records.extend(open.take().filter(|key| *key != record.key).map(crashed));
                 records.push(record.clone());
             }
             _ => {}

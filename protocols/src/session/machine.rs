@@ -11,7 +11,7 @@ use crate::protocol::{Protocol, Slider};
 use crate::record::TrialRecord;
 use crate::redo_reason::RedoReason;
 use crate::summary::SessionSummary;
-use crate::trial::{Direction, TrialKey};
+use crate::trial::{Direction, Interruption, TrialKey};
 use participants::ParticipantId;
 
 /// Shortest time in which an operator can overrule an accepting verdict, s.
@@ -113,8 +113,8 @@ impl Session {
             protocol,
             participant,
             seed,
+            resumed_attempts: attempts.records().len(),
             attempts,
-            resumed_attempts: records.len(),
             now_s: 0.0,
             finger: None,
             hold: None,
@@ -137,6 +137,17 @@ impl Session {
     /// event log has them.
     pub fn leave_out(&mut self, number: u32, attempt: u32) {
         self.attempts.leave_out(number, attempt);
+    }
+
+    /// Takes back that an attempt of an earlier part settled its trial, because its recording is lost: the attempt counts
+    /// as interrupted and the trial is repeated. Returns the attempt for the event log, from which a later part of the
+    /// session learns of it; `None` if no such attempt settled its trial.
+    pub fn withdraw(&mut self, number: u32, attempt: u32, reason: String) -> Option<TrialRecord> {
+        let mut records = self.records().iter();
+        let made = records.find(|made| (made.key.number, made.key.attempt) == (number, attempt))?;
+        let key = made.key.clone();
+        self.attempts
+            .withdraw(&key, &Interruption::NotSaved { reason })
     }
 
     /// Returns the phase that the session is in.
@@ -176,9 +187,15 @@ impl Session {
         self.attempts.unsettled()
     }
 
+    /// Returns the number of the trial that is next, running or judged, and of the one after it, from 1 with practice; the
+    /// number after the last where there is none.
+    pub fn next_numbers(&self) -> (u32, u32) {
+        self.attempts.next_numbers()
+    }
+
     /// Returns how often verdicts may still repeat the trial that is next, running or judged, and any trial.
     pub fn repetitions_left(&self) -> (u32, u32) {
-        let number = self.protocol.planned_trials() - self.trials_left() + 1;
+        let (number, _) = self.next_numbers();
         self.attempts.redos_left(number, self.protocol.redo)
     }
 

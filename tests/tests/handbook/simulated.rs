@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use bench_tests::in_process::{Setup, apparatus, config, options, with_faults};
+use bench_tests::session::require_consistent;
 use calibration::clear::ClearPlate;
 use calibration::guided::Guided;
 use calibration::judged::Calibrates;
@@ -289,6 +290,7 @@ pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, taken: &Take
         Deed::Leave => Some(Action::Interrupt),
     });
     run(plan, apparatus, |_, _| Ok((Box::new(operator), None))).unwrap();
+    require_consistent(&folder.join("my-study"));
 }
 
 /// Draws the dashboard.

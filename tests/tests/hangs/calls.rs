@@ -11,7 +11,7 @@ use bench_tests::held::threads;
 use bench_tests::program::{friction_bench, installed};
 use bench_tests::running::{Running, until};
 use bench_tests::screen::Screen;
-use bench_tests::session::{SessionFolder, demo_with, patient_config};
+use bench_tests::session::{demo_with, patient_config};
 use rustix::process::Signal;
 
 /// Threads by name and the calls in which each may wait. Waiting for another thread or for time (`futex`,
@@ -182,8 +182,6 @@ fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
     let text = std::fs::read(&trace).unwrap();
     let text = String::from_utf8_lossy(&text[from..to]);
     let made: BTreeSet<_> = text.lines().filter_map(thread_and_call).collect();
-    let session = SessionFolder::read(&study, "sub-01").unwrap();
-    session.require_whole();
     // The system would give a signal to one of these, which may hang.
     assert_eq!(hearing, ["signals"; 2], "who does not block SIGTERM");
     let driven = made.iter().any(|(thread, _)| *thread == "recorder");

@@ -7,6 +7,7 @@
 )]
 
 mod calls;
+mod failing_rename;
 mod kept;
 mod one_at_a_time;
 mod terminals;

@@ -192,6 +192,7 @@ fn removed_in_a_trial(speed: &str) -> Option<String> {
         .arg(&config)
         .args(["--protocol", "demo"]);
     let mut running = Running::start(&mut run, &folder.path().join("output"));
+    running.is_tampered_with();
     let participant = study.join("sub-01");
     let signals = participant
         .join("ses-01/practice-01_attempt-1")

@@ -13,7 +13,7 @@ use std::process::{Command, ExitStatus, Stdio};
 use bench_tests::program::{bench, friction_bench, workspace};
 use bench_tests::screen::Screen;
 use bench_tests::session::{
-    ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+    ON_A_CARD, SessionFolder, config_with, demo_with, finish, require_whole, text, unattended,
 };
 use config::Config;
 use recording::RecordingReader;
@@ -47,6 +47,7 @@ fn the_demo_succeeds_in_a_terminal_without_a_size() {
     ] {
         assert!(demo.join(file).is_file(), "no {file}: {shown}");
     }
+    require_whole(&demo.join("study"));
     // The command that it ends with can be copied.
     let last = shown.trim_end().lines().last().unwrap();
     let copied = format!("set -- {last}; shift 6; printf %s \"$1\"");

@@ -16,6 +16,7 @@ mod hostile;
 mod impedance_live;
 mod kills;
 mod long;
+mod lost;
 mod new_carrier;
 mod ni_card;
 mod opens_in_python;

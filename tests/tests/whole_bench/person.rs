@@ -11,7 +11,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use bench_tests::in_process::{Setup, apparatus, config, options};
 use bench_tests::program::bench;
-use bench_tests::session::{SessionFolder, config_with, finish, text, unattended};
+use bench_tests::session::{
+    SessionFolder, config_with, finish, require_consistent, text, unattended,
+};
 use config::{Config, Effective};
 use friction_bench::run::{Plan, on_terminal, run};
 use friction_bench::session::Report;
@@ -35,7 +37,9 @@ fn held(study: &Path, participant: &str, config: Config, setup: Setup) -> anyhow
     options.new_session = true;
     options.hardware.calibration = Some(study.with_file_name("calibration.toml"));
     let plan = Plan::new(Effective::uncalibrated(config), &options)?;
-    run(plan, apparatus(setup), on_terminal(std::io::sink())).map(|(report, _)| report)
+    let held = run(plan, apparatus(setup), on_terminal(std::io::sink()));
+    require_consistent(study);
+    held.map(|(report, _)| report)
 }
 
 /// What the session's first recording says of a dead-man switch.

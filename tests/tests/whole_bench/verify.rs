@@ -16,7 +16,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 const SESSION: &str = "sub-01/ses-01";
-const TRIAL: &str = "trial-001_attempt-1";
+pub(super) const TRIAL: &str = "trial-001_attempt-1";
 const PRACTICE: &str = "practice-01_attempt-1";
 
 /// A study of one short session: a practice trial and two others.
@@ -46,22 +46,22 @@ fn recorded() -> &'static Path {
 }
 
 /// A copy of that study, to be damaged.
-struct Copied {
+pub(super) struct Copied {
     folder: TempDir,
 }
 
 impl Copied {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         copy(&recorded().join("study"), &folder.path().join("study"));
         Self { folder }
     }
 
-    fn study(&self) -> PathBuf {
+    pub(super) fn study(&self) -> PathBuf {
         self.folder.path().join("study")
     }
 
-    fn session(&self) -> PathBuf {
+    pub(super) fn session(&self) -> PathBuf {
         self.study().join(SESSION)
     }
 
@@ -70,7 +70,7 @@ impl Copied {
     }
 
     /// Exchanges part of a text file.
-    fn edit(&self, file: &Path, from: &str, to: &str) {
+    pub(super) fn edit(&self, file: &Path, from: &str, to: &str) {
         let text = fs::read_to_string(file).unwrap();
         assert!(text.contains(from), "no `{from}` in {text}");
         fs::write(file, text.replacen(from, to, 1)).unwrap();
@@ -90,13 +90,14 @@ impl Copied {
     }
 
     /// Goes on with the session.
-    fn resume(&self) -> Output {
+    pub(super) fn resume(&self, more: &[&str]) -> Output {
         let protocol = recorded().join("protocol.toml");
-        finish(unattended(&self.study(), "sub-01", protocol).arg("--resume"))
+        let mut run = unattended(&self.study(), "sub-01", protocol);
+        finish(run.arg("--resume").args(more))
     }
 
     /// Returns the exit status and what is printed.
-    fn verify(&self) -> (i32, String) {
+    pub(super) fn verify(&self) -> (i32, String) {
         let output = finish(bench().arg("verify").arg(self.study()));
         (output.status.code().unwrap(), text(&output))
     }
@@ -393,7 +394,7 @@ fn an_interrupted_session_passes_and_is_resumed_with_a_word_on_its_last_trial() 
     ] {
         assert!(printed.contains(word), "no `{word}` in:\n{printed}");
     }
-    let resumed = study.resume();
+    let resumed = study.resume(&[]);
     assert!(resumed.status.success(), "{}", text(&resumed));
     let line = format!("the last trial before this: {name}: interrupted, no sum recorded");
     assert!(text(&resumed).contains(&line), "{}", text(&resumed));
@@ -420,7 +421,7 @@ fn a_damaged_last_trial_is_said_when_the_session_is_resumed() {
         }
     }
     fs::remove_file(study.file(FORCE_FILE)).unwrap();
-    let resumed = study.resume();
+    let resumed = study.resume(&[]);
     assert!(resumed.status.success(), "{}", text(&resumed));
     let line =
         format!("the last trial before this: {TRIAL}: accepted, DAMAGED; force.csv is missing");
@@ -439,7 +440,7 @@ fn a_session_whose_log_has_a_hole_is_not_resumed() {
             study.edit(&log, "{\"document\":\"event\"", "{\"docu");
         }
         let before = fs::read(study.session().join("events.jsonl")).unwrap();
-        let refused = study.resume();
+        let refused = study.resume(&[]);
         assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
         for word in ["cannot be trusted", "events.jsonl", "--new-session"] {
             assert!(text(&refused).contains(word), "{}", text(&refused));

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use bench_tests::in_process::{Setup, apparatus, config, options};
-use bench_tests::session::SessionFolder;
+use bench_tests::session::{SessionFolder, require_whole};
 use config::Effective;
 use friction_bench::run::{Plan, on_terminal, run};
 use jiff::{SignedDuration, Timestamp};
@@ -23,6 +23,7 @@ fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
     };
     let (report, _) = run(plan, apparatus(setup), on_terminal(std::io::sink())).unwrap();
     assert!(report.completed, "{:?}", report.reason);
+    require_whole(study);
     SessionFolder::read(study, "sub-01").unwrap().path
 }
 

@@ -192,3 +192,85 @@ fn a_finished_session_cannot_be_gone_beyond() {
         RecordMismatch::Attempt { next: 2 }
     );
 }
+
+/// A resumed session whose log takes back, once it is read again, that these trials were accepted.
+fn lost(rig: &Rig, lost: &[u32]) -> (Session, Vec<SessionEventKind>) {
+    let mut events = rig.events();
+    let records = records_from_events(&events);
+    let mut session = Session::resume(demo(), sub("sub-01"), 7, &records).unwrap();
+    let reason = || "its folder is missing".to_owned();
+    for &number in lost {
+        let record = session.withdraw(number, 1, reason()).unwrap();
+        assert!(matches!(
+            record.outcome,
+            TrialOutcome::Interrupted {
+                interruption: Interruption::NotSaved { .. }
+            }
+        ));
+        assert_eq!(session.withdraw(number, 1, reason()), None, "once");
+        events.push(SessionEventKind::TrialSettled { record });
+    }
+    (session, events)
+}
+
+/// Fault 27.
+#[test]
+fn a_trial_whose_recording_is_lost_is_repeated_and_the_log_keeps_that() {
+    let mut rig = Rig::new(demo()).consented();
+    while rig.session.trials_left() > 2 {
+        rig.step(|_| {});
+    }
+    // The attempt after it has begun and is broken off.
+    rig.until(Phase::Exploration);
+    let (session, events) = lost(&rig, &[3]);
+    assert_eq!(session.trials_left(), 3);
+    assert_eq!(session.summary().accepted, 1);
+    assert_eq!(session.next_numbers(), (3, 4));
+    let mut rig = Rig::with(demo(), session).consented();
+    rig.until(Phase::Verdict);
+    let killed = [events, rig.events()].concat();
+    rig.until(Phase::Finished);
+    rig.check();
+    let keys = |rig: &Rig| -> Vec<_> {
+        let begun = rig.begun();
+        begun.iter().map(|key| (key.number, key.attempt)).collect()
+    };
+    assert_eq!(keys(&rig), [(3, 2), (4, 2), (5, 1)]);
+    assert_eq!(rig.session.summary().accepted, 4);
+
+    // The program was killed in that part too.
+    let records = records_from_events(&killed);
+    let session = Session::resume(demo(), sub("sub-01"), 7, &records).unwrap();
+    let mut rig = Rig::with(demo(), session).consented();
+    rig.until(Phase::Finished);
+    assert_eq!(keys(&rig), [(3, 3), (4, 2), (5, 1)]);
+    assert_eq!(rig.session.summary().accepted, 4);
+}
+
+/// Fault 27.
+#[test]
+fn trials_amid_others_are_repeated_before_the_session_goes_on() {
+    let mut rig = Rig::new(demo()).consented();
+    while rig.session.trials_left() > 1 {
+        rig.step(|_| {});
+    }
+    let (session, _) = lost(&rig, &[2, 4]);
+    assert_eq!(session.trials_left(), 3);
+    assert_eq!(session.next_numbers(), (2, 4));
+    let mut rig = Rig::with(demo(), session).consented();
+    rig.until(Phase::Finished);
+    rig.check();
+    let begun: Vec<_> = rig
+        .begun()
+        .iter()
+        .map(|key| (key.number, key.attempt))
+        .collect();
+    assert_eq!(begun, [(2, 2), (4, 2), (5, 2)]);
+    assert_eq!(rig.session.next_numbers(), (6, 6));
+}
+
+#[test]
+fn an_attempt_that_did_not_settle_its_trial_is_not_taken_back() {
+    let mut session = Session::new(demo(), sub("sub-01"), 7).unwrap();
+    assert_eq!(session.withdraw(1, 1, String::new()), None);
+}

@@ -118,6 +118,41 @@ fn a_trial_of_which_nothing_is_heard_in_time_is_interrupted() {
 
 /// Fault 27.
 #[test]
+fn pauses_do_not_prolong_the_time_in_which_a_recording_is_to_be_saved() {
+    let (mut rig, _) = unsaved_in(Phase::Saving);
+    let since_s = rig.t_s;
+    let mut pauses = 0;
+    while rig.outcomes().is_empty() && pauses < 10 {
+        while rig.session.phase() == Phase::Saving
+            && rig.t_s < since_s + 9.0 * f64::from(pauses + 1)
+        {
+            rig.step(|_| {});
+        }
+        if rig.session.phase() == Phase::Saving {
+            rig.tell(OperatorCommand::Pause);
+            rig.tell(OperatorCommand::Resume);
+            pauses += 1;
+        }
+    }
+    let waited_s = rig.t_s - since_s;
+    assert!((19.9..20.2).contains(&waited_s), "{waited_s} s");
+    assert_eq!(rig.session.phase(), Phase::Paused);
+    completes(rig);
+
+    // A recording that is saved during the pause is.
+    let (mut rig, _) = unsaved_in(Phase::Saving);
+    rig.tell(OperatorCommand::Pause);
+    rig.saves = true;
+    for _ in 0..1500 {
+        rig.step(|_| {});
+    }
+    rig.tell(OperatorCommand::Resume);
+    rig.step(|_| {});
+    assert_eq!(rig.outcomes(), [TrialOutcome::Accepted]);
+}
+
+/// Fault 27.
+#[test]
 fn a_recording_that_fails_stays_failed() {
     let (mut rig, key) = unsaved_in(Phase::Verdict);
     rig.fail(&key);

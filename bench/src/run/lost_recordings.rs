@@ -1,0 +1,65 @@
+//! A resumed session repeats the last accepted trial if its recording is lost, and others only if the operator says so.
+
+use std::path::Path;
+
+use files::quoted;
+use protocols::{Session, SessionEventKind, TrialRecord};
+use recording::study::event_log::LogContent;
+use verification::{LostRecording, ResumeError};
+
+use super::plan::Plan;
+
+/// Returns the accepted trials of the session in `folder` that are to be repeated, because the disk does not have their
+/// recordings as its log says.
+///
+/// # Errors
+/// More than the last accepted trial is lost, as where recordings were moved, and the operator does not say that they are
+/// to be repeated; or the folder cannot be listed.
+pub(super) fn to_repeat(
+    plan: &Plan,
+    folder: &Path,
+    log: &LogContent,
+) -> anyhow::Result<Vec<LostRecording>> {
+    let lost = verification::lost_recordings(folder, log)?;
+    if plan.repeat_lost || lost.iter().all(|lost| lost.is_last) {
+        return Ok(lost);
+    }
+    let named: Vec<_> = lost.iter().map(in_words).collect();
+    Err(ResumeError::LostRecordings {
+        session: folder.to_owned(),
+        lost: named.join("; "),
+        quoted: quoted(folder),
+    }
+    .into())
+}
+
+/// Takes back that these trials were accepted; returns the attempts as they count now, for the session's log.
+pub(super) fn withdrawn(
+    machine: &mut Session,
+    lost: &[LostRecording],
+    practice_trials: u32,
+) -> Vec<TrialRecord> {
+    let withdraw = |lost: &LostRecording| {
+        let number = lost.label.number_in_session(practice_trials);
+        let reason = lost.because.to_string();
+        machine.withdraw(number, lost.label.attempt, reason)
+    };
+    lost.iter().filter_map(withdraw).collect()
+}
+
+/// Returns the warning on a trial that is repeated for this.
+pub(super) fn warning(lost: &LostRecording) -> String {
+    format!(
+        "{}: it was accepted, but counts as interrupted and is repeated",
+        in_words(lost)
+    )
+}
+
+/// Returns the log's event for an attempt that counts as interrupted now.
+pub(super) fn event(record: TrialRecord) -> SessionEventKind {
+    SessionEventKind::TrialSettled { record }
+}
+
+fn in_words(lost: &LostRecording) -> String {
+    format!("the recording of {} is lost ({})", lost.label, lost.because)
+}

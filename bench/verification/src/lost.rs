@@ -1,0 +1,81 @@
+//! Accepted trials whose recordings are not on the disk as the log says.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use ::sessions::{Session, practice};
+use recording::manifest::End;
+use recording::reader::Warning;
+use recording::study::event_log::LogContent;
+use recording::study::{TrialBlock, TrialLabel};
+use recording::wav::WavWarning;
+use recording::{DiskError, RecordingReader};
+
+use crate::defect::RecordingDefect;
+use crate::session_check::recordings;
+
+/// Accepted trial whose recording is not complete on the disk, or has no samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LostRecording {
+    /// The attempt.
+    pub label: TrialLabel,
+    /// What is wrong with its recording.
+    pub because: RecordingDefect,
+    /// Whether no trial was accepted after it.
+    pub is_last: bool,
+}
+
+/// Returns the accepted trials of a session whose log is `content` that lack their recordings, in the log's order. Practice
+/// trials are no data and have served their purpose without.
+///
+/// # Errors
+/// The folder cannot be listed.
+pub fn lost_recordings(
+    folder: &Path,
+    content: &LogContent,
+) -> Result<Vec<LostRecording>, DiskError> {
+    let present: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
+    let session = Session::after_practice(content, practice(folder, content));
+    let accepted = session.accepted();
+    let accepted: Vec<TrialLabel> = session
+        .attempts
+        .iter()
+        .filter(|attempt| accepted.contains(attempt) && attempt.label.block == TrialBlock::Main)
+        .map(|attempt| attempt.label)
+        .collect();
+    let lost = accepted.iter().filter_map(|&label| {
+        let because = if present.contains(&label) {
+            loss(&folder.join(label.to_string()))?
+        } else {
+            RecordingDefect::NoFolder
+        };
+        let is_last = accepted.last() == Some(&label);
+        Some(LostRecording {
+            label,
+            because,
+            is_last,
+        })
+    });
+    Ok(lost.collect())
+}
+
+/// Returns why nothing of the recording in `folder` can be counted on, if so.
+fn loss(folder: &Path) -> Option<RecordingDefect> {
+    let reader = match RecordingReader::open(folder) {
+        Ok(reader) => reader,
+        Err(error) => {
+            let reason = error.to_string();
+            return Some(RecordingDefect::Unreadable { reason });
+        }
+    };
+    let end = reader.manifest().trial.as_ref().map(|trial| trial.end);
+    match end {
+        Some(Some(End::Interrupted)) => Some(RecordingDefect::AcceptedBrokenOff),
+        Some(None) => Some(RecordingDefect::NoEnd),
+        _ if reader.frames() == 0 => {
+            let warning = Warning::Signals(WavWarning::Empty).to_string();
+            Some(RecordingDefect::Warned { warning })
+        }
+        _ => None,
+    }
+}

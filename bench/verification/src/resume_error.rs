@@ -1,0 +1,38 @@
+//! Why a session is not gone on with, though its log can be read.
+
+use std::path::PathBuf;
+
+/// Why a session is not gone on with, though its log can be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ResumeError {
+    /// The protocol was edited since the last part.
+    #[error(
+        "{} was begun with another protocol {protocol}: {edits}; put it back as it was ({}), begin another session with \
+         --new-session, or go on with the edited one by --accept-edited-protocol",
+        .session.display(), .copy.display()
+    )]
+    EditedProtocol {
+        /// Folder of the session.
+        session: PathBuf,
+        /// Name of the protocol.
+        protocol: String,
+        /// Keys that differ, with both values.
+        edits: String,
+        /// The session's copy of the protocol as it was.
+        copy: PathBuf,
+    },
+    /// More recordings of accepted trials are lost than that of the last.
+    #[error(
+        "{}: {lost}; if they were moved, put them back; if they are lost, go on and repeat their trials by --repeat-lost, or \
+         begin another session with --new-session; `friction-bench verify {quoted}` says more",
+        .session.display()
+    )]
+    LostRecordings {
+        /// Folder of the session.
+        session: PathBuf,
+        /// The recordings, each with what is wrong with it.
+        lost: String,
+        /// The folder as a shell takes it.
+        quoted: String,
+    },
+}

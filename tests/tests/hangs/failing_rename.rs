@@ -1,0 +1,91 @@
+//! The very last step of a recording fails: the rename that gives its description its name.
+
+use std::time::Duration;
+
+use bench_tests::held::{Held, numbers};
+use bench_tests::hung::contradictions;
+use bench_tests::program::protocol;
+use bench_tests::running::{Running, until};
+use bench_tests::session::{SessionFolder, finish, text, unattended};
+use protocols::{SessionEventKind, TrialOutcome, records_from_events};
+
+const MINUTE: Duration = Duration::from_secs(60);
+/// Sessions until one is caught at the rename, which a busy machine may pass unseen.
+const TRIES: usize = 5;
+
+/// Attempts of the session and how the log has them settled.
+fn outcomes(session: &SessionFolder) -> Vec<(u32, TrialOutcome)> {
+    let data = session.events().map(|event| event.data.clone());
+    let kinds: Vec<SessionEventKind> = data
+        .filter_map(|data| serde_json::from_value(data.into()).ok())
+        .collect();
+    let records = records_from_events(&kinds).into_iter();
+    records
+        .map(|record| (record.key.attempt, record.outcome))
+        .collect()
+}
+
+/// A session of one trial whose complete description the disk refuses once; `None` if it was not caught there.
+fn refused_once() -> Option<()> {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    let session = || unattended(&study, "sub-01", protocol("one-exploration.toml"));
+    let mut running = Running::start(&mut session(), &folder.path().join("output"));
+    let new = study.join("sub-01/ses-01/trial-001_attempt-1/recording.toml.tmp");
+    let pid = running.pid();
+    // In lock step one thread does everything. It renames other files first, and a description without an end.
+    let thread = i32::try_from(pid).unwrap();
+    loop {
+        let held = Held::at(pid, thread, &numbers("rename"), MINUTE)?;
+        let text = std::fs::read_to_string(&new).unwrap_or_default();
+        if text.contains("end = \"completed\"") {
+            // The call fails, since its file is gone; the next attempt finds a disk that is well.
+            std::fs::remove_file(&new).unwrap();
+            drop(held);
+            break;
+        }
+    }
+    let ended = until(MINUTE, || running.ended()).expect("an end");
+    let printed = running.output();
+    assert!(!ended.success(), "{printed}");
+    // The verdict had accepted it, the session did not.
+    for words in [
+        "trial-001_attempt-1 failed",
+        "recording.toml",
+        "trials accepted   0 of 1",
+    ] {
+        assert!(printed.contains(words), "no `{words}` in:\n{printed}");
+    }
+    let log = SessionFolder::read(&study, "sub-01").unwrap();
+    let settled = outcomes(&log);
+    assert!(
+        matches!(settled[..], [(1, TrialOutcome::Interrupted { .. })]),
+        "{settled:?}"
+    );
+    assert_eq!(contradictions(&study), Vec::<String>::new());
+
+    let resumed = finish(session().arg("--resume"));
+    assert!(resumed.status.success(), "{}", text(&resumed));
+    let log = SessionFolder::read(&study, "sub-01").unwrap();
+    let settled = outcomes(&log);
+    assert!(
+        matches!(
+            settled[..],
+            [
+                (1, TrialOutcome::Interrupted { .. }),
+                (2, TrialOutcome::Accepted)
+            ]
+        ),
+        "{settled:?}"
+    );
+    // `verify` and what an analysis takes, too: the second attempt, once.
+    assert_eq!(contradictions(&study), Vec::<String>::new());
+    Some(())
+}
+
+/// Fault 27.
+#[test]
+fn a_trial_whose_description_cannot_be_renamed_is_not_accepted_and_is_repeated() {
+    let caught = (0..TRIES).find_map(|_| refused_once());
+    assert!(caught.is_some(), "not caught in {TRIES} sessions");
+}

@@ -29,7 +29,7 @@ use tasks::Slot;
 use tui::event::LogLevel::{self, Info, Warning};
 
 use crate::apparatus::Apparatus;
-use crate::journal::Journal;
+use crate::journal::{Journal, entry_queue};
 use crate::readiness::Readiness;
 use crate::room::RoomTask;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
@@ -252,7 +252,7 @@ pub fn run(
         }
     }
     let questions = Questions::new(ask);
-    let (entries, journal_entries) = crossbeam_channel::unbounded();
+    let (entries, journal_entries) = entry_queue();
     let (reports, report) = crossbeam_channel::bounded(1);
     let (refits, fits, refit) = {
         let profile = recorded_profile(&effective);

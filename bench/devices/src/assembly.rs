@@ -21,6 +21,7 @@ use crate::acquisition::{Acquisition, AcquisitionQueues, RecordingCommand};
 use crate::arming::safety_limits;
 use crate::batch_queue::batch_queue;
 use crate::boot::Boot;
+use crate::device_nodes::sound_card;
 use crate::drive_control::{DriveControl, WatchedDrive, settings};
 use crate::drive_ledger::DriveLedger;
 use crate::encoder::PositionEncoder;
@@ -345,6 +346,7 @@ impl Bench {
         bench.require_calibration_holds(
             self.life.device(StreamDirection::Input),
             self.life.device(StreamDirection::Output),
+            sound_card(bench.config()),
             (self.life.clock().utc(), self.life.clock().is_simulated()),
         )
     }

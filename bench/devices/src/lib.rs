@@ -47,6 +47,7 @@ pub use assembly::{Bench, Hardware, OpenHardware};
 pub use batch_queue::{BatchSender, BatchesDropped, batch_queue};
 pub use boot::Boot;
 pub use card_pace::CardPace;
+pub use device_nodes::sound_card;
 pub use dose_record::Whose;
 pub use drive_ledger::DriveLedger;
 pub use gauges::{FieldHealth, Gauges};

@@ -8,11 +8,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, bail};
-use crossbeam_channel::Sender;
 use tasks::Task;
 use tui::event::LogLevel;
 
-use crate::journal::Entry;
+use crate::journal::EntrySender;
 
 /// Longest wait for a participant's terminal that is opened, the wait for the lost one included. The drive is off meanwhile.
 const OPENS_WITHIN: Duration = Duration::from_millis(500);
@@ -34,7 +33,7 @@ pub trait ParticipantDisplay: Send {
     }
 
     /// Returns the task that it needs beside the session's, once.
-    fn task(&mut self, _journal: &Sender<Entry>) -> Option<Box<dyn Task>> {
+    fn task(&mut self, _journal: &EntrySender) -> Option<Box<dyn Task>> {
         None
     }
 
@@ -88,7 +87,7 @@ impl Displays {
     }
 
     /// Returns the tasks that they need beside the session's.
-    pub fn tasks(&mut self, journal: &Sender<Entry>) -> Vec<Box<dyn Task>> {
+    pub fn tasks(&mut self, journal: &EntrySender) -> Vec<Box<dyn Task>> {
         let displays = self.displays.iter_mut();
         displays
             .filter_map(|display| display.task(journal))

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use anyhow::Context;
-use crossbeam_channel::Receiver;
+use crossbeam_channel::{Receiver, Sender};
 use protocols::{ParticipantId, Person, SessionEvent};
 use serde_json::{Map, Value};
 
@@ -63,6 +64,70 @@ pub struct SavedRecording {
     pub interrupted: bool,
 }
 
+/// Most entries that wait for the disk: 80 s of a window that says all that it may, hours of a session without one.
+const MOST_WAITING: usize = 1 << 14;
+/// Places beyond them for the end of the session.
+const RESERVED: usize = 1;
+
+/// Entries that had no room.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{0} entries of the session's log are lost, because the study's disk took none for minutes: the session cannot go on; \
+     trials whose end is not in the log are repeated by --resume"
+)]
+pub struct EntriesLost(u64);
+
+/// Where the session's threads leave what belongs in its log. None waits for it.
+#[derive(Debug, Clone)]
+pub struct EntrySender {
+    to: Sender<Entry>,
+    lost: Arc<AtomicU64>,
+}
+
+/// What waits for the log.
+#[derive(Debug)]
+pub struct WaitingEntries {
+    /// The entries.
+    pub entries: Receiver<Entry>,
+    lost: Arc<AtomicU64>,
+}
+
+/// Returns both ends of the queue to a session's log.
+#[must_use]
+pub fn entry_queue() -> (EntrySender, WaitingEntries) {
+    let (to, entries) = crossbeam_channel::bounded(MOST_WAITING + RESERVED);
+    let lost: Arc<AtomicU64> = Arc::default();
+    let sender = EntrySender {
+        to,
+        lost: lost.clone(),
+    };
+    (sender, WaitingEntries { entries, lost })
+}
+
+impl EntrySender {
+    /// Leaves an entry; one without room is counted as lost.
+    pub fn send(&self, entry: Entry) {
+        // After a hole comes nothing but the end.
+        let has_room = self.lost().is_none() && self.to.len() < MOST_WAITING
+            || matches!(entry, Entry::Stop { .. });
+        // The journal's end is seen by its own task.
+        if !has_room || self.to.try_send(entry).is_err_and(|error| error.is_full()) {
+            self.lost.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Returns what was lost so far.
+    #[must_use]
+    pub fn lost(&self) -> Option<EntriesLost> {
+        lost(&self.lost)
+    }
+}
+
+fn lost(count: &AtomicU64) -> Option<EntriesLost> {
+    let count = count.load(Ordering::Relaxed);
+    (count > 0).then_some(EntriesLost(count))
+}
+
 /// Streams of the log.
 const SESSION_STREAM: &str = "session";
 const RECORDING_STREAM: &str = "recording";
@@ -74,7 +139,7 @@ pub struct Journal {
     /// The study and who takes part, locked until the log is closed.
     study: (Study, ParticipantId),
     session: SessionFolder,
-    entries: Receiver<Entry>,
+    entries: WaitingEntries,
     /// What the recorder says after the session has ended.
     notices: Receiver<RecorderNotice>,
     clock: Arc<dyn Clock>,
@@ -100,7 +165,7 @@ impl Journal {
     pub fn new(
         study: (Study, ParticipantId),
         mut session: SessionFolder,
-        entries: Receiver<Entry>,
+        entries: WaitingEntries,
         notices: Receiver<RecorderNotice>,
         clock: Arc<dyn Clock>,
     ) -> anyhow::Result<Self> {
@@ -207,12 +272,12 @@ impl Journal {
     }
 
     fn write_waiting(&mut self) -> anyhow::Result<()> {
-        while let Ok(entry) = self.entries.try_recv() {
+        while let Ok(entry) = self.entries.entries.try_recv() {
             self.write(entry).context(
                 "cannot write the session's log: the drive was stopped, what is on disk is kept",
             )?;
         }
-        Ok(())
+        lost(&self.entries.lost).map_or(Ok(()), |lost| Err(lost.into()))
     }
 }
 
@@ -267,18 +332,30 @@ impl Task for Journal {
     }
 
     fn finish(&mut self) -> anyhow::Result<()> {
-        self.write_waiting()?;
-        let stop = self.stop.take().unwrap_or_else(|| Stop {
-            t_s: self.last_s,
+        let written = self.write_waiting();
+        let lost = lost(&self.entries.lost);
+        // A log that cannot be written has no end; one with a hole has one that says so.
+        if let (Err(error), None) = (written, lost) {
+            return Err(error);
+        }
+        let failed = |reason: String, t_s| Stop {
+            t_s,
             status: ExitStatus::Fail,
-            reason: Some("the session task failed".to_owned()),
-        });
+            reason: Some(reason),
+        };
+        let stop = self.stop.take();
+        let t_s = stop.as_ref().map_or(self.last_s, |stop| stop.t_s);
+        let stop = match lost {
+            Some(lost) => failed(lost.to_string(), t_s),
+            None => stop.unwrap_or_else(|| failed("the session task failed".to_owned(), t_s)),
+        };
         let recorded = self.write_last_recordings(stop.t_s);
         let time = self.clock.utc().to_string();
         let log = self.session.log();
         log.stop(time, stop.status, stop.reason)
             .context("cannot write the end of the session's log")?;
-        recorded
+        recorded?;
+        lost.map_or(Ok(()), |lost| Err(lost.into()))
     }
 }
 
@@ -290,11 +367,8 @@ mod tests {
 
     use super::*;
 
-    /// The participant's window looks at the audio clock in its own thread, up to a period before the session does.
-    /// Fault 27.
-    #[test]
-    fn entries_of_two_threads_make_a_log_whose_times_never_fall() {
-        let folder = tempfile::tempdir().unwrap();
+    /// A log in `folder`, its file, and what writes into it.
+    fn journal(folder: &tempfile::TempDir) -> (Journal, PathBuf, EntrySender) {
         let by = GeneratedBy {
             name: "test".to_owned(),
             version: "0".to_owned(),
@@ -305,11 +379,52 @@ mod tests {
             .begin_session(&participant, 1, "2026-05-04", "demo")
             .unwrap();
         let path = session.folder().join(EVENTS_FILE);
-        let (entries, received) = crossbeam_channel::unbounded();
+        let (entries, waiting) = entry_queue();
         let (_, notices) = crossbeam_channel::unbounded();
         let clock = Arc::new(SystemClock::start());
-        let mut journal =
-            Journal::new((study, participant), session, received, notices, clock).unwrap();
+        let journal = Journal::new((study, participant), session, waiting, notices, clock);
+        (journal.unwrap(), path, entries)
+    }
+
+    /// Fault 49.
+    #[test]
+    fn a_log_that_the_disk_does_not_take_loses_what_is_over_its_bound_and_ends_with_that() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut journal, path, entries) = journal(&folder);
+        let live = |t_s: usize| Entry::Live {
+            t_s: t_s as f64,
+            data: Map::new(),
+        };
+        (0..MOST_WAITING).for_each(|k| entries.send(live(k)));
+        assert_eq!(entries.lost(), None);
+        entries.clone().send(live(MOST_WAITING));
+        assert_eq!(entries.lost(), Some(EntriesLost(1)));
+        let ended = journal.poll(0).unwrap_err().to_string();
+        assert_eq!(ended, EntriesLost(1).to_string());
+        // The disk has room again: what came after the hole is of no log.
+        entries.send(live(MOST_WAITING + 1));
+        entries.send(Entry::Stop {
+            t_s: 1e6,
+            status: ExitStatus::Success,
+            reason: None,
+        });
+        journal.finish().unwrap_err();
+        let log = event_log::read(&path).unwrap();
+        let of = |document: &&Document| matches!(document, Document::Event(_));
+        assert_eq!(log.documents.iter().filter(of).count(), MOST_WAITING);
+        let Some(Document::Stop(stop)) = log.documents.last() else {
+            panic!("no end");
+        };
+        assert_eq!(stop.exit_status, ExitStatus::Fail);
+        assert_eq!(stop.reason, Some(EntriesLost(2).to_string()));
+    }
+
+    /// The participant's window looks at the audio clock in its own thread, up to a period before the session does.
+    /// Fault 27.
+    #[test]
+    fn entries_of_two_threads_make_a_log_whose_times_never_fall() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut journal, path, entries) = journal(&folder);
         let data = Map::new();
         for (t_s, of_window) in [(21.533, false), (21.531, true), (21.540, false)] {
             let data = data.clone();
@@ -318,7 +433,7 @@ mod tests {
             } else {
                 Entry::Live { t_s, data }
             };
-            entries.send(entry).unwrap();
+            entries.send(entry);
         }
         journal.finish().unwrap();
         let log = event_log::read(&path).unwrap();

@@ -16,6 +16,10 @@ const MICROMETRE_M: f64 = 1e-6;
 const LONGEST_LINE: usize = 256;
 /// Number of consecutive lines without a number that show another device, or another baud rate.
 const NONSENSE_LINES: u32 = 20;
+/// Most pieces that one look at an instrument reads: one that sends without end must not hold the task that drives.
+const MOST_READS: usize = 16;
+/// Most looks in a row that do not come to the end of what it has sent.
+const MOST_UNENDED: u32 = 200;
 
 /// Known peak amplitudes of a ladder of drive levels.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,6 +96,8 @@ pub struct Instrument {
     path: PathBuf,
     line: Vec<u8>,
     nonsense: u32,
+    /// Looks in a row that have not come to the end of what was sent.
+    unended: u32,
 }
 
 impl Instrument {
@@ -134,6 +140,7 @@ impl Instrument {
             path: path.to_owned(),
             line: Vec::new(),
             nonsense: 0,
+            unended: 0,
         }
     }
 
@@ -143,7 +150,7 @@ impl Instrument {
     /// When the port has disappeared, or sends no numbers.
     pub fn poll(&mut self, mut reading: impl FnMut(f64)) -> anyhow::Result<()> {
         let mut bytes = [0; 512];
-        loop {
+        for _ in 0..MOST_READS {
             let n = match self.port.read(&mut bytes) {
                 Ok(0) => return Ok(()),
                 Ok(n) => n,
@@ -169,9 +176,18 @@ impl Instrument {
                 }
             }
             if n < bytes.len() {
+                self.unended = 0;
                 return Ok(());
             }
         }
+        self.unended += 1;
+        if self.unended > MOST_UNENDED {
+            bail!(
+                "the instrument at {} sends faster than it can be read: check the port; it must send a few lines a second",
+                self.path.display()
+            );
+        }
+        Ok(())
     }
 
     /// Returns the first number of a line, m or V; units and words after it are ignored.
@@ -229,6 +245,30 @@ mod tests {
         let instrument = || Instrument::on(Box::new(Cursor::new(Vec::new())), Path::new("x"));
         assert!(!instrument().reads_volts());
         assert!(instrument().in_volts().reads_volts());
+    }
+
+    /// Fault 49.
+    #[test]
+    fn an_instrument_that_sends_without_end_holds_no_poll_and_is_named() {
+        struct Endless;
+        impl Read for Endless {
+            fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+                buffer.fill(b'\n');
+                buffer.iter_mut().step_by(2).for_each(|byte| *byte = b'1');
+                Ok(buffer.len())
+            }
+        }
+        let mut instrument = Instrument::on(Box::new(Endless), Path::new("x"));
+        let error = (0..1000).find_map(|_| {
+            let mut taken = 0;
+            let polled = instrument.poll(|_| {
+                taken += 1;
+                assert!(taken < 1_000_000, "read without end");
+            });
+            polled.err()
+        });
+        let error = error.map(|error| error.to_string());
+        assert!(error.is_some_and(|error| error.contains("sends faster")));
     }
 
     #[test]

@@ -69,12 +69,9 @@ pub fn run<P: Procedure>(
     let unattended = bench.clone().without_dead_man().without_amplitude_limit();
     let mut open = OpenHardware::open(&unattended, hardware)?;
     open.charge(ledger, Boot::now())?;
-    let device = |direction| open.life.device(direction);
-    let identity = Identity::of(
-        config,
-        device(StreamDirection::Input),
-        device(StreamDirection::Output),
-    );
+    let [input, output] = [StreamDirection::Input, StreamDirection::Output]
+        .map(|direction| open.life.device(direction));
+    let identity = Identity::of(config, input, output).with_sound_card(devices::sound_card(config));
     let stop = open.life.stop().clone();
     let (operator, screen) = attend(&open.life)?;
     let (done, outcome) = crossbeam_channel::bounded(1);

@@ -232,12 +232,14 @@ impl Effective {
         &self,
         input_device: String,
         output_device: String,
+        sound_card: Option<String>,
         (now, simulated_time): (Timestamp, bool),
     ) -> Result<(), CalibrationError> {
         let Some(in_force) = &self.calibration else {
             return Ok(());
         };
-        let present = Identity::of(&self.config, input_device, output_device);
+        let present =
+            Identity::of(&self.config, input_device, output_device).with_sound_card(sound_card);
         in_force.require(
             &present,
             (now, simulated_time),

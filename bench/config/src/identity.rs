@@ -37,6 +37,10 @@ pub struct Identity {
     /// one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_sensor: Option<String>,
+    /// What tells the sound card from another one of its name: its serial number, or the port that it is plugged into;
+    /// absent where the system tells neither, and in calibrations of earlier versions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sound_card: Option<String>,
 }
 
 /// The first difference between the bench that was calibrated and the present one.
@@ -73,10 +77,18 @@ impl Identity {
             modal_mass_kg: config.plate.modal_mass_kg,
             gains: config.calibration.gains.clone(),
             force_sensor: config.force_identity(),
+            sound_card: None,
         }
     }
 
-    /// Requires that `present` is the calibrated bench; force sensors are compared only if one was calibrated.
+    /// Returns it with what tells the sound card from another one of its name.
+    #[must_use]
+    pub fn with_sound_card(self, sound_card: Option<String>) -> Self {
+        Self { sound_card, ..self }
+    }
+
+    /// Requires that `present` is the calibrated bench; force sensors are compared only if one was calibrated, sound cards
+    /// of one name only if both are told.
     ///
     /// # Errors
     /// [`Mismatch`] names the first difference.
@@ -90,7 +102,10 @@ impl Identity {
         };
         let quoted = |text: &str| format!("\"{text}\"");
         let sensor = |named: &Option<String>| quoted(named.as_deref().unwrap_or("none"));
-        let compared: [(&'static str, String, String, &'static str); 11] = [
+        let cards = self.sound_card.as_ref().zip(present.sound_card.as_ref());
+        let (card, present_card) =
+            cards.map_or_else(Default::default, |(a, b)| (quoted(a), quoted(b)));
+        let compared: [(&'static str, String, String, &'static str); 12] = [
             (
                 "the input device",
                 self.input_device.clone(),
@@ -102,6 +117,13 @@ impl Identity {
                 self.output_device.clone(),
                 present.output_device.clone(),
                 RECALIBRATE,
+            ),
+            (
+                "the sound card",
+                card,
+                present_card,
+                "another card of the same model: plug the calibrated one in again, into the port that it was in, or calibrate \
+                 this one",
             ),
             (
                 "a rate in Hz of",
@@ -170,5 +192,31 @@ impl Identity {
                 remedy,
             }),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fault 50.
+    #[test]
+    fn another_card_of_the_same_name_is_another_bench_and_an_untold_one_is_not() {
+        let config = Config::parse(crate::TEMPLATE, "bench.toml").unwrap();
+        let bench = |card: Option<&str>| {
+            let device = || "hw:CARD=USB,DEV=0".to_owned();
+            Identity::of(&config, device(), device()).with_sound_card(card.map(str::to_owned))
+        };
+        let calibrated = bench(Some("serial number 23A"));
+        for present in [Some("serial number 23A"), None] {
+            assert_eq!(calibrated.require(&bench(present)), Ok(()));
+        }
+        assert_eq!(bench(None).require(&calibrated), Ok(()));
+        let other = calibrated.require(&bench(Some("serial number 23B")));
+        let other = other.map_err(|mismatch| (mismatch.what, mismatch.present));
+        assert_eq!(
+            other,
+            Err(("the sound card", "\"serial number 23B\"".to_owned()))
+        );
     }
 }

@@ -4,13 +4,15 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use crossbeam_channel::{Receiver, Sender};
+use crossbeam_channel::Receiver;
 use impedance::clock_alignment::{LowerEnvelope, MISPLACED_S};
 use signalgen::{BlockHeader, InputReader};
 
+use crate::batch_queue::BatchSender;
 use crate::card_frames::CardFrames;
 use crate::card_pace::CardPace;
 use crate::card_silence::CardSilence;
+use crate::excerpt::Excerpt;
 use crate::field_task::FieldReading;
 use crate::flags::{FlagUpdate, Flags, InputFault};
 use crate::gauges::Gauges;
@@ -47,40 +49,6 @@ pub enum RecordingCommand {
     Excerpt(Excerpt),
 }
 
-/// A request for consecutive samples of all channels, interleaved; it starts over when samples are lost.
-#[derive(Debug)]
-pub struct Excerpt {
-    values: usize,
-    samples: Vec<f32>,
-    to: Sender<Vec<f32>>,
-}
-
-impl Excerpt {
-    /// Requests the next `frames` frames of `channels` channels, to be sent through `to`.
-    #[must_use]
-    pub fn next(frames: usize, channels: u16, to: Sender<Vec<f32>>) -> Self {
-        let values = frames * usize::from(channels);
-        Self {
-            values,
-            samples: Vec::with_capacity(values),
-            to,
-        }
-    }
-
-    /// Takes `samples`; returns whether the excerpt is complete and was sent.
-    fn take(&mut self, samples: &[f32]) -> bool {
-        let wanted = self.values - self.samples.len();
-        self.samples
-            .extend_from_slice(&samples[..wanted.min(samples.len())]);
-        let whole = self.samples.len() == self.values;
-        if whole {
-            // The receiver may be gone.
-            let _ = self.to.send(std::mem::take(&mut self.samples));
-        }
-        whole
-    }
-}
-
 /// The acquisition task.
 pub struct Acquisition {
     input: InputReader,
@@ -91,7 +59,7 @@ pub struct Acquisition {
     readings: Receiver<FieldReading>,
     commands: Receiver<RecordingCommand>,
     recorder: RecorderSender,
-    batches: Sender<Batch>,
+    batches: BatchSender,
     signals: Arc<Signals>,
     gauges: Arc<Gauges>,
     block: Vec<f32>,
@@ -128,7 +96,7 @@ pub struct AcquisitionQueues {
     /// Queue to the recorder.
     pub recorder: RecorderSender,
     /// Acquired data for the session.
-    pub batches: Sender<Batch>,
+    pub batches: BatchSender,
 }
 
 impl Acquisition {
@@ -374,7 +342,7 @@ impl Acquisition {
         self.output_xrun(given_up, batch);
         self.pipeline.take_lost(frames, &mut batch.frames)?;
         if let Some(excerpt) = &mut self.excerpt {
-            excerpt.samples.clear();
+            excerpt.start_over();
         }
         if self.recording.is_some() {
             self.record(RecorderMessage::Gap(frames));
@@ -544,10 +512,13 @@ impl Acquisition {
         batch.audio_s = self.pipeline.audio_s();
         batch.account = self.pipeline.account();
         batch.warnings = std::mem::take(&mut self.warnings);
-        // The session ends only when the bench stops.
-        let _ = self.batches.send(batch);
+        self.batches.send(batch);
     }
 }
+
+/// Most blocks that one look takes: a card that is faster than this thread must not hold it, which has orders to obey.
+/// Further ones wait in the ring, which tells how full it is and when it overflows.
+const MOST_BLOCKS: usize = 1024;
 
 /// Smallest distance between the times of a file's rows, s: they are written to the nanosecond.
 const LEAST_STEP_S: f64 = 1e-6;
@@ -567,7 +538,10 @@ impl Task for Acquisition {
         }
         let mut batch = Batch::default();
         self.silence.passed(now_ns)?;
-        while let Some(header) = self.input.pop_block(&mut self.block) {
+        for _ in 0..MOST_BLOCKS {
+            let Some(header) = self.input.pop_block(&mut self.block) else {
+                break;
+            };
             self.silence.ended();
             // Read only now: the block may have arrived after `now_ns`, and no arrival may be stated early.
             let arrival_ns = self.host.now_ns();

@@ -19,7 +19,9 @@ use tasks::{Clock, Mailbox, Schedule, StopFlag, Task};
 
 use crate::acquisition::{Acquisition, AcquisitionQueues, RecordingCommand};
 use crate::arming::safety_limits;
+use crate::batch_queue::batch_queue;
 use crate::boot::Boot;
+use crate::device_nodes::sound_card;
 use crate::drive_control::{DriveControl, WatchedDrive, settings};
 use crate::drive_ledger::DriveLedger;
 use crate::encoder::PositionEncoder;
@@ -29,6 +31,7 @@ use crate::life::Life;
 use crate::lost_frames::LossWatch;
 use crate::output_gap::OutputGapWatch;
 use crate::plate_warmth::WarmthError;
+use crate::reading_queue::reading_queue;
 use crate::thread_priority::{lock_memory, thread_start};
 use crate::tuning::Tuning;
 
@@ -141,7 +144,7 @@ impl OpenHardware {
             health,
         } = signalgen::audio::open_duplex(&host, &duplex(config), generator, start.as_ref())?;
         let safety_commands = Mailbox::default();
-        let (readings, waiting_readings) = crossbeam_channel::unbounded();
+        let (readings, waiting_readings) = reading_queue();
         let force = sources::open(config, force_place, tap, field_box.as_ref())
             .context("the force sensor")?;
         let expects_force = force.is_some();
@@ -281,7 +284,7 @@ impl Bench {
         let channels = usize::from(config.audio.input_channels);
         let drive_channel = usize::from(config.channels.drive.index);
         let (recording, recording_orders) = crossbeam_channel::unbounded();
-        let (batches, acquired) = crossbeam_channel::unbounded();
+        let (batches, acquired) = batch_queue();
         let block_frames = f64::from(
             life.streams()
                 .buffer_frames(StreamDirection::Input)
@@ -343,6 +346,7 @@ impl Bench {
         bench.require_calibration_holds(
             self.life.device(StreamDirection::Input),
             self.life.device(StreamDirection::Output),
+            sound_card(bench.config()),
             (self.life.clock().utc(), self.life.clock().is_simulated()),
         )
     }

@@ -10,6 +10,8 @@ use config::{AudioHost, Config, GpioBackend};
 const MAPPED_PINS: &str = "/dev/gpiomem";
 /// Folder of the sound cards by their names.
 const CARDS: &str = "/proc/asound";
+/// Folder of the sound cards by their numbers, with the device that each is.
+const CLASSES: &str = "/sys/class/sound";
 
 /// Returns the device nodes of a bench that can be locked without touching what they control, with the name of each.
 /// Serial ports and lines of a GPIO character device are not among them: the system refuses a second user itself.
@@ -33,6 +35,11 @@ pub(crate) fn nodes(config: &Config) -> Vec<(String, PathBuf)> {
 /// Returns the control node of the card in a name such as `hw:CARD=USB,DEV=0`, `plughw:USB` or `hw:1,0`; `None` if it
 /// names no card that is present.
 fn card_node(device: &str, cards: &Path) -> Option<PathBuf> {
+    let number = card_number(device, cards)?;
+    Some(Path::new("/dev/snd").join(format!("controlC{number}")))
+}
+
+fn card_number(device: &str, cards: &Path) -> Option<String> {
     let (_, arguments) = device.split_once(':')?;
     let first = arguments.split(',').next()?;
     let card = first.strip_prefix("CARD=").unwrap_or(first);
@@ -40,14 +47,49 @@ fn card_node(device: &str, cards: &Path) -> Option<PathBuf> {
     if card.is_empty() || !card.chars().all(plain) {
         return None;
     }
-    let number = if card.chars().all(|c| c.is_ascii_digit()) {
-        card.to_owned()
+    if card.chars().all(|c| c.is_ascii_digit()) {
+        return Some(card.to_owned());
+    }
+    let folder = fs::read_link(cards.join(card)).ok()?;
+    let name = folder.file_name()?.to_str()?;
+    Some(name.strip_prefix("card")?.to_owned())
+}
+
+/// Returns what tells the sound card of a bench from another one of its name; `None` where the system does not tell, as of
+/// cards that are not on USB.
+#[must_use]
+pub fn sound_card(config: &Config) -> Option<String> {
+    let audio = &config.audio;
+    if audio.host != AudioHost::Native {
+        return None;
+    }
+    let of = |device| usb_identity(device, Path::new(CARDS), Path::new(CLASSES));
+    let (output, input) = (of(&audio.output_device)?, of(&audio.input_device)?);
+    Some(if output == input {
+        output
     } else {
-        let folder = fs::read_link(cards.join(card)).ok()?;
-        let name = folder.file_name()?.to_str()?;
-        name.strip_prefix("card")?.to_owned()
-    };
-    Some(Path::new("/dev/snd").join(format!("controlC{number}")))
+        format!("{output} (output), {input} (input)")
+    })
+}
+
+/// Returns the serial number of the USB device that a card is, or its port where it has none.
+fn usb_identity(device: &str, cards: &Path, classes: &Path) -> Option<String> {
+    let card = format!("card{}", card_number(device, cards)?);
+    let interface = classes.join(card).join("device").canonicalize().ok()?;
+    let mut above = interface.ancestors();
+    let usb = above.find(|folder| folder.join("idVendor").is_file())?;
+    let serial = fs::read_to_string(usb.join("serial")).unwrap_or_default();
+    let serial = serial.trim();
+    // Many a maker gives all of its devices a number of zeros.
+    let tells = serial
+        .chars()
+        .any(|c| c.is_ascii_alphanumeric() && c != '0');
+    Some(if tells {
+        let shown: String = serial.chars().filter(|c| !c.is_control()).collect();
+        format!("serial number {shown}")
+    } else {
+        format!("USB port {}", usb.file_name()?.to_string_lossy())
+    })
 }
 
 /// Locks a node until the file is dropped; `Ok(None)` where it cannot be opened or locked at all, so that opening the
@@ -101,6 +143,43 @@ mod tests {
         }
         for device in ["default", "hw:CARD=Absent", "hw:", "hw:CARD=../x", "pulse"] {
             assert_eq!(node(device), None, "{device}");
+        }
+    }
+
+    /// Fault 50.
+    #[cfg(unix)]
+    #[test]
+    fn two_cards_of_one_name_are_told_by_their_serial_numbers_or_their_ports() {
+        use std::os::unix::fs::symlink;
+        let root = tempfile::tempdir().unwrap();
+        let (cards, classes) = (root.path().join("asound"), root.path().join("sound"));
+        fs::create_dir(&cards).unwrap();
+        symlink("card1", cards.join("USB")).unwrap();
+        let identity = |device: &str| usb_identity(device, &cards, &classes);
+        // A card that is none on USB, one with a serial number, one without, one with zeros.
+        let built_in = root.path().join("devices/pci0/00:1f.3");
+        let usb = |port: &str| root.path().join("devices/pci0/usb1").join(port);
+        for (number, serial) in [(1, Some("23A\n")), (2, None), (3, Some("0000\n"))] {
+            let device = usb(&format!("1-{number}"));
+            let interface = device.join(format!("1-{number}:1.0"));
+            fs::create_dir_all(&interface).unwrap();
+            fs::write(device.join("idVendor"), "0763\n").unwrap();
+            if let Some(serial) = serial {
+                fs::write(device.join("serial"), serial).unwrap();
+            }
+            let card = classes.join(format!("card{number}"));
+            fs::create_dir_all(&card).unwrap();
+            symlink(interface, card.join("device")).unwrap();
+        }
+        fs::create_dir_all(&built_in).unwrap();
+        fs::create_dir_all(classes.join("card0")).unwrap();
+        symlink(built_in, classes.join("card0/device")).unwrap();
+        let told = |device| identity(device).unwrap_or_default();
+        assert_eq!(told("hw:CARD=USB,DEV=0"), "serial number 23A");
+        assert_eq!(told("plughw:2,0"), "USB port 1-2");
+        assert_eq!(told("hw:3"), "USB port 1-3");
+        for device in ["hw:0", "hw:7", "default"] {
+            assert_eq!(identity(device), None, "{device}");
         }
     }
 

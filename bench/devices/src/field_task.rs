@@ -5,75 +5,20 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use crossbeam_channel::Sender;
-
 use crate::encoder::{Placed, PositionEncoder, Watched};
+pub use crate::field_reading::FieldReading;
 use crate::gauges::Gauges;
+use crate::reading_queue::ReadingSender;
 use safety::InputLine;
 use safety::{Press, SafetyCommand, Signals, Trip};
 pub use sources::position::POSITION_HZ;
-use sources::{ForceSource, LineFaults, Moment, SourceGone, SourceHealth, TimedForce};
+use sources::{ForceSource, LineFaults, Moment, SourceGone, SourceHealth};
 use tasks::{Clock, Mailbox, Task};
 
 /// Time without a look after which arrivals say nothing of a clock, ns: the program was frozen, and so was the card or not.
 const ABSENCE_NS: u64 = 100_000_000;
 /// Time after such an absence in which the maps of the clocks settle again, ns.
 const SETTLES_NS: u64 = 10_000_000_000;
-
-/// A reading of a slow input, on the host's clock.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FieldReading {
-    /// A sample of the force sensor.
-    Force(TimedForce),
-    /// Faults of the force sensor within the burst that was just read, or before it.
-    ForceFaults {
-        /// When the last sample before the burst acted.
-        since: Moment,
-        /// When its own last one did, or when it came if it has none.
-        at: Moment,
-        /// Faults since the reading before.
-        faults: LineFaults,
-    },
-    /// Faults of a source's clock.
-    ClockFaults {
-        /// When they were noticed.
-        at: Moment,
-        /// Restarts of what counts the positions.
-        position_restarts: u64,
-        /// Readings whose times may be wrong by more than 2 ms.
-        misplaced: u64,
-    },
-    /// A reading of the encoder.
-    Position {
-        /// Host time, s.
-        host_s: f64,
-        /// Position along the plate, m; NaN while jumps have left it unknown.
-        position_m: f64,
-        /// Number of encoder states missed since the last position.
-        missed: u64,
-        /// Whether the last position is too far away to have been left since.
-        jumped: bool,
-    },
-}
-
-impl FieldReading {
-    /// Returns from when on what the reading tells may have been so.
-    pub fn since(&self) -> Moment {
-        match self {
-            Self::ForceFaults { since, .. } => *since,
-            _ => self.at(),
-        }
-    }
-
-    /// Returns the moment of the reading.
-    pub fn at(&self) -> Moment {
-        match self {
-            Self::Force(force) => force.at,
-            Self::ForceFaults { at, .. } | Self::ClockFaults { at, .. } => *at,
-            Self::Position { host_s, .. } => Moment::Host(*host_s),
-        }
-    }
-}
 
 /// Time after which a contact has stopped bouncing, ns.
 const BOUNCE_NS: u64 = 30_000_000;
@@ -95,7 +40,7 @@ pub struct Field {
     force_at: Option<Moment>,
     encoder: Option<PositionEncoder>,
     button: Option<Box<dyn InputLine>>,
-    readings: Sender<FieldReading>,
+    readings: ReadingSender,
     pressed: Arc<AtomicBool>,
     signals: Arc<Signals>,
     gauges: Arc<Gauges>,
@@ -123,7 +68,7 @@ impl Field {
         force: Option<Box<dyn ForceSource>>,
         encoder: Option<PositionEncoder>,
         button: Option<Box<dyn InputLine>>,
-        readings: Sender<FieldReading>,
+        readings: ReadingSender,
         pressed: Arc<AtomicBool>,
         signals: Arc<Signals>,
         gauges: Arc<Gauges>,
@@ -168,8 +113,7 @@ impl Field {
             };
             hardest = Some(hardest.map_or(press, |hardest| hardest.or_harder(press)));
             arrived += 1;
-            // The acquisition ends only when the bench stops.
-            let _ = self.readings.send(FieldReading::Force(force));
+            self.readings.send(FieldReading::Force(force));
         });
         self.signals.force_polled_ns.set(now_ns);
         if let Some(press) = hardest {
@@ -186,14 +130,13 @@ impl Field {
             let now = Moment::Host(seconds(now_ns));
             let at = last.filter(|_| arrived > 0).unwrap_or(now);
             let since = since.unwrap_or(at);
-            let _ = self
-                .readings
+            self.readings
                 .send(FieldReading::ForceFaults { since, at, faults });
         }
         if arrived > 0 {
             let misplaced = force_clock.is_some_and(|clock| clock.misplaces());
             if let Some(at) = last.filter(|_| misplaced) {
-                let _ = self.readings.send(FieldReading::ClockFaults {
+                self.readings.send(FieldReading::ClockFaults {
                     at,
                     position_restarts: 0,
                     misplaced: arrived,
@@ -245,8 +188,7 @@ impl Field {
                 watched: Watched { position_m, jumped },
                 missed,
             } = position;
-            // The acquisition ends only when the bench stops.
-            let _ = self.readings.send(FieldReading::Position {
+            self.readings.send(FieldReading::Position {
                 host_s,
                 position_m,
                 missed,
@@ -266,7 +208,7 @@ impl Field {
         let misplaced = if misplaces { placed } else { 0 };
         if position_restarts + misplaced > 0 {
             let at = last.unwrap_or(Moment::Host(seconds(now_ns)));
-            let _ = self.readings.send(FieldReading::ClockFaults {
+            self.readings.send(FieldReading::ClockFaults {
                 at,
                 position_restarts,
                 misplaced,
@@ -363,8 +305,10 @@ impl Task for Field {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reading_queue::reading_queue;
     use impedance::clock_alignment::ClockState;
     use safety::{GpioError, Nonsense};
+    use sources::TimedForce;
     use tasks::SystemClock;
 
     /// A line that the test sets.
@@ -418,7 +362,7 @@ mod tests {
         };
         let (gauges, safety) = <(Arc<Gauges>, Mailbox<SafetyCommand>)>::default();
         gauges.card_clock.set(clock(-200.0, 0.0));
-        let (readings, came) = crossbeam_channel::unbounded();
+        let (readings, came) = reading_queue();
         let mut field = Field::new(
             None,
             None,
@@ -502,7 +446,7 @@ mod tests {
             None,
             None,
             Some(Box::new(Level(level.clone()))),
-            crossbeam_channel::unbounded().0,
+            reading_queue().0,
             pressed.clone(),
             Arc::default(),
             gauges.clone(),

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use config::Config;
 use crossbeam_channel::{Receiver, Sender, TryRecvError};
-use devices::acquisition::{Excerpt, RecordingCommand};
+use devices::acquisition::RecordingCommand;
+use devices::excerpt::Excerpt;
 use metrology::disturbance::{Disturbance, Sort, disturbances};
 use metrology::spectrum::Spectrum;
 use recording::manifest::EventKind;

@@ -5,12 +5,15 @@ mod extent;
 mod judge;
 mod measure;
 mod real_time;
+mod serial_ports;
 mod surroundings;
 mod table;
 mod wiring;
 
 pub use extent::Extent;
 pub use table::{Row, Table, Verdict};
+
+use std::path::Path;
 
 use config::{CalibrationError, Config, Effective};
 use devices::{Hardware, require_armable};
@@ -47,6 +50,9 @@ pub fn run(
             }
             Err(error) => table.row("hardware", false, complaint::lines(&error).join(": ")),
         }
+    }
+    if pace == Pace::Card {
+        serial_ports::judge(&mut table, bench.config(), Path::new("/dev"));
     }
     if let Extent::Whole {
         study,

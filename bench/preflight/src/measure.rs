@@ -9,8 +9,9 @@ use signalgen::Waveform;
 
 use crate::extent::Extent;
 use config::Effective;
-use devices::acquisition::{Excerpt, RecordingCommand};
+use devices::acquisition::RecordingCommand;
 use devices::drive_control::{DriveControl, settings};
+use devices::excerpt::Excerpt;
 use devices::{Bench, Gauges, Hardware, ThreadPriorities};
 use recording::pipeline::{Account, Batch};
 use safety::{FAINT_V, LoopDelay, Pace, SafetyState, Signals, StopTimes};

@@ -27,6 +27,8 @@ pub struct Batch {
     pub drive_gaps: Vec<DriveGap>,
     /// Warnings for the operator.
     pub warnings: Vec<String>,
+    /// Batches before this one that had no room, because nobody took any for seconds.
+    pub dropped: u64,
     /// Totals since the start.
     pub account: Account,
 }

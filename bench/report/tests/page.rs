@@ -290,6 +290,7 @@ fn calibration() -> String {
         modal_mass_kg: 0.008,
         gains: String::new(),
         force_sensor: None,
+        sound_card: None,
     });
     file.pickup = Some(MeasuredPickup {
         measured: Provenance {

@@ -1,7 +1,8 @@
 //! `devices`: what this computer offers.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use signalgen::audio::{AudioError, DeviceInfo, Host, Offer, list_devices};
@@ -47,15 +48,32 @@ pub fn audio(name: &'static str, opened: Result<&Host, &AudioError>) -> AudioHos
     }
 }
 
-/// Serial ports of this computer.
+/// Serial ports of this computer, by names that they keep where they have one.
 ///
 /// # Errors
 /// When the system does not list them.
 pub fn serial_ports() -> anyhow::Result<Vec<PathBuf>> {
-    Ok(serialport::available_ports()?
-        .into_iter()
-        .map(|port| port.port_name.into())
-        .collect())
+    let ports = serialport::available_ports()?.into_iter();
+    let kept = |port: PathBuf| kept_name(&port, Path::new(LINKS)).unwrap_or(port);
+    Ok(ports.map(|port| kept(port.port_name.into())).collect())
+}
+
+/// Folder of the links that the system keeps to serial ports.
+const LINKS: &str = "/dev/serial";
+
+/// Returns the name of a port that does not change with the order in which devices are plugged in: by the device's serial
+/// number, or by the port of the computer where that is not its own. `None` where the system keeps none.
+fn kept_name(port: &Path, links: &Path) -> Option<PathBuf> {
+    let device = port.canonicalize().ok()?;
+    ["by-id", "by-path"].iter().find_map(|folder| {
+        let entries = fs::read_dir(links.join(folder)).ok()?;
+        let named = entries.flatten().map(|entry| entry.path());
+        let mut to_it: Vec<PathBuf> = named
+            .filter(|link| link.canonicalize().is_ok_and(|to| to == device))
+            .collect();
+        to_it.sort_unstable();
+        to_it.into_iter().next()
+    })
 }
 
 impl Listing {
@@ -129,5 +147,42 @@ fn section(text: &mut String, title: &str, paths: &[PathBuf]) {
     }
     for path in paths {
         let _ = writeln!(text, "  {}", path.display());
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    /// Fault 50.
+    #[test]
+    fn a_port_is_named_by_its_device_and_else_by_where_it_is_plugged_in() {
+        let root = tempfile::tempdir().unwrap();
+        let links = root.path().join("serial");
+        for folder in ["by-id", "by-path"] {
+            fs::create_dir_all(links.join(folder)).unwrap();
+        }
+        let port = |name: &str| root.path().join(name);
+        for (name, id, path) in [
+            ("ttyUSB0", Some("usb-FTDI_FT0A-if00"), "pci-usb-0:1"),
+            // Of two devices with one serial number the system names one.
+            ("ttyUSB1", None, "pci-usb-0:2"),
+        ] {
+            fs::write(port(name), "").unwrap();
+            let to = format!("../../{name}");
+            if let Some(id) = id {
+                symlink(&to, links.join("by-id").join(id)).unwrap();
+            }
+            symlink(&to, links.join("by-path").join(path)).unwrap();
+        }
+        fs::write(port("ttyS0"), "").unwrap();
+        let kept = |name| kept_name(&port(name), &links);
+        let by = |folder: &str, name: &str| Some(links.join(folder).join(name));
+        assert_eq!(kept("ttyUSB0"), by("by-id", "usb-FTDI_FT0A-if00"));
+        assert_eq!(kept("ttyUSB1"), by("by-path", "pci-usb-0:2"));
+        assert_eq!(kept("ttyS0"), None);
+        assert_eq!(kept("absent"), None);
     }
 }

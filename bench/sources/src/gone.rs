@@ -40,6 +40,17 @@ pub enum SourceGone {
         /// How much faster the sound card's clock runs than the computer's, parts per million.
         card_ppm: f64,
     },
+    /// The source sends faster than it is read.
+    #[error(
+        "the {of} sends faster than it can be read: for {for_s:.1} s something was always left, and its readings come late \
+         or are lost; lower its rate, or look whether another program sends to it, and start again"
+    )]
+    Flood {
+        /// The source.
+        of: &'static str,
+        /// Time for which something was always left, s.
+        for_s: f64,
+    },
     /// A line of this computer cannot be read.
     #[error(transparent)]
     Line(#[from] GpioError),

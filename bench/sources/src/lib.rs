@@ -4,6 +4,7 @@
 //!
 //! [`open()`] makes the source that `bench.toml` names. Nothing here knows whether the hardware is real.
 
+mod backlog;
 pub mod channels;
 mod correct;
 mod device_time;

@@ -4,12 +4,11 @@ use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crossbeam_channel::Sender;
 use protocols::Texts;
 use tasks::Task;
 
 use crate::displays::ParticipantDisplay;
-use crate::journal::Entry;
+use crate::journal::EntrySender;
 
 /// The participant's window; on this system there is none.
 pub struct WindowDisplay(Infallible);
@@ -50,7 +49,7 @@ impl ParticipantDisplay for WindowDisplay {
         match self.0 {}
     }
 
-    fn task(&mut self, _: &Sender<Entry>) -> Option<Box<dyn Task>> {
+    fn task(&mut self, _: &EntrySender) -> Option<Box<dyn Task>> {
         match self.0 {}
     }
 }

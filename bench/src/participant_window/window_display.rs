@@ -16,7 +16,7 @@ use tasks::{Slot, Task};
 use tui::event::LogLevel;
 
 use crate::displays::ParticipantDisplay;
-use crate::journal::Entry;
+use crate::journal::{Entry, EntrySender};
 
 /// Notices that wait for the operator at most; a window that says more is not heard.
 const MOST_NOTICES: usize = 64;
@@ -143,7 +143,7 @@ impl ParticipantDisplay for WindowDisplay {
         self.notices.try_iter().collect()
     }
 
-    fn task(&mut self, journal: &Sender<Entry>) -> Option<Box<dyn Task>> {
+    fn task(&mut self, journal: &EntrySender) -> Option<Box<dyn Task>> {
         let Waiting { seat, said, came } = self.task.take()?;
         let mut task = WindowTask {
             seat,
@@ -163,7 +163,7 @@ struct WindowTask {
     seat: Seat,
     shared: Arc<Shared>,
     said: Sender<(LogLevel, String)>,
-    journal: Sender<Entry>,
+    journal: EntrySender,
     beat: Option<Beat>,
     is_virtual: bool,
 }
@@ -180,8 +180,7 @@ impl WindowTask {
         }
         entry.insert("virtual_display".to_owned(), self.is_virtual.into());
         let t_s = self.beat.map_or(0.0, |beat| beat.audio_s);
-        // The journal's end is seen by its own task.
-        let _ = self.journal.send(Entry::Display { t_s, data: entry });
+        self.journal.send(Entry::Display { t_s, data: entry });
     }
 
     fn take(&mut self, event: SeatEvent) {

@@ -331,6 +331,7 @@ fn recorded_hardware(
     manifest::RecordedHardware {
         input_device: life.device(StreamDirection::Input),
         output_device: life.device(StreamDirection::Output),
+        sound_card: devices::sound_card(config),
         sample_rate_hz: config.audio.rate_hz,
         sample_format: format!("{:?}", config.audio.sample_format).to_lowercase(),
         channel_names,

@@ -30,7 +30,7 @@ use tasks::Slot;
 use tui::event::LogLevel::{self, Info, Warning};
 
 use crate::apparatus::Apparatus;
-use crate::journal::{Entry, Journal};
+use crate::journal::{Entry, Journal, entry_queue};
 use crate::readiness::Readiness;
 use crate::room::RoomTask;
 use crate::session::{KeptUp, Questions, Report, SessionTask, Wiring, summary_lines};
@@ -258,9 +258,9 @@ pub fn run(
         }
     }
     let questions = Questions::new(ask);
-    let (entries, journal_entries) = crossbeam_channel::unbounded();
+    let (entries, journal_entries) = entry_queue();
     for kind in withdrawn.into_iter().map(lost_recordings::event) {
-        entries.send(Entry::Event(SessionEvent { t_s: 0.0, kind }))?;
+        entries.send(Entry::Event(SessionEvent { t_s: 0.0, kind }));
     }
     let (reports, report) = crossbeam_channel::bounded(1);
     let (refits, fits, refit) = {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use protocols::{Interruption, RecordingOutcome, TrialKey, TrialOutcome, TrialRecord};
 use recording::recorder::{RecorderGauge, RecorderNotice};
 
-use crate::journal::{Entry, SavedRecording};
+use crate::journal::{Entry, EntrySender, SavedRecording};
 
 /// The recording that was begun last, and what became of it.
 #[derive(Default)]
@@ -19,6 +19,8 @@ pub(super) struct Recordings {
     messages_lost: u64,
     /// The recording that lost them.
     overflowed: Option<PathBuf>,
+    /// The operator knows that the session's log is not whole.
+    log_lost_told: bool,
 }
 
 impl Recordings {
@@ -50,6 +52,13 @@ impl Recordings {
         let failed = RecordingOutcome::Failed(message.clone());
         self.outcomes.push_back((key.clone(), failed));
         Some(message)
+    }
+
+    /// Returns, once, what the session's log has lost.
+    pub(super) fn log_lost(&mut self, journal: &EntrySender) -> Option<String> {
+        let lost = journal.lost().filter(|_| !self.log_lost_told)?;
+        self.log_lost_told = true;
+        Some(lost.to_string())
     }
 
     /// Takes the end of a recording. Returns whether it is news: the failure of one that has lost data is none.

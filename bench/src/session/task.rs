@@ -8,9 +8,9 @@ use analysis::measurements::Measurements;
 use config::Effective;
 use console::safety_event;
 use crossbeam_channel::Sender;
-use devices::Tuning;
 use devices::acquisition::RecordingCommand;
 use devices::loudspeaker::Tone;
+use devices::{BatchesDropped, Tuning};
 use protocols::{
     Action, DriveRequest, Observation, OperatorCommand, ParticipantView, Phase, SessionEvent,
     SessionEventKind, SessionOutcome, TrialAnalysis, TrialEnd, TrialKey, Verdict,
@@ -134,13 +134,10 @@ impl SessionTask {
         });
     }
 
-    fn journal(&self, event: SessionEvent) {
-        // The journal's end is seen by its own task.
-        let _ = self.wiring.journal.send(Entry::Event(event));
-    }
-
     fn take_batches(&mut self) {
+        let mut dropped = None;
         for mut batch in self.wiring.batches.try_iter() {
+            dropped = dropped.or_else(|| BatchesDropped::before(&batch));
             self.audio_s = batch.audio_s;
             self.account = batch.account;
             self.normal_n = batch.force.last().map(|row| row.normal_n).or(self.normal_n);
@@ -155,6 +152,9 @@ impl SessionTask {
                 self.record.take(batch);
             }
         }
+        if let Some(dropped) = dropped {
+            self.fail(dropped.to_string());
+        }
     }
 
     fn take_notices(&mut self) {
@@ -165,14 +165,14 @@ impl SessionTask {
             };
             let news = self.recordings.end(&ended);
             match ended.outcome {
-                Ok(entry) => {
-                    let _ = self.wiring.journal.send(entry);
-                }
+                Ok(entry) => self.wiring.journal.send(entry),
                 Err(message) if news => self.fail(message),
                 Err(message) => self.log(LogLevel::Warning, message),
             }
         }
-        if let Some(message) = self.recordings.overflow(&self.wiring.gauge) {
+        let overflow = self.recordings.overflow(&self.wiring.gauge);
+        let log_lost = self.recordings.log_lost(&self.wiring.journal);
+        for message in [overflow, log_lost].into_iter().flatten() {
             self.fail(message);
         }
     }
@@ -228,7 +228,7 @@ impl SessionTask {
                 CarrierEffect::Show(event) => self.wiring.front.show(*event),
                 CarrierEffect::Record(data) => {
                     let t_s = self.audio_s;
-                    let _ = self.wiring.journal.send(Entry::Live { t_s, data });
+                    self.wiring.journal.send(Entry::Live { t_s, data });
                 }
                 CarrierEffect::Change(by_hz, bench) => {
                     let carrier_hz = bench.config().plate.resonance_hz;
@@ -245,7 +245,7 @@ impl SessionTask {
 
     fn answered(&mut self, answered: Answered) {
         if let Some(person) = answered.person {
-            let _ = self.wiring.journal.send(Entry::Person(person));
+            self.wiring.journal.send(Entry::Person(person));
         }
         if let Some(shown) = answered.shown {
             self.wiring.front.show(shown);
@@ -279,7 +279,7 @@ impl SessionTask {
     fn take_fits(&mut self) {
         while let Some(FitNews { lines, data, view }) = self.wiring.live.take_fit() {
             let t_s = self.audio_s;
-            let _ = self.wiring.journal.send(Entry::Live { t_s, data });
+            self.wiring.journal.send(Entry::Live { t_s, data });
             self.wiring.front.show(tui::Event::Fit(view));
             for line in lines {
                 self.log(LogLevel::Info, line);
@@ -464,7 +464,7 @@ impl SessionTask {
         if let Some((level, text)) = screen_words::notice(&event.kind) {
             self.log(level, text);
         }
-        self.journal(event);
+        self.wiring.journal.send(Entry::Event(event));
     }
 
     fn show(&mut self, view: ParticipantView, tone: Option<Tone>) {
@@ -582,7 +582,7 @@ impl Task for SessionTask {
         }
         let completed = matches!(self.ended, Some(SessionOutcome::Completed { .. }));
         let status = self.how_ended().status();
-        let _ = self.wiring.journal.send(Entry::Stop {
+        self.wiring.journal.send(Entry::Stop {
             t_s: self.audio_s,
             status,
             reason: reason.clone(),

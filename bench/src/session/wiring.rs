@@ -22,7 +22,7 @@ use tui::event::LogLevel;
 
 use crate::apparatus::Watcher;
 use crate::displays::Displays;
-use crate::journal::Entry;
+use crate::journal::EntrySender;
 use crate::readiness::Readiness;
 use crate::room::Room;
 
@@ -62,7 +62,7 @@ pub struct Wiring {
     /// The participant's loudspeaker.
     pub sound: Option<Loudspeaker>,
     /// The session's log.
-    pub journal: Sender<Entry>,
+    pub journal: EntrySender,
     /// Live values, and the contact by the fits after each trial.
     pub live: LiveSide,
     /// The decision on a new carrier.

@@ -23,6 +23,7 @@ mod person;
 mod rehearsed;
 mod rig;
 mod safe;
+mod session_rig;
 mod stall;
 mod stops;
 mod xrun;

@@ -1,268 +1,18 @@
 //! A session marks stops, pauses and repetitions in the recordings that they end and begin, and tells its operator of flags
 //! (FAULTS.md, rows 16, 17, 22 and 35).
 
-use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::atomic::Ordering;
 
-use analysis::amplitude_profile::AmplitudeProfile;
-use config::Effective;
-use console::Front;
-use contact::AssumedConstants;
-use crossbeam_channel::{Receiver, Sender};
-use devices::drive_control::{settings, waveform};
-use devices::{Bench, Life};
 use friction_bench::journal::Entry;
-use friction_bench::readiness::Readiness;
-use friction_bench::room::Room;
-use friction_bench::run::ProtocolFile;
-use friction_bench::session::{Questions, SessionTask, Wiring};
-use live::carrier_decision::CarrierDecision;
-use live::live_side::LiveSide;
-use live::participant_screen::ParticipantScreen;
-use live::participant_skin::ParticipantSkin;
-use live::refit::Refit;
-use mock_hw::apparatus::Apparatus;
 use mock_hw::serial::ForceFault;
 use mock_world::plant::Axis;
-use mock_world::scenario::Scenario;
-use protocols::{Session, SessionEventKind, TrialKey, TrialOutcome, TrialRecord};
+use protocols::{SessionEventKind, TrialKey, TrialOutcome, TrialRecord};
 use recording::manifest::EventKind;
-use safety::{GpioError, OutputLine, SafetyState, Signals, Trip, input, output};
-use sources::Lines;
-use tasks::Task;
-use tui::event::{LogLevel, PhaseKind};
+use safety::{SafetyState, Trip};
+use tui::event::PhaseKind;
 
-use crate::rig::{CHANNELS, RATE_HZ, Tamper, apparatus, begin, config, events, open};
-
-/// A heartbeat whose wire can be cut.
-struct Cuttable {
-    line: Box<dyn OutputLine>,
-    cut: Arc<AtomicBool>,
-}
-
-impl OutputLine for Cuttable {
-    fn set(&mut self, high: bool) -> Result<(), GpioError> {
-        if self.cut.load(Ordering::Relaxed) {
-            return Ok(());
-        }
-        self.line.set(high)
-    }
-}
-
-/// What the operator sees and asks for.
-struct Operator {
-    seen: Sender<tui::Event>,
-    asked: Receiver<tui::Action>,
-}
-
-impl Front for Operator {
-    fn show(&mut self, event: tui::Event) {
-        let _ = self.seen.send(event);
-    }
-
-    fn action(&mut self) -> Option<tui::Action> {
-        self.asked.try_recv().ok()
-    }
-}
-
-/// A session with a participant who does nothing: each trial waits for the finger.
-struct Rig {
-    apparatus: Apparatus,
-    tasks: Vec<Box<dyn Task>>,
-    heartbeat_cut: Arc<AtomicBool>,
-    ask: Sender<tui::Action>,
-    seen: Receiver<tui::Event>,
-    phase: Option<PhaseKind>,
-    warnings: Vec<String>,
-    errors: Vec<String>,
-    begun: Arc<Mutex<Vec<PathBuf>>>,
-    signals: Arc<Signals>,
-    tamper: Tamper,
-    tampered: u64,
-    journal: Receiver<Entry>,
-    _life: Life,
-    _temp: tempfile::TempDir,
-}
-
-impl Rig {
-    fn new(records: &[TrialRecord]) -> Self {
-        let config = config(&[]);
-        let mut apparatus = apparatus(Scenario::default());
-        let pins = apparatus.pins().unwrap();
-        let heartbeat_cut = Arc::new(AtomicBool::new(false));
-        let heartbeat = Cuttable {
-            line: output("heartbeat", pins.heartbeat),
-            cut: heartbeat_cut.clone(),
-        };
-        let lines = Lines {
-            estop: Some(input("e-stop", pins.estop)),
-            enable: Some(output("enable", pins.amplifier_enable)),
-            heartbeat: Some(Box::new(heartbeat)),
-            ..Lines::default()
-        };
-        let bench = open(&apparatus, config.clone(), lines);
-        let Bench {
-            life,
-            drive,
-            batches,
-            recording,
-            notices,
-            gauge,
-            button,
-            signals,
-            gauges,
-            before,
-            after,
-            ..
-        } = bench;
-
-        let temp = tempfile::tempdir().unwrap();
-        let begun: Arc<Mutex<Vec<PathBuf>>> = Arc::default();
-        let begin = {
-            let (folder, begun) = (temp.path().to_owned(), begun.clone());
-            Box::new(move |key: &TrialKey, _: &protocols::Drive, _: &Effective| {
-                let path = folder.join(format!("{}-{}", key.number, key.attempt));
-                begun.lock().unwrap().push(path.clone());
-                Ok(begin(&path, RATE_HZ, CHANNELS))
-            })
-        };
-        let admit = {
-            let (config, settings) = (config.clone(), settings(&config).unwrap());
-            Box::new(move |drive: &protocols::Drive, _: &Effective| {
-                Ok(settings.admit(waveform(drive, &config))?)
-            })
-        };
-        let (ask, asked) = crossbeam_channel::unbounded();
-        let (show, seen) = crossbeam_channel::unbounded();
-        let (entries, journal) = crossbeam_channel::unbounded();
-        let watched = signals.clone();
-        let (refits, fits, refit) = Refit::new(
-            AssumedConstants::ESTIMATION,
-            AmplitudeProfile::default(),
-            ParticipantSkin::default(),
-        );
-        let protocol = ProtocolFile::read("demo").unwrap().protocol;
-        let wiring = Wiring {
-            batches,
-            recording,
-            notices,
-            gauge,
-            room: Room::default(),
-            session_bytes: 1_000_000_000,
-            drive,
-            screen: ParticipantScreen::new(&protocol, config.plate.length_m, button.is_none()),
-            readiness: Readiness::new(button),
-            front: Box::new(Operator { seen: show, asked }),
-            watchers: Vec::new(),
-            displays: friction_bench::displays::Displays::default(),
-            sound: None,
-            journal: entries,
-            live: LiveSide::new(0.1, config.plate.modal_mass_kg, (refits, fits)),
-            carrier: CarrierDecision::new(
-                &protocol,
-                &Effective::uncalibrated(config.clone()),
-                Box::new(|_| Ok(())),
-                true,
-            ),
-            carrier_hz: Arc::default(),
-            signals,
-            gauges,
-            stop: life.stop().clone(),
-        };
-        let machine = Session::resume(protocol, "sub-01".parse().unwrap(), 1, records).unwrap();
-        let session = SessionTask::new(
-            machine,
-            Arc::new(Effective::uncalibrated(config)),
-            admit,
-            begin,
-            wiring,
-            Some("A. Tester".to_owned()),
-            Questions::default(),
-            false,
-            crossbeam_channel::unbounded().0,
-        );
-        let mut tasks = before;
-        tasks.push(Box::new(session));
-        tasks.push(Box::new(refit));
-        tasks.extend(after);
-        let mut rig = Self {
-            apparatus,
-            tasks,
-            heartbeat_cut,
-            ask,
-            seen,
-            phase: None,
-            warnings: Vec::new(),
-            errors: Vec::new(),
-            begun,
-            signals: watched,
-            tamper: Tamper::Nothing,
-            tampered: 0,
-            journal,
-            _life: life,
-            _temp: temp,
-        };
-        rig.until(PhaseKind::Idle);
-        rig.ask(tui::Action::Start);
-        rig.until(PhaseKind::Baseline);
-        rig
-    }
-
-    fn ask(&self, action: tui::Action) {
-        self.ask.send(action).unwrap();
-    }
-
-    fn tick(&mut self) {
-        self.apparatus.step().unwrap();
-        let now_ns = self.apparatus.now_ns();
-        for task in &mut self.tasks {
-            task.poll(now_ns).unwrap();
-        }
-        self.tamper.with(&self.signals, &mut self.tampered);
-        for event in self.seen.try_iter() {
-            match event {
-                tui::Event::Phase(phase) => self.phase = Some(phase.kind),
-                tui::Event::Log { level, text } => match level {
-                    LogLevel::Info => {}
-                    LogLevel::Warning => self.warnings.push(text),
-                    LogLevel::Error => self.errors.push(text),
-                },
-                _ => {}
-            }
-        }
-    }
-
-    fn pass(&mut self, seconds: f64) {
-        let until_ns = self.apparatus.now_ns() + (seconds * 1e9) as u64;
-        while self.apparatus.now_ns() < until_ns {
-            self.tick();
-        }
-    }
-
-    fn until(&mut self, phase: PhaseKind) {
-        let until_ns = self.apparatus.now_ns() + 3_000_000_000;
-        while self.phase != Some(phase) {
-            assert!(self.apparatus.now_ns() < until_ns, "{:?}", self.phase);
-            self.tick();
-        }
-    }
-
-    /// Kinds and texts of the events of each recording, in order.
-    fn told(&mut self) -> Vec<Vec<(EventKind, u64, String)>> {
-        self.pass(0.05);
-        let begun = self.begun.lock().unwrap();
-        begun
-            .iter()
-            .map(|folder| {
-                let events = events(folder).into_iter();
-                events
-                    .map(|(kind, sample, _, text)| (kind, sample, text))
-                    .collect()
-            })
-            .collect()
-    }
-}
+use crate::rig::Tamper;
+use crate::session_rig::Rig;
 
 /// Returns the name of an attempt at the first trial, which is practice.
 fn attempt(attempt: u32) -> tui::action::AttemptName {
@@ -594,6 +344,27 @@ fn a_plate_that_is_alive_after_the_e_stop_is_an_alarm_of_its_own_and_cannot_be_r
     let latched = |trip: &Trip| matches!(trip, Trip::AliveWhileDisarmed { .. });
     assert!(
         matches!(&state, SafetyState::Tripped { trip } if latched(trip)),
+        "{state:?}"
+    );
+}
+
+/// Fault 49.
+#[test]
+fn a_session_that_hung_for_long_says_what_it_did_not_see_and_stops() {
+    let mut rig = Rig::new(&[]);
+    rig.session_hangs = true;
+    // Over the room for batches.
+    rig.pass(8.5);
+    rig.session_hangs = false;
+    rig.pass(0.02);
+    let told = rig
+        .errors
+        .iter()
+        .find(|text| text.contains("did not reach"));
+    assert!(told.is_some(), "{:?}", rig.errors);
+    let state = rig.signals.state.get();
+    assert!(
+        matches!(state, Some(SafetyState::Tripped { .. })),
         "{state:?}"
     );
 }

@@ -15,7 +15,7 @@ type Checked = Result<(), BrokenRule>;
 
 /// Checks every value of a protocol file and gives each condition its whole drive.
 pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, BrokenRule> {
-    short_name("name", &raw.name)?;
+    file_name("name", &raw.name)?;
     raw.texts.require_showable()?;
     asked_once(&raw.participant.ask)?;
     drive("drive", &raw.drive)?;
@@ -88,6 +88,24 @@ fn short_name(key: &str, name: &str) -> Checked {
         key: key.to_owned(),
         name: name.to_owned(),
     })
+}
+
+/// Names of `.toml` files that a session or a recording has besides its protocol: the copies of the hardware file and of the
+/// calibration, and the manifest, by which a folder is taken for a recording.
+const OTHER_FILES: [&str; 3] = ["bench", "calibration", "recording"];
+
+/// Requires a name whose file, in a session's folder, is no other one; some disks do not tell cases apart.
+fn file_name(key: &str, name: &str) -> Checked {
+    if OTHER_FILES
+        .iter()
+        .any(|other| other.eq_ignore_ascii_case(name))
+    {
+        return Err(BrokenRule::ReservedName {
+            key: key.to_owned(),
+            name: name.to_owned(),
+        });
+    }
+    short_name(key, name)
 }
 
 fn asked_once(details: &[PersonDetail]) -> Checked {

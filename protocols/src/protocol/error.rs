@@ -32,6 +32,17 @@ pub enum BrokenRule {
         /// The name.
         name: String,
     },
+    /// The name of another file of a session.
+    #[error(
+        "{key} = {name:?} is not allowed: a session's folder keeps the protocol as {name}.toml, which is the name of a file of \
+         the bench; give it another name"
+    )]
+    ReservedName {
+        /// The key.
+        key: String,
+        /// The name.
+        name: String,
+    },
     /// The name of an earlier condition.
     #[error("{key} = {name:?} is already the name of another condition")]
     RepeatedName {
@@ -99,7 +110,9 @@ impl BrokenRule {
         match self {
             Self::OutOfRange(refused) => &refused.key,
             Self::Text(refused) => &refused.key,
-            Self::Name { key, .. } | Self::RepeatedName { key, .. } => key,
+            Self::Name { key, .. }
+            | Self::ReservedName { key, .. }
+            | Self::RepeatedName { key, .. } => key,
             Self::AskedTwice { .. } => "participant.ask",
             Self::CounterbalancedSingle => "trials.order",
             Self::Travel { .. } => "exploration.to_m",

@@ -13,7 +13,7 @@ use serde::Deserialize;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawProtocol {
-    /// Short name, used in file names: 1 to 64 lower case letters, digits, `-`, `_`.
+    /// Short name, used in file names: 1 to 64 lower case letters, digits, `-`, `_`; not `bench`, `calibration` or `recording`.
     pub name: String,
     /// Purpose, for the reader.
     pub description: String,

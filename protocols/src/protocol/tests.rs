@@ -57,6 +57,13 @@ fn range(key: &str, value: f64, low: f64, high: f64, unit: &str) -> BrokenRule {
     })
 }
 
+fn reserved(name: &str) -> BrokenRule {
+    BrokenRule::ReservedName {
+        key: "name".to_owned(),
+        name: name.to_owned(),
+    }
+}
+
 /// Each rule: a line, an accepted and a rejected replacement of it, and the rule that the rejected one breaks.
 fn rules() -> Vec<(&'static str, &'static str, &'static str, BrokenRule)> {
     vec![
@@ -68,6 +75,25 @@ fn rules() -> Vec<(&'static str, &'static str, &'static str, BrokenRule)> {
                 key: "name".to_owned(),
                 name: "../x".to_owned(),
             },
+        ),
+        // Fault 44.
+        (
+            "name = \"huloux2021\"",
+            "name = \"bench-2\"",
+            "name = \"bench\"",
+            reserved("bench"),
+        ),
+        (
+            "name = \"huloux2021\"",
+            "name = \"recordings\"",
+            "name = \"recording\"",
+            reserved("recording"),
+        ),
+        (
+            "name = \"huloux2021\"",
+            "name = \"calibrations\"",
+            "name = \"Calibration\"",
+            reserved("Calibration"),
         ),
         (
             "ask = [\"age\", \"sex\", \"handedness\"]",

@@ -83,6 +83,9 @@ pub struct RecordedHardware {
     pub input_device: String,
     /// Audio output device.
     pub output_device: String,
+    /// What tells the sound card from another one of its name: its serial number, or the port that it is plugged into.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sound_card: Option<String>,
     /// Sample rate that both run at, Hz.
     pub sample_rate_hz: u32,
     /// Sample format of the input device, such as `i32`.

@@ -13,6 +13,9 @@ use crate::nonsense::NonsenseWatch;
 
 /// Bytes of a sample, as they are counted where they are no reading.
 const SAMPLE_BYTES: u64 = 4;
+/// Most blocks that one look takes: a card that is faster than the reader must not hold it. Further ones wait in the ring,
+/// and count as lost when it overflows.
+const MOST_BLOCKS: usize = 1024;
 
 /// A force sensor on inputs of the sound card.
 pub struct GaugeForce {
@@ -71,7 +74,10 @@ impl ForceSource for GaugeForce {
         take: &mut dyn FnMut(TimedForce),
     ) -> Result<(), SourceGone> {
         let (mut readings, mut unread) = (0, 0);
-        while let Some(block) = self.tap.pop_block(&mut self.samples) {
+        for _ in 0..MOST_BLOCKS {
+            let Some(block) = self.tap.pop_block(&mut self.samples) else {
+                break;
+            };
             self.stuck.take(&self.samples);
             let stuck = self.stuck.is_stuck();
             let (newtons, clip_units) = (&self.newtons_per_unit, self.clip_units);

@@ -60,6 +60,18 @@ pub enum FieldBoxGone {
         /// Time without a report, ms.
         silent_ms: u64,
     },
+    /// It sends faster than it is read.
+    #[error(
+        "the field box at {}, field_box.port in bench.toml, sends faster than it can be read: for {for_ms} ms something was \
+         always left; is it another device, or is its firmware of another version?",
+        port.display()
+    )]
+    Flood {
+        /// The port.
+        port: PathBuf,
+        /// Time for which something was always left, ms.
+        for_ms: u64,
+    },
     /// It does not act on what the bench says.
     #[error(
         "the field box at {}, field_box.port in bench.toml, has heard no word for {unheard_ms} ms: it takes the enable off by \

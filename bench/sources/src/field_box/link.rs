@@ -163,6 +163,10 @@ impl Link {
         if let Some(report) = newest {
             self.latest.set((report, now_ns));
         }
+        if let Some(for_s) = reader.flood_s {
+            let (port, for_ms) = (self.port.clone(), (1e3 * for_s) as u64);
+            return Err(self.end(FieldBoxGone::Flood { port, for_ms }));
+        }
         match (reader.identity, reader.other_version) {
             (Some(identity), _) => self.introduce(identity),
             (None, Some(theirs)) => {

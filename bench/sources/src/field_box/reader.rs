@@ -6,12 +6,13 @@ use std::io;
 use field_box_wire::{FromBox, Identity, Listener, Refused, Report};
 use safety::Nonsense;
 
+use crate::backlog::Backlog;
 use crate::device_time::{DeviceCount, Place};
 use crate::force_source::{LineFaults, SourceHealth};
 use crate::nonsense::NonsenseWatch;
 use crate::numbering::Numbering;
 use crate::sensor_clock::SensorClock;
-use crate::serial::ForcePort;
+use crate::serial::{ForcePort, MOST_BYTES};
 
 /// Most reports that wait for whoever places forces or positions: seconds of a task that hangs.
 const MOST_WAITING: usize = 1 << 16;
@@ -77,6 +78,9 @@ pub(super) struct Reader {
     pub(super) identity: Option<Identity>,
     /// Version of the protocol of a box that speaks another one.
     pub(super) other_version: Option<u8>,
+    backlog: Backlog,
+    /// Time for which a box that sends faster than it is read was not read to its end, s.
+    pub(super) flood_s: Option<f64>,
 }
 
 impl Reader {
@@ -96,6 +100,8 @@ impl Reader {
             positions: Waiting::default(),
             identity: None,
             other_version: None,
+            backlog: Backlog::default(),
+            flood_s: None,
         }
     }
 
@@ -105,6 +111,8 @@ impl Reader {
         self.port.read_waiting(&mut self.bytes)?;
         // Read only now: bytes may have arrived after the caller read the clock, and no arrival may be stated early.
         let arrival_s = now_s();
+        let emptied = self.bytes.len() < MOST_BYTES;
+        self.flood_s = self.backlog.take(arrival_s, emptied);
         let expected = self.clock.look(arrival_s);
         let restarts = self.faults.restarted;
         let mut reports = Vec::new();

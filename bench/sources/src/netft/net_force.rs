@@ -11,6 +11,7 @@ use safety::Nonsense;
 use super::device_page::DevicePage;
 use super::rdt::{Command, Condition, RECORD_BYTES, Record};
 use super::sequence::{Place, Sequence};
+use crate::backlog::Backlog;
 use crate::correct::Corrector;
 use crate::device_time::{DeviceCount, ExpectedCount, Place as CountPlace};
 use crate::force_source::{ForceSource, LineFaults, Moment, SourceHealth, TimedForce};
@@ -27,6 +28,10 @@ const ASK_AGAIN_S: f64 = 0.5;
 /// Numbers by which a record may be ahead of the one before, beside those of the time between them: more is not of this
 /// stream, for RDT has no checksum.
 const MOST_AHEAD: f64 = 2000.0;
+
+/// Most datagrams that one look takes: whoever sends without end must not hold the reader, which has more to do. The rest
+/// waits for the next look.
+const MOST_DATAGRAMS: usize = 128;
 
 /// An ATI Net F/T that streams over UDP.
 pub struct NetForce {
@@ -48,6 +53,7 @@ pub struct NetForce {
     /// Bytes and readings of the latest poll.
     polled: (u64, u64),
     asked_s: Option<f64>,
+    backlog: Backlog,
 }
 
 /// What is known of the stream since it was last asked for.
@@ -122,6 +128,7 @@ pub fn open_net(
         nonsense: NonsenseWatch::default(),
         polled: (0, 0),
         asked_s: None,
+        backlog: Backlog::default(),
     })
 }
 
@@ -231,7 +238,8 @@ impl ForceSource for NetForce {
         self.expected = self.clock.look(now_s());
         // One byte more shows a datagram that is too long.
         let mut datagram = [0; RECORD_BYTES + 1];
-        loop {
+        let mut emptied = false;
+        for _ in 0..MOST_DATAGRAMS {
             match self.socket.recv(&mut datagram) {
                 Ok(length) => {
                     self.polled.0 += length as u64;
@@ -242,11 +250,18 @@ impl ForceSource for NetForce {
                     }
                 }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) if is_silence(&error) => break,
+                Err(error) if is_silence(&error) => {
+                    emptied = true;
+                    break;
+                }
                 Err(error) => return Err(SourceGone::Network(error)),
             }
         }
         let now_s = now_s();
+        if let Some(for_s) = self.backlog.take(now_s, emptied) {
+            let of = "force sensor";
+            return Err(SourceGone::Flood { of, for_s });
+        }
         self.ask_again(now_s).map_err(SourceGone::Network)
     }
 
@@ -390,6 +405,37 @@ mod tests {
             ..LineFaults::default()
         };
         assert_eq!(faults, expected);
+    }
+
+    /// Fault 40.
+    #[test]
+    fn a_device_that_sends_without_end_holds_no_poll_and_is_given_up() {
+        let Rig {
+            device,
+            mut source,
+            now_s,
+        } = Rig::new();
+        let record = |sequence: u32| {
+            let words = [sequence, sequence, 0, 0, 0, 0, 0, 0, 0];
+            device.send(&words.map(u32::to_be_bytes).concat()).unwrap();
+        };
+        let mut sent = 2;
+        (1..=sent).for_each(record);
+        let flood = (0..2000).find_map(|look| {
+            now_s.set(1e-3 * f64::from(look));
+            let mut taken = 0;
+            // Another one comes for each that is read.
+            let polled = source.poll(&|| now_s.get(), &mut |_| {
+                (sent, taken) = (sent + 1, taken + 1);
+                record(sent);
+                assert!(taken < 1000, "read without end");
+            });
+            polled.err()
+        });
+        let Some(SourceGone::Flood { for_s, .. }) = flood else {
+            panic!("{flood:?}");
+        };
+        assert!((0.999..1.01).contains(&for_s), "{for_s}");
     }
 
     /// Fault 40.

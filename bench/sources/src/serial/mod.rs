@@ -10,6 +10,6 @@ pub use crate::device_time::ExpectedCount;
 pub use decoder::{Decoder, ForceSample};
 pub use frames::FrameDecoder;
 pub use port::{ForcePort, open_port};
-pub(crate) use port::{Speaking, split_port};
+pub(crate) use port::{MOST_BYTES, Speaking, split_port};
 pub use serial_force::{SerialForce, decoder};
 pub use text_lines::LineDecoder;

@@ -6,9 +6,13 @@ use std::time::Duration;
 
 use anyhow::Context;
 
+/// Most bytes that one look at a port takes: a device that sends without end must not hold its reader, which has more to
+/// do. The rest waits for the next look.
+pub(crate) const MOST_BYTES: usize = 1 << 14;
+
 /// A source of bytes that never blocks.
 pub trait ForcePort: Send {
-    /// Appends the bytes that have arrived.
+    /// Appends the bytes that have arrived, up to [`MOST_BYTES`].
     ///
     /// # Errors
     /// When the port has disappeared.
@@ -22,20 +26,33 @@ struct SerialPort {
 
 impl ForcePort for SerialPort {
     fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()> {
-        while self.port.bytes_to_read()? > 0 {
-            match self.port.read(&mut self.buffer) {
-                Ok(0) => return Err(ErrorKind::BrokenPipe.into()),
-                Ok(read) => bytes.extend_from_slice(&self.buffer[..read]),
-                Err(error)
-                    if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) =>
-                {
-                    return Ok(());
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        Ok(())
+        let waiting = |port: &Box<dyn serialport::SerialPort>| Ok(port.bytes_to_read()?);
+        take_waiting(&mut self.port, waiting, &mut self.buffer, bytes)
     }
+}
+
+fn take_waiting<P: Read>(
+    port: &mut P,
+    waiting: impl Fn(&P) -> std::io::Result<u32>,
+    buffer: &mut [u8],
+    bytes: &mut Vec<u8>,
+) -> std::io::Result<()> {
+    let mut room = MOST_BYTES;
+    while room > 0 && waiting(port)? > 0 {
+        let most = room.min(buffer.len());
+        match port.read(&mut buffer[..most]) {
+            Ok(0) => return Err(ErrorKind::BrokenPipe.into()),
+            Ok(read) => {
+                bytes.extend_from_slice(&buffer[..read]);
+                room -= read;
+            }
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {
+                return Ok(());
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(())
 }
 
 /// Opens a serial port for listening.
@@ -85,4 +102,35 @@ fn cannot_open(device: &str, path: &Path, key: &str) -> String {
          `friction-bench devices` lists the ports",
         path.display()
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A device that sends faster than it is read, for as long as anybody reads.
+    struct Endless(u32);
+
+    impl Read for Endless {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            self.0 += 1;
+            assert!(self.0 < 1000, "read without end");
+            // Reads of a port come in pieces of any size.
+            let read = buffer.len().min(3001);
+            buffer[..read].fill(0x7e);
+            Ok(read)
+        }
+    }
+
+    /// Fault 22.
+    #[test]
+    fn a_device_that_sends_without_end_is_left_after_a_bounded_look() {
+        let mut buffer = vec![0; 4096];
+        let mut port = Endless(0);
+        for _ in 0..3 {
+            let mut bytes = Vec::new();
+            take_waiting(&mut port, |_| Ok(4096), &mut buffer, &mut bytes).unwrap();
+            assert_eq!(bytes.len(), MOST_BYTES);
+        }
+    }
 }

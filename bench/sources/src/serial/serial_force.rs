@@ -5,8 +5,9 @@ use safety::Nonsense;
 
 use super::decoder::{Decoder, ForceSample};
 use super::frames::FrameDecoder;
-use super::port::ForcePort;
+use super::port::{ForcePort, MOST_BYTES};
 use super::text_lines::LineDecoder;
+use crate::backlog::Backlog;
 use crate::correct::Corrector;
 use crate::force_source::{ForceSource, Moment, SourceHealth, TimedForce};
 use crate::gone::SourceGone;
@@ -25,6 +26,7 @@ pub struct SerialForce {
     bytes: Vec<u8>,
     samples: Vec<ForceSample>,
     nonsense: NonsenseWatch,
+    backlog: Backlog,
 }
 
 impl SerialForce {
@@ -45,6 +47,7 @@ impl SerialForce {
             bytes: Vec::new(),
             samples: Vec::new(),
             nonsense: NonsenseWatch::default(),
+            backlog: Backlog::default(),
         }
     }
 }
@@ -80,7 +83,10 @@ impl ForceSource for SerialForce {
                 ));
             }
         }
-        Ok(())
+        let emptied = self.bytes.len() < MOST_BYTES;
+        let of = "force sensor";
+        let flood = self.backlog.take(arrival_s, emptied);
+        flood.map_or(Ok(()), |for_s| Err(SourceGone::Flood { of, for_s }))
     }
 
     fn health(&self) -> SourceHealth {
@@ -276,6 +282,22 @@ mod tests {
         rig.pass(1.0, true);
         assert_eq!(rig.restarts(), 0);
         assert!(rig.worst_s < 3e-3, "{}", rig.worst_s);
+    }
+
+    /// Fault 22.
+    #[test]
+    fn a_sensor_that_is_never_read_to_its_end_is_given_up_and_told_of() {
+        let mut rig = Rig::new(ForceProtocol::Frames, 100.0, 0.0);
+        let flood = (0..2000).find_map(|look| {
+            rig.now_s.set(1e-3 * f64::from(look));
+            rig.line.0.lock().unwrap().resize(MOST_BYTES, 0x7e);
+            let now_s = rig.now_s.get();
+            rig.source.poll(&|| now_s, &mut |_| {}).err()
+        });
+        let Some(SourceGone::Flood { for_s, .. }) = flood else {
+            panic!("{flood:?}");
+        };
+        assert!((0.999..1.01).contains(&for_s), "{for_s}");
     }
 
     /// Fault 22.

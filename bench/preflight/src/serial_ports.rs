@@ -1,0 +1,89 @@
+//! Serial ports that are named by the order in which devices were found.
+
+use std::path::Path;
+
+use config::{Config, Sensor};
+
+use crate::table::{Table, Verdict};
+
+/// Names that the system numbers as it finds devices.
+const NUMBERED: [&str; 2] = ["ttyUSB", "ttyACM"];
+
+/// Warns of a port of `config` whose name may be another device's after a restart: one of several in `devices`.
+pub(super) fn judge(table: &mut Table, config: &Config, devices: &Path) {
+    let force = config.force.as_ref().and_then(|force| match &force.sensor {
+        Sensor::Serial(serial) => Some(("force.port", serial.port.as_path())),
+        _ => None,
+    });
+    let field_box = config.used_field_box();
+    let field_box = field_box.map(|table| ("field_box.port", table.port.as_path()));
+    let found: Vec<String> = [force, field_box]
+        .into_iter()
+        .flatten()
+        .filter_map(|(key, port)| numbered(key, port, devices))
+        .collect();
+    if !found.is_empty() {
+        table.judged("serial ports", Verdict::Warning, found.join("; "));
+    }
+}
+
+/// Returns what to do about a port that is one of several with numbered names.
+fn numbered(key: &str, port: &Path, devices: &Path) -> Option<String> {
+    let name = port.strip_prefix(devices).ok()?.to_str()?;
+    let is_numbered = |name: &str, kind: &str| {
+        name.strip_prefix(kind)
+            .is_some_and(|number| !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit()))
+    };
+    let kind = NUMBERED.iter().find(|kind| is_numbered(name, kind))?;
+    let present = std::fs::read_dir(devices).into_iter().flatten().flatten();
+    let names = present.map(|entry| entry.file_name());
+    let like_it = names.filter(|name| name.to_str().is_some_and(|name| is_numbered(name, kind)));
+    let count = like_it.count();
+    (count > 1).then(|| {
+        format!(
+            "{key} = \"{}\" is one of {count} ports whose numbers may change at a restart: name the one meant by its link in \
+             /dev/serial/by-id or /dev/serial/by-path, as `friction-bench devices` lists it",
+            port.display()
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fault 50.
+    #[test]
+    fn a_numbered_port_is_warned_of_while_there_is_another_one() {
+        let devices = tempfile::tempdir().unwrap();
+        let (folder, text) = (devices.path(), config::TEMPLATE);
+        let port = folder.join("ttyUSB0");
+        let named = |port: &Path| {
+            let text = text.replace("/dev/ttyUSB0", &port.display().to_string());
+            Config::parse(&text, "bench.toml").unwrap()
+        };
+        let judged = |config: &Config| {
+            let mut table = Table::default();
+            judge(&mut table, config, folder);
+            table
+                .rows
+                .into_iter()
+                .map(|row| row.found)
+                .collect::<Vec<_>>()
+        };
+        for present in ["ttyUSB0", "ttyACM0", "ttyUSBx", "tty1"] {
+            std::fs::write(folder.join(present), "").unwrap();
+        }
+        assert!(judged(&named(&port)).is_empty());
+        std::fs::write(folder.join("ttyUSB1"), "").unwrap();
+        let found = judged(&named(&port));
+        assert!(
+            found.len() == 1 && found[0].contains("one of 2"),
+            "{found:?}"
+        );
+        for kept in ["fieldbox", "serial/by-id/usb-FTDI", "ttyACM0"] {
+            let kept = judged(&named(&folder.join(kept)));
+            assert!(kept.is_empty(), "{kept:?}");
+        }
+    }
+}

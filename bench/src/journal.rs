@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use crossbeam_channel::{Receiver, Sender};
@@ -81,7 +81,27 @@ pub struct EntriesLost(u64);
 #[derive(Debug, Clone)]
 pub struct EntrySender {
     to: Sender<Entry>,
-    lost: Arc<AtomicU64>,
+    shared: Arc<Shared>,
+}
+
+/// What both ends of the queue know.
+#[derive(Debug)]
+struct Shared {
+    made: Instant,
+    /// When the journal last looked at its queue, ms after `made`.
+    looked_ms: AtomicU64,
+    lost: AtomicU64,
+}
+
+impl Shared {
+    fn now_ms(&self) -> u64 {
+        self.made.elapsed().as_millis() as u64
+    }
+
+    fn lost(&self) -> Option<EntriesLost> {
+        let count = self.lost.load(Ordering::Relaxed);
+        (count > 0).then_some(EntriesLost(count))
+    }
 }
 
 /// What waits for the log.
@@ -89,19 +109,23 @@ pub struct EntrySender {
 pub struct WaitingEntries {
     /// The entries.
     pub entries: Receiver<Entry>,
-    lost: Arc<AtomicU64>,
+    shared: Arc<Shared>,
 }
 
 /// Returns both ends of the queue to a session's log.
 #[must_use]
 pub fn entry_queue() -> (EntrySender, WaitingEntries) {
     let (to, entries) = crossbeam_channel::bounded(MOST_WAITING + RESERVED);
-    let lost: Arc<AtomicU64> = Arc::default();
+    let shared = Arc::new(Shared {
+        made: Instant::now(),
+        looked_ms: AtomicU64::default(),
+        lost: AtomicU64::default(),
+    });
     let sender = EntrySender {
         to,
-        lost: lost.clone(),
+        shared: shared.clone(),
     };
-    (sender, WaitingEntries { entries, lost })
+    (sender, WaitingEntries { entries, shared })
 }
 
 impl EntrySender {
@@ -112,20 +136,22 @@ impl EntrySender {
             || matches!(entry, Entry::Stop { .. });
         // The journal's end is seen by its own task.
         if !has_room || self.to.try_send(entry).is_err_and(|error| error.is_full()) {
-            self.lost.fetch_add(1, Ordering::Relaxed);
+            self.shared.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
 
     /// Returns what was lost so far.
     #[must_use]
     pub fn lost(&self) -> Option<EntriesLost> {
-        lost(&self.lost)
+        self.shared.lost()
     }
-}
 
-fn lost(count: &AtomicU64) -> Option<EntriesLost> {
-    let count = count.load(Ordering::Relaxed);
-    (count > 0).then_some(EntriesLost(count))
+    /// Returns the time since the journal last looked at its queue, s: it grows while the disk does not answer.
+    #[must_use]
+    pub fn behind_s(&self) -> f64 {
+        let looked_ms = self.shared.looked_ms.load(Ordering::Acquire);
+        self.shared.now_ms().saturating_sub(looked_ms) as f64 * 1e-3
+    }
 }
 
 /// Streams of the log.
@@ -272,12 +298,17 @@ impl Journal {
     }
 
     fn write_waiting(&mut self) -> anyhow::Result<()> {
+        let shared = &self.entries.shared;
+        shared.looked_ms.store(shared.now_ms(), Ordering::Release);
         while let Ok(entry) = self.entries.entries.try_recv() {
             self.write(entry).context(
                 "cannot write the session's log: the drive was stopped, what is on disk is kept",
             )?;
         }
-        lost(&self.entries.lost).map_or(Ok(()), |lost| Err(lost.into()))
+        self.entries
+            .shared
+            .lost()
+            .map_or(Ok(()), |lost| Err(lost.into()))
     }
 }
 
@@ -333,7 +364,7 @@ impl Task for Journal {
 
     fn finish(&mut self) -> anyhow::Result<()> {
         let written = self.write_waiting();
-        let lost = lost(&self.entries.lost);
+        let lost = self.entries.shared.lost();
         // A log that cannot be written has no end; one with a hole has one that says so.
         if let (Err(error), None) = (written, lost) {
             return Err(error);
@@ -384,6 +415,21 @@ mod tests {
         let clock = Arc::new(SystemClock::start());
         let journal = Journal::new((study, participant), session, waiting, notices, clock);
         (journal.unwrap(), path, entries)
+    }
+
+    /// No trial begins meanwhile.
+    /// Fault 49.
+    #[test]
+    fn a_log_that_nobody_writes_falls_behind_until_it_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut journal, _, entries) = journal(&folder);
+        while entries.behind_s() < 0.02 {
+            std::thread::yield_now();
+        }
+        let before_s = entries.behind_s();
+        let begun = Instant::now();
+        journal.poll(0).unwrap();
+        assert!(entries.behind_s() <= begun.elapsed().as_secs_f64() + 1e-3 && before_s >= 0.02);
     }
 
     /// Fault 49.

@@ -21,8 +21,6 @@ mod outcome;
 pub mod participant_options;
 pub mod participant_window;
 pub mod privacy;
-pub mod readiness;
-pub mod room;
 pub mod run;
 pub mod session;
 pub mod verbosity;

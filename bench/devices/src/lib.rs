@@ -35,6 +35,7 @@ mod output_gap;
 pub mod plate_warmth;
 mod reading_queue;
 mod recorded_clocks;
+pub mod room;
 mod signals;
 mod stream_threads;
 mod thread_priority;

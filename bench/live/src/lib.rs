@@ -13,6 +13,7 @@ pub mod participant_screen;
 pub mod participant_skin;
 pub mod past_trials;
 mod period;
+pub mod readiness;
 pub mod refit;
 pub mod resumed;
 pub mod screen_words;

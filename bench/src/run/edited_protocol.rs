@@ -6,8 +6,7 @@ use anyhow::Context;
 use protocols::Protocol;
 use recording::study::SessionFolder;
 use recording::study::event_log::Document;
-use serde_json::Value;
-use verification::ResumeError;
+use verification::{ResumeError, protocol_edits};
 
 use super::plan::{Plan, read_text};
 
@@ -23,7 +22,8 @@ pub(super) fn accepted(plan: &Plan, session: &SessionFolder) -> anyhow::Result<V
     let path = session.folder().join(&file);
     let text = path.display().to_string();
     let before = Protocol::parse(&read_text(&text)?, &text)?;
-    let edits = differences(&before, &plan.protocol.protocol)?;
+    let edits = protocol_edits(&before, &plan.protocol.protocol)
+        .context("a protocol that cannot be compared")?;
     if !edits.is_empty() && !plan.accept_edited_protocol {
         return Err(ResumeError::EditedProtocol {
             session: session.folder().to_owned(),
@@ -62,54 +62,4 @@ fn last_followed(session: &SessionFolder, protocol: &str) -> Option<String> {
             .take_while(|name| session.folder().join(name).exists())
             .last()
     })
-}
-
-fn differences(before: &Protocol, now: &Protocol) -> anyhow::Result<Vec<String>> {
-    let value =
-        |protocol| serde_json::to_value(protocol).context("a protocol that cannot be compared");
-    let mut found = Vec::new();
-    compare("", &value(before)?, &value(now)?, &mut found);
-    Ok(found)
-}
-
-fn compare(key: &str, before: &Value, now: &Value, found: &mut Vec<String>) {
-    let (Value::Object(were), Value::Object(are)) = (before, now) else {
-        if before != now {
-            found.push(format!("{key} was {before}, is {now}"));
-        }
-        return;
-    };
-    let added = are.keys().filter(|key| !were.contains_key(*key));
-    for name in were.keys().chain(added) {
-        let key = if key.is_empty() {
-            name.clone()
-        } else {
-            format!("{key}.{name}")
-        };
-        let part = |of: &serde_json::Map<String, Value>| of.get(name).cloned().unwrap_or_default();
-        compare(&key, &part(were), &part(are), found);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn demo(changes: &[(&str, &str)]) -> Protocol {
-        let text = protocols::built_in("demo").unwrap().to_owned();
-        let text = changes.iter().fold(text, |text, (from, to)| {
-            assert!(text.contains(from), "no `{from}`");
-            text.replacen(from, to, 1)
-        });
-        Protocol::parse(&text, "demo.toml").unwrap()
-    }
-
-    #[test]
-    fn an_edit_is_named_by_its_keys_and_a_comment_is_none() {
-        let of = |changes: &[(&str, &str)]| differences(&demo(&[]), &demo(changes)).unwrap();
-        assert!(of(&[("name = ", "# A remark.\nname = ")]).is_empty());
-        let edits = of(&[("max_n = ", "max_n = 1")]);
-        assert_eq!(edits.len(), 1, "{edits:?}");
-        assert!(edits[0].starts_with("force.max_n was "), "{edits:?}");
-    }
 }

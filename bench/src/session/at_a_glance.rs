@@ -125,7 +125,7 @@ impl AtAGlance {
         wiring
             .front
             .show(tui::Event::Health(tui::event::SystemHealth {
-                recorder_lag_s: wiring.gauge.behind_s(),
+                recorder_lag_s: wiring.behind_s(),
                 disk_free_bytes: free_bytes,
                 disk_sessions: free_bytes.and_then(room),
                 ..health

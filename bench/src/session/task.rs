@@ -305,7 +305,7 @@ impl SessionTask {
             attended: !self.unattended,
             analysis: self.analysed.clone(),
             recording: self.recordings.outcome(),
-            recorder_lag_s: self.wiring.gauge.behind_s(),
+            recorder_lag_s: self.wiring.behind_s(),
         };
         let mut tone = None;
         let halted = |phase| matches!(phase, Phase::Paused | Phase::Fault);

@@ -9,6 +9,7 @@ use devices::Gauges;
 use devices::acquisition::RecordingCommand;
 use devices::drive_control::DriveControl;
 use devices::loudspeaker::Loudspeaker;
+use devices::room::Room;
 use live::carrier_decision::CarrierDecision;
 use live::live_side::LiveSide;
 use live::participant_screen::ParticipantScreen;
@@ -23,8 +24,7 @@ use tui::event::LogLevel;
 use crate::apparatus::Watcher;
 use crate::displays::Displays;
 use crate::journal::EntrySender;
-use crate::readiness::Readiness;
-use crate::room::Room;
+use live::readiness::Readiness;
 
 /// Makes the manifest and the folder of an attempt's recording on the bench as it is now.
 pub type BeginRecording =
@@ -78,6 +78,11 @@ pub struct Wiring {
 }
 
 impl Wiring {
+    /// Returns how far recorder or log is behind the session, s: whichever is further.
+    pub(super) fn behind_s(&self) -> f64 {
+        self.gauge.behind_s().max(self.journal.behind_s())
+    }
+
     /// Brings the participant's display back, if it is lost and does not come back by itself.
     pub(super) fn reconnect_displays(&mut self) {
         for text in self.displays.reconnect() {

@@ -1,0 +1,57 @@
+//! Keys in which two protocols differ.
+
+use protocols::Protocol;
+use serde_json::{Map, Value};
+
+/// Returns each key in which a protocol was edited, with both values; comments and layout are no edit.
+///
+/// # Errors
+/// [`serde_json::Error`] when a protocol cannot be written as keys and values.
+pub fn protocol_edits(before: &Protocol, now: &Protocol) -> Result<Vec<String>, serde_json::Error> {
+    let mut found = Vec::new();
+    let (before, now) = (serde_json::to_value(before)?, serde_json::to_value(now)?);
+    compare("", &before, &now, &mut found);
+    Ok(found)
+}
+
+fn compare(key: &str, before: &Value, now: &Value, found: &mut Vec<String>) {
+    let (Value::Object(were), Value::Object(are)) = (before, now) else {
+        if before != now {
+            found.push(format!("{key} was {before}, is {now}"));
+        }
+        return;
+    };
+    let added = are.keys().filter(|key| !were.contains_key(*key));
+    for name in were.keys().chain(added) {
+        let key = if key.is_empty() {
+            name.clone()
+        } else {
+            format!("{key}.{name}")
+        };
+        let part = |of: &Map<String, Value>| of.get(name).cloned().unwrap_or_default();
+        compare(&key, &part(were), &part(are), found);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn demo(changes: &[(&str, &str)]) -> Protocol {
+        let text = protocols::built_in("demo").unwrap().to_owned();
+        let text = changes.iter().fold(text, |text, (from, to)| {
+            assert!(text.contains(from), "no `{from}`");
+            text.replacen(from, to, 1)
+        });
+        Protocol::parse(&text, "demo.toml").unwrap()
+    }
+
+    #[test]
+    fn an_edit_is_named_by_its_keys_and_a_comment_is_none() {
+        let of = |changes: &[(&str, &str)]| protocol_edits(&demo(&[]), &demo(changes)).unwrap();
+        assert!(of(&[("name = ", "# A remark.\nname = ")]).is_empty());
+        let edits = of(&[("max_n = ", "max_n = 1")]);
+        assert_eq!(edits.len(), 1, "{edits:?}");
+        assert!(edits[0].starts_with("force.max_n was "), "{edits:?}");
+    }
+}

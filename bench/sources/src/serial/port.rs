@@ -26,12 +26,12 @@ struct SerialPort {
 
 impl ForcePort for SerialPort {
     fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()> {
-        let waiting = |port: &Box<dyn serialport::SerialPort>| Ok(port.bytes_to_read()?);
-        take_waiting(&mut self.port, waiting, &mut self.buffer, bytes)
+        let waiting = |port: &(dyn serialport::SerialPort + 'static)| Ok(port.bytes_to_read()?);
+        take_waiting(&mut *self.port, waiting, &mut self.buffer, bytes)
     }
 }
 
-fn take_waiting<P: Read>(
+fn take_waiting<P: Read + ?Sized>(
     port: &mut P,
     waiting: impl Fn(&P) -> std::io::Result<u32>,
     buffer: &mut [u8],

@@ -12,7 +12,7 @@ pub(crate) const MOST_BYTES: usize = 1 << 14;
 
 /// A source of bytes that never blocks.
 pub trait ForcePort: Send {
-    /// Appends the bytes that have arrived, up to [`MOST_BYTES`].
+    /// Appends the bytes that have arrived, up to 16 KiB.
     ///
     /// # Errors
     /// When the port has disappeared.

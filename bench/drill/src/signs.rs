@@ -19,9 +19,14 @@ use sources::LineFaults;
 #[must_use]
 pub fn tells(fault: FaultKind, trip: &Trip) -> bool {
     match fault.row().row {
+        // A card of National Instruments takes its digital lines with it.
         Some(5) => matches!(
             trip,
-            Trip::AudioLost | Trip::AudioSilent | Trip::Readback { .. } | Trip::ReadbackMissing
+            Trip::AudioLost
+                | Trip::AudioSilent
+                | Trip::Readback { .. }
+                | Trip::ReadbackMissing
+                | Trip::Gpio { .. }
         ),
         Some(16) => matches!(trip, Trip::Readback { .. }),
         Some(17) => *trip == Trip::EmergencyStop,

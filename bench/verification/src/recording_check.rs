@@ -104,6 +104,10 @@ impl RecordingCheck {
                 Warning::Signals(WavWarning::Empty) | Warning::IntervalBeyondEnd { .. } => {
                     end == Some(End::Completed)
                 }
+                // A program that was frozen reads its sensors before its card goes on, and stops.
+                Warning::OutsideRecording {
+                    from_s, duration_s, ..
+                } if from_s > duration_s => end == Some(End::Completed),
                 // A killed program leaves such recordings.
                 _ => end.is_some(),
             };

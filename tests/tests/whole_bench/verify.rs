@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 
 use bench_tests::program::bench;
 use bench_tests::session::{demo_with, finish, text, unattended};
-use recording::{FORCE_FILE, MANIFEST_FILE, SIGNALS_FILE};
+use recording::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -284,6 +284,28 @@ fn an_accepted_trial_without_its_whole_recording_is_found_and_missed_by_the_anal
         "force.csv has no rows from",
         "although the trial was accepted",
     ]);
+}
+
+/// A program that was frozen for seconds reads its sensors once more before it stops.
+///
+/// Fault 7.
+#[test]
+fn a_row_long_after_the_end_is_wrong_in_a_completed_recording_alone() {
+    let study = Copied::new();
+    study.remove_lines(|line| line.contains(&format!("\"saved\":\"{TRIAL}\"")));
+    let position = study.file(POSITION_FILE);
+    let rows = fs::read_to_string(&position).unwrap();
+    fs::write(&position, rows + "1000.0,0.05\n").unwrap();
+    let wrong = "WRONG: position.csv: 1 rows are left out";
+    study.require_found(&[wrong]);
+    let manifest = study.file(MANIFEST_FILE);
+    study.edit(&manifest, "end = \"completed\"", "end = \"interrupted\"");
+    let (_, printed) = study.verify();
+    assert!(!printed.contains(wrong), "{printed}");
+    assert!(
+        printed.contains("position.csv: 1 rows are left out"),
+        "{printed}"
+    );
 }
 
 #[test]

@@ -36,7 +36,7 @@ pub trait Ask {
     /// If nobody is there to answer, or leaves.
     fn text(&mut self, question: &Question<'_>, usual: &str) -> anyhow::Result<String>;
 
-    /// Returns whether something is to be done now; nobody permits nothing.
+    /// Returns whether something is to be done now: no, where nobody is there to permit it.
     ///
     /// # Errors
     /// If whoever is asked leaves.

@@ -157,7 +157,8 @@ pub enum EventLogError {
     },
     /// Nobody could read the log any more if it grew on.
     #[error(
-        "{}: a document of {bytes} bytes would make the log longer than the {limit_bytes} bytes that are read: begin another session with --new-session",
+        "{}: a document of {bytes} bytes would make the log longer than the {limit_bytes} bytes that are read: \
+         begin another session with --new-session",
         path.display()
     )]
     Full {

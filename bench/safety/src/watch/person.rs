@@ -8,7 +8,7 @@ use crate::trip::Trip;
 
 /// Temperature by which a plate may be warmer than its record tells, K: as much as the record is otherwise ahead of it.
 const UNKEPT_K: f64 = 0.5;
-const WARMTH_UNKEPT: &str = "the plate's warmth is not kept: the disk of the calibration has not answered since the plate warmed by a kelvin";
+const WARMTH_UNKEPT: &str = "the plate's warmth is not kept: the disk of the calibration has not answered since it rose by 1 K";
 
 impl Watch {
     /// Counts the driving time; returns the trip once it is used up.

@@ -1,8 +1,6 @@
-//! The handbook: a book of docs/handbook.
+//! The handbook's pages in docs/handbook.
 
-use std::path::{Path, PathBuf};
-
-use mdbook_driver::MDBook;
+use std::path::PathBuf;
 
 use crate::program::workspace;
 
@@ -13,14 +11,4 @@ pub const WRITE: &str = "FRICTION_BENCH_WRITE_HANDBOOK";
 #[must_use]
 pub fn folder() -> PathBuf {
     workspace().join("docs/handbook")
-}
-
-/// Builds the handbook into `to`.
-///
-/// # Errors
-/// When a chapter of SUMMARY.md does not exist, or a page cannot be written.
-pub fn build(to: &Path) -> anyhow::Result<()> {
-    let mut book = MDBook::load(folder())?;
-    book.config.build.build_dir = to.to_owned();
-    book.build()
 }

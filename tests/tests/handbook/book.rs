@@ -1,10 +1,11 @@
-//! The book builds, has all its chapters, and every link in it leads somewhere.
+//! The handbook has all its chapters, and every link of the documentation leads somewhere.
 
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
 
-use bench_tests::handbook::{build, folder};
+use bench_tests::handbook::folder;
 use bench_tests::program::workspace;
+use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 
 fn files(folder: &Path, end: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
@@ -20,11 +21,60 @@ fn files(folder: &Path, end: &str) -> Vec<PathBuf> {
     found
 }
 
-/// The values of an attribute in a page of HTML.
-fn values<'a>(page: &'a str, attribute: &str) -> Vec<&'a str> {
-    let opening = format!(" {attribute}=\"");
-    let parts = page.split(&opening).skip(1);
-    parts.filter_map(|rest| rest.split('"').next()).collect()
+/// Links and headings of a page of Markdown.
+#[derive(Default)]
+struct Page {
+    /// Targets of links and pictures, as they are written.
+    links: Vec<String>,
+    /// The names by which a link reaches a heading, as mdBook and the sites that show a repository make them.
+    anchors: BTreeSet<String>,
+}
+
+impl Page {
+    fn read(path: &Path) -> Self {
+        Self::parse(&std::fs::read_to_string(path).unwrap())
+    }
+
+    fn parse(text: &str) -> Self {
+        let mut page = Self::default();
+        let mut heading: Option<String> = None;
+        for event in Parser::new_ext(text, Options::ENABLE_TABLES) {
+            match event {
+                Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
+                    page.links.push(dest_url.into_string());
+                }
+                Event::Start(Tag::Heading { .. }) => heading = Some(String::new()),
+                Event::Text(part) | Event::Code(part) => {
+                    if let Some(heading) = &mut heading {
+                        heading.push_str(&part);
+                    }
+                }
+                Event::End(TagEnd::Heading(_)) => {
+                    page.add_anchor(&anchor(&heading.take().unwrap_or_default()));
+                }
+                _ => {}
+            }
+        }
+        page
+    }
+
+    /// Of two headings with the same words the second is reached by a number, too.
+    fn add_anchor(&mut self, words: &str) {
+        let numbered = (1..).map(|number| format!("{words}-{number}"));
+        let mut names = std::iter::once(words.to_owned()).chain(numbered);
+        let free = names.find(|name| !self.anchors.contains(name));
+        self.anchors.extend(free);
+    }
+}
+
+/// The name of a heading in a link: small letters, a hyphen for each space, no punctuation.
+fn anchor(heading: &str) -> String {
+    let kept = heading.chars().filter_map(|letter| match letter {
+        letter if letter.is_alphanumeric() || matches!(letter, '_' | '-') => Some(letter),
+        letter if letter.is_whitespace() => Some('-'),
+        _ => None,
+    });
+    kept.flat_map(char::to_lowercase).collect()
 }
 
 fn without_dots(path: &Path) -> PathBuf {
@@ -41,39 +91,49 @@ fn without_dots(path: &Path) -> PathBuf {
     plain
 }
 
+/// Links of a page that lead nowhere.
+fn dead_links(path: &Path) -> Vec<String> {
+    let page = Page::read(path);
+    let is_dead = |link: &&String| {
+        if link.contains("://") || link.starts_with("mailto:") {
+            return false;
+        }
+        let (file, place) = link.split_once('#').unwrap_or((link, ""));
+        let target = match file {
+            "" => path.to_owned(),
+            file => without_dots(&path.parent().unwrap().join(file)),
+        };
+        if place.is_empty() {
+            return !target.exists();
+        }
+        !target.is_file() || !Page::read(&target).anchors.contains(place)
+    };
+    let name = path.strip_prefix(workspace()).unwrap().display();
+    let dead = page.links.iter().filter(is_dead);
+    dead.map(|link| format!("{name}: {link}")).collect()
+}
+
 #[test]
-fn the_handbook_builds_and_each_link_in_it_leads_somewhere() {
-    let built = tempfile::tempdir().unwrap();
-    build(built.path()).unwrap();
-    let pages = files(built.path(), "html");
-    assert!(pages.len() > 10, "{pages:?}");
-    let mut wrong = Vec::new();
-    for path in &pages {
-        let page = std::fs::read_to_string(path).unwrap();
-        // Of all chapters on one page, and of a page that may stand anywhere.
-        if path.ends_with("print.html") || path.ends_with("404.html") {
-            continue;
-        }
-        for link in [values(&page, "href"), values(&page, "src")].concat() {
-            if link.is_empty() || link.contains("://") || link.starts_with("data:") {
-                continue;
-            }
-            let (file, place) = link.split_once('#').unwrap_or((link, ""));
-            let target = match file {
-                "" => path.clone(),
-                file => without_dots(&path.parent().unwrap().join(file)),
-            };
-            let there = match std::fs::read_to_string(&target) {
-                Ok(page) => place.is_empty() || values(&page, "id").contains(&place),
-                Err(_) => target.is_file() && place.is_empty(),
-            };
-            if !there {
-                let page = path.strip_prefix(built.path()).unwrap().display();
-                wrong.push(format!("{page}: {link}"));
-            }
-        }
-    }
-    assert!(wrong.is_empty(), "links to nothing:\n{}", wrong.join("\n"));
+fn links_and_headings_of_a_page_are_found() {
+    let text =
+        "# A `b`: c-d\n## Twice\n## Twice\n[x](y.md#twice-1) ![z](w.png)\n```\n[no](link)\n```\n";
+    let page = Page::parse(text);
+    assert_eq!(page.links, ["y.md#twice-1", "w.png"]);
+    let anchors: Vec<&str> = page.anchors.iter().map(String::as_str).collect();
+    assert_eq!(anchors, ["a-b-c-d", "twice", "twice-1"]);
+}
+
+#[test]
+fn each_link_of_the_documentation_leads_somewhere() {
+    let handbook = files(&folder().join("src"), "md");
+    assert!(handbook.len() > 10, "{handbook:?}");
+    let others = files(&workspace().join("docs"), "md");
+    let top = std::fs::read_dir(workspace()).unwrap();
+    let top = top.map(|entry| entry.unwrap().path());
+    let top = top.filter(|path| path.extension().is_some_and(|is| is == "md"));
+    let pages: BTreeSet<PathBuf> = handbook.into_iter().chain(others).chain(top).collect();
+    let dead: Vec<String> = pages.iter().flat_map(|path| dead_links(path)).collect();
+    assert!(dead.is_empty(), "links to nothing:\n{}", dead.join("\n"));
 }
 
 #[test]
@@ -111,20 +171,5 @@ fn each_drawing_is_a_sound_document() {
         let text = std::fs::read_to_string(&path).unwrap();
         let read = roxmltree::Document::parse(&text);
         assert!(read.is_ok(), "{}: {}", path.display(), read.unwrap_err());
-    }
-}
-
-/// Links of README.md to the files of this folder.
-#[test]
-fn each_link_of_the_readme_leads_somewhere() {
-    let text = std::fs::read_to_string(workspace().join("README.md")).unwrap();
-    let links: BTreeSet<&str> = text
-        .split("](")
-        .skip(1)
-        .filter_map(|rest| rest.split([')', '#', ' ']).next())
-        .filter(|link| !link.is_empty() && !link.contains("://"))
-        .collect();
-    for link in links {
-        assert!(workspace().join(link).exists(), "README.md: {link}");
     }
 }

@@ -1,4 +1,4 @@
-//! The handbook of docs/handbook is whole and true: it builds, its links and pictures lead somewhere, its commands are
+//! The handbook of docs/handbook is whole and true: its links and pictures lead somewhere, its commands are
 //! commands, its screenshots and its list of messages are the program's own, and each command has a manual page.
 #![expect(
     clippy::unwrap_used,

@@ -13,21 +13,11 @@ use participant_window::{Lines, place};
 const MINUTE: Duration = Duration::from_secs(60);
 /// A terminal that took nothing for so long is full.
 const FULL: Duration = Duration::from_millis(500);
-/// Tries at what a busy machine may spoil.
-const TRIES: usize = 4;
 
-/// Lets `measure` look at a stop until the plate was silent in time.
-fn in_time(mut measure: impl FnMut() -> Stopped) {
-    let mut seen = Vec::new();
-    for _ in 0..TRIES {
-        seen.push(measure());
-        let last = seen.last().copied();
-        let in_time = |seen: Stopped| seen.silent_s.is_some_and(|s| s <= 0.050 + seen.late_s);
-        if last.is_some_and(in_time) {
-            return;
-        }
-    }
-    panic!("silent too late: {seen:?}");
+/// Fails unless the plate was silent in time, as late as the machine was.
+fn require_in_time(seen: Stopped) {
+    let in_time = seen.silent_s.is_some_and(|s| s <= 0.050 + seen.late_s);
+    assert!(in_time, "silent too late: {seen:?}");
 }
 
 fn fill(session: &Hung) {
@@ -45,15 +35,13 @@ fn fill(session: &Hung) {
 /// Hazard 15.
 #[test]
 fn a_terminal_that_nobody_reads_takes_each_stop_key() {
-    in_time(|| {
-        let mut session = Hung::driving(&Rig::default());
-        fill(&session);
-        let asked_ns = session.ask(Stop::Interrupt);
-        let seen = session.watch(asked_ns, Duration::from_secs(3), false);
-        session.end();
-        assert_eq!(session.contradictions(), Vec::<String>::new());
-        seen
-    });
+    let mut session = Hung::driving(&Rig::default());
+    fill(&session);
+    let asked_ns = session.ask(Stop::Interrupt);
+    let seen = session.watch(asked_ns, Duration::from_secs(3), false);
+    session.end();
+    assert_eq!(session.contradictions(), Vec::<String>::new());
+    require_in_time(seen);
 }
 
 /// A window that answers the session until it hangs, and then keeps its end of the socket open.
@@ -86,22 +74,20 @@ fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
 
 #[test]
 fn a_window_that_hangs_delays_no_stop() {
-    in_time(|| {
-        let hangs = Arc::new(AtomicBool::new(false));
-        let rig = Rig {
-            more: vec!["--participant-window=meeting"],
-            ..Rig::default()
-        };
-        let mut session = Hung::driving_beside(&rig, |folder| {
-            let (socket, hangs) = (folder.join("meeting"), Arc::clone(&hangs));
-            std::thread::spawn(move || window(socket, hangs));
-        });
-        hangs.store(true, Ordering::Relaxed);
-        std::thread::sleep(Duration::from_millis(200));
-        let asked_ns = session.ask(Stop::Key);
-        let seen = session.watch(asked_ns, Duration::from_secs(3), false);
-        session.end();
-        assert_eq!(session.contradictions(), Vec::<String>::new());
-        seen
+    let hangs = Arc::new(AtomicBool::new(false));
+    let rig = Rig {
+        more: vec!["--participant-window=meeting"],
+        ..Rig::default()
+    };
+    let mut session = Hung::driving_beside(&rig, |folder| {
+        let (socket, hangs) = (folder.join("meeting"), Arc::clone(&hangs));
+        std::thread::spawn(move || window(socket, hangs));
     });
+    hangs.store(true, Ordering::Relaxed);
+    std::thread::sleep(Duration::from_millis(200));
+    let asked_ns = session.ask(Stop::Key);
+    let seen = session.watch(asked_ns, Duration::from_secs(3), false);
+    session.end();
+    assert_eq!(session.contradictions(), Vec::<String>::new());
+    require_in_time(seen);
 }

@@ -223,9 +223,8 @@ fn the_dashboard_asks_about_the_participant_after_consent_and_before_the_drive()
     );
 }
 
-/// How long an orderly stop may take; and the tries at it, for a busy machine adds to it.
+/// Longest time that an orderly stop takes.
 const STOP: Duration = Duration::from_secs(1);
-const TRIES: usize = 4;
 
 /// A session in its first trial, a second of which is recorded, and the session's process.
 pub(super) fn in_the_first_trial() -> (Terminal, Pid) {
@@ -250,16 +249,12 @@ pub(super) fn in_the_first_trial() -> (Terminal, Pid) {
 
 /// Ends a session by what `end` does to its process or its terminal, and looks at what is left of it.
 fn ends_in_good_order(end: impl Fn(&Terminal, Pid)) -> Terminal {
-    let (terminal, took) = (0..TRIES)
-        .find_map(|_| {
-            let (terminal, pid) = in_the_first_trial();
-            let begun = Instant::now();
-            end(&terminal, pid);
-            terminal.wrote("status");
-            let took = begun.elapsed();
-            (took < STOP).then_some((terminal, took))
-        })
-        .unwrap_or_else(|| panic!("no session ended within {STOP:?} in {TRIES} tries"));
+    let (terminal, pid) = in_the_first_trial();
+    let begun = Instant::now();
+    end(&terminal, pid);
+    terminal.wrote("status");
+    let took = begun.elapsed();
+    assert!(took < STOP, "the session ended in {took:?}");
     println!("ended in {} ms", took.as_millis());
     let session = SessionFolder::read(&terminal.folder.path().join("study"), "sub-01").unwrap();
     interrupted_in_good_order(&session);

@@ -214,7 +214,7 @@ fn participant(seed: u64, folder: &Path) -> Found {
 }
 
 #[test]
-fn stated_intervals_hold_the_truth_on_an_unkind_bench() {
+fn intervals_are_of_the_right_size_and_those_of_400_people_hold_the_truth_to_the_per_cent() {
     let folder = tempfile::tempdir().expect("a folder");
     let participants = campaign::repeats("FRICTION_BENCH_COVERAGE", PARTICIPANTS);
     let found = (1..=participants as u64)

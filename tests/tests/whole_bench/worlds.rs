@@ -222,7 +222,7 @@ fn session(world: &str, seed: u64, folder: &Path) -> Found {
 }
 
 #[test]
-fn trials_are_right_or_flagged_in_each_world() {
+fn a_trial_of_each_world_is_right_or_flagged_and_false_alarms_of_20_are_few() {
     let folder = tempfile::tempdir().expect("a folder");
     let sessions = campaign::repeats("FRICTION_BENCH_WORLDS", SESSIONS);
     let another_area = folder.path().join("another-area.toml");

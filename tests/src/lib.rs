@@ -13,4 +13,5 @@ pub mod room;
 pub mod running;
 pub mod screen;
 pub mod session;
+pub mod shared;
 pub mod truth;

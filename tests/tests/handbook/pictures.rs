@@ -1,7 +1,5 @@
 //! The handbook's screenshots, drawn by the program from calibrations and a session on a simulated bench.
 
-use std::sync::OnceLock;
-
 use bench_tests::handbook::folder;
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -10,6 +8,7 @@ use tui::event::{PhaseKind, SafetyState};
 use tui::picture::{Paper, svg};
 use tui::{Instruction, Page, State, Theme, participant_screen};
 
+use super::window_pictures;
 use super::simulated::{Deed, Shot, Taken, calibrated, drawn, session};
 
 /// Columns and rows of the dashboard, and of a calibration's page.
@@ -39,10 +38,17 @@ fn coming_back(state: &State, to_m: f64) -> bool {
             .is_some_and(|live| live.slider_m < Some(to_m) && live.mu.is_some())
 }
 
-/// The states of the screen that the pictures show: made once, for all of them.
-pub fn taken() -> &'static [(&'static str, State)] {
-    static TAKEN: OnceLock<Vec<(&str, State)>> = OnceLock::new();
-    TAKEN.get_or_init(|| {
+/// A state of the screen for each picture, by name.
+struct States(Vec<(&'static str, State)>);
+
+impl States {
+    fn named(&self, name: &str) -> &State {
+        let found = self.0.iter().find(|(taken, _)| *taken == name);
+        &found.unwrap_or_else(|| panic!("{name} never came")).1
+    }
+
+    /// Calibrates a simulated bench and runs a session on it.
+    fn taken() -> Self {
         let shot = |name, when| Shot {
             name,
             when,
@@ -92,13 +98,8 @@ pub fn taken() -> &'static [(&'static str, State)] {
             },
         ];
         session(room.path(), &calibration, shots, &taken);
-        std::mem::take(&mut *taken.lock().unwrap())
-    })
-}
-
-pub fn state(name: &str) -> &'static State {
-    let found = taken().iter().find(|(taken, _)| *taken == name);
-    &found.unwrap_or_else(|| panic!("{name} never came")).1
+        Self(std::mem::take(&mut *taken.lock().unwrap()))
+    }
 }
 
 fn kept(name: &str, screen: &Buffer, title: &str) {
@@ -107,65 +108,56 @@ fn kept(name: &str, screen: &Buffer, title: &str) {
 }
 
 #[test]
-fn the_dashboard_in_a_trial() {
-    let title = "The operator's dashboard in the middle of a trial";
-    kept("screen-trial.svg", &drawn(state("trial"), DASHBOARD), title);
-}
-
-#[test]
-fn the_dashboard_after_a_rejected_trial() {
-    let title = "The page of the trials after one that must be repeated, with the reasons";
-    let mut state = state("rejected").clone();
-    state.ui.page = Page::Trials;
-    kept("screen-rejected.svg", &drawn(&state, DASHBOARD), title);
-}
-
-#[test]
-fn the_dashboard_after_a_stop() {
-    let title = "The dashboard after the e-stop has stopped the drive";
-    kept(
-        "screen-stopped.svg",
-        &drawn(state("stopped"), DASHBOARD),
-        title,
-    );
-}
-
-#[test]
-fn what_the_participant_sees() {
-    let shown = state("participant").participant.as_ref().unwrap();
+fn pictures_show_the_screens_of_this_program() {
+    let states = States::taken();
+    let mut rejected = states.named("rejected").clone();
+    rejected.ui.page = Page::Trials;
+    let shown = states.named("participant").participant.as_ref().unwrap();
     let area = Rect::new(0, 0, 80, 22);
-    let mut screen = Buffer::empty(area);
-    participant_screen::view(shown, Theme::Colour, area, &mut screen);
-    let title = "The participant's screen while the finger follows the slider";
-    kept("screen-participant.svg", &screen, title);
-}
-
-#[test]
-fn the_page_of_calibrate_pickup() {
-    let title = "calibrate pickup: the points are reviewed before anything is written";
-    kept(
-        "screen-pickup.svg",
-        &drawn(state("pickup"), CALIBRATION),
-        title,
-    );
-}
-
-#[test]
-fn the_page_of_calibrate_plate() {
-    let title = "calibrate plate: the response is reviewed";
-    kept(
-        "screen-plate.svg",
-        &drawn(state("plate"), CALIBRATION),
-        title,
-    );
-}
-
-#[test]
-fn the_page_of_calibrate_force() {
-    let title = "calibrate force: a known mass is asked for, and its weight shown live";
-    kept(
-        "screen-force.svg",
-        &drawn(state("force"), CALIBRATION),
-        title,
-    );
+    let mut participant = Buffer::empty(area);
+    participant_screen::view(shown, Theme::Colour, area, &mut participant);
+    let dashboard = |name| drawn(states.named(name), DASHBOARD);
+    let calibration = |name| drawn(states.named(name), CALIBRATION);
+    let screens = [
+        (
+            "screen-trial.svg",
+            "The operator's dashboard in the middle of a trial",
+            dashboard("trial"),
+        ),
+        (
+            "screen-rejected.svg",
+            "The page of the trials after one that must be repeated, with the reasons",
+            drawn(&rejected, DASHBOARD),
+        ),
+        (
+            "screen-stopped.svg",
+            "The dashboard after the e-stop has stopped the drive",
+            dashboard("stopped"),
+        ),
+        (
+            "screen-participant.svg",
+            "The participant's screen while the finger follows the slider",
+            participant,
+        ),
+        (
+            "screen-pickup.svg",
+            "calibrate pickup: the points are reviewed before anything is written",
+            calibration("pickup"),
+        ),
+        (
+            "screen-plate.svg",
+            "calibrate plate: the response is reviewed",
+            calibration("plate"),
+        ),
+        (
+            "screen-force.svg",
+            "calibrate force: a known mass is asked for, and its weight shown live",
+            calibration("force"),
+        ),
+    ];
+    for (name, title, screen) in &screens {
+        kept(name, screen, title);
+    }
+    let view = |name| states.named(name).participant.as_ref().unwrap();
+    window_pictures::same_views(view("participant"), view("force shown"));
 }

@@ -10,8 +10,6 @@ use participant_window::page::{GROUND, Moving, Page};
 use participant_window::ruler::Ruler;
 use tui::ParticipantView;
 
-use super::pictures::state;
-
 /// Width and height of the pictured monitor, pixels.
 const SIZE: (u32, u32) = (960, 540);
 /// Width of a pixel of a monitor 34 cm wide, m.
@@ -42,11 +40,6 @@ fn drawn(view: &ParticipantView, moving: Moving) -> Canvas {
     page.draw(&shown, Some(view.audio_s), moving).0.clone()
 }
 
-/// What the participant is shown in a state of the simulated session that was taken under `name`.
-fn shown(name: &str) -> &'static ParticipantView {
-    state(name).participant.as_ref().unwrap()
-}
-
 #[test]
 fn the_ruler_page() {
     let mut canvas = Canvas::new(SIZE.0 as usize, SIZE.1 as usize, GROUND);
@@ -54,18 +47,12 @@ fn the_ruler_page() {
     kept("window-ruler.png", &canvas);
 }
 
-#[test]
-fn the_slider_to_follow() {
-    let view = shown("participant");
+/// Compares the window's pictures of a slider to follow and of the force that is shown afterwards.
+pub fn same_views(following: &ParticipantView, afterwards: &ParticipantView) {
     let moving = Moving {
-        slider_m: view.slider_m,
+        slider_m: following.slider_m,
         finger_m: None,
     };
-    kept("window-slider.png", &drawn(view, moving));
-}
-
-#[test]
-fn what_the_participant_learns_after_an_exploration() {
-    let view = shown("force shown");
-    kept("window-force.png", &drawn(view, Moving::default()));
+    kept("window-slider.png", &drawn(following, moving));
+    kept("window-force.png", &drawn(afterwards, Moving::default()));
 }

@@ -10,11 +10,11 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
 
 use bench_tests::program::{bench, protocol, workspace};
 use bench_tests::room::WEIGH;
 use bench_tests::session::{finish, text};
+use rayon::prelude::*;
 use serde_json::Value;
 
 const SEED: &str = "7";
@@ -172,42 +172,29 @@ fn assert_alike(rig: &str, found: Measured, usual: Measured) {
     );
 }
 
-/// What the usual bench measures of the person.
-static USUAL: LazyLock<Measured> = LazyLock::new(|| {
-    let usual = Rig::new("");
-    usual.calibrate();
-    usual.session()
-});
-
-fn assert_measures_the_same_person(name: &str, rig: &Rig) {
+/// Calibrates a bench and measures the person with it.
+fn measured(rig: &Rig) -> Measured {
     rig.calibrate();
-    assert_alike(name, rig.session(), *USUAL);
+    rig.session()
 }
 
-#[test]
-fn a_field_box() {
+fn field_box() -> Rig {
     let equipment =
         "[force_sensor]\ninterface = \"field-box\"\nrate_hz = 4000.0\nburst_period_s = 0.001\n";
     let words = ["--rig", "field-box", "--box-port", "/dev/ttyACM0"];
-    assert_measures_the_same_person("field box", &Rig::written(equipment, &words, &[]));
+    Rig::written(equipment, &words, &[])
 }
 
-#[test]
-fn six_axes_in_the_network_with_a_box() {
+fn six_axes_in_the_network_with_a_box() -> Rig {
     let equipment = "[force_sensor]\ninterface = \"netft\"\nrate_hz = 7000.0\nbox_beside = true\n";
     let words = ["--net-ft", "192.168.1.1", "--box-port", "/dev/ttyACM0"];
     // A real one says so itself, on a page that the simulated one has not.
     let known = [["#counts_per_n", "counts_per_n"]];
-    let rig = Rig::written(
-        equipment,
-        &[&["--rig", "six-axis"][..], &words].concat(),
-        &known,
-    );
-    assert_measures_the_same_person("six axes in the network", &rig);
+    let words = [&["--rig", "six-axis"][..], &words].concat();
+    Rig::written(equipment, &words, &known)
 }
 
-#[test]
-fn six_gauges_on_the_card_with_a_box() {
+fn six_gauges_on_the_card_with_a_box() -> Rig {
     let equipment =
         "[converter]\nchannels = 9\n[force_sensor]\ninterface = \"gauges\"\nbox_beside = true\n";
     let words = ["--cal-file", "FT09999.cal", "--box-port", "/dev/ttyACM0"];
@@ -217,24 +204,36 @@ fn six_gauges_on_the_card_with_a_box() {
         ["volts_per_unit = [1.0]", "volts_per_unit = [10.0]"],
         ["#latency_s = 0.0   ", "latency_s = 2.0e-4 "],
     ];
-    let rig = Rig::written(
-        equipment,
-        &[&["--rig", "six-axis"][..], &words].concat(),
-        &known,
+    let words = [&["--rig", "six-axis"][..], &words].concat();
+    Rig::written(equipment, &words, &known)
+}
+
+/// A rig whose frames of force come over a serial line.
+fn frames(rig: &str) -> Rig {
+    Rig::written("", &["--rig", rig, "--force-line", "frames"], &[])
+}
+
+#[test]
+fn each_rig_measures_the_same_person_as_the_usual_bench() {
+    let rigs: [(&str, fn() -> Rig); 5] = [
+        ("field box", field_box),
+        (
+            "six axes in the network",
+            six_axes_in_the_network_with_a_box,
+        ),
+        ("six gauges on the card", six_gauges_on_the_card_with_a_box),
+        ("card of National Instruments", || frames("published")),
+        ("board with GPIO", || frames("raspberry-pi")),
+    ];
+    let (usual, found) = rayon::join(
+        || measured(&Rig::new("")),
+        || {
+            let rigs = rigs.par_iter();
+            let found = rigs.map(|(name, rig)| (*name, measured(&rig())));
+            found.collect::<Vec<_>>()
+        },
     );
-    assert_measures_the_same_person("six gauges on the card", &rig);
-}
-
-#[test]
-fn a_card_of_national_instruments() {
-    let words = ["--rig", "published", "--force-line", "frames"];
-    let rig = Rig::written("", &words, &[]);
-    assert_measures_the_same_person("card of National Instruments", &rig);
-}
-
-#[test]
-fn a_board_with_gpio() {
-    let words = ["--rig", "raspberry-pi", "--force-line", "frames"];
-    let rig = Rig::written("", &words, &[]);
-    assert_measures_the_same_person("board with GPIO", &rig);
+    for (name, found) in found {
+        assert_alike(name, found, usual);
+    }
 }

@@ -7,10 +7,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::OnceLock;
 
 use bench_tests::program::bench;
 use bench_tests::session::{demo_with, finish, text, unattended};
+use bench_tests::shared::shared;
 use recording::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -20,12 +20,10 @@ pub(super) const TRIAL: &str = "trial-001_attempt-1";
 const PRACTICE: &str = "practice-01_attempt-1";
 
 /// A study of one short session: a practice trial and two others.
-fn recorded() -> &'static Path {
-    static STUDY: OnceLock<TempDir> = OnceLock::new();
-    let folder = STUDY.get_or_init(|| {
-        let folder = tempfile::tempdir().unwrap();
+fn recorded() -> PathBuf {
+    shared("verified-study", |folder| {
         let protocol = demo_with(
-            folder.path(),
+            folder,
             &[
                 ("per_condition = 4", "per_condition = 2"),
                 (
@@ -37,12 +35,9 @@ fn recorded() -> &'static Path {
                 ("min_instances = 5", "min_instances = 1"),
             ],
         );
-        let study = folder.path().join("study");
-        let output = finish(&mut unattended(&study, "sub-01", protocol));
+        let output = finish(&mut unattended(&folder.join("study"), "sub-01", protocol));
         assert!(output.status.success(), "{}", text(&output));
-        folder
-    });
-    Path::new(folder.path())
+    })
 }
 
 /// A copy of that study, to be damaged.

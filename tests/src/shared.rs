@@ -1,0 +1,48 @@
+//! Folders that are made once for all tests of a run, whichever processes they run in: a study recorded once is read by many.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+/// Name of a run of all tests, from the runner that gives each test a process of its own.
+const RUN: &str = "NEXTEST_RUN_ID";
+/// Age at which a folder of another run is removed: no run takes as long.
+const STALE: Duration = Duration::from_secs(24 * 3600);
+
+/// Returns the folder `name` of this run, which the first test that asks has filled with `fill`. It is to be read, not written.
+///
+/// # Panics
+/// When it cannot be made, or `fill` panics: the next test that asks then tries again.
+pub fn shared(name: &str, fill: impl FnOnce(&Path)) -> PathBuf {
+    let run = std::env::var(RUN).unwrap_or_else(|_| std::process::id().to_string());
+    let runs = std::env::temp_dir().join("friction-bench-tests");
+    let folder = runs.join(run);
+    fs::create_dir_all(&folder).expect("a folder for this run");
+    let lock = File::create(folder.join(format!("{name}.lock"))).expect("a lock");
+    lock.lock().expect("a lock that is waited for");
+    let whole = folder.join(name);
+    if !whole.exists() {
+        remove_stale(&runs);
+        let partial = folder.join(format!("{name}.partial"));
+        let _ = fs::remove_dir_all(&partial);
+        fs::create_dir(&partial).expect("a folder to fill");
+        fill(&partial);
+        fs::rename(&partial, &whole).expect("a name for what is whole");
+    }
+    whole
+}
+
+fn remove_stale(runs: &Path) {
+    let Ok(entries) = fs::read_dir(runs) else {
+        return;
+    };
+    let is_stale = |path: &PathBuf| {
+        let modified = path.metadata().and_then(|folder| folder.modified());
+        let age = modified.map(|at| SystemTime::now().duration_since(at));
+        matches!(age, Ok(Ok(age)) if age > STALE)
+    };
+    for path in entries.flatten().map(|entry| entry.path()).filter(is_stale) {
+        // Another test may be at it, too.
+        let _ = fs::remove_dir_all(path);
+    }
+}

@@ -9,8 +9,8 @@ use rehearsal::{FaultKind, RehearsedFault};
 
 pub use crate::analyze_options::Analyze;
 use crate::fault_option::NamedFault;
-pub use crate::participant_options::Participant;
 use calibration::reference_options::ReferenceOptions;
+pub use participant_window::participant_options::Participant;
 pub use replay::Speed;
 
 /// Test bench controller for ultrasonic friction modulation.

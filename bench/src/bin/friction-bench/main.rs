@@ -72,7 +72,7 @@ fn passed_or_failed(passed: bool) -> ExitCode {
 fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(options) => run(&options, verbosity),
-        Command::Participant(options) => participant::open(&options).map(|()| ExitCode::SUCCESS),
+        Command::Participant(options) => Err(participant::open(&options)),
         Command::Monitor(options) => watch(&options, verbosity),
         Command::Calibrate(options) => calibrate(&options, verbosity),
         Command::Drill(options) => rehearse(&options, verbosity),

@@ -71,6 +71,8 @@ pub enum Command {
     Check(Check),
     /// Ask what the bench is made of, write its configuration, and check it.
     Init(setup::Options),
+    /// Calibrate a simulated bench, run a session of a virtual participant on it, and analyse it.
+    Demo(demo::Options),
     /// List the audio devices, serial ports and GPIO chips of this computer.
     Devices(Devices),
     /// Analyse recordings: impedance, gap and friction by each method.

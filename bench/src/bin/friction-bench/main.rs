@@ -1,5 +1,6 @@
 //! `friction-bench`: the composition root. Here, and nowhere else, it is decided which hardware there is.
 
+mod demonstration;
 mod found;
 mod participant;
 mod printed;
@@ -79,6 +80,7 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
         Command::Replay(options) => play(&options, verbosity),
         Command::Check(options) => check(&options, verbosity),
         Command::Init(options) => init(&options, verbosity),
+        Command::Demo(options) => demonstration::run(&options, verbosity),
         Command::Devices(options) => list(&options),
         Command::Analyze(options) => Ok(passed_or_failed(analyze::run(&options, verbosity)?)),
         Command::Verify(options) => Ok(passed_or_failed(verify::run(&options, verbosity)?)),

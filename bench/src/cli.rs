@@ -15,7 +15,7 @@ pub use replay::Speed;
 
 /// Test bench controller for ultrasonic friction modulation.
 #[derive(Debug, Parser)]
-#[command(version, about, arg_required_else_help = true, max_term_width = 100)]
+#[command(version = env!("FRICTION_BENCH_VERSION"), about, arg_required_else_help = true, max_term_width = 100)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]

@@ -82,6 +82,33 @@ fn a_demo_that_is_ended_ends_its_step_first() {
     assert!(!folder.path().join("demo/study").exists());
 }
 
+/// An optimised program tells the commit; one for debugging, which is compiled at every change, that it is one.
+#[test]
+fn the_version_tells_what_was_built() {
+    let version = text(&finish(bench().arg("--version")));
+    let built = version
+        .strip_prefix(concat!("friction-bench ", env!("CARGO_PKG_VERSION"), " ("))
+        .and_then(|rest| rest.trim_end().strip_suffix(')'))
+        .unwrap_or_else(|| panic!("{version}"));
+    let named = std::env::var("FRICTION_BENCH_COMMIT").ok();
+    if let Some(name) = named.filter(|name| !name.is_empty()) {
+        assert_eq!(built, format!("commit {name}"));
+        return;
+    }
+    if cfg!(debug_assertions) {
+        assert_eq!(built, "debug build");
+        return;
+    }
+    let mut git = Command::new("git");
+    git.args(["rev-parse", "--short=12", "HEAD"]);
+    let commit = git.current_dir(workspace()).output();
+    let expected = match commit.ok().filter(|output| output.status.success()) {
+        Some(output) => format!("commit {}", text(&output).trim()),
+        None => "unknown commit".to_owned(),
+    };
+    assert_eq!(built.trim_end_matches(" and changes"), expected);
+}
+
 #[test]
 fn a_check_of_simulated_hardware_passes_in_small_terminals_and_through_a_pipe() {
     let check = || {

@@ -14,6 +14,13 @@ pub fn friction_bench() -> &'static Path {
     PATH.get_or_init(|| up_to_date("friction-bench", "friction-bench"))
 }
 
+/// The program of the participant's window, which `friction-bench participant` starts.
+pub fn participants_window() -> &'static Path {
+    static PATH: OnceLock<PathBuf> = OnceLock::new();
+    let name = "friction-bench-participant";
+    PATH.get_or_init(|| up_to_date(name, name))
+}
+
 /// The simulated apparatus as a JACK client.
 pub fn jack_apparatus() -> &'static Path {
     static PATH: OnceLock<PathBuf> = OnceLock::new();

@@ -218,3 +218,8 @@ impl Bench {
         force.lateral_tare.value = self.tare_n[1];
     }
 }
+
+/// Whether as many of `count` 95 % intervals hold the truth as must: nine of ten, and of a few one less.
+pub fn enough_hold(held: usize, count: usize) -> bool {
+    10 * (held + 1) > 9 * count
+}

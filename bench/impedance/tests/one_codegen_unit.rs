@@ -1,0 +1,32 @@
+//! `LowPass::zero_phase` in a program that is one codegen unit and calls it once: rustc 1.95 (LLVM 22.1.2) made of an earlier form of
+//! it, a chain of three iterators that was collected, writes past the end of the vector. The workspace's profile of the tests compiles
+//! this package so; other callers in this program would hide the fault.
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use impedance::smoothing::LowPass;
+use num_complex::Complex64;
+
+/// Number of values, even, which the compiler must not know.
+fn count() -> usize {
+    let asked = std::env::var("FRICTION_BENCH_SMOOTHED").ok();
+    asked.and_then(|text| text.parse().ok()).unwrap_or(3400)
+}
+
+#[test]
+fn nothing_is_written_past_the_extended_values() {
+    let count = count();
+    let values: Vec<Complex64> = (0..count)
+        .map(|k| Complex64::new(5.9 + 0.01 * (k as f64 * 0.37).sin(), -0.1))
+        .collect();
+    let low_pass = LowPass::new(100.0, 2000.0).unwrap();
+    let smooth = low_pass.zero_phase(&values).unwrap();
+    // Behind an allocation lie the allocator's own records: damaged, they end the program here.
+    let others: Vec<Vec<u8>> = (0..=200)
+        .map(|k| vec![k; 100 + 37 * usize::from(k)])
+        .collect();
+    assert_eq!((smooth.len(), others.len()), (count, 201));
+    assert!(smooth.iter().all(|value| (value - values[0]).norm() < 0.02));
+}

@@ -43,6 +43,9 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     for path in [&options.json, &options.report].into_iter().flatten() {
         require_writable(path)?;
     }
+    if options.tables.is_some() {
+        tables::require_built()?;
+    }
     let wanted = Wanted {
         practice: options.practice,
         rejected: options.include_rejected,

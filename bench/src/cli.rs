@@ -9,13 +9,13 @@ use rehearsal::{FaultKind, RehearsedFault};
 
 pub use crate::analyze_options::Analyze;
 use crate::fault_option::NamedFault;
-pub use crate::participant_options::Participant;
 use calibration::reference_options::ReferenceOptions;
+pub use participant_window::participant_options::Participant;
 pub use replay::Speed;
 
 /// Test bench controller for ultrasonic friction modulation.
 #[derive(Debug, Parser)]
-#[command(version, about, arg_required_else_help = true, max_term_width = 100)]
+#[command(version = env!("FRICTION_BENCH_VERSION"), about, arg_required_else_help = true, max_term_width = 100)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -71,6 +71,8 @@ pub enum Command {
     Check(Check),
     /// Ask what the bench is made of, write its configuration, and check it.
     Init(setup::Options),
+    /// Calibrate a simulated bench, run a session of a virtual participant on it, and analyse it.
+    Demo(demo::Options),
     /// List the audio devices, serial ports and GPIO chips of this computer.
     Devices(Devices),
     /// Analyse recordings: impedance, gap and friction by each method.

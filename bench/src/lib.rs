@@ -18,7 +18,6 @@ pub mod forget;
 pub mod journal;
 pub mod monitor;
 mod outcome;
-pub mod participant_options;
 pub mod participant_window;
 pub mod privacy;
 pub mod run;

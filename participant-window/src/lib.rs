@@ -7,27 +7,28 @@
 //!   display, and the width of a pixel.
 //! - [`frame_log`]: when the frames came, and how far the slider was from its ideal.
 //! - [`fitness`]: whether a finger can follow what the window shows.
-//! - `window` (Unix, feature `window`): the window on a screen.
+//! - [`participant_options`], `launch` (Unix): the start of `friction-bench-participant`, which opens the window on a screen.
 
 pub mod bench_clock;
 pub mod canvas;
 pub mod fitness;
 pub mod frame_log;
 pub mod geometry;
+#[cfg(unix)]
+pub mod launch;
 pub mod lettering;
 #[cfg(unix)]
 mod lines;
 pub mod message;
 pub mod motion;
 pub mod page;
+pub mod participant_options;
 #[cfg(unix)]
 pub mod place;
 pub mod ruler;
 pub mod scales;
 #[cfg(unix)]
 pub mod seat;
-#[cfg(all(unix, feature = "window"))]
-pub mod window;
 
 #[cfg(unix)]
 pub use lines::{Ended, Lines};

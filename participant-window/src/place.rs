@@ -61,6 +61,13 @@ pub fn socket(runtime: Option<PathBuf>, temporary: &Path) -> PathBuf {
     folder.join(SOCKET)
 }
 
+/// Returns the socket of this process's user, where session and window meet when none is named.
+#[must_use]
+pub fn default_socket() -> PathBuf {
+    let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
+    socket(runtime, &std::env::temp_dir())
+}
+
 fn user() -> u32 {
     rustix::process::geteuid().as_raw()
 }

@@ -19,6 +19,11 @@ pub fn repeats(variable: &str, usual: usize) -> usize {
     }
 }
 
+/// Whether as many of `count` 95 % intervals hold the truth as must: nine of ten, and of a few one less.
+pub fn holds(held: usize, count: usize) -> bool {
+    10 * (held + 1) > 9 * count
+}
+
 /// Prints what `count` repetitions of `what` found; in a campaign, for its table too.
 ///
 /// # Panics

@@ -1,14 +1,24 @@
-//! The programs under test, as cargo built them: beside the test that runs, of the same profile.
+//! The programs under test, as cargo built them: beside the test that runs, of the same profile, unless a variable names another.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 use std::time::SystemTime;
 
+/// Names the folder of the programs under test, which whoever runs the tests has built: beside the tests, or a release.
+const PROGRAMS: &str = "FRICTION_BENCH_PROGRAMS";
+
 /// The binary of the bench.
 pub fn friction_bench() -> &'static Path {
     static PATH: OnceLock<PathBuf> = OnceLock::new();
     PATH.get_or_init(|| up_to_date("friction-bench", "friction-bench"))
+}
+
+/// The program of the participant's window, which `friction-bench participant` starts.
+pub fn participants_window() -> &'static Path {
+    static PATH: OnceLock<PathBuf> = OnceLock::new();
+    let name = "friction-bench-participant";
+    PATH.get_or_init(|| up_to_date(name, name))
 }
 
 /// The simulated apparatus as a JACK client.
@@ -68,12 +78,18 @@ pub fn python() -> PathBuf {
 }
 
 fn up_to_date(package: &str, binary: &str) -> PathBuf {
+    let file = format!("{binary}{}", std::env::consts::EXE_SUFFIX);
+    if let Some(folder) = std::env::var_os(PROGRAMS) {
+        let path = Path::new(&folder).join(file);
+        assert!(path.is_file(), "{PROGRAMS}: no {}", path.display());
+        return path;
+    }
     let test = std::env::current_exe().expect("a test has a path");
     let profile = test
         .ancestors()
         .nth(2)
         .expect("tests lie in target/<profile>/deps");
-    let path = profile.join(format!("{binary}{}", std::env::consts::EXE_SUFFIX));
+    let path = profile.join(file);
     if !is_fresh(&path) {
         build(profile, package, binary);
     }

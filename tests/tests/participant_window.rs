@@ -7,12 +7,13 @@
 
 use std::fs::{File, Permissions};
 use std::os::unix::fs::{FileExt, PermissionsExt};
-use std::path::PathBuf;
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use bench_tests::program::{bench, installed};
+use bench_tests::program::{friction_bench, installed, participants_window, protocol};
 use bench_tests::running::Running;
 use participant_window::geometry::Geometry;
 use participant_window::message::{Beat, FrameReport, Shown, Track};
@@ -37,8 +38,7 @@ struct VirtualDisplay {
 
 impl VirtualDisplay {
     fn start() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::set_permissions(folder.path(), Permissions::from_mode(0o700)).unwrap();
+        let folder = private_folder();
         let output = folder.path().join("xvfb.log");
         let screen = format!("{}x{}x24", SIZE.0, SIZE.1);
         let mut server = Running::start(
@@ -83,9 +83,9 @@ impl VirtualDisplay {
     }
 
     fn window(&self, log: &str) -> Running {
-        let mut command = bench();
+        let mut command = participant(friction_bench());
         command
-            .args(["participant", "--socket"])
+            .arg("--socket")
             .arg(self.socket())
             .env("DISPLAY", &self.name)
             .env("XDG_CONFIG_HOME", self.folder.path());
@@ -362,22 +362,154 @@ fn a_slider_that_jerks_again_and_again_is_told() {
     assert!(told.contains("over 50 ms"), "{told}");
 }
 
-#[test]
-fn without_a_screen_the_command_says_what_it_needs() {
+/// A command that opens the participant's window.
+fn participant(program: &Path) -> Command {
+    participants_window();
+    let mut command = Command::new(program);
+    command.arg("participant");
+    command
+}
+
+/// A folder that is this user's alone.
+fn private_folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::set_permissions(folder.path(), Permissions::from_mode(0o700)).unwrap();
-    let ended = bench()
-        .args(["participant", "--socket"])
-        .arg(folder.path().join("s"))
-        .env("XDG_CONFIG_HOME", folder.path())
+    folder
+}
+
+/// Returns how the command ended without a screen, and what it said.
+fn without_a_screen(command: &mut Command, folder: &Path) -> (Option<i32>, String) {
+    let ended = command
+        .arg("--socket")
+        .arg(folder.join("s"))
+        .env("XDG_CONFIG_HOME", folder)
         .env_remove("DISPLAY")
         .env_remove("WAYLAND_DISPLAY")
         .output()
         .unwrap();
-    assert_eq!(ended.status.code(), Some(2));
-    let said = String::from_utf8_lossy(&ended.stderr);
+    let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+    (ended.status.code(), said)
+}
+
+#[test]
+fn without_a_screen_the_command_says_what_it_needs() {
+    let folder = private_folder();
+    let (code, said) = without_a_screen(&mut participant(friction_bench()), folder.path());
+    assert_eq!(code, Some(2));
     assert!(
         said.contains("DISPLAY") && !said.contains("panic"),
         "{said}"
+    );
+}
+
+#[test]
+fn the_commands_arguments_signals_and_status_are_the_windows() {
+    let display = VirtualDisplay::start();
+    let mut seat = Seat::open(&display.socket()).unwrap();
+    let mut window = display.window("window.log");
+    wait_for(&mut seat, "a window", is_taken);
+    // The shell that waits for the command waits for the window itself.
+    let program = std::fs::read_link(format!("/proc/{}/exe", window.pid())).unwrap();
+    assert!(program.ends_with("friction-bench-participant"));
+    window.signal(Signal::TERM);
+    assert_eq!(
+        window.wait(PATIENCE).signal(),
+        Some(Signal::TERM.as_raw()),
+        "{}",
+        window.output()
+    );
+    let refused = participant(friction_bench())
+        .args(["--monitor", "nowhere", "--socket"])
+        .arg(display.folder.path().join("other"))
+        .env("DISPLAY", &display.name)
+        .env("XDG_CONFIG_HOME", display.folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert!(said.contains("there is no monitor nowhere"), "{said}");
+}
+
+/// A copy of friction-bench in a folder without the window's program.
+fn alone(folder: &Path) -> PathBuf {
+    let copy = folder.join("friction-bench");
+    if std::fs::hard_link(friction_bench(), &copy).is_err() {
+        std::fs::copy(friction_bench(), &copy).unwrap();
+    }
+    copy
+}
+
+#[test]
+fn a_window_that_is_not_installed_is_missed_by_name_and_one_on_the_path_is_found() {
+    let folder = private_folder();
+    let program = alone(folder.path());
+    let empty = tempfile::tempdir().unwrap();
+    let (code, said) = without_a_screen(
+        participant(&program).env("PATH", empty.path()),
+        folder.path(),
+    );
+    assert_eq!(code, Some(2));
+    for words in [
+        "friction-bench: the participant's window is a program of its own, friction-bench-participant",
+        &format!("neither in {} nor on the PATH", folder.path().display()),
+        "cargo build --release -p friction-bench-participant",
+    ] {
+        assert!(said.contains(words), "{said}");
+    }
+    let there = participants_window().parent().unwrap();
+    let (code, said) = without_a_screen(participant(&program).env("PATH", there), folder.path());
+    assert_eq!(code, Some(2));
+    assert!(
+        said.starts_with("friction-bench-participant: no screen to open a window on"),
+        "{said}"
+    );
+    std::fs::write(folder.path().join("friction-bench-participant"), "").unwrap();
+    let (code, said) = without_a_screen(participant(&program).env("PATH", there), folder.path());
+    assert_eq!(code, Some(2));
+    assert!(said.contains("does not start"), "{said}");
+}
+
+/// Returns the files that a command opened whose names say that they are of a display, by strace.
+fn libraries_of_a_display(command: &Command, folder: &Path) -> Vec<String> {
+    let trace = folder.join("trace");
+    let mut traced = Command::new(installed("strace"));
+    traced
+        .args(["-f", "-qq", "-e", "trace=open,openat", "-o"])
+        .arg(&trace)
+        .arg(command.get_program())
+        .args(command.get_args())
+        .env("XDG_CONFIG_HOME", folder)
+        .env_remove("DISPLAY")
+        .current_dir(folder);
+    let ended = traced.output().unwrap();
+    let trace = std::fs::read_to_string(&trace).unwrap();
+    assert!(trace.contains("libc.so"), "{ended:?}\n{trace}");
+    let libraries = trace.split('"').filter(|name| {
+        let file = name.rsplit('/').next().unwrap_or_default();
+        let display = ["libX", "libxcb", "libxkb", "libwayland"];
+        display.iter().any(|library| file.starts_with(library))
+    });
+    libraries.map(str::to_owned).collect()
+}
+
+#[test]
+fn a_session_loads_no_library_of_a_display() {
+    let folder = private_folder();
+    let mut session = Command::new(friction_bench());
+    session
+        .args(["run", "--mock", "--headless", "--speed", "max"])
+        .args(["--participant", "sub-01", "--consent-by", "T", "--protocol"])
+        .arg(protocol("one-exploration.toml"));
+    let opened = libraries_of_a_display(&session, folder.path());
+    assert_eq!(opened, [""; 0]);
+    let log = folder.path().join("study/sub-01/ses-01/events.jsonl");
+    assert!(log.is_file(), "no session took place");
+    // The window does, so that the test above looks for the right thing.
+    let mut window = participant(friction_bench());
+    window.arg("--socket").arg(folder.path().join("s"));
+    let opened = libraries_of_a_display(&window, folder.path());
+    assert!(
+        opened.iter().any(|name| name.contains("libX11")),
+        "{opened:?}"
     );
 }

@@ -35,6 +35,7 @@ pub mod results;
 mod row_times;
 mod spans;
 pub mod statistics;
+#[cfg_attr(not(feature = "parquet"), path = "no_tables.rs")]
 pub mod tables;
 pub mod trial_fit;
 pub mod trial_selection;

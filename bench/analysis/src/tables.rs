@@ -59,6 +59,14 @@ enum Column {
     Real(&'static str, Vec<f64>),
 }
 
+/// Requires that this program can write tables, as one can that was built with the feature `parquet`.
+///
+/// # Errors
+/// Never.
+pub fn require_built() -> Result<(), TableError> {
+    Ok(())
+}
+
 /// Writes both tables into `folder`, which is made if it does not exist; tables that exist are replaced.
 ///
 /// # Errors

@@ -334,6 +334,25 @@ mod tests {
         }
     }
 
+    /// A compiler made writes past the end of the extended values of this (`LowPass::zero_phase`), for even counts of complex
+    /// values: in one codegen unit, fully optimised, without debug assertions. The workspace's profile of the tests compiles
+    /// this package so.
+    #[test]
+    fn nothing_is_written_past_the_extended_values_in_one_codegen_unit() {
+        for count in (PADDING + 1..64).chain([3400, 3401]) {
+            let values: Vec<Complex64> = (0..count)
+                .map(|k| Complex64::new(5.9 + 0.01 * (k as f64 * 0.37).sin(), -0.1))
+                .collect();
+            let smooth = low_pass().zero_phase(&values).unwrap();
+            // Behind an allocation lie the allocator's own records: damaged, they end the program here.
+            let others: Vec<Vec<u8>> = (0..=200)
+                .map(|k| vec![k; 100 + 37 * usize::from(k)])
+                .collect();
+            assert_eq!((smooth.len(), others.len()), (count, 201));
+            assert!(smooth.iter().all(|value| (value - values[0]).norm() < 0.02));
+        }
+    }
+
     #[test]
     fn complex_values_are_smoothed_part_by_part() {
         let real = input();

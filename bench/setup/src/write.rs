@@ -18,8 +18,8 @@ use crate::steps;
 /// Inputs of the drive and the pickup, and those of a sensor's gauges.
 const SIGNALS: u16 = 2;
 const GAUGES: u16 = 6;
-/// Where a Linux board says what it is.
-const BOARD: &str = "/proc/device-tree/model";
+/// GPIO chip of a computer where none is found, as one that is not the bench's own may have none.
+const FIRST_CHIP: &str = "/dev/gpiochip0";
 
 /// What was written, in words.
 pub struct Written {
@@ -304,14 +304,13 @@ fn put_lines(
         return sheet.set("field_box", "port", in_toml(&port)?);
     }
     sheet.remove("field_box")?;
-    let is_pi = std::fs::read_to_string(BOARD).is_ok_and(|model| model.contains("Raspberry Pi"));
-    match found.gpio_chips.first() {
-        Some(chip) if !is_pi => {
-            sheet.set("gpio", "backend", "gpiocdev")?;
-            sheet.set("gpio", "chip", in_toml(chip)?)?;
-        }
-        _ => sheet.set("gpio", "backend", "rppal")?,
-    }
+    let chip = found.gpio_chips.first();
+    sheet.set("gpio", "backend", "gpiocdev")?;
+    sheet.set(
+        "gpio",
+        "chip",
+        in_toml(chip.map_or(Path::new(FIRST_CHIP), PathBuf::as_path))?,
+    )?;
     for key in [
         "encoder_a",
         "encoder_b",
@@ -360,7 +359,12 @@ fn summary(path: &Path, rig: Rig, converter: &str, gauges: bool) -> String {
     if gauges {
         text += ", the gauges' inputs and volts in [force.channels]";
     }
-    text + "\n"
+    text += "\n";
+    if rig == Rig::RaspberryPi {
+        text += "a line keeps its last level when the program is killed, unless /boot/firmware/config.txt has the line \
+                 dtparam=strict_gpiod: add it, and restart the computer\n";
+    }
+    text
 }
 
 #[cfg(test)]
@@ -441,6 +445,8 @@ mod tests {
         assert!(matches!(boxed.force.unwrap().sensor, Sensor::FieldBox(_)));
         assert_eq!(boxed.gpio.backend, GpioBackend::FieldBox);
         let board = written(&options(&path("board"), Rig::RaspberryPi));
+        assert_eq!(board.gpio.backend, GpioBackend::Gpiocdev);
+        assert_eq!(board.gpio.chip.as_deref(), Some(Path::new(FIRST_CHIP)));
         let Sensor::Serial(serial) = board.force.unwrap().sensor else {
             panic!("not serial")
         };
@@ -459,6 +465,21 @@ mod tests {
         let gauges = written(&gauges);
         assert_eq!(gauges.audio.input_channels, 10);
         assert!(matches!(gauges.force.unwrap().sensor, Sensor::Channels(_)));
+    }
+
+    #[test]
+    fn lines_are_of_the_first_gpio_chip_that_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let options = options(folder.path(), Rig::RaspberryPi);
+        let chips = ["/dev/gpiochip4", "/dev/gpiochip0"].map(PathBuf::from);
+        let found = Listing {
+            gpio_chips: chips.to_vec(),
+            ..computer()
+        };
+        write(&options, &found, &mut Unattended).unwrap();
+        let gpio = Config::read(&options.config).unwrap().gpio;
+        assert_eq!(gpio.backend, GpioBackend::Gpiocdev);
+        assert_eq!(gpio.chip.as_deref(), Some(chips[0].as_path()));
     }
 
     #[test]

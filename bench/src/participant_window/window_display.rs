@@ -1,6 +1,6 @@
 //! The participant's window on a Unix socket: a display that never waits, and the task that does its talking.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -8,6 +8,7 @@ use crossbeam_channel::{Receiver, Sender};
 use live::window_screen::shown;
 use participant_window::message::{Beat, Shown};
 use participant_window::place;
+pub use participant_window::place::default_socket;
 use participant_window::seat::{Seat, SeatEvent};
 use protocols::Texts;
 use serde::Serialize;
@@ -47,13 +48,6 @@ struct Waiting {
     seat: Seat,
     said: Sender<(LogLevel, String)>,
     came: Vec<SeatEvent>,
-}
-
-/// Returns the socket where session and window meet when none is named.
-#[must_use]
-pub fn default_socket() -> PathBuf {
-    let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
-    place::socket(runtime, &std::env::temp_dir())
 }
 
 impl WindowDisplay {

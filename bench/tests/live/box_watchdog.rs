@@ -210,7 +210,7 @@ fn a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_ena
     if let Ok(port) = std::env::var(PORT) {
         hold_the_enable(&port);
     }
-    let count = campaign::repeats("FRICTION_BENCH_BOX_DEATHS", 200);
+    let count = campaign::repeats("FRICTION_BENCH_BOX_DEATHS", 60);
     let mut rng = ChaCha8Rng::seed_from_u64(41);
     let mut at_work = OnBench::new();
     let mut child = bench(&at_work.port);

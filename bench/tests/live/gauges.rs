@@ -395,8 +395,8 @@ fn calibrated(sensor: &mut Unknown) -> (MeasuredForce, Vec<String>) {
 }
 
 #[test]
-fn twenty_four_unknown_sensors_are_known_within_their_intervals() {
-    const SEEDS: u64 = 24;
+fn eight_unknown_sensors_are_known_within_their_intervals() {
+    const SEEDS: u64 = 8;
     let misses = |seed: u64| -> [(f64, f64); 4] {
         let mut sensor = Unknown::draw(seed);
         let (force, faults) = calibrated(&mut sensor);
@@ -428,7 +428,7 @@ fn twenty_four_unknown_sensors_are_known_within_their_intervals() {
             .count();
         let worst = all.iter().map(|of| of[entry].0.abs()).fold(0.0, f64::max);
         println!("entry {entry}: worst {worst:.1e}, interval holds the truth {held}/{SEEDS}");
-        assert!(held as u64 >= SEEDS - 3, "entry {entry}: {held} of {SEEDS}");
+        assert!(held as u64 >= SEEDS - 1, "entry {entry}: {held} of {SEEDS}");
         assert!(worst < 2e-3, "entry {entry}: {worst:e}");
     }
 }

@@ -63,7 +63,8 @@ fn jack() -> Result<Host, AudioError> {
 fn jack() -> Result<Host, AudioError> {
     Err(unavailable(
         "jack",
-        "this program was built without JACK (Cargo feature `jack` of signalgen)",
+        "this program was built without JACK; build it with `cargo build --release -p friction-bench --features jack`, or set \
+         host = \"native\" in [audio]",
     ))
 }
 

@@ -8,8 +8,8 @@ use tui::event::{PhaseKind, SafetyState};
 use tui::picture::{Paper, svg};
 use tui::{Instruction, Page, State, Theme, participant_screen};
 
-use super::window_pictures;
 use super::simulated::{Deed, Shot, Taken, calibrated, drawn, session};
+use super::window_pictures;
 
 /// Columns and rows of the dashboard, and of a calibration's page.
 const DASHBOARD: (u16, u16) = (110, 36);

@@ -7,6 +7,7 @@
 use std::fs;
 use std::path::Path;
 
+use bench_tests::campaign;
 use bench_tests::room::{Room, refused};
 use bench_tests::session::{finish, text};
 use bench_tests::truth::Bench;
@@ -67,9 +68,11 @@ fn misses(seed: u64) -> [Miss; 5] {
 }
 
 #[test]
-fn fifty_unknown_benches_are_known_within_their_intervals() {
-    const SEEDS: u64 = 50;
-    let all: Vec<_> = (1..=SEEDS).into_par_iter().map(misses).collect();
+fn unknown_benches_are_known_within_their_intervals() {
+    let benches = campaign::repeats("FRICTION_BENCH_BENCHES", 12);
+    let seeds = (1..=benches as u64).into_par_iter();
+    let all: Vec<_> = seeds.map(misses).collect();
+    let mut lines = Vec::new();
     for (i, (name, demanded)) in NAMES.iter().zip(DEMANDED).enumerate() {
         let mut errors: Vec<f64> = all.iter().map(|seed| seed[i].error.abs()).collect();
         errors.sort_by(f64::total_cmp);
@@ -83,16 +86,17 @@ fn fifty_unknown_benches_are_known_within_their_intervals() {
             widths[widths.len() / 2]
         };
         let worst = errors[errors.len() - 1];
-        println!(
-            "{name:<10} median {:.1e}  worst {worst:.1e}  demanded {demanded:.1e}  95 % interval ± {median_width:.1e}  holds the truth {held}/{SEEDS}",
+        lines.push(format!(
+            "{name} median {:.1e}, worst {worst:.1e}, demanded {demanded:.1e}, 95 % interval ± {median_width:.1e}, holds the truth {held}",
             errors[errors.len() / 2]
-        );
+        ));
         assert!(worst <= demanded, "{name}: {worst:e} over {demanded:e}");
         assert!(
-            held as f64 >= 0.9 * SEEDS as f64,
-            "{name}: {held} of {SEEDS}"
+            campaign::holds(held, benches),
+            "{name}: {held} of {benches}"
         );
     }
+    campaign::found("unknown benches calibrated", benches, &lines.join("; "));
 }
 
 #[test]

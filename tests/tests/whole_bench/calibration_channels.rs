@@ -9,6 +9,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
+use bench_tests::campaign;
 use bench_tests::program::bench;
 use bench_tests::session::{finish, text};
 use config::CalibrationFile;
@@ -182,11 +183,13 @@ fn misses(seed: u64) -> Vec<[Miss; 5]> {
 }
 
 #[test]
-fn twenty_four_converters_are_known_within_their_intervals() {
-    const SEEDS: u64 = 24;
+fn converters_are_known_within_their_intervals() {
+    // Three of each crosstalk at least.
+    let converters = campaign::repeats("FRICTION_BENCH_BENCHES", 9);
+    let mut lines = Vec::new();
     // Without crosstalk the intervals hold noise alone; with it, its unmeasured way back as well.
     let mut by_crosstalk: [Vec<[Miss; 5]>; 3] = Default::default();
-    for seed in 1..=SEEDS {
+    for seed in 1..=converters as u64 {
         by_crosstalk[(seed / 3 % 3) as usize].extend(misses(seed));
     }
     for (value, name) in NAMES.iter().enumerate() {
@@ -197,23 +200,28 @@ fn twenty_four_converters_are_known_within_their_intervals() {
             let mut halves: Vec<f64> = rows.iter().map(|row| row[value].2).collect();
             errors.sort_by(f64::total_cmp);
             halves.sort_by(f64::total_cmp);
-            println!(
-                "{name:<14} crosstalk {crosstalk:<8} median {:.1e}  worst {:.1e}  95 % interval ± {:.1e}  holds the truth {held}/{}",
+            lines.push(format!(
+                "{name} at a crosstalk of {crosstalk} median {:.1e}, worst {:.1e}, 95 % interval ± {:.1e}, holds the truth {held} of {}",
                 errors[errors.len() / 2],
                 errors[errors.len() - 1],
                 halves[halves.len() / 2],
                 rows.len()
-            );
+            ));
             // A crosstalk of nothing is read as the size of its noise.
             if !(*name == "crosstalk" && crosstalk == "none") {
                 all_held = (all_held.0 + held, all_held.1 + rows.len());
             }
         }
         assert!(
-            all_held.0 as f64 >= 0.9 * all_held.1 as f64,
+            campaign::holds(all_held.0, all_held.1),
             "{name}: {all_held:?}"
         );
     }
+    campaign::found(
+        "unknown converters calibrated",
+        converters,
+        &lines.join("; "),
+    );
     let worst = |value: usize| {
         let rows = by_crosstalk.iter().flatten();
         rows.map(|row| row[value].1).fold(0.0, f64::max)
@@ -256,8 +264,8 @@ fn the_round_trip_is_told_and_the_bench_is_put_back() {
 #[test]
 fn a_measured_match_narrows_the_plates_intervals_and_they_hold() {
     let mut held = [0; 3];
-    const SEEDS: u64 = 12;
-    for seed in 1..=SEEDS {
+    let benches = campaign::repeats("FRICTION_BENCH_BENCHES", 4);
+    for seed in 1..=benches as u64 {
         let scenario = "[jitter]\nenabled = true\n[converter]\ncrosstalk = 1e-6\n";
         let room = Room::new(scenario, seed);
         room.succeed("channels");
@@ -275,15 +283,18 @@ fn a_measured_match_narrows_the_plates_intervals_and_they_hold() {
             miss(&plate.pickup_phase_rad, phase),
         ];
         for (held, missed) in held.iter_mut().zip(missed) {
-            *held += u32::from(missed.0);
+            *held += usize::from(missed.0);
         }
         // 1e-4 assumed makes ± 0.2 mrad.
         assert!(missed[2].2 < 1e-4, "seed {seed}: {missed:?}");
     }
-    println!("f0, Q, phase hold the truth {held:?} of {SEEDS}");
+    campaign::found(
+        "plates of a measured channel match",
+        benches,
+        &format!("f0, Q, phase hold the truth {held:?}"),
+    );
     assert!(
-        held.iter()
-            .all(|&held| f64::from(held) >= 0.9 * SEEDS as f64),
+        held.iter().all(|&held| campaign::holds(held, benches)),
         "{held:?}"
     );
 }

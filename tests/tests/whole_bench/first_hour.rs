@@ -9,16 +9,21 @@ use std::fs;
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
+use std::time::Duration;
 
 use bench_tests::program::{bench, friction_bench, workspace};
+use bench_tests::running::Running;
 use bench_tests::screen::Screen;
 use bench_tests::session::{
     ON_A_CARD, SessionFolder, config_with, demo_with, finish, require_whole, text, unattended,
 };
 use config::Config;
 use recording::RecordingReader;
+use rustix::process::Signal;
 
 use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
+
+const MINUTE: Duration = Duration::from_secs(60);
 
 /// Runs `command` in a terminal of its own and returns all that it shows there.
 fn in_terminal(mut command: Command, columns: u16, rows: u16) -> (ExitStatus, String) {
@@ -36,8 +41,8 @@ fn in_terminal(mut command: Command, columns: u16, rows: u16) -> (ExitStatus, St
 fn the_demo_succeeds_in_a_terminal_without_a_size() {
     let folder = tempfile::tempdir().unwrap();
     let demo = folder.path().join("a demo");
-    let mut command = Command::new(workspace().join("bench/demo.sh"));
-    command.arg(&demo).env("FRICTION_BENCH", friction_bench());
+    let mut command = bench();
+    command.arg("demo").arg(&demo).current_dir(&folder);
     let (status, shown) = in_terminal(command, 0, 0);
     assert!(status.success(), "{shown}");
     for file in [
@@ -53,6 +58,55 @@ fn the_demo_succeeds_in_a_terminal_without_a_size() {
     let copied = format!("set -- {last}; shift 6; printf %s \"$1\"");
     let study = finish(Command::new("bash").args(["-c", &copied])).stdout;
     assert_eq!(OsStr::from_bytes(&study), demo.join("study"), "{last}");
+    // The folder where it was started is as it was.
+    let beside: Vec<_> = fs::read_dir(&folder).unwrap().collect();
+    assert_eq!(beside.len(), 1, "{beside:?}");
+}
+
+#[test]
+fn a_demo_that_is_ended_ends_its_step_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = bench();
+    command.arg("demo").current_dir(&folder);
+    let mut demo = Running::start(&mut command, &folder.path().join("output"));
+    let children = format!("/proc/{0}/task/{0}/children", demo.pid());
+    let step = demo.wait_for(MINUTE, || {
+        let children = fs::read_to_string(&children).ok()?;
+        Some(children.split_whitespace().next()?.to_owned())
+    });
+    let step = step.unwrap_or_else(|| panic!("no step: {}", demo.output()));
+    demo.signal(Signal::TERM);
+    let ended = demo.wait(MINUTE);
+    assert_eq!(ended.code(), Some(128 + 15), "{}", demo.output());
+    assert!(!Path::new("/proc").join(step).exists());
+    assert!(!folder.path().join("demo/study").exists());
+}
+
+/// An optimised program tells the commit; one for debugging, which is compiled at every change, that it is one.
+#[test]
+fn the_version_tells_what_was_built() {
+    let version = text(&finish(bench().arg("--version")));
+    let built = version
+        .strip_prefix(concat!("friction-bench ", env!("CARGO_PKG_VERSION"), " ("))
+        .and_then(|rest| rest.trim_end().strip_suffix(')'))
+        .unwrap_or_else(|| panic!("{version}"));
+    let named = std::env::var("FRICTION_BENCH_COMMIT").ok();
+    if let Some(name) = named.filter(|name| !name.is_empty()) {
+        assert_eq!(built, format!("commit {name}"));
+        return;
+    }
+    if cfg!(debug_assertions) {
+        assert_eq!(built, "debug build");
+        return;
+    }
+    let mut git = Command::new("git");
+    git.args(["rev-parse", "--short=12", "HEAD"]);
+    let commit = git.current_dir(workspace()).output();
+    let expected = match commit.ok().filter(|output| output.status.success()) {
+        Some(output) => format!("commit {}", text(&output).trim()),
+        None => "unknown commit".to_owned(),
+    };
+    assert_eq!(built.trim_end_matches(" and changes"), expected);
 }
 
 #[test]

@@ -173,7 +173,7 @@ fn assert_alike(rig: &str, found: Measured, usual: Measured) {
 }
 
 /// Calibrates a bench and measures the person with it.
-fn measured(rig: &Rig) -> Measured {
+fn measured_by(rig: &Rig) -> Measured {
     rig.calibrate();
     rig.session()
 }
@@ -226,10 +226,10 @@ fn each_rig_measures_the_same_person_as_the_usual_bench() {
         ("board with GPIO", || frames("raspberry-pi")),
     ];
     let (usual, found) = rayon::join(
-        || measured(&Rig::new("")),
+        || measured_by(&Rig::new("")),
         || {
             let rigs = rigs.par_iter();
-            let found = rigs.map(|(name, rig)| (*name, measured(&rig())));
+            let found = rigs.map(|(name, rig)| (*name, measured_by(&rig())));
             found.collect::<Vec<_>>()
         },
     );

@@ -1,5 +1,6 @@
 //! `friction-bench`: the composition root. Here, and nowhere else, it is decided which hardware there is.
 
+mod demonstration;
 mod found;
 mod participant;
 mod printed;
@@ -72,13 +73,14 @@ fn passed_or_failed(passed: bool) -> ExitCode {
 fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(options) => run(&options, verbosity),
-        Command::Participant(options) => participant::open(&options).map(|()| ExitCode::SUCCESS),
+        Command::Participant(options) => Err(participant::open(&options)),
         Command::Monitor(options) => watch(&options, verbosity),
         Command::Calibrate(options) => calibrate(&options, verbosity),
         Command::Drill(options) => rehearse(&options, verbosity),
         Command::Replay(options) => play(&options, verbosity),
         Command::Check(options) => check(&options, verbosity),
         Command::Init(options) => init(&options, verbosity),
+        Command::Demo(options) => demonstration::run(&options, verbosity),
         Command::Devices(options) => list(&options),
         Command::Analyze(options) => Ok(passed_or_failed(analyze::run(&options, verbosity)?)),
         Command::Verify(options) => Ok(passed_or_failed(verify::run(&options, verbosity)?)),

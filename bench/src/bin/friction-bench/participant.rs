@@ -3,9 +3,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use friction_bench::cli::{Run, Speed};
+use friction_bench::cli::{Participant, Run, Speed};
 use friction_bench::displays::{self, Displays};
-use friction_bench::participant_options::Participant;
 use friction_bench::participant_window::{WindowDisplay, default_socket};
 use protocols::Texts;
 use tui::escaped_line;
@@ -13,28 +12,17 @@ use tui::escaped_line;
 /// Longest time that a session waits for the participant's window before it begins.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Opens the participant's window, and returns when it is closed.
-#[cfg(all(unix, feature = "window"))]
-pub fn open(options: &Participant) -> anyhow::Result<()> {
-    use participant_window::{scales, window};
-    let folder = |name| std::env::var_os(name).map(std::path::PathBuf::from);
-    window::run(window::Options {
-        socket: options.socket.clone().unwrap_or_else(default_socket),
-        scales: scales::path(folder("XDG_CONFIG_HOME"), folder("HOME"))?,
-        monitor: options.monitor.clone(),
-        ruler: options.ruler,
-        font: options.font.clone(),
-    })?;
-    Ok(())
+/// Becomes the program of the participant's window; returns if that fails.
+#[cfg(unix)]
+pub fn open(options: &Participant) -> anyhow::Error {
+    let own = std::env::current_exe().unwrap_or_default();
+    participant_window::launch::launch(&own, options).into()
 }
 
-/// There is no window in this program.
-#[cfg(not(all(unix, feature = "window")))]
-pub fn open(_: &Participant) -> anyhow::Result<()> {
-    anyhow::bail!(
-        "this program was built without the participant's window: on Linux and macOS `cargo build --features window` has \
-         it; elsewhere there is none"
-    )
+/// There is no window on this system.
+#[cfg(not(unix))]
+pub fn open(_: &Participant) -> anyhow::Error {
+    anyhow::anyhow!("the participant's window needs Linux or macOS")
 }
 
 /// Opens the displays of a session; what the operator must do for that is printed.

@@ -24,7 +24,7 @@ pub fn open(gpio: &Gpio) -> anyhow::Result<Lines> {
                     "no permission for {path}: add yourself to the group `gpio` (sudo usermod -aG gpio $USER) and log in again"
                 ),
                 opened => opened.context(
-                    "gpio.backend = \"rppal\" needs a Raspberry Pi; on another board use \"gpiocdev\"",
+                    "gpio.backend = \"rppal\" needs a Raspberry Pi; use \"gpiocdev\", which works on any board",
                 )?,
             };
             Ok(take_lines(gpio, &Header(header))?)
@@ -38,9 +38,21 @@ pub fn open(gpio: &Gpio) -> anyhow::Result<Lines> {
     }
 }
 
-/// GPIO character devices of this computer.
+/// Beginning of the labels of the chips behind a Raspberry Pi's header: `pinctrl-bcm2835`, `pinctrl-bcm2711`, `pinctrl-rp1`. Their
+/// numbers depend on the board and on the kernel.
+const HEADER: &str = "pinctrl-";
+
+/// GPIO character devices of this computer, that of a Raspberry Pi's header first.
 pub fn chips() -> Vec<PathBuf> {
-    gpiocdev::chip::chips().unwrap_or_default()
+    header_first(gpiocdev::chip::chips().unwrap_or_default(), |chip| {
+        let chip = gpiocdev::Chip::from_path(chip).ok()?;
+        Some(chip.info().ok()?.label)
+    })
+}
+
+fn header_first(mut chips: Vec<PathBuf>, label: impl Fn(&Path) -> Option<String>) -> Vec<PathBuf> {
+    chips.sort_by_key(|chip| !label(chip).is_some_and(|label| label.starts_with(HEADER)));
+    chips
 }
 
 /// Pins of a Raspberry Pi as mapped memory.
@@ -161,6 +173,22 @@ mod tests {
             let call = gpiocdev::Error::Uapi(GetLine, uapi::Error::Os(os));
             assert_eq!(kind(call), expected);
         }
+    }
+
+    #[test]
+    fn the_header_of_a_raspberry_pi_comes_first_whatever_its_number() {
+        let chips = ["gpiochip0", "gpiochip4", "gpiochip10"].map(PathBuf::from);
+        let label = |chip: &Path| match chip.to_str()? {
+            "gpiochip4" => Some("pinctrl-rp1".to_owned()),
+            "gpiochip0" => Some("gpio-brcmstb@107d508500".to_owned()),
+            // May not be opened.
+            _ => None,
+        };
+        let sorted = header_first(chips.to_vec(), label);
+        assert_eq!(
+            sorted,
+            ["gpiochip4", "gpiochip0", "gpiochip10"].map(PathBuf::from)
+        );
     }
 
     /// Fault 18.

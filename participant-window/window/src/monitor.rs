@@ -3,19 +3,19 @@
 use winit::event_loop::ActiveEventLoop;
 use winit::monitor::MonitorHandle;
 
-use super::error::WindowError;
-use crate::fitness::OnMonitor;
+use crate::error::WindowError;
+use participant_window::fitness::OnMonitor;
 
 /// What a monitor that does not tell is taken for, Hz.
 const ASSUMED_REFRESH_HZ: f64 = 60.0;
 
 /// Returns the name of a monitor.
-pub(super) fn name(monitor: &MonitorHandle) -> String {
+pub fn name(monitor: &MonitorHandle) -> String {
     monitor.name().unwrap_or_else(|| "unnamed".to_owned())
 }
 
 /// Returns a monitor's name and size.
-pub(super) fn identity(monitor: &MonitorHandle) -> OnMonitor {
+pub fn identity(monitor: &MonitorHandle) -> OnMonitor {
     OnMonitor {
         name: name(monitor),
         size_px: monitor.size().into(),
@@ -23,7 +23,7 @@ pub(super) fn identity(monitor: &MonitorHandle) -> OnMonitor {
 }
 
 /// Returns the time between two pictures of a monitor, s.
-pub(super) fn refresh_s(monitor: &MonitorHandle) -> f64 {
+pub fn refresh_s(monitor: &MonitorHandle) -> f64 {
     let told_hz = monitor
         .refresh_rate_millihertz()
         .map(|mhz| 1e-3 * f64::from(mhz));
@@ -33,7 +33,7 @@ pub(super) fn refresh_s(monitor: &MonitorHandle) -> f64 {
 
 /// Returns whether the outputs of this name have no monitor behind them: those of Xvfb, VNC servers, dummy drivers and
 /// remote desktops.
-pub(super) fn is_virtual(name: &str) -> bool {
+pub fn is_virtual(name: &str) -> bool {
     let name = name.to_lowercase();
     name == "screen"
         || ["vnc", "dummy", "virtual", "rdp", "none"]
@@ -42,10 +42,7 @@ pub(super) fn is_virtual(name: &str) -> bool {
 }
 
 /// Returns the monitor of this number, from 1, or of this name; without either the last.
-pub(super) fn chosen(
-    events: &ActiveEventLoop,
-    asked: Option<&str>,
-) -> Result<MonitorHandle, WindowError> {
+pub fn chosen(events: &ActiveEventLoop, asked: Option<&str>) -> Result<MonitorHandle, WindowError> {
     let all: Vec<MonitorHandle> = events.available_monitors().collect();
     let found = match asked {
         None => all.last(),

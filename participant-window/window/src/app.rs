@@ -11,23 +11,23 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::keyboard::{Key, ModifiersState, NamedKey};
 use winit::window::{Fullscreen, Window, WindowId};
 
-use super::error::WindowError;
-use super::link::Link;
-use super::monitor;
-use super::options::Options;
-use super::stage::Stage;
-use crate::canvas::Canvas;
-use crate::fitness::OnMonitor;
-use crate::geometry::Geometry;
-use crate::lettering::Typeface;
-use crate::message::{Display, FORMAT};
-use crate::page::{Moving, Page};
-use crate::place::shared_s;
-use crate::ruler::{ASSUMED_PIXEL_M, Ruler};
-use crate::scales::Scales;
+use crate::error::WindowError;
+use crate::link::Link;
+use crate::monitor;
+use crate::options::Options;
+use crate::stage::Stage;
+use participant_window::canvas::Canvas;
+use participant_window::fitness::OnMonitor;
+use participant_window::geometry::Geometry;
+use participant_window::lettering::Typeface;
+use participant_window::message::{Display, FORMAT};
+use participant_window::page::{Moving, Page};
+use participant_window::place::shared_s;
+use participant_window::ruler::{ASSUMED_PIXEL_M, Ruler};
+use participant_window::scales::Scales;
 
 /// The window.
-pub(super) struct App {
+pub struct App {
     options: Options,
     face: Typeface,
     scales: Scales,
@@ -59,7 +59,7 @@ fn failed(error: impl std::fmt::Display) -> WindowError {
 }
 
 impl App {
-    pub(super) fn new(options: Options, face: Typeface, scales: Scales) -> Self {
+    pub fn new(options: Options, face: Typeface, scales: Scales) -> Self {
         Self {
             link: Link::new(options.socket.clone()),
             options,
@@ -74,7 +74,7 @@ impl App {
     }
 
     /// Returns why the window has ended, if not because it was closed.
-    pub(super) fn into_error(self) -> Option<WindowError> {
+    pub fn into_error(self) -> Option<WindowError> {
         self.error
     }
 
@@ -242,7 +242,7 @@ impl Screen {
     /// Shows the participant's page, if anything on it has changed.
     fn show(
         &mut self,
-        shown: &crate::message::Shown,
+        shown: &participant_window::message::Shown,
         audio_s: Option<f64>,
         moving: Moving,
         moves: bool,

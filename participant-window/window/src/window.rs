@@ -1,20 +1,13 @@
-//! The window on a screen: `friction-bench participant`.
+//! The window on a screen, from its options to its end.
 
-mod app;
-mod error;
-mod link;
-mod monitor;
-mod options;
-mod stage;
-
+use participant_window::lettering::Typeface;
+use participant_window::place;
+use participant_window::scales::Scales;
 use winit::event_loop::EventLoop;
 
-use crate::lettering::Typeface;
-use crate::place;
-use crate::scales::Scales;
-
-pub use error::WindowError;
-pub use options::Options;
+use crate::app;
+use crate::error::WindowError;
+use crate::options::Options;
 
 /// Most bytes of a font file.
 const FONT_LIMIT_BYTES: u64 = 64 << 20;

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::lettering::NoFont;
-use crate::place::PlaceError;
-use crate::scales::ScalesError;
+use participant_window::lettering::NoFont;
+use participant_window::place::PlaceError;
+use participant_window::scales::ScalesError;
 
 /// Why there is no window.
 #[derive(Debug, thiserror::Error)]

@@ -2,17 +2,17 @@
 
 use std::collections::HashSet;
 
-use crate::bench_clock::BenchClock;
-use crate::fitness::{Fitness, OnMonitor};
-use crate::frame_log::FrameLog;
-use crate::geometry::Geometry;
-use crate::lettering::Typeface;
-use crate::message::{Beat, FromWindow, Shown, ToWindow};
-use crate::page::Moving;
+use participant_window::bench_clock::BenchClock;
+use participant_window::fitness::{Fitness, OnMonitor};
+use participant_window::frame_log::FrameLog;
+use participant_window::geometry::Geometry;
+use participant_window::lettering::Typeface;
+use participant_window::message::{Beat, FromWindow, Shown, ToWindow};
+use participant_window::page::Moving;
 
 /// What the session wants to be seen, and the bench's clock.
 #[derive(Default)]
-pub(super) struct Stage {
+pub struct Stage {
     shown: Shown,
     clock: BenchClock,
     finger_m: Option<f64>,
@@ -25,7 +25,7 @@ pub(super) struct Stage {
 
 impl Stage {
     /// Takes what the session says.
-    pub(super) fn take(&mut self, message: ToWindow) {
+    pub fn take(&mut self, message: ToWindow) {
         match message {
             ToWindow::Welcome { .. } => {
                 self.clock = BenchClock::default();
@@ -51,7 +51,7 @@ impl Stage {
     }
 
     /// There is no session, or it has gone without a word.
-    pub(super) fn lost(&mut self, why: &str) {
+    pub fn lost(&mut self, why: &str) {
         if self.running || self.shown.title.is_empty() {
             self.shown = Shown {
                 title: std::mem::take(&mut self.shown.silent),
@@ -64,14 +64,14 @@ impl Stage {
     }
 
     /// Nobody has been there yet.
-    pub(super) fn waiting(&mut self) {
+    pub fn waiting(&mut self) {
         if !self.running && self.shown.title.is_empty() {
             self.shown.then = Some("no session yet  ·  Ctrl-R ruler  ·  Ctrl-Q close".to_owned());
         }
     }
 
     /// Returns what is to be seen at `aim_s` on the shared clock, with the time on the bench's then.
-    pub(super) fn at(&self, aim_s: f64) -> (Shown, Option<f64>, Moving) {
+    pub fn at(&self, aim_s: f64) -> (Shown, Option<f64>, Moving) {
         let audio_s = self.clock.audio_s(aim_s);
         let (Some(now_s), true) = (audio_s, self.running) else {
             // A bench that says nothing moves nobody's finger.
@@ -101,7 +101,7 @@ impl Stage {
     }
 
     /// Returns whether the slider moves, or is about to, within `refresh_s`.
-    pub(super) fn moves(&self, shared_s: f64) -> bool {
+    pub fn moves(&self, shared_s: f64) -> bool {
         let (Some(audio_s), Some(track)) = (self.clock.audio_s(shared_s), &self.shown.track) else {
             return false;
         };
@@ -109,7 +109,7 @@ impl Stage {
     }
 
     /// Takes a frame that was presented at `shared_s`; returns what there is to say once an exploration is over.
-    pub(super) fn presented(
+    pub fn presented(
         &mut self,
         shared_s: f64,
         slider_m: Option<f64>,
@@ -141,7 +141,7 @@ impl Stage {
     }
 
     /// Returns whether a finger can follow the window, if the session does not know it.
-    pub(super) fn fit(
+    pub fn fit(
         &mut self,
         shared_s: f64,
         chosen: &OnMonitor,
@@ -155,7 +155,7 @@ impl Stage {
     }
 
     /// Returns what the operator should know of what is shown, once each.
-    pub(super) fn troubles(&mut self, on: Geometry, face: &Typeface) -> Vec<FromWindow> {
+    pub fn troubles(&mut self, on: Geometry, face: &Typeface) -> Vec<FromWindow> {
         let mut troubles = Vec::new();
         if let Some(track) = self.shown.track.as_ref().filter(|track| !on.holds(track)) {
             troubles.push(format!(
@@ -191,8 +191,8 @@ impl Stage {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::message::{FORMAT, Track};
-    use crate::motion::Motion;
+    use participant_window::message::{FORMAT, Track};
+    use participant_window::motion::Motion;
 
     fn stage(starts_s: Option<f64>) -> Stage {
         let mut stage = Stage::default();

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::lines::Lines;
-use crate::message::{Display, FromWindow, ToWindow};
-use crate::place;
+use participant_window::Lines;
+use participant_window::message::{Display, FromWindow, ToWindow};
+use participant_window::place;
 
 /// Time between two tries to meet a session, s.
 const TRY_S: f64 = 0.5;
@@ -12,7 +12,7 @@ const TRY_S: f64 = 0.5;
 const ALIVE_S: f64 = 0.4;
 
 /// The window's end of the socket.
-pub(super) struct Link {
+pub struct Link {
     socket: PathBuf,
     lines: Option<Lines>,
     tried_s: f64,
@@ -21,7 +21,7 @@ pub(super) struct Link {
 
 /// What came of a look.
 #[derive(Default)]
-pub(super) struct Heard {
+pub struct Heard {
     /// Messages of the session.
     pub messages: Vec<ToWindow>,
     /// Why the session is not there, once it is known.
@@ -29,7 +29,7 @@ pub(super) struct Heard {
 }
 
 impl Link {
-    pub(super) fn new(socket: PathBuf) -> Self {
+    pub fn new(socket: PathBuf) -> Self {
         Self {
             socket,
             lines: None,
@@ -39,7 +39,7 @@ impl Link {
     }
 
     /// Looks for the session, and for what it says. `display` is what it is told of this window.
-    pub(super) fn look(&mut self, now_s: f64, display: &Display) -> Heard {
+    pub fn look(&mut self, now_s: f64, display: &Display) -> Heard {
         let mut heard = Heard::default();
         let Some(lines) = &mut self.lines else {
             if now_s - self.tried_s >= TRY_S {
@@ -81,7 +81,7 @@ impl Link {
     }
 
     /// Says something to the session, if it is there.
-    pub(super) fn say(&mut self, message: &FromWindow) {
+    pub fn say(&mut self, message: &FromWindow) {
         if let Some(lines) = &mut self.lines {
             // What comes of it is seen at the next look.
             let _ = lines.send(message);
@@ -89,7 +89,7 @@ impl Link {
     }
 
     /// Leaves the session.
-    pub(super) fn leave(&mut self) {
+    pub fn leave(&mut self) {
         self.lines = None;
     }
 }

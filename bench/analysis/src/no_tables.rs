@@ -1,0 +1,29 @@
+//! Tables of a program that was built without Parquet: each is refused.
+
+use std::path::Path;
+
+use crate::analysed::Analysed;
+
+/// Tables cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "this program was built without Parquet, which the tables need; build it with `cargo build --release -p friction-bench \
+     --features parquet`, or leave --tables out"
+)]
+pub struct TableError;
+
+/// Requires that this program can write tables.
+///
+/// # Errors
+/// Always.
+pub fn require_built() -> Result<(), TableError> {
+    Err(TableError)
+}
+
+/// Writes nothing.
+///
+/// # Errors
+/// Always.
+pub fn write(_: &Analysed, _: &Path) -> Result<(), TableError> {
+    Err(TableError)
+}

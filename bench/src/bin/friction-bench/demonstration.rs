@@ -1,0 +1,28 @@
+//! The demonstration, by this program's own file.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use demo::{Ended, Options};
+use friction_bench::verbosity::Verbosity;
+
+/// Runs the demonstration; its exit status is that of the step that failed, if one did.
+pub fn run(options: &Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
+    let program = std::env::current_exe()?;
+    let called = std::env::args_os().next().map(PathBuf::from);
+    let called = called.as_deref().unwrap_or(&program);
+    let more: &[&str] = match verbosity {
+        Verbosity::Quiet => &["--quiet"],
+        Verbosity::Normal => &[],
+        Verbosity::Verbose => &["--verbose"],
+    };
+    let stdout = std::io::stdout();
+    let bold = stdout.is_terminal();
+    Ok(
+        match demo::run(options, (&program, called), more, stdout, bold)? {
+            Ended::Completed => ExitCode::SUCCESS,
+            Ended::Failed(status) => ExitCode::from(status),
+        },
+    )
+}

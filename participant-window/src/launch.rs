@@ -1,0 +1,52 @@
+//! The start of the window's program, in place of the program that was asked for the window.
+
+use std::io::ErrorKind;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::participant_options::Participant;
+
+/// Name of the window's program.
+pub const PROGRAM: &str = "friction-bench-participant";
+
+/// Why the window's program did not start.
+#[derive(Debug, thiserror::Error)]
+pub enum LaunchError {
+    /// There is no such program.
+    #[error(
+        "the participant's window is a program of its own, friction-bench-participant, which is neither in {folder} nor on \
+         the PATH: install it there, or build it with `cargo build --release -p friction-bench-participant`"
+    )]
+    Missing {
+        /// Folder of the program that looked for it.
+        folder: PathBuf,
+    },
+    /// The system refused to run it.
+    #[error("{program} does not start: {source}")]
+    Refused {
+        /// The program.
+        program: PathBuf,
+        /// The system's reason.
+        #[source]
+        source: std::io::Error,
+    },
+}
+
+/// Replaces this process by the window's program, from the folder of `own`, this process's program, or else from the PATH.
+/// Terminal, signals and exit status are from then on the window's. Returns only if that fails.
+pub fn launch(own: &Path, options: &Participant) -> LaunchError {
+    let folder = own.parent().unwrap_or(Path::new("."));
+    let beside = folder.join(PROGRAM);
+    let program = if beside.exists() {
+        beside
+    } else {
+        PROGRAM.into()
+    };
+    let source = Command::new(&program).args(options.arguments()).exec();
+    if source.kind() == ErrorKind::NotFound {
+        let folder = folder.to_owned();
+        return LaunchError::Missing { folder };
+    }
+    LaunchError::Refused { program, source }
+}

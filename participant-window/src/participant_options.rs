@@ -1,0 +1,82 @@
+//! Options of `friction-bench participant`, which the program of the window has too.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// `participant`
+#[derive(Debug, Clone, Default, PartialEq, Eq, Args)]
+pub struct Participant {
+    /// Monitor, by its name or its number from 1 [default: the last].
+    #[arg(long, value_name = "NAME")]
+    pub monitor: Option<String>,
+    /// Begin with the ruler page, though this monitor's scale is known.
+    #[arg(long)]
+    pub ruler: bool,
+    /// Font file (.ttf, .otf) for a language whose letters DejaVu Sans has not.
+    #[arg(long, value_name = "FILE")]
+    pub font: Option<PathBuf>,
+    /// Socket of the session [default: the one that run opens].
+    #[arg(long, value_name = "SOCKET")]
+    pub socket: Option<PathBuf>,
+}
+
+impl Participant {
+    /// Returns the arguments that are read as these options.
+    #[must_use]
+    pub fn arguments(&self) -> Vec<OsString> {
+        // One word each, so that a value that begins with a hyphen remains a value.
+        let option = |name: &str, value: OsString| {
+            let mut word = OsString::from(name);
+            word.push(value);
+            word
+        };
+        let monitor = self.monitor.clone().map(OsString::from);
+        let font = self.font.clone().map(PathBuf::into_os_string);
+        let socket = self.socket.clone().map(PathBuf::into_os_string);
+        [
+            monitor.map(|name| option("--monitor=", name)),
+            self.ruler.then(|| "--ruler".into()),
+            font.map(|file| option("--font=", file)),
+            socket.map(|path| option("--socket=", path)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(
+        clippy::unwrap_used,
+        reason = "what cannot be unwrapped fails the test"
+    )]
+
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Debug, Parser)]
+    #[command(no_binary_name = true)]
+    struct Read {
+        #[command(flatten)]
+        options: Participant,
+    }
+
+    #[test]
+    fn arguments_are_read_as_the_options_that_they_were_made_of() {
+        let none = Participant::default();
+        let all = Participant {
+            monitor: Some("-HDMI 1".to_owned()),
+            ruler: true,
+            font: Some("--a font.ttf".into()),
+            socket: Some("/run/it's/s=1".into()),
+        };
+        for options in [none, all] {
+            let read = Read::try_parse_from(options.arguments()).unwrap();
+            assert_eq!(read.options, options);
+        }
+    }
+}

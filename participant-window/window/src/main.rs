@@ -1,0 +1,97 @@
+//! `friction-bench-participant`: the participant's window on a screen, which `friction-bench participant` starts.
+//!
+//! It is a program of its own because the libraries of a display are loaded into a process before its first instruction: the
+//! process that watches an emergency stop has none of them.
+
+#[cfg(unix)]
+mod app;
+#[cfg(unix)]
+mod error;
+#[cfg(unix)]
+mod link;
+#[cfg(unix)]
+mod monitor;
+#[cfg(unix)]
+mod options;
+#[cfg(unix)]
+mod stage;
+#[cfg(unix)]
+mod window;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    match std::panic::catch_unwind(open) {
+        Ok(Ok(())) => ExitCode::SUCCESS,
+        // The panic hook has reported it.
+        Err(_) => ExitCode::from(2),
+        Ok(Err(said)) => {
+            let said = shown(&said);
+            // Nobody has to read it.
+            let _ = writeln!(std::io::stderr(), "friction-bench-participant: {said}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Opens the window of the command line, and returns when it is closed; an error is what is said of it.
+#[cfg(unix)]
+fn open() -> Result<(), String> {
+    use clap::Parser;
+    use participant_window::participant_options::Participant;
+    use participant_window::{place, scales};
+
+    /// The participant's window on a monitor; `friction-bench participant` starts it.
+    #[derive(Debug, Parser)]
+    #[command(name = "friction-bench-participant", version, max_term_width = 100)]
+    struct Cli {
+        #[command(flatten)]
+        options: Participant,
+    }
+
+    let options = Cli::parse().options;
+    std::panic::set_hook(Box::new(|info| {
+        let line = format!("an error in the program itself: {info}");
+        let _ = writeln!(
+            std::io::stderr(),
+            "friction-bench-participant: {}",
+            shown(&line.replace('\n', " "))
+        );
+    }));
+    let folder = |name| std::env::var_os(name).map(std::path::PathBuf::from);
+    let scales = scales::path(folder("XDG_CONFIG_HOME"), folder("HOME"));
+    window::run(options::Options {
+        socket: options.socket.unwrap_or_else(place::default_socket),
+        scales: scales.map_err(|error| error.to_string())?,
+        monitor: options.monitor,
+        ruler: options.ruler,
+        font: options.font,
+    })
+    .map_err(|error| error.to_string())
+}
+
+#[cfg(not(unix))]
+fn open() -> Result<(), String> {
+    Err("the participant's window needs Linux or macOS".to_owned())
+}
+
+/// Returns a line with every character escaped that a terminal would obey.
+fn shown(line: &str) -> String {
+    let escaped = |c: char| match c {
+        c if c.is_control() => c.escape_unicode().to_string(),
+        c => c.to_string(),
+    };
+    line.chars().map(escaped).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shown;
+
+    #[test]
+    fn a_line_has_no_command_to_the_terminal() {
+        assert_eq!(shown("font\u{1b}[2J.ttf"), "font\\u{1b}[2J.ttf");
+        assert_eq!(shown("no monitor ß"), "no monitor ß");
+    }
+}

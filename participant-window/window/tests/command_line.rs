@@ -1,0 +1,43 @@
+//! The program's answers to a command line that opens no window.
+#![cfg(unix)]
+#![expect(
+    clippy::unwrap_used,
+    reason = "what cannot be unwrapped fails the test"
+)]
+
+use std::process::{Command, Output};
+
+fn window(arguments: &[&str]) -> Output {
+    let home = tempfile::tempdir().unwrap();
+    Command::new(env!("CARGO_BIN_EXE_friction-bench-participant"))
+        .args(arguments)
+        .env("XDG_CONFIG_HOME", home.path())
+        .env("XDG_RUNTIME_DIR", home.path())
+        .env_remove("DISPLAY")
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn it_tells_its_options_and_its_version() {
+    let help = window(&["--help"]);
+    assert!(help.status.success());
+    let text = String::from_utf8_lossy(&help.stdout).into_owned();
+    for option in ["--monitor", "--ruler", "--font", "--socket"] {
+        assert!(text.contains(option), "{text}");
+    }
+    let version = window(&["--version"]).stdout;
+    let version = String::from_utf8_lossy(&version).into_owned();
+    assert!(version.contains(env!("CARGO_PKG_VERSION")), "{version}");
+}
+
+#[test]
+fn a_font_that_is_not_there_is_named() {
+    let ended = window(&["--font", "absent\u{7}.ttf"]);
+    assert_eq!(ended.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert!(
+        said.starts_with("friction-bench-participant: absent\\u{7}.ttf: "),
+        "{said}"
+    );
+}

@@ -92,13 +92,14 @@ pub struct NoTwin {
     source: libloading::Error,
 }
 
-/// Returns where cargo has put the simulated library: beside this program, or with what it depends on.
+/// Returns the path of the simulated library: where cargo has put it, beside this program or with what it depends on, or
+/// where a package has.
 #[must_use]
 pub fn library() -> Option<PathBuf> {
     let program = std::env::current_exe().ok()?;
     let folder = program.parent()?;
     let name = libloading::library_filename("nidaqmx");
-    let places = [folder.to_owned(), folder.join("deps"), folder.join("..")];
+    let places = ["", "deps", "..", "../lib/friction-bench"].map(|place| folder.join(place));
     let found = places.into_iter().map(|place| place.join(&name));
     found.into_iter().find(|file| file.is_file())
 }

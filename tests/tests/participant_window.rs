@@ -441,8 +441,8 @@ fn alone(folder: &Path) -> PathBuf {
 
 #[test]
 fn a_window_that_is_not_installed_is_missed_by_name_and_one_on_the_path_is_found() {
-    let folder = private_folder();
-    let program = alone(folder.path());
+    let (folder, programs) = (private_folder(), private_folder());
+    let program = alone(programs.path());
     let empty = tempfile::tempdir().unwrap();
     let (code, said) = without_a_screen(
         participant(&program).env("PATH", empty.path()),
@@ -451,7 +451,7 @@ fn a_window_that_is_not_installed_is_missed_by_name_and_one_on_the_path_is_found
     assert_eq!(code, Some(2));
     for words in [
         "friction-bench: the participant's window is a program of its own, friction-bench-participant",
-        &format!("neither in {} nor on the PATH", folder.path().display()),
+        &format!("neither in {} nor on the PATH", programs.path().display()),
         "cargo build --release -p friction-bench-participant",
     ] {
         assert!(said.contains(words), "{said}");
@@ -463,7 +463,7 @@ fn a_window_that_is_not_installed_is_missed_by_name_and_one_on_the_path_is_found
         said.starts_with("friction-bench-participant: no screen to open a window on"),
         "{said}"
     );
-    std::fs::write(folder.path().join("friction-bench-participant"), "").unwrap();
+    std::fs::write(programs.path().join("friction-bench-participant"), "").unwrap();
     let (code, said) = without_a_screen(participant(&program).env("PATH", there), folder.path());
     assert_eq!(code, Some(2));
     assert!(said.contains("does not start"), "{said}");

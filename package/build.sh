@@ -40,7 +40,7 @@ built_for() {
         place=(--target "$target") folder=${CARGO_TARGET_DIR:-$PWD/target}/$target/release
     fi
     cargo build --release --locked "${place[@]}" \
-        -p friction-bench -p participant-window --features participant-window/window -p mock-nidaqmx >&2
+        -p friction-bench -p friction-bench-participant -p mock-nidaqmx >&2
     echo "$folder"
 }
 
@@ -65,8 +65,12 @@ stage() {
     cp bench/bench-template.toml bench/mock-bench*.toml "$doc/bench"
     gzip -9n <CHANGELOG.md >"$doc/changelog.gz"
     mdbook build --dest-dir "$doc/handbook" docs/handbook >&2
-    cargo about generate --locked --offline --fail --manifest-path bench/Cargo.toml --config package/about.toml \
-        package/about.hbs | gzip -9n >"$doc/third-party-licences.md.gz"
+    licences() {
+        cargo about generate --locked --offline --fail --manifest-path "$1" --config package/about.toml package/about.hbs |
+            gzip -9n >"$doc/$2.md.gz"
+    }
+    licences bench/Cargo.toml third-party-licences
+    licences participant-window/window/Cargo.toml third-party-licences-participant
     find "$root" -type d -exec chmod 755 {} +
     chmod -R u+w,go+rX,go-w "$root"
 }

@@ -39,7 +39,6 @@ make_clean() {
         "$codename" "$clean.partial.tar"
     mv "$clean.partial.tar" "$clean"
 }
-# Debian's minimal systems leave manual pages out, and these are to be read.
 enter() {
     local root=$work/root
     unshare --mount --propagation private sh -c '
@@ -68,7 +67,6 @@ if [ "$(id -u)" -eq 0 ] && unshare --mount true 2>/dev/null; then
     make_clean
     root=$work/root
     tar -C "$root" -xf "$clean"
-    rm -f "$root"/etc/dpkg/dpkg.cfg.d/*
     as_root 'useradd --create-home --shell /bin/bash tester && groupadd --system other && groupdel other && dpkg --configure -a'
     trace >"$work/before"
     cp "$deb" "$root/tmp/package.deb"

@@ -60,8 +60,7 @@ stage() {
     completion zsh zsh/vendor-completions _friction-bench
     completion fish fish/vendor_completions.d friction-bench.fish
     mkdir -p "$doc/bench"
-    cp -r docs README.md LICENSE-MIT bench/figures/fonts/LICENSE-DejaVu.txt package/debian/README.Debian \
-        package/debian/copyright "$doc"
+    cp -r docs README.md LICENSE-MIT LICENSE-APACHE bench/figures/fonts/LICENSE-DejaVu.txt package/debian/README.Debian "$doc"
     cp bench/bench-template.toml bench/mock-bench*.toml "$doc/bench"
     gzip -9n <CHANGELOG.md >"$doc/changelog.gz"
     mdbook build --dest-dir "$doc/handbook" docs/handbook >&2

@@ -83,7 +83,7 @@ pack() {
     printf 'friction-bench (%s-1) unstable; urgency=medium\n\n  * Release %s; changelog.gz has its changes.\n\n -- %s  %s\n' \
         "$version" "$version" "friction-bench maintainers <maintainers@friction-bench.invalid>" \
         "$(date -u -R -d "@$SOURCE_DATE_EPOCH")" >"$packaged/changelog"
-    cargo deb --quiet --no-build --no-strip -p friction-bench --target "$target" --output "$packaged/"
+    cargo deb --quiet --compress-system --no-build --no-strip -p friction-bench --target "$target" --output "$packaged/"
     tar --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner \
         -C "$packaged" --transform "s,^root,$folder," -c root | gzip -9n >"$packaged/$folder.tar.gz"
 }

@@ -60,8 +60,7 @@ stage() {
     completion zsh zsh/vendor-completions _friction-bench
     completion fish fish/vendor_completions.d friction-bench.fish
     mkdir -p "$doc/bench"
-    cp -r docs README.md LICENSE-MIT bench/figures/fonts/LICENSE-DejaVu.txt package/debian/README.Debian \
-        package/debian/copyright "$doc"
+    cp -r docs README.md LICENSE-MIT LICENSE-APACHE bench/figures/fonts/LICENSE-DejaVu.txt package/debian/README.Debian "$doc"
     cp bench/bench-template.toml bench/mock-bench*.toml "$doc/bench"
     gzip -9n <CHANGELOG.md >"$doc/changelog.gz"
     mdbook build --dest-dir "$doc/handbook" docs/handbook >&2
@@ -84,7 +83,7 @@ pack() {
     printf 'friction-bench (%s-1) unstable; urgency=medium\n\n  * Release %s; changelog.gz has its changes.\n\n -- %s  %s\n' \
         "$version" "$version" "friction-bench maintainers <maintainers@friction-bench.invalid>" \
         "$(date -u -R -d "@$SOURCE_DATE_EPOCH")" >"$packaged/changelog"
-    cargo deb --quiet --no-build --no-strip -p friction-bench --target "$target" --output "$packaged/"
+    cargo deb --quiet --compress-system --no-build --no-strip -p friction-bench --target "$target" --output "$packaged/"
     tar --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner \
         -C "$packaged" --transform "s,^root,$folder," -c root | gzip -9n >"$packaged/$folder.tar.gz"
 }

@@ -8,6 +8,7 @@ mod calibration_force;
 mod calibration_reference;
 mod coverage;
 mod disk;
+mod earlier_files;
 mod first_hour;
 mod force_sources;
 mod forceless;

@@ -361,8 +361,8 @@ fn summary(path: &Path, rig: Rig, converter: &str, gauges: bool) -> String {
     }
     text += "\n";
     if rig == Rig::RaspberryPi {
-        text += "a line keeps its last level when the program is killed, unless /boot/firmware/config.txt has the line \
-                 dtparam=strict_gpiod: add it, and restart the computer\n";
+        text += "on a Raspberry Pi a line keeps its last level when the program is killed, unless \
+                 /boot/firmware/config.txt has the line dtparam=strict_gpiod: add it, and restart the computer\n";
     }
     text
 }

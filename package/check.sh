@@ -92,11 +92,11 @@ expect "demo leaves results and figures" 0 '^fig' 'test -s demo/results.json && 
 expect "a second demo takes another folder" 0 'demo-2' 'friction-bench demo'
 expect "verify finds the study whole" 0 '' 'friction-bench verify demo/study'
 expect "init, unattended, writes a bench" 0 'bench.toml' \
-    'friction-bench init --mock --rig raspberry-pi --card sim --force-port /dev/ttyUSB0 --force-line frames --plate P1 </dev/null'
+    'friction-bench init --mock --rig raspberry-pi --card custom:sim --force-port /dev/ttyUSB0 --force-line frames --plate P1 </dev/null'
 expect "a simulated NI card is found by its library" 0 'passed|ok' \
-    "friction-bench check --mock --speed max --config $doc/bench/mock-bench-nidaqmx.toml"
+    "friction-bench check --mock --config $doc/bench/mock-bench-nidaqmx.toml"
 expect "participant without a display says what to do" 2 'DISPLAY is not set' 'friction-bench participant'
-expect "messages explains one" 0 'DISPLAY' 'friction-bench messages DISPLAY'
+expect "messages explains one" 0 'display was lost' 'friction-bench messages display lost'
 if command -v Xvfb >/dev/null; then
     # Its socket in the abstract namespace is seen from the clean root, too.
     Xvfb -displayfd 3 -screen 0 1024x600x24 -nolisten tcp 3>"$work/number" 2>/dev/null &

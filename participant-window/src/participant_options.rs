@@ -49,11 +49,6 @@ impl Participant {
 
 #[cfg(test)]
 mod tests {
-    #![expect(
-        clippy::unwrap_used,
-        reason = "what cannot be unwrapped fails the test"
-    )]
-
     use clap::Parser;
 
     use super::*;

@@ -31,11 +31,6 @@ pub fn make(wanted: &Path) -> Result<PathBuf, DemoError> {
 
 #[cfg(test)]
 mod tests {
-    #![expect(
-        clippy::unwrap_used,
-        reason = "what cannot be unwrapped fails the test"
-    )]
-
     use super::*;
 
     #[test]

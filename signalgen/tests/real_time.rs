@@ -10,7 +10,6 @@ use signalgen::{
     SweepLaw, ToneList, Waveform,
 };
 
-#[cfg(debug_assertions)]
 #[global_allocator]
 static ALLOCATOR: assert_no_alloc::AllocDisabler = assert_no_alloc::AllocDisabler;
 

@@ -12,6 +12,7 @@ use protocols::{SessionEventKind, TrialOutcome, records_from_events};
 use rustix::process::Signal;
 use tempfile::TempDir;
 
+use crate::finding;
 use crate::held::{Held, Thread, has_ended, numbers, threads};
 use crate::program::bench;
 use crate::running::{POLL, Running, until};
@@ -380,6 +381,9 @@ pub fn contradictions(study: &Path) -> Vec<String> {
             }
             Err(error) => found.push(format!("analyze: {error}")),
         }
+    }
+    if !found.is_empty() {
+        finding::keep(&found.join("\n"));
     }
     found
 }

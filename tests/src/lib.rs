@@ -1,6 +1,7 @@
 //! What the whole-bench tests share: the programs under test, running sessions, and what these leave on disk.
 
 pub mod campaign;
+pub mod finding;
 pub mod handbook;
 pub mod held;
 pub mod house;

@@ -1,12 +1,11 @@
-//! The programs under test, as cargo built them: beside the test that runs, of the same profile, unless a variable names another.
+//! The programs under test, as cargo built them: beside the test that runs, of the same profile.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 use std::time::SystemTime;
 
-/// Names the folder of the programs under test, which whoever runs the tests has built: beside the tests, or a release.
-const PROGRAMS: &str = "FRICTION_BENCH_PROGRAMS";
+use crate::finding;
 
 /// The binary of the bench.
 pub fn friction_bench() -> &'static Path {
@@ -78,12 +77,8 @@ pub fn python() -> PathBuf {
 }
 
 fn up_to_date(package: &str, binary: &str) -> PathBuf {
+    finding::require_none_before();
     let file = format!("{binary}{}", std::env::consts::EXE_SUFFIX);
-    if let Some(folder) = std::env::var_os(PROGRAMS) {
-        let path = Path::new(&folder).join(file);
-        assert!(path.is_file(), "{PROGRAMS}: no {}", path.display());
-        return path;
-    }
     let test = std::env::current_exe().expect("a test has a path");
     let profile = test
         .ancestors()

@@ -7,6 +7,7 @@ use analysis::find::Wanted;
 use recording::study::event_log::{self, Document, LogEvent, Start, Stop};
 use serde_json::Value;
 
+use crate::finding;
 use crate::program::{bench, protocol};
 
 /// `run` on simulated hardware as fast as it computes, without a dashboard.
@@ -129,7 +130,7 @@ impl WrittenStudy {
 /// With the contradiction.
 pub fn require_consistent(study: &Path) {
     if let Some(text) = contradiction(study) {
-        panic!("{text}");
+        finding::require(false, || text);
     }
 }
 
@@ -159,7 +160,7 @@ pub fn require_whole(study: &Path) {
         found.sessions.push(session);
     }
     verification::beside_sessions(study, &mut found).expect("a study that can be read");
-    assert!(found.is_whole(), "{}", verification::to_text(&found));
+    finding::require(found.is_whole(), || verification::to_text(&found));
 }
 
 /// The demo protocol with parts of its text exchanged, as a file in `folder`.
@@ -250,7 +251,7 @@ impl SessionFolder {
     /// When it is not.
     pub fn require_whole(&self) {
         let found = verification::session(&self.path, || {}).expect("a folder that can be listed");
-        assert!(found.is_whole(), "{found:#?}");
+        finding::require(found.is_whole(), || format!("{found:#?}"));
     }
 
     /// The log's start documents: more than one after `--resume`.

@@ -9,20 +9,34 @@ const RUN: &str = "NEXTEST_RUN_ID";
 /// Age at which a folder of another run is removed: no run takes as long.
 const STALE: Duration = Duration::from_secs(24 * 3600);
 
+/// Folder of every run of this user.
+fn runs() -> PathBuf {
+    let user = rustix::process::getuid().as_raw();
+    std::env::temp_dir().join(format!("friction-bench-tests-{user}"))
+}
+
+/// Returns the folder of this run, for what its tests share whichever processes they run in.
+///
+/// # Panics
+/// When it cannot be made.
+pub fn run_folder() -> PathBuf {
+    let run = std::env::var(RUN).unwrap_or_else(|_| std::process::id().to_string());
+    let folder = runs().join(run);
+    fs::create_dir_all(&folder).expect("a folder for this run");
+    folder
+}
+
 /// Returns the folder `name` of this run, which the first test that asks has filled with `fill`. It is to be read, not written.
 ///
 /// # Panics
 /// When it cannot be made, or `fill` panics: the next test that asks then tries again.
 pub fn shared(name: &str, fill: impl FnOnce(&Path)) -> PathBuf {
-    let run = std::env::var(RUN).unwrap_or_else(|_| std::process::id().to_string());
-    let runs = std::env::temp_dir().join("friction-bench-tests");
-    let folder = runs.join(run);
-    fs::create_dir_all(&folder).expect("a folder for this run");
+    let folder = run_folder();
     let lock = File::create(folder.join(format!("{name}.lock"))).expect("a lock");
     lock.lock().expect("a lock that is waited for");
     let whole = folder.join(name);
     if !whole.exists() {
-        remove_stale(&runs);
+        remove_stale(&runs());
         let partial = folder.join(format!("{name}.partial"));
         let _ = fs::remove_dir_all(&partial);
         fs::create_dir(&partial).expect("a folder to fill");

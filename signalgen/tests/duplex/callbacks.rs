@@ -84,7 +84,6 @@ fn callbacks_do_not_allocate() {
 
 /// Shows that the test above can fail.
 #[test]
-#[cfg(debug_assertions)]
 fn an_allocation_in_a_callback_would_abort() {
     const CHILD: &str = "SIGNALGEN_TEST_ALLOCATE";
     if std::env::var_os(CHILD).is_some() {

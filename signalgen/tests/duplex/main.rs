@@ -8,6 +8,5 @@ mod devices_refused;
 mod stepped_card;
 mod streams;
 
-#[cfg(debug_assertions)]
 #[global_allocator]
 static ALLOCATOR: assert_no_alloc::AllocDisabler = assert_no_alloc::AllocDisabler;

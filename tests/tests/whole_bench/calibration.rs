@@ -201,9 +201,7 @@ fn a_plate_is_measured_in_under_twenty_seconds_of_signal() {
 
 #[test]
 fn drift_is_told_and_too_much_of_it_refused() {
-    let room = Room::new("", 1);
-    room.succeed(&["pickup"]);
-    room.succeed(&["plate"]);
+    let room = Room::calibrated();
     fs::write(&room.scenario, "[plate]\nresonance_hz = 35012.0\n").unwrap();
     let printed = room.succeed(&["plate"]);
     let drift = printed.lines().find(|line| line.contains("drift")).unwrap();
@@ -331,10 +329,7 @@ fn what_cannot_be_measured_is_said() {
 /// Fault 11.
 #[test]
 fn check_compares_the_channels_with_the_calibration() {
-    let room = Room::new("", 1);
-    room.succeed(&["pickup"]);
-    room.succeed(&["plate"]);
-    room.weigh();
+    let room = Room::calibrated();
     let output = finish(&mut room.check());
     let said = text(&output);
     assert!(output.status.success(), "{said}");

@@ -183,9 +183,7 @@ fn what_the_simulated_sensor_does_wrong_is_said() {
 
 #[test]
 fn a_moved_zero_fails_the_check_until_it_is_tared() {
-    let room = Room::new("", 1);
-    room.succeed(&["pickup"]);
-    room.succeed(&["plate"]);
+    let room = Room::calibrated();
     let masses = room.folder.path().join("masses.csv");
     fs::write(
         &masses,

@@ -27,7 +27,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 /// Kills in every test run; `FRICTION_BENCH_KILLS` asks for more.
-const KILLS: usize = 50;
+const KILLS: usize = 30;
 /// A kill takes no more than this of a recording.
 const LOSS_S: f64 = 1.0;
 const MINUTE: Duration = Duration::from_secs(60);

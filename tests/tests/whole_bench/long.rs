@@ -10,17 +10,17 @@ use bench_tests::recorded::every_sample;
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, unattended};
 
-/// Trials of 11 s each: five minutes. `FRICTION_BENCH_SOAK_TRIALS` asks for more.
-const TRIALS: usize = 27;
+/// Trials of 11 s each: two and a half minutes. `FRICTION_BENCH_SOAK_TRIALS` asks for more.
+const TRIALS: usize = 14;
 const MINUTE_S: f64 = 60.0;
 /// Of a minute more or less, memory is taken as the greatest in this long a stretch of simulated time, s.
 const STRETCH_S: f64 = 15.0;
-/// In the four minutes between, 740 MB are recorded.
+/// In the minute and more between, over 180 MB are recorded.
 const GROWTH_KB: i64 = 8 * 1024;
 
 #[cfg(target_os = "linux")]
 #[test]
-fn five_minutes_lose_no_sample_and_take_no_more_memory_than_one() {
+fn minutes_lose_no_sample_and_take_no_more_memory_than_one() {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
     let trials = campaign::repeats("FRICTION_BENCH_SOAK_TRIALS", TRIALS).max(TRIALS);
@@ -59,7 +59,7 @@ fn five_minutes_lose_no_sample_and_take_no_more_memory_than_one() {
     );
 
     let simulated_s = memory.last().unwrap().0;
-    assert!(simulated_s > 4.5 * MINUTE_S, "{simulated_s} s");
+    assert!(simulated_s > 2.25 * MINUTE_S, "{simulated_s} s");
     let greatest_around = |middle_s: f64| {
         let stretch = memory
             .iter()

@@ -8,10 +8,14 @@ use recording::RecordingReader;
 use recording::manifest::ClockOf;
 use safety::SafetyState;
 
+use crate::campaign;
 use crate::rig::{Rig, config};
 
 /// The slowest rate that carries 35 kHz, Hz: half the work of the usual one.
 const RATE_HZ: u32 = 96_000;
+
+/// Length of the longest case, s. `FRICTION_BENCH_FORCES_S` asks for more.
+const FORCES_S: usize = 200;
 
 /// Clocks, ppm fast, and samples of the force sensor a second, in bursts of 16 ms.
 struct Case {
@@ -112,7 +116,7 @@ fn minutes_of_forces_are_where_they_acted_to_a_tenth_of_a_millisecond() {
         converter_ppm: -30.0,
         force_ppm: 70.0,
         force_hz: 10_000.0,
-        lasts_s: 200.0,
+        lasts_s: campaign::repeats("FRICTION_BENCH_FORCES_S", FORCES_S) as f64,
     };
     let worst = case.measured();
     println!("10 kHz: {worst:?}");

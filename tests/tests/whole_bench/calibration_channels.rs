@@ -1,4 +1,4 @@
-//! `calibrate channels` against the truth of simulated converters, and every fault of the channels by its name.
+//! `calibrate channels` compared with the truth of simulated converters, and a named error for every fault of the channels.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -35,7 +35,7 @@ impl Room {
         room
     }
 
-    /// Another bench in the place of this one.
+    /// Replaces the bench by another one.
     fn turn_into(&self, scenario: &str) {
         fs::write(self.folder.path().join("scenario.toml"), scenario).unwrap();
     }
@@ -86,13 +86,13 @@ impl Room {
     }
 }
 
-/// An input's truth beside the drive's.
+/// True values of an input, relative to the drive's.
 struct Truth {
     gain: f64,
     delay_samples: f64,
 }
 
-/// A converter that differs with its seed: gains, skews, noise, resolution, crosstalk, range.
+/// A converter that depends on its seed: gains, skews, noise, resolution, crosstalk, range.
 struct Converter {
     scenario: String,
     inputs: [Truth; 3],
@@ -103,7 +103,7 @@ struct Converter {
 
 impl Converter {
     fn new(seed: u64) -> Self {
-        // A Weyl sequence: even over the ranges, and the same everywhere.
+        // A Weyl sequence: uniform over the ranges, and reproducible.
         let spread = |i: u64| ((seed * 4 + i) as f64 * 0.618_033_988_749_895).fract();
         let (bits, white): (i32, f64) = [(16, 1e-7), (20, 3e-8), (24, 5e-9)][(seed % 3) as usize];
         let gains = [
@@ -125,7 +125,7 @@ impl Converter {
             scenario: format!(
                 "[converter]\nbits = {bits}\nnoise_units_per_sqrt_hz = {white:e}\ngains = {gains:?}\nskew_samples = {skews:?}\ncrosstalk = {crosstalk:e}\nclip_units = {clip}\n"
             ),
-            // What is sampled later seems to come earlier.
+            // A signal that is sampled later appears earlier.
             inputs: [1, 2, 3].map(|i| Truth {
                 gain: gains[i] / gains[0],
                 delay_samples: skews[0] - skews[i],
@@ -137,7 +137,7 @@ impl Converter {
     }
 }
 
-/// Whether the interval holds the truth, the error, and half the interval.
+/// Whether the interval contains the truth, the error, and half the interval.
 type Miss = (bool, f64, f64);
 
 fn miss(quantity: &Quantity, truth: f64) -> Miss {
@@ -147,7 +147,7 @@ fn miss(quantity: &Quantity, truth: f64) -> Miss {
 
 const NAMES: [&str; 5] = ["gain", "phase rad", "delay samples", "noise", "crosstalk"];
 
-/// Misses of every input of one converter, by value.
+/// Returns the misses of every input of one converter, by value.
 fn misses(seed: u64) -> Vec<[Miss; 5]> {
     let converter = Converter::new(seed);
     let channels = Room::new(&converter.scenario, seed).channels();
@@ -159,7 +159,7 @@ fn misses(seed: u64) -> Vec<[Miss; 5]> {
         }
         assert!(input.clean_up_to <= converter.clip + 1e-6, "seed {seed}");
     }
-    // The ladder ends where the most sensitive input is well beyond its limit.
+    // The ladder ends well above the limit of the most sensitive input.
     let clipped = channels.inputs.iter().any(|input| input.clips_at.is_some());
     assert!(clipped, "seed {seed}");
     (1..4)
@@ -185,10 +185,10 @@ fn misses(seed: u64) -> Vec<[Miss; 5]> {
 
 #[test]
 fn converters_are_known_within_their_intervals() {
-    // Three of each crosstalk at least.
+    // At least three for each crosstalk.
     let converters = campaign::repeats("FRICTION_BENCH_BENCHES", 9);
     let mut lines = Vec::new();
-    // Without crosstalk the intervals hold noise alone; with it, its unmeasured way back as well.
+    // Without crosstalk the intervals cover noise alone; with it, also its unmeasured return path.
     let mut by_crosstalk: [Vec<[Miss; 5]>; 3] = Default::default();
     for seed in 1..=converters as u64 {
         by_crosstalk[(seed / 3 % 3) as usize].extend(misses(seed));

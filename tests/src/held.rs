@@ -248,7 +248,7 @@ impl Tracer {
         }
     }
 
-    /// Whether the thread stands at the entry of one of the calls.
+    /// Whether the thread is stopped at the entry of one of the calls.
     fn enters(&self) -> bool {
         // SAFETY: a value of numbers alone.
         let mut info: libc::ptrace_syscall_info = unsafe { std::mem::zeroed() };

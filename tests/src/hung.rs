@@ -254,8 +254,7 @@ impl Hung {
         found
     }
 
-    /// Holds the thread `name` at its next call of `call`; `None` if there is no such thread, or it makes no such call
-    /// `within`.
+    /// Holds the thread `name` at its next call of `call`; `None` if there is no such thread, or it does not call `within`.
     #[must_use]
     pub fn hold(&self, name: &str, call: &str, within: Duration) -> Option<Held> {
         let thread = self.named(name).into_iter().next()?;

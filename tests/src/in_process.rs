@@ -74,7 +74,7 @@ fn participant(senses: Senses) -> Watcher {
     })
 }
 
-/// Returns hands that put masses on the plate and take them off, as a calibration asks its operator to.
+/// Returns simulated hands that put masses on the plate and take them off, as a calibration asks its operator to.
 fn hands(masses: MassSet, senses: Senses) -> Hands {
     Box::new(move |request| match *request {
         Request::Load { axis, mass_kg } => {

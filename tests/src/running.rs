@@ -26,7 +26,7 @@ fn heed_sigint() {
         .expect("SIGINT can be handled");
 }
 
-/// A child process whose output goes to a file, so that it never waits for a reader. The study that a `run` writes is verified
+/// A child process with its output in a file, so that it never waits for a reader. The study that a `run` writes is verified
 /// at the end: it may be incomplete, but must be free of contradictions.
 pub struct Running {
     child: Child,

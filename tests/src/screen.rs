@@ -12,7 +12,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
 
-/// A pseudo-terminal whose output is read until `look_away`.
+/// A pseudo-terminal; its output is read until `look_away`.
 pub struct Screen {
     controller: File,
     path: PathBuf,

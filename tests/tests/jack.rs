@@ -163,7 +163,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // JACK's registry has room for eight servers, and keeps those that could not unregister.
+        // The system lists at most eight servers, and keeps those that could not unregister.
         self.jackd.end(Duration::from_secs(5));
     }
 }

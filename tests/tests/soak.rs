@@ -29,7 +29,7 @@ const MOST_KB: i64 = 192 * 1024;
 const GROWTH_KB: i64 = 8 * 1024;
 /// Length of a run in which growth can be detected, s.
 const LONG_S: usize = 300;
-/// Parts of a run, as shares of its time, whose greatest memory is compared: early, middle and last.
+/// Parts of a run, as shares of its time, for comparing the greatest memory: early, middle and last.
 const PARTS: [(f64, f64); 3] = [(0.1, 0.3), (0.4, 0.6), (0.8, 1.0)];
 
 /// Tolerated change of the estimated sensor clock within a recording, in samples of the sensor, while a busy machine delays the

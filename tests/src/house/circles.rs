@@ -59,7 +59,7 @@ pub struct Survey {
     pub unresolved: Vec<Unresolved>,
 }
 
-/// Surveys the crate whose root file is `root`.
+/// Surveys the crate with the root file `root`.
 ///
 /// # Errors
 /// When its source cannot be read.

@@ -26,7 +26,7 @@ pub struct Body {
     pub makes_items: bool,
 }
 
-/// `mod name;` or `mod name { … }`.
+/// A declaration `mod name;` or `mod name { … }`.
 #[derive(Debug)]
 pub struct Declared {
     /// The module's name.

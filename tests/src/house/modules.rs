@@ -59,7 +59,7 @@ pub enum Unreadable {
 }
 
 impl Tree {
-    /// Reads the crate whose root file is `root`.
+    /// Reads the crate with the root file `root`.
     ///
     /// # Errors
     /// When a file cannot be read or parsed, or a declared module has no file.
@@ -73,7 +73,7 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Reads a module's file, whose child modules lie in `folder`.
+    /// Reads a module's file; its child modules lie in `folder`.
     fn file(
         &mut self,
         path: &Path,

@@ -124,7 +124,7 @@ pub enum Fault {
         /// The package used.
         used: String,
     },
-    /// A row allows a package that stands below it.
+    /// A row allows a package that is below it in the table.
     #[error("`{package}` may use `{used}`, which stands below it in the table")]
     Upward {
         /// The package.
@@ -250,8 +250,7 @@ impl Lock {
         Ok(Self(lock))
     }
 
-    /// Returns all dependencies of `package`, direct and indirect, without those of its tests; each with the package that needs
-    /// it.
+    /// Returns all dependencies of `package`, direct and indirect, without those of its tests; each with the package using it.
     pub fn tree(&self, package: &str, packages: &[Package]) -> BTreeMap<String, String> {
         let (mut tree, mut next) = (BTreeMap::new(), vec![package.to_owned()]);
         while let Some(name) = next.pop() {

@@ -19,7 +19,7 @@ pub fn tree(files: &[(&str, &str)]) -> TempDir {
     folder
 }
 
-/// Surveys the crate of `files`, whose root is `lib.rs`.
+/// Surveys the crate of `files` with the root `lib.rs`.
 fn surveyed(files: &[(&str, &str)]) -> Survey {
     let folder = tree(files);
     survey(&folder.path().join("lib.rs")).unwrap()

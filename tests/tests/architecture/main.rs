@@ -15,7 +15,7 @@ use bench_tests::house::packages::{Lock, Package, Row, faults, packages, pure_pa
 use bench_tests::house::sizes::{large_package, long_files, rust_files};
 use bench_tests::program::workspace;
 
-/// Greatest total of lines in a package's `src`, including tests.
+/// Greatest total of lines in a package's `src`, without unit tests.
 const PACKAGE_LINES: usize = 8_000;
 /// Greatest number of lines of a Rust file.
 const FILE_LINES: usize = 600;

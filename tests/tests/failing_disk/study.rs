@@ -13,7 +13,7 @@ use crate::memory_disk::MemoryDisk;
 
 const PARTICIPANTS: [&str; 2] = ["sub-01", "sub-02"];
 const HEADER: &str = "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness";
-/// Files to copy, with the first text longer than a sector.
+/// Files to copy, with texts that `copy_of` repeats beyond the length of a sector.
 const COPIES: [(&str, &str); 2] = [
     ("demo.toml", "# a protocol, long enough to be torn\n"),
     ("bench.toml", "rate_hz = 192000 # and much more to say\n"),
@@ -27,13 +27,13 @@ pub fn folder() -> &'static Path {
 /// Content reported as being on the disk.
 #[derive(Debug, Default)]
 pub struct Registered {
-    /// Participants whose sessions began.
+    /// Participants with a begun session.
     begun: Vec<&'static str>,
-    /// Participants whose age and sex were reported as stored.
+    /// Participants with age and sex reported as stored.
     described: Vec<&'static str>,
     /// Files reported as copied whole.
     copies: Vec<(PathBuf, String)>,
-    /// Sessions whose logs ended.
+    /// Number of sessions with a finished log.
     stopped: usize,
     errors: Vec<String>,
 }

@@ -11,7 +11,7 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 use syn::{Attribute, Expr, ExprMethodCall, Fields, Item, Lit};
 
-/// Types whose messages the index leaves out: errors of an option, a file's line or a computation, which state the remedy or
+/// Types that the index of messages leaves out: errors of an option, a file's line or a computation, which state the remedy or
 /// are wrapped by another message.
 const LEFT_OUT: &[&str] = &[
     "BrokenOff",

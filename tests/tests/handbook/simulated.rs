@@ -28,7 +28,7 @@ use tui::calibration_page::{Question, Reply};
 use tui::event::{BenchFacts, SessionHeader, SystemHealth};
 use tui::{Action, Event, State, Theme, view};
 
-/// Seed of the bench, whose constants the program does not know, and of the person.
+/// Seed of the person, and of the bench with constants that the program does not know.
 const SEED: u64 = 7;
 /// Number of readings for which the simulated operator waits before answering: one second.
 const PATIENCE: u32 = 20;
@@ -154,7 +154,7 @@ impl Front for Operator {
     }
 }
 
-/// Returns a bench whose constants differ from its configuration, with a person who follows the slider badly at first.
+/// Returns a bench with constants other than in its configuration, and a person who follows the slider badly at first.
 fn scenario() -> Scenario {
     let behaviour = built_in("participant-late").unwrap().participant.behaviour;
     let mut scenario = built_in("bench-unknown").unwrap().realised(SEED);

@@ -60,7 +60,7 @@ pub const CALLS: &[(&str, &[&str])] = &[
     ("room", &["statfs", "statx"]),
 ];
 
-/// Threads of the simulated hardware and of the program's start and end; they decide about no drive.
+/// Threads of the simulated hardware and of the program's start and end; they do not decide about the drive.
 const OTHERS: &[&str] = &["apparatus", "friction-bench"];
 
 /// Calls that `strace` shows: those on files, networks and descriptors.

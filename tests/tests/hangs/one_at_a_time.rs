@@ -1,9 +1,9 @@
 //! One thread hangs in one call, and the bench is stopped: the plate is silent in time, SIGTERM ends the process, and the study
-//! is free of contradictions. Without a stop, the safety watch misses a thread that decides about the drive.
+//! is free of contradictions. Without a stop, the safety watch notices a hanging thread that decides about the drive.
 //!
 //! Times run from the key or the signal to the last driven sample at the plate. They include the delays of the terminal, the
 //! program and the buffers of the simulated card, and the lateness of a busy machine. The lateness of one of the test's threads
-//! is subtracted, and a miss is measured again.
+//! is allowed for, and a miss is measured again.
 
 use std::fmt::Write;
 use std::sync::Mutex;
@@ -31,7 +31,7 @@ const ABREAST: usize = 2;
 /// Duration of an observation and of a usual hang.
 const HANG: Duration = Duration::from_secs(5);
 
-/// Threads whose silence the safety watch, or its own supervision, must notice.
+/// Threads that the safety watch, or its supervisor, must find silent during a hang.
 const DECIDING: &[&str] = &["session", "safety", "acquisition", "apparatus"];
 /// Thread that reads keys: while it hangs, keys have no effect.
 const READER: &str = "keys";
@@ -182,7 +182,7 @@ const LONG: [&str; 8] = [
     "read",
 ];
 
-/// Returns sessions with different devices, each with the thread that differs, if only one does.
+/// Returns sessions with different devices, each with the only thread to measure, or `None` for all threads.
 fn rigs() -> Vec<(Rig, Option<&'static str>)> {
     let scenario = |scenario| Rig {
         scenario,

@@ -1,4 +1,4 @@
-//! A terminal whose output is not read, and a participant's window that stops reading and writing.
+//! A terminal with unread output, and a participant's window that stops reading and writing.
 
 use std::path::PathBuf;
 use std::sync::Arc;

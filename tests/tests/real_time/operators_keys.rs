@@ -24,7 +24,7 @@ use super::window_of_its_own::Window;
 const RUN: &str =
     "run --mock --study study --participant sub-01 --protocol protocol.toml --consent-by Tester";
 
-/// Starts a session of two trials, as short as can be judged, whose verdicts wait for the operator.
+/// Starts a session of two trials, as short as can be judged, with verdicts that wait for the operator.
 fn session(min_instances: u32, more: &str) -> Terminal {
     let instances = format!("min_instances = {min_instances}");
     let prepare = |folder: &Path| {

@@ -1,4 +1,4 @@
-//! A terminal that accepts no more output, as after Ctrl-S, with Scroll Lock, or behind a stalled connection.
+//! A terminal that stops accepting output, as after Ctrl-S, with Scroll Lock, or behind a stalled connection.
 
 use std::time::{Duration, Instant};
 

@@ -1,5 +1,5 @@
 //! No setting in bench.toml or a protocol blinds the safety watch: each such edit is refused before any file is made or the
-//! plate driven, with a message that says what to change.
+//! plate driven, with a message that names the remedy.
 
 use std::path::Path;
 use std::process::Command;
@@ -194,7 +194,7 @@ const EDITS: [Edit; 37] = [
     },
 ];
 
-/// Edits that blind a bench whose sound card has its own clock.
+/// Edits that blind a bench on a sound card with its own clock.
 const ON_A_CARD: [(&str, &str, &str); 6] = [
     ("silence_s = 0.25", "silence_s = 0.25", "0.05 to 0.1 s"),
     ("silence_s = 0.25", "silence_s = 1.0", "went silent"),

@@ -93,7 +93,7 @@ fn assert_profile_recorded(room: &Room, name: &str, measured: bool) {
     }
 }
 
-/// Requires the true errors of the recorded constants to lie within four of their stated standard errors, which are at most a
+/// Requires the true errors of the recorded constants to be within four of their stated standard errors, which are below a
 /// hundredth.
 fn assert_errors_recorded(room: &Room, name: &str, seed: u64) {
     let truth = Bench::of(UNKNOWN_BENCH, seed);

@@ -14,7 +14,7 @@ use bench_tests::truth::{Bench, enough_hold};
 use config::{CalibrationFile, Config, Effective, Quantity, Uniformity};
 use rayon::prelude::*;
 
-/// An unknown bench, whose converter has the resolution and noise of 16, 20 or 24 bits.
+/// An unknown bench with a converter that has the resolution and noise of 16, 20 or 24 bits.
 fn unknown_bench(seed: u64) -> String {
     let (bits, noise) = [(16, 1e-7), (20, 3e-8), (24, 5e-9)][(seed % 3) as usize];
     format!(
@@ -397,7 +397,7 @@ fn typed_and_tabled_amplitudes_serve_as_well() {
     let tabled = tabled.pickup.unwrap().metres_per_unit.value;
     assert!((tabled / typed - 1.0).abs() < 1e-6, "{tabled} {typed}");
 
-    // At 43 Hz off the resonance, half a half-bandwidth, the plate moves 16 % less; 6 Hz is within a tenth of it.
+    // At 43 Hz off the resonance, half a half-bandwidth, the plate moves 16 % less; 6 Hz is within a tenth.
     let beside = |hz: f64| {
         let rows: String = levels
             .iter()

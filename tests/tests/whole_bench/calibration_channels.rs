@@ -208,7 +208,7 @@ fn converters_are_known_within_their_intervals() {
                 halves[halves.len() / 2],
                 rows.len()
             ));
-            // A crosstalk of nothing is read as the size of its noise.
+            // Without crosstalk the measured value is the size of its noise.
             if !(*name == "crosstalk" && crosstalk == "none") {
                 all_held = (all_held.0 + held, all_held.1 + rows.len());
             }
@@ -236,7 +236,7 @@ fn the_round_trip_is_told_and_the_bench_is_put_back() {
     let rolled_off = (1.0_f64 + (CARRIER_HZ / 200e3_f64).powi(2)).sqrt().recip();
     let off = channels.round_trip.value - rolled_off;
     assert!(off.abs() < 2e-3, "{off}");
-    // 24 frames of filters, and buffers of 64 in each direction.
+    // The filters take 24 frames, and there are buffers of 64 in each direction.
     let latency = channels.latency.value * RATE_HZ;
     assert!((0.0..400.0).contains(&latency), "{latency}");
     assert!(channels.inputs.iter().all(|input| input.clips_at.is_none()));
@@ -252,7 +252,7 @@ fn the_round_trip_is_told_and_the_bench_is_put_back() {
     for word in ["Phase error", "Off the line", "input 0", "input 3"] {
         assert!(figure.contains(word), "{word}");
     }
-    // The plate is driven again, and what is measured on it rests on the measured channels.
+    // The plate can be driven again, and its measurement uses the measured channels.
     room.succeed("pickup");
     let (_, calibration) = room.succeed("plate");
     let method = calibration.plate.unwrap().measured.method;
@@ -283,7 +283,7 @@ fn a_measured_match_narrows_the_plates_intervals_and_they_hold() {
         for (held, missed) in held.iter_mut().zip(missed) {
             *held += usize::from(missed.0);
         }
-        // 1e-4 assumed makes ± 0.2 mrad.
+        // An assumed channel match of 1e-4 would give ± 0.2 mrad.
         assert!(missed[2].2 < 1e-4, "seed {seed}: {missed:?}");
     }
     campaign::found(
@@ -363,7 +363,7 @@ fn a_channel_that_slips_is_named_during_the_measurement_and_since_the_last() {
     room.refused(&["input 1 has slipped by +1.00 samples since the calibration before"]);
 }
 
-/// Amid the 42 tones of a measurement, s after the streams were opened.
+/// Time in the middle of the 42 tones of a measurement, s after the streams were opened.
 const AMID_TONES_S: f64 = 9.5;
 
 /// Fault 10.
@@ -385,7 +385,7 @@ fn the_measured_clipping_level_is_flagged_in_its_place() {
     let config = bench.config();
     assert!((config.channels.pickup.clip_units - 0.4995).abs() < 1e-6);
     assert!((config.channels.drive.clip_units - 0.4995).abs() < 1e-6);
-    // What the plate's calibration would have taken for sound is now refused.
+    // A clipped signal, which the plate's calibration would have accepted before, is now refused.
     room.turn_into(&format!("{scenario}[pickup]\nmetres_per_unit = 1.0e-6\n"));
     let output = finish(&mut room.calibrate("pickup"));
     let said = text(&output);
@@ -403,7 +403,7 @@ fn the_loops_delay_is_measured_over_openings_and_refused_where_they_differ() {
     let delay = room.channels().loop_delay.unwrap();
     assert_eq!(delay.openings, 6);
     let [least_s, most_s] = delay.extent_s;
-    // Converters and buffers come on top of the layer's own.
+    // Converters and buffers add to the sound layer's delay.
     assert!(least_s > 0.012 && most_s < 0.03, "{delay:?}");
     assert!((0.001..0.0055).contains(&(most_s - least_s)), "{delay:?}");
     room.turn_into("[sound_layer]\ndelay_spread_s = 0.04\n");

@@ -134,7 +134,7 @@ fn require_apart(
 
 /// A calibration about to begin.
 struct Begun<'a> {
-    /// The bench, with what has been calibrated on it so far.
+    /// The bench, with all calibrations made on it so far.
     bench: Effective,
     calibration: CalibrationFile,
     path: PathBuf,

@@ -239,7 +239,7 @@ pub fn run(
         holds: config.safety.dead_man.is_some(),
         wanted: false,
         prompt,
-        // A headless monitor reports the free plate, and a clear plate was promised to be free.
+        // A headless monitor reports the free plate, and `--clear-plate` promises one.
         visited: !headless && !clear_plate,
         ended,
     };
@@ -403,7 +403,7 @@ impl MonitorTask {
         }
     }
 
-    /// Prints one line a second if there is no dashboard.
+    /// Prints one line a second without a dashboard.
     fn line(&mut self) {
         if !self.headless || self.audio_s < self.line_due_s {
             return;

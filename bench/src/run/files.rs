@@ -71,7 +71,7 @@ pub(super) struct Before {
     pub(super) lost: Vec<LostRecording>,
 }
 
-/// Compares the log and the recordings of the session to be resumed; the result is empty if there is no such session.
+/// Compares the log and the recordings of the session to be resumed; the result is empty without such a session.
 ///
 /// # Errors
 /// The log has gaps, so that the remaining trials are unknown; or recordings of accepted trials are lost and the operator

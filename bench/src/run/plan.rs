@@ -234,7 +234,8 @@ impl Plan {
     }
 }
 
-/// Requires that the safety watch can tell every condition's drive on `bench` from others, within every limit.
+/// Requires that the safety watch can monitor every condition's drive on `bench`, and that the drives stay within all
+/// limits.
 fn require_drivable(
     protocol: &Protocol,
     bench: &Effective,

@@ -40,7 +40,7 @@ pub(crate) fn recorded_errors(bench: &Effective) -> Option<manifest::StandardErr
     let (pickup, plate) = (calibration.pickup.as_ref()?, calibration.plate.as_ref()?);
     let relative = |of: &Quantity| (of.standard_error / of.value).abs();
     let amplitude_relative = relative(&pickup.metres_per_unit);
-    // The force factor is derived from the pickup's sensitivity, whose error leaves every impedance unchanged.
+    // The force factor is derived from the pickup's sensitivity; an error in that leaves every impedance unchanged.
     let beside_pickup = relative(&plate.force_factor_n_per_v).powi(2) - amplitude_relative.powi(2);
     // The error of the crosstalk from the other axis counts as for forces of equal size.
     let of_axis = |own: &Quantity, other: &Quantity| relative(own).hypot(other.standard_error);

@@ -47,7 +47,7 @@ impl Consent {
         }
     }
 
-    /// Takes a reply to the current question; does nothing if there is no question.
+    /// Takes a reply to the current question; ignores a reply without a question.
     pub(super) fn replied(&mut self, reply: Reply) -> Answered {
         if self.by.is_none() {
             return Answered::default();

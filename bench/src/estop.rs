@@ -13,8 +13,8 @@ use crate::apparatus::{Apparatus, pace};
 use crate::calibrate;
 use crate::cli;
 
-/// Returns the line of the e-stop that must have been pressed before this bench drives; `None` without a real card, when
-/// no finger lies on the plate, or if the e-stop is waived.
+/// Returns the line of the e-stop that must have been pressed before this bench drives; `None` without a real card (then
+/// no finger lies on the plate), or if the e-stop is waived.
 fn required_line(config: &Config, options: &cli::Hardware) -> Option<String> {
     let real = pace(config, options) == Pace::Card;
     let waived = config.safety.waiver_of(HardwareStop::Estop).is_some();
@@ -24,7 +24,7 @@ fn required_line(config: &Config, options: &cli::Hardware) -> Option<String> {
 /// Requires a press of the e-stop within the last hours; if `ask`, asks for it on the terminal.
 ///
 /// # Errors
-/// Says how to press the e-stop, or that it was not pressed.
+/// Says that a press is missing and how to make it, or that it was not made.
 pub fn require(
     config: &Config,
     options: &cli::Hardware,

@@ -24,8 +24,8 @@ use crate::session::BeginRecording;
 use files::quoted;
 use verification::LostRecording;
 
-/// Opens the participant's next session, or the session that `--resume` continues: its number, its folder, and whether it
-/// is resumed.
+/// Opens the participant's next session, or the session that `--resume` continues; returns its number, its folder, and
+/// whether it is resumed.
 ///
 /// # Errors
 /// Names the session that already exists or does not, and the remedy.

@@ -62,7 +62,7 @@ impl AtAGlance {
         self.outlook.broken_off();
     }
 
-    /// Ends a judged attempt.
+    /// Takes note that the attempt was judged.
     pub(super) fn judged(&mut self, now_s: f64) {
         self.outlook.judged(now_s);
     }

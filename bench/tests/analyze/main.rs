@@ -192,7 +192,7 @@ fn a_study_gives_results_by_the_schema() {
             );
         }
         assert!(instance["paper"].get("tau_s").is_none());
-        // An instance that never goes below 0.2 µm is marked at its reading of Z_t.
+        // The reading of Z_t states its amplitudes; an instance that never goes below 0.2 µm is marked.
         let at_rest = &instance["paper"]["at_rest"];
         let up_to_m = at_rest["up_to_amplitude_m"].as_f64().unwrap();
         assert_eq!(at_rest["below_threshold"], up_to_m < 0.2e-6, "{at_rest}");

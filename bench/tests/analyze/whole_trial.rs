@@ -150,7 +150,7 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
         inside(trial, "z_t_re_n_s_per_m", &trial["z_t_n_s_per_m"][0]);
         inside(trial, "z_t_im_n_s_per_m", &trial["z_t_n_s_per_m"][1]);
         for (key, _) in instance["dynamic"].as_object().unwrap() {
-            // The fit of the trial assumes no constants, so it has no share of error due to them.
+            // `trial` has every value that `dynamic` has.
             assert!(trial.get(key).is_some(), "{key}");
         }
         for method in ["dynamic", "trial"] {

@@ -309,7 +309,7 @@ fn an_encoder_that_jumps_is_a_flag_and_the_jump_is_taken_out() {
     assert!(positions.len() > 900, "{}", positions.len());
     assert!(positions.iter().all(|&m| m == 0.0), "{positions:?}");
 
-    // Twice the correction leaves the position unknown, even while the finger moves.
+    // With twice as much taken out, the position is unknown, regardless of further movement.
     let folder = rig.begin("s");
     jump(&mut rig);
     for _ in 0..3 {

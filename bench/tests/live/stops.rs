@@ -215,7 +215,7 @@ impl Rig {
         self.signals.readback.get().map_or(0.0, |now| now.volts)
     }
 
-    /// Waits until the drive is at the crest of its modulation, which takes up to a period.
+    /// Waits until the drive is at the crest of its modulation, which takes a period.
     fn until_crest(&mut self) {
         let mut most_v = 0.0f64;
         for _ in 0..2_000 {

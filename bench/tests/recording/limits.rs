@@ -92,7 +92,7 @@ fn a_gap_in_time_is_no_leap() {
         first_line: 5,
     };
     assert_eq!(warnings, [disorder]);
-    // Enough rows to confirm a leap, then one that falls back before them.
+    // Enough rows to confirm a leap, then one that falls back in time.
     let late: Vec<String> = (0..200)
         .map(|i| format!("{}", 0.3 + f64::from(i) * 1e-4))
         .collect();

@@ -1,7 +1,7 @@
-//! What must hold for whatever lies in a file or comes over a line: it ends in an error that names the fault or in a value, never
-//! in a panic. Each function reads one input, asserts what holds of a value, and tells whether there was one.
+//! Fuzz properties of every reader of a file or a line: any input gives a value or an error that names the fault, never a
+//! panic. Each function reads one input, checks the value's invariants, and returns whether there was a value.
 //!
-//! Included by the targets beside it and by `bench/tests/fuzz_seeds.rs`, which replays the seeds.
+//! Included by the fuzz targets and by `bench/tests/fuzz_seeds.rs`, which replays the seeds.
 
 use std::cell::RefCell;
 use std::io::{Cursor, ErrorKind, Read};
@@ -45,14 +45,14 @@ force_factor_n_per_v = 0.13
 centre_m = 0.0525
 "#;
 
-/// A computer that does not tell its runs apart.
+/// Computer that cannot distinguish its boots.
 const BOOT: Boot = Boot {
     id: None,
     up_s: 0.0,
     machine: None,
 };
 
-/// Bytes as `signals.wav`: as many frames as promised.
+/// Reads bytes as `signals.wav`: the file has as many frames as its header promises.
 pub fn wav(bytes: &[u8]) -> bool {
     let Ok((mut reader, _)) = WavReader::new(Cursor::new(bytes)) else {
         return false;
@@ -69,7 +69,7 @@ pub fn wav(bytes: &[u8]) -> bool {
     true
 }
 
-/// Bytes as `recording.toml`: what is read is written and read back alike.
+/// Reads bytes as `recording.toml`: the value survives writing and reading back.
 pub fn manifest(bytes: &[u8]) -> bool {
     let parse = |text: &str| Manifest::parse(text, MANIFEST_FILE);
     let Some(manifest) = text(bytes).and_then(|text| parse(text).ok()) else {
@@ -83,17 +83,17 @@ pub fn manifest(bytes: &[u8]) -> bool {
     true
 }
 
-/// Bytes as a protocol file.
+/// Reads bytes as a protocol file.
 pub fn protocol(bytes: &[u8]) -> bool {
     text(bytes).is_some_and(|text| Protocol::parse(text, "protocol.toml").is_ok())
 }
 
-/// Bytes as `bench.toml`.
+/// Reads bytes as `bench.toml`.
 pub fn config(bytes: &[u8]) -> bool {
     text(bytes).is_some_and(|text| Config::parse(text, "bench.toml").is_ok())
 }
 
-/// Bytes as `calibration.toml` after its hash: what is read is written and read back alike.
+/// Reads bytes as `calibration.toml` after its hash: the value survives writing and reading back.
 pub fn calibration(bytes: &[u8]) -> bool {
     let parse = |text: &str| CalibrationFile::parse(text, Path::new("calibration.toml"));
     let Some(body) = text(bytes) else {
@@ -108,12 +108,12 @@ pub fn calibration(bytes: &[u8]) -> bool {
     };
     let written = calibration.to_text().expect("what was read can be written");
     let (again, _) = parse(&written).expect("what was written can be read");
-    // Debug, for NaN is unlike itself.
+    // Compared as text because NaN is not equal to itself.
     assert_eq!(format!("{again:?}"), format!("{calibration:?}"));
     true
 }
 
-/// Bytes as `force.csv`: time increases from row to row.
+/// Reads bytes as `force.csv`: times increase from row to row.
 pub fn force_rows(bytes: &[u8]) -> bool {
     beside_sound_files(FORCE_FILE, bytes, |reader| {
         let rows = reader.force().ok()?;
@@ -121,7 +121,7 @@ pub fn force_rows(bytes: &[u8]) -> bool {
     })
 }
 
-/// Bytes as `position.csv`: time increases from row to row.
+/// Reads bytes as `position.csv`: times increase from row to row.
 pub fn position_rows(bytes: &[u8]) -> bool {
     beside_sound_files(POSITION_FILE, bytes, |reader| {
         let rows = reader.position().ok()?;
@@ -129,12 +129,12 @@ pub fn position_rows(bytes: &[u8]) -> bool {
     })
 }
 
-/// Bytes of a serial line in the binary format, the first of them choosing how the rest is cut.
+/// Decodes bytes of a serial line in the binary format; the first byte sets the chunk size of the rest.
 pub fn force_frames(bytes: &[u8]) -> bool {
     force_line(ForceProtocol::Frames, bytes)
 }
 
-/// Bytes of a field box's line: what is heard is said in the same bytes.
+/// Decodes bytes from a field box: each decoded message encodes to bytes that decode to the same message.
 pub fn field_box(bytes: &[u8]) -> bool {
     let mut listener = Listener::default();
     let heard: Vec<FromBox> = bytes
@@ -150,12 +150,12 @@ pub fn field_box(bytes: &[u8]) -> bool {
     !heard.is_empty()
 }
 
-/// Bytes of a serial line in the text format, the first of them choosing how the rest is cut.
+/// Decodes bytes of a serial line in the text format; the first byte sets the chunk size of the rest.
 pub fn force_lines(bytes: &[u8]) -> bool {
     force_line(ForceProtocol::Lines, bytes)
 }
 
-/// The cut does not matter, forces are numbers, time does not fall.
+/// Checks that the chunk size has no effect, forces are finite, and device times of the text format increase.
 fn force_line(protocol: ForceProtocol, bytes: &[u8]) -> bool {
     let Some((&cut, bytes)) = bytes.split_first() else {
         return false;
@@ -179,7 +179,7 @@ fn force_line(protocol: ForceProtocol, bytes: &[u8]) -> bool {
     !samples.is_empty()
 }
 
-/// A serial port with so many bytes a read.
+/// Serial port that returns at most `cut` bytes per read.
 struct Port {
     bytes: Cursor<Vec<u8>>,
     cut: usize,
@@ -195,7 +195,7 @@ impl Read for Port {
     }
 }
 
-/// Bytes of a vibrometer's line, the first of them choosing how the rest is cut: the cut does not matter, amplitudes are numbers.
+/// Decodes bytes from a vibrometer; the first byte sets the chunk size, which has no effect. Amplitudes are finite.
 pub fn vibrometer(bytes: &[u8]) -> bool {
     let Some((&cut, bytes)) = bytes.split_first() else {
         return false;
@@ -217,19 +217,19 @@ pub fn vibrometer(bytes: &[u8]) -> bool {
     sound && !heard.is_empty()
 }
 
-/// Bytes as a table of known amplitudes: its cells are numbers.
+/// Reads bytes as a table of known amplitudes.
 pub fn known_amplitudes(bytes: &[u8]) -> bool {
     in_a_file(bytes, |path| read_table(path).is_ok())
 }
 
-/// Bytes as a session's log.
+/// Reads bytes as a session's log.
 pub fn event_log(bytes: &[u8]) -> bool {
     in_a_file(bytes, |path| {
         event_log::read(path).is_ok_and(|log| !log.documents.is_empty())
     })
 }
 
-/// Bytes as a study's list of exclusions: what was read is written, read back and written alike.
+/// Reads bytes as a study's list of exclusions: the list survives writing and reading back.
 pub fn exclusions(bytes: &[u8]) -> bool {
     FILE.with_borrow(|(folder, _)| {
         let study = folder.path().join("study");
@@ -239,7 +239,7 @@ pub fn exclusions(bytes: &[u8]) -> bool {
         let Ok(read) = exclusions::read(&study) else {
             return false;
         };
-        // Control characters are written as spaces, and so once.
+        // The first write replaces control characters by spaces, so compare the second write with it.
         let written = exclusions::to_tsv(&read.list);
         std::fs::write(&path, &written).expect("written");
         let again = exclusions::read(&study).expect("what was written is read");
@@ -248,7 +248,7 @@ pub fn exclusions(bytes: &[u8]) -> bool {
     })
 }
 
-/// Bytes as the record of driving times, a participant's and a bench's.
+/// Reads bytes as the record of driving times, of a participant and of a bench.
 pub fn driving_times(bytes: &[u8]) -> bool {
     in_a_file(bytes, |path| {
         let participant = AccountPaths {
@@ -271,7 +271,7 @@ pub fn driving_times(bytes: &[u8]) -> bool {
     })
 }
 
-/// Bytes as the record of a plate's warmth: a number of kelvins, at any time.
+/// Reads bytes as the record of a plate's warmth: the temperature rise is not negative at any time.
 pub fn plate_warmth(bytes: &[u8]) -> bool {
     let heat = PlateHeat {
         force_factor_n_per_v: 0.13,
@@ -293,12 +293,12 @@ pub fn plate_warmth(bytes: &[u8]) -> bool {
     })
 }
 
-/// Bytes as a scenario of the simulated apparatus.
+/// Reads bytes as a scenario of the simulated apparatus.
 pub fn scenario(bytes: &[u8]) -> bool {
     text(bytes).is_some_and(|text| Scenario::parse(text, "scenario.toml").is_ok())
 }
 
-/// Bytes as the record of a press of the e-stop, asked for at its own time and later.
+/// Reads bytes as the record of an e-stop press: required at a usual date and at the earliest and latest timestamps.
 pub fn estop_press(bytes: &[u8]) -> bool {
     in_a_file(bytes, |path| {
         let ask = |now| EstopPress::require(path, "/dev/gpiochip0, line 17", now, 24.0);
@@ -306,7 +306,7 @@ pub fn estop_press(bytes: &[u8]) -> bool {
         for extreme in [Timestamp::MIN, Timestamp::MAX] {
             assert!(ask(extreme).is_err());
         }
-        // A seed was pressed on no computer in particular.
+        // The seeds do not name this computer.
         matches!(ask(now), Ok(_) | Err(EstopPressError::OtherComputer))
     })
 }
@@ -316,7 +316,7 @@ fn text(bytes: &[u8]) -> Option<&str> {
 }
 
 thread_local! {
-    /// A folder for each thread that reads, and a file in it.
+    /// A folder for each thread, with the path of a file in it.
     static FILE: RefCell<(tempfile::TempDir, PathBuf)> = RefCell::new({
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("file");
@@ -350,7 +350,7 @@ fn beside_sound_files(
     rows(&reader).is_some_and(|rows| rows > 0)
 }
 
-/// How many there are.
+/// Returns the number of `times_s`, which must increase.
 fn increasing(times_s: impl Iterator<Item = f64>) -> usize {
     let (mut rows, mut last_s) = (0, f64::NEG_INFINITY);
     for time_s in times_s {

@@ -1,8 +1,8 @@
-//! The audio path behind the sound card's ring, four channels at 192 kHz: demodulation and impedance, and the same with the
+//! The audio path behind the sound card's ring, four channels at 192 kHz: demodulation and impedance, also with the
 //! recorder writing every sample to disk.
 //!
-//! `cargo bench -p friction-bench --bench pipeline`; throughput is in frames, of which 192 000 make a second. The demodulator
-//! alone: `cargo bench -p impedance`.
+//! `cargo bench -p friction-bench --bench pipeline`; throughput is in frames, 192 000 per second. The demodulator alone:
+//! `cargo bench -p impedance`.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;
@@ -64,7 +64,7 @@ fn manifest() -> Manifest {
     }
 }
 
-/// Drive and pickup under the published modulation, and two channels of something else.
+/// Returns drive and pickup under the published modulation, and two channels of other signals.
 fn audio() -> Vec<f32> {
     (0..SECONDS * AUDIO.sample_rate_hz)
         .flat_map(|n| {
@@ -93,7 +93,7 @@ fn acquire(pipeline: &mut Pipeline, block: &[f32]) -> anyhow::Result<Batch> {
     Ok(batch)
 }
 
-/// As the acquisition and the recorder do in turn.
+/// Demodulates and records in turn, as the acquisition and the recorder do.
 fn demodulate_and_record(samples: &[f32], folder: &Path) -> anyhow::Result<u64> {
     let blocks = samples.chunks(BLOCK_FRAMES * usize::from(AUDIO.channels));
     let (mut sender, notices, mut task) = recorder(blocks.len() + 1);

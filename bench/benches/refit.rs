@@ -1,5 +1,5 @@
-//! The participant's contact fitted anew after a trial: the two explorations of a trial, 14 instances, from the reference
-//! recordings. The session wants it within a second.
+//! The fit of the participant's contact after a trial: two explorations, 14 instances, from the reference recordings. The
+//! session needs it within a second.
 //!
 //! `cargo bench -p friction-bench --bench refit`
 
@@ -15,7 +15,7 @@ use protocols::selection::select;
 use recording::manifest::RecordedIntervalKind;
 use recording::pipeline::PickupOffset;
 
-/// A trial of two explorations; those of the reference are alike, so one stands for both.
+/// Returns a trial of two explorations; those of the reference are alike, so one stands for both.
 fn trial() -> anyhow::Result<FitRequest> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference/recording-a");
     let reading = demodulated::read(&folder, PickupOffset::default())?;

@@ -23,8 +23,8 @@ use sessions::Sessions;
 use skin::Skin;
 use tui::{escaped, escaped_line};
 
-/// Runs the command. True if every accepted trial was analysed and every recording could be read; what is wrong with which
-/// goes to standard error.
+/// Runs the command. Returns true if every accepted trial was analysed and every recording could be read; defects are
+/// reported on standard error.
 ///
 /// # Errors
 /// Nothing to analyse, an assumption that cannot be made, or a result that cannot be written.
@@ -113,7 +113,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
         let lines = summary(&analysed) + &counts + &lines(&skin);
         write!(std::io::stdout(), "{}", escaped(&lines))?;
     }
-    // Where another program reads the table, nothing else stands beside it.
+    // If another program reads the table, standard output has only the table.
     if summarised || matches!(table, Some(TableFormat::Text { .. })) {
         write!(std::io::stdout(), "{}", escaped(&excluded))?;
     } else {
@@ -123,7 +123,7 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
     Ok(all_read && account.missed().next().is_none())
 }
 
-/// Returns the attempts that somebody decided to leave out, also those that could not be analysed anyway.
+/// Returns the attempts that were excluded by decision, including those that could not be analysed anyway.
 fn decided(found: &Attempts, selection: &Selection) -> anyhow::Result<Vec<PathBuf>> {
     let excluded = selection.excluded.iter();
     let mut decided: Vec<PathBuf> = excluded.flat_map(|of| of.recordings.clone()).collect();
@@ -135,7 +135,7 @@ fn decided(found: &Attempts, selection: &Selection) -> anyhow::Result<Vec<PathBu
     Ok(decided)
 }
 
-/// Names the accepted trials that are not in the analysis, other than those that cannot be read, which were named.
+/// Warns of the accepted trials that are not in the analysis, except unreadable ones, which were reported already.
 fn warn(account: &Account) {
     let mut stderr = std::io::stderr().lock();
     for of in account.missed() {
@@ -146,7 +146,7 @@ fn warn(account: &Account) {
     }
 }
 
-/// Returns the report on what was analysed, whose numbers are those of `results`.
+/// Returns the report on the analysis, with the numbers of `results`.
 fn page(
     options: &Analyze,
     analysed: &Analysed,
@@ -169,7 +169,7 @@ fn page(
     report::html(&content).context("cannot make the report")
 }
 
-/// Returns the names of the folders that were asked for, without where they lie.
+/// Returns the names of the requested folders, without their paths.
 fn name(folders: &[PathBuf]) -> String {
     let names = folders.iter().map(|folder| {
         let whole = folder.canonicalize().unwrap_or_else(|_| folder.clone());
@@ -179,7 +179,7 @@ fn name(folders: &[PathBuf]) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-/// Parts the recordings by the exclusions of their studies; `everything` analyses them all.
+/// Splits the recordings by the exclusions of their studies; `everything` analyses them all.
 fn select(folders: Vec<PathBuf>, everything: bool) -> anyhow::Result<Selection> {
     let all = folders.clone();
     let selection = exclusions::select(folders)?;
@@ -195,7 +195,7 @@ fn select(folders: Vec<PathBuf>, everything: bool) -> anyhow::Result<Selection> 
     Ok(selection)
 }
 
-/// Says what is wrong with a recording. That nobody reads it does not stop the analysis.
+/// Reports the defects of a recording. A closed standard error does not stop the analysis.
 fn report(analysis: &RecordingAnalysis) {
     let path = analysis.path.display().to_string();
     let path = escaped_line(&path);
@@ -220,7 +220,7 @@ fn lines(skin: &Skin) -> String {
     skin.lines().into_iter().map(|line| line + "\n").collect()
 }
 
-/// A line for each recording, and one on the parameters that its instances share.
+/// Returns a line for each recording, and one for the parameters that its instances share.
 fn summary(analysed: &Analysed) -> String {
     let mut lines = String::new();
     for recording in &analysed.recordings {

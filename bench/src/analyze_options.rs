@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use measured_figures::Drawn;
 use terminal_size::terminal_size_of;
 
-/// A table is made for as many columns at least.
+/// Minimum number of columns that a table is made for.
 const FEWEST_COLUMNS: u16 = 60;
 
 /// `analyze`
@@ -91,7 +91,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Returns the form that was asked for.
+    /// Returns the requested format.
     pub fn format(&self) -> Option<TableFormat> {
         [
             (self.table, TableFormat::Text { columns: columns() }),
@@ -104,7 +104,7 @@ impl Table {
     }
 }
 
-/// Returns the columns of the terminal that a table is printed on; `None` where it goes elsewhere.
+/// Returns the width in columns of the terminal that a table is printed on; `None` if it is not printed on one.
 fn columns() -> Option<u16> {
     let (columns, _) = terminal_size_of(std::io::stdout())?;
     Some(columns.0.max(FEWEST_COLUMNS))
@@ -137,7 +137,7 @@ pub enum InstancesOf {
 }
 
 impl Analyze {
-    /// Returns what the figures show.
+    /// Returns the content of the figures.
     pub fn drawn(&self) -> Drawn {
         let whole_trial = self.instances_of == InstancesOf::Trial;
         let methods = match self.figures_of {

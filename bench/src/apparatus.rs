@@ -1,4 +1,4 @@
-//! What the composition root makes of the command line: the hardware, and who stands around it.
+//! The apparatus selected by the command line: the hardware, and the observers and hands around it.
 
 use std::path::PathBuf;
 
@@ -11,35 +11,35 @@ use safety::Pace;
 use crate::cli;
 use crate::displays::Displays;
 
-/// Is told what the participant sees and hears: a simulated person.
+/// Observer of the participant's view, button and tones: a simulated person.
 pub type Watcher = Box<dyn FnMut(&tui::ParticipantView, bool, Option<Tone>) + Send>;
 
-/// The hardware of a bench, real or simulated, and who stands around it.
+/// The hardware of a bench, real or simulated, with the observers and hands around it.
 pub struct Apparatus {
     /// The bench itself.
     pub hardware: Hardware,
-    /// Who else sees and hears what the participant does.
+    /// Observers of the participant's view and tones.
     pub watchers: Vec<Watcher>,
-    /// What the participant sees.
+    /// The participant's displays.
     pub displays: Displays,
-    /// Does what a calibration asks of its operator; `None` where that takes a person.
+    /// Performs a calibration's requests to its operator; `None` if a person must.
     pub hands: Option<Hands>,
-    /// The simulated vibrometer's port, where known amplitudes come from when no other source is named.
+    /// Port of the simulated vibrometer, the source of known amplitudes if no other is named.
     pub vibrometer_port: Option<PathBuf>,
-    /// The simulated voltmeter's port, where a check of the volts reads; `None` where that takes a meter.
+    /// Port of the simulated voltmeter, for a check of the volts; `None` if that needs a real meter.
     pub voltmeter_port: Option<PathBuf>,
-    /// Presses and releases the e-stop after a moment; `None` where that takes a person.
+    /// Presses the e-stop and releases it after a moment; `None` if a person must.
     pub estop_hand: Option<Box<dyn FnOnce() + Send>>,
-    /// Faults that are injected, in the form of `--fault`: what is measured is a rehearsal.
+    /// Injected faults, in the form of `--fault`; measurements are then a rehearsal.
     pub rehearsed: Vec<String>,
-    /// Brings faults over simulated hardware; `None` where that takes a person.
+    /// Injects faults into simulated hardware; `None` if a person must.
     pub fault_hand: Option<drill::FaultHand>,
 }
 
-/// Beginning of the names of JACK servers that tests run without a card.
+/// Prefix of the names of JACK servers that tests run without a card.
 const TEST_SERVER: &str = "friction-bench-test";
 
-/// Returns what lets time pass for the sound card of these options.
+/// Returns the pace of the sound card of these options.
 #[must_use]
 pub fn pace(config: &Config, options: &cli::Hardware) -> Pace {
     let of_a_test = || {

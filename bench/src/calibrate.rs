@@ -1,4 +1,4 @@
-//! The `calibrate` commands, from flags to the file and the lines printed at the end.
+//! The `calibrate` commands, from flags to the file and the last lines.
 
 use drill::rehearsed;
 use std::path::{Path, PathBuf};
@@ -32,10 +32,10 @@ use crate::calibration_report::require_writable;
 use crate::cli;
 use crate::verbosity::Verbosity;
 
-/// Name of the calibration file where none is given.
+/// Default name of the calibration file.
 pub const DEFAULT_PATH: &str = "calibration.toml";
 
-/// Returns where the calibration of these options lies.
+/// Returns the path of the calibration of these options.
 #[must_use]
 pub fn path(options: &cli::Hardware) -> PathBuf {
     options
@@ -44,8 +44,8 @@ pub fn path(options: &cli::Hardware) -> PathBuf {
         .unwrap_or_else(|| DEFAULT_PATH.into())
 }
 
-/// Returns the bench of these options: with the calibration in force, or as `bench.toml` alone describes it where the operator
-/// decided so. A simulated bench has a calibration only where one is named.
+/// Returns the bench of these options: with the calibration in force, or as `bench.toml` alone describes it if the
+/// operator chose that. A simulated bench has a calibration only if one is named.
 ///
 /// # Errors
 /// When the calibration cannot be put in force.
@@ -61,8 +61,8 @@ pub fn effective(
     Effective::calibrated(config, &path(options))
 }
 
-/// What was calibrated before on the bench of `config`; devices are compared once they are open. What is about to be
-/// measured anew on the force sensor may have been measured on another one.
+/// Returns the existing calibration of the bench of `config`; devices are compared once they are open. With `new_sensor`,
+/// the force calibration is dropped, since it may be that of another sensor.
 fn before(path: &Path, config: &Config, new_sensor: bool) -> anyhow::Result<CalibrationFile> {
     match CalibrationFile::read(path) {
         Ok((mut calibration, _)) => {
@@ -96,7 +96,7 @@ fn other_bench(path: &Path) -> String {
     )
 }
 
-/// Puts the identity of the opened bench into `calibration`, unless it is another's.
+/// Puts the identity of the opened bench into a new `calibration`; requires an existing one to match it.
 fn own(calibration: &mut CalibrationFile, identity: Identity, path: &Path) -> anyhow::Result<()> {
     if calibration.identity.input_device.is_empty() {
         calibration.identity = Identity {
@@ -111,7 +111,7 @@ fn own(calibration: &mut CalibrationFile, identity: Identity, path: &Path) -> an
         .with_context(|| other_bench(path))
 }
 
-/// Requires a file in which nothing measured stands beside something rehearsed.
+/// Requires that a file does not mix measured and rehearsed values.
 fn require_apart(
     calibration: &CalibrationFile,
     rehearsed: &[String],
@@ -132,15 +132,15 @@ fn require_apart(
     )
 }
 
-/// A calibration about to be made.
+/// A calibration about to begin.
 struct Begun<'a> {
-    /// The bench, with what has been calibrated on it so far.
+    /// The bench, with all calibrations made on it so far.
     bench: Effective,
     calibration: CalibrationFile,
     path: PathBuf,
     measure: &'a cli::Measure,
     verbosity: Verbosity,
-    /// An operator is guided on the dashboard.
+    /// Whether an operator is guided on the dashboard.
     attended: bool,
 }
 
@@ -179,7 +179,7 @@ impl<'a> Begun<'a> {
         })
     }
 
-    /// Measures, judges, and writes what passes.
+    /// Measures, judges, and writes the values that pass.
     fn run<C: Calibrates>(
         mut self,
         apparatus: Apparatus,
@@ -195,7 +195,7 @@ impl<'a> Begun<'a> {
         require_apart(&self.calibration, &rehearsed, &self.path)?;
         let config = self.bench.config();
         let notices = config.safety_notices(config.plate.resonance_hz);
-        // The page has one line for the title and the step; the report has all the words.
+        // The page has one line for the title and the step; the report has the full text.
         let loosened = (!config.loosened().is_empty()).then(|| "limits loosened".to_owned());
         let title = [
             Some(format!("calibrate {}", C::NAME)),
@@ -208,7 +208,7 @@ impl<'a> Begun<'a> {
         .collect::<Vec<_>>()
         .join(", ");
         let simulated = hardware.simulated;
-        // Nobody holds a switch while a bench is calibrated.
+        // The dead-man switch is not held during a calibration.
         let clear = self.bench.clone().without_dead_man();
         let facts = bench_page::facts(clear.config(), Some(&self.calibration), &hardware);
         let (attended, verbosity) = (self.attended, self.verbosity);
@@ -339,7 +339,7 @@ pub fn plate(
     begun.run(apparatus, None, plate)
 }
 
-/// Measures the amplitude at `places` along the plate, with a vibrometer that somebody moves.
+/// Measures the amplitude at `places` along the plate, with a vibrometer moved by hand.
 fn along(
     begun: Begun<'_>,
     options: &cli::CalibratePlate,
@@ -385,7 +385,7 @@ pub fn channels(
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
     let mut begun = Begun::new(config, &options.measure, verbosity)?;
-    // The delay is measured anew, whatever it was.
+    // The delay is measured anew, regardless of its previous value.
     begun.bench = begun.bench.with_unknown_delay();
     let mut setup = ChannelsSetup::new(begun.bench.config(), &begun.calibration);
     setup.delays_s = delays_s(&begun.bench)?;
@@ -404,7 +404,7 @@ pub fn output(
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
     if let Some(hz) = options.meter_up_to_hz {
-        // Whoever asks for a tone where the meter reads it has a reason for one that is heard.
+        // The meter's frequency limit is the reason for an audible tone.
         let why = || format!("the meter reads up to {hz} Hz");
         config
             .limits
@@ -542,7 +542,7 @@ pub fn force(
             ForceSetup::new(begun.bench.config(), masses, accuracy, options.gravity)?
         }
     };
-    // The sensor's own readings are what is calibrated.
+    // The calibration needs the sensor's raw readings.
     begun.bench = begun.bench.with_raw_forces();
     let apparatus = open(begun.bench.config())?;
     let procedure = ForceProcedure::new(setup, begun.attended);

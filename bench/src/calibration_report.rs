@@ -1,4 +1,4 @@
-//! What a calibration says, and the files that it leaves beside the calibration file.
+//! Report of a calibration, and the files that it writes next to the calibration file.
 
 use std::path::{Path, PathBuf};
 
@@ -8,25 +8,25 @@ use anyhow::Context;
 use config::Quantity;
 use serde::Serialize;
 
-/// What was measured, for a person and for scripts.
+/// Result of a calibration, for people and for scripts.
 #[derive(Debug, Serialize)]
 pub struct Report {
-    /// What was calibrated.
+    /// Name of the calibration.
     pub calibrated: &'static str,
-    /// Whether it holds and was written.
+    /// Whether the calibration passed and was written.
     pub passed: bool,
-    /// The values, by name.
+    /// Values by name.
     pub values: Vec<(&'static str, Quantity)>,
-    /// Further figures, a line each.
+    /// Further results, a line each.
     pub remarks: Vec<String>,
-    /// Why it does not pass.
+    /// Reasons for not passing.
     pub faults: Vec<String>,
     /// Files that were written.
     pub written: Vec<PathBuf>,
 }
 
 impl Report {
-    /// For a person.
+    /// Returns the report for a person.
     #[must_use]
     pub fn to_text(&self) -> String {
         let mut lines = vec![format!("calibrate {}", self.calibrated)];
@@ -49,16 +49,16 @@ impl Report {
         lines.join("\n") + "\n"
     }
 
-    /// As JSON.
+    /// Returns the report as JSON.
     ///
     /// # Errors
-    /// Never for what was measured.
+    /// Never for measured values.
     pub fn to_json(&self) -> anyhow::Result<String> {
         Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 }
 
-/// What takes minutes to measure must have a place to go to.
+/// Checks that the result can be written before a measurement that takes minutes.
 pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
     probe_folder_of(path).with_context(|| {
         format!(

@@ -26,7 +26,7 @@ pub struct Cli {
 }
 
 impl Cli {
-    /// Reads the command line, or ends the program with what is wrong with it; the theme holds from here on.
+    /// Parses the command line, or ends the program with the error in it; the theme applies from here on.
     #[must_use]
     pub fn read() -> Self {
         let cli = Self::parse();

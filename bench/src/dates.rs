@@ -1,4 +1,4 @@
-//! The date before a bench is opened.
+//! The date, before a bench is opened.
 
 use config::Effective;
 use jiff::Timestamp;
@@ -11,7 +11,8 @@ pub fn now() -> Timestamp {
     SystemClock::start().utc()
 }
 
-/// Returns what nobody has measured on this bench although its safety rests on it; nothing where no finger lies.
+/// Returns the safety-relevant measurements that are missing or outdated, a line each; empty on simulated hardware, which
+/// no finger touches.
 #[must_use]
 pub fn unverified(bench: &Effective, pace: Pace) -> Vec<String> {
     match pace {

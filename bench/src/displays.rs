@@ -1,7 +1,7 @@
-//! The participant's displays: what they show, and whether the participant sees it.
+//! The participant's displays: their content, and whether the participant can see it.
 //!
-//! A display that is lost raises an alarm and pauses the session. It may come back by itself, or when the operator
-//! resumes; the session goes on by the operator's word alone.
+//! A lost display raises an alarm and pauses the session. It may reconnect automatically or when the operator resumes,
+//! but only the operator resumes the session.
 
 use std::path::{Path, PathBuf};
 
@@ -13,10 +13,10 @@ use tui::event::LogLevel;
 
 use crate::journal::EntrySender;
 
-/// Longest wait for a participant's terminal that is opened, the wait for the lost one included. The drive is off meanwhile.
+/// Timeout for opening a participant's terminal, including the wait for the lost one. The drive is off meanwhile.
 const OPENS_WITHIN: Duration = Duration::from_millis(500);
 
-/// A display in front of the participant. Nothing here may block: the session asks many times a second.
+/// A display in front of the participant. No method may block: the session calls them many times a second.
 pub trait ParticipantDisplay: Send {
     /// Name for the operator, such as "the participant's window".
     fn name(&self) -> String;
@@ -24,26 +24,26 @@ pub trait ParticipantDisplay: Send {
     /// Shows `view` as soon as possible; an older view not yet shown is dropped.
     fn show(&mut self, view: &tui::ParticipantView);
 
-    /// Takes the time on the bench's clock as it is now, and where the finger is along the plate.
+    /// Takes the current time on the bench's clock, and the finger's position along the plate.
     fn beat(&mut self, _audio_s: f64, _position_m: Option<f64>) {}
 
-    /// Returns what the operator should know of it since the last call.
+    /// Returns the notices for the operator since the last call.
     fn notices(&mut self) -> Vec<(LogLevel, String)> {
         Vec::new()
     }
 
-    /// Returns the task that it needs beside the session's, once.
+    /// Returns, once, the task that the display needs in addition to the session's.
     fn task(&mut self, _journal: &EntrySender) -> Option<Box<dyn Task>> {
         None
     }
 
-    /// Returns why the participant does not see what is shown; `None` while they do.
+    /// Returns why the participant cannot see the view; `None` while they can.
     fn lost(&mut self) -> Option<String>;
 
-    /// Brings a lost display back, because the operator resumes. Nothing to do for one that comes back by itself.
+    /// Reconnects a lost display because the operator resumes. A display that reconnects automatically does nothing here.
     ///
     /// # Errors
-    /// Why it cannot be brought back.
+    /// When the display cannot be reconnected, with the reason.
     fn reconnect(&mut self) -> anyhow::Result<()> {
         Ok(())
     }
@@ -53,9 +53,9 @@ pub trait ParticipantDisplay: Send {
 #[derive(Default)]
 pub struct Displays {
     displays: Vec<Box<dyn ParticipantDisplay>>,
-    /// What they show.
+    /// The current view.
     view: Option<tui::ParticipantView>,
-    /// Why one of them was lost when last looked at.
+    /// The display that was lost at the last look, and why.
     lost: Option<String>,
 }
 
@@ -65,7 +65,7 @@ impl Displays {
         self.displays.push(display);
     }
 
-    /// Shows `view` on each.
+    /// Shows `view` on each display.
     pub fn show(&mut self, view: &tui::ParticipantView) {
         for display in &mut self.displays {
             display.show(view);
@@ -73,20 +73,20 @@ impl Displays {
         self.view = Some(view.clone());
     }
 
-    /// Tells each the time on the bench's clock, and where the finger is.
+    /// Passes the time on the bench's clock and the finger's position to each display.
     pub fn beat(&mut self, audio_s: f64, position_m: Option<f64>) {
         for display in &mut self.displays {
             display.beat(audio_s, position_m);
         }
     }
 
-    /// Returns what the operator should know of any since the last call.
+    /// Returns the notices of all displays since the last call.
     pub fn notices(&mut self) -> Vec<(LogLevel, String)> {
         let displays = self.displays.iter_mut();
         displays.flat_map(|display| display.notices()).collect()
     }
 
-    /// Returns the tasks that they need beside the session's.
+    /// Returns the tasks that the displays need in addition to the session's.
     pub fn tasks(&mut self, journal: &EntrySender) -> Vec<Box<dyn Task>> {
         let displays = self.displays.iter_mut();
         displays
@@ -94,7 +94,8 @@ impl Displays {
             .collect()
     }
 
-    /// Returns whether a display was lost or all are back since the last call. One that is back shows what it should.
+    /// Returns whether a display was lost or all are back since the last call; once all are back, shows the current view
+    /// again.
     pub fn look(&mut self) -> bool {
         let lost = self.displays.iter_mut().find_map(|display| {
             let reason = display.lost()?;
@@ -118,7 +119,7 @@ impl Displays {
         self.lost.as_deref()
     }
 
-    /// Brings lost displays back, because the operator resumes; returns why one stays lost.
+    /// Reconnects lost displays because the operator resumes; returns an error for each that stays lost.
     pub fn reconnect(&mut self) -> Vec<String> {
         let lost = self.displays.iter_mut().filter_map(|display| {
             display.lost()?;
@@ -131,7 +132,7 @@ impl Displays {
 
 /// The participant's own terminal.
 ///
-/// Once its window is closed, its name may belong to another one, so it is opened again only when the operator resumes.
+/// Once its window is closed, another window may get its device name, so it is reopened only when the operator resumes.
 struct TerminalDisplay {
     path: PathBuf,
     terminal: Option<tui::ParticipantDisplay>,
@@ -140,7 +141,7 @@ struct TerminalDisplay {
 /// Opens the participant's own terminal.
 ///
 /// # Errors
-/// When the device is no terminal, is the operator's, or cannot be opened.
+/// When the device is not a terminal, is the operator's, or cannot be opened.
 pub fn terminal(path: &Path) -> anyhow::Result<Box<dyn ParticipantDisplay>> {
     let mut display = TerminalDisplay {
         path: path.to_owned(),
@@ -172,11 +173,11 @@ impl ParticipantDisplay for TerminalDisplay {
     fn reconnect(&mut self) -> anyhow::Result<()> {
         let (path, lost) = (self.path.clone(), self.terminal.take());
         let (opened, waiting) = std::sync::mpsc::channel();
-        // On a thread of its own: a terminal may hang when it is opened, and the session waits for none.
+        // Opened on a separate thread: opening a terminal may hang, and the session must not wait.
         std::thread::Builder::new()
             .name("reconnecting".to_owned())
             .spawn(move || {
-                // Let go of what is lost first, so that it is not restored over the new one.
+                // Drop the lost terminal first, so that it is not restored over the new one.
                 drop(lost);
                 let theme = tui::chosen_theme();
                 let _ = opened.send(tui::ParticipantDisplay::open(&path, theme));

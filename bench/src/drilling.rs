@@ -15,10 +15,10 @@ use tui::event::{LogLevel, SessionHeader};
 use crate::apparatus::pace;
 use crate::cli;
 
-/// Plans the drill of these options: nothing is opened or driven.
+/// Plans the drill of these options without opening or driving anything.
 ///
 /// # Errors
-/// Names the fault that cannot be drilled on this bench, or what is wrong with its limits.
+/// Names the fault that cannot be drilled on this bench, or the error in its limits.
 pub fn plan(bench: Effective, options: &cli::Drill) -> anyhow::Result<Course> {
     if options.speed == cli::Speed::Max && !options.headless {
         anyhow::bail!("--speed max leaves nobody time to act: add --headless");
@@ -39,7 +39,7 @@ pub fn plan(bench: Effective, options: &cli::Drill) -> anyhow::Result<Course> {
     )
 }
 
-/// Runs the drill, and returns its record and the lines that end it.
+/// Runs the drill; returns its record and its last lines.
 ///
 /// # Errors
 /// When a part of the bench is missing or fails, or the record cannot be written.

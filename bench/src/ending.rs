@@ -1,4 +1,4 @@
-//! How the program ends: its exit status, and what it says of an error, its own included.
+//! The end of the program: its exit status, and its report of an error or a panic.
 
 use std::any::Any;
 use std::io::Write;
@@ -7,8 +7,8 @@ use std::process::ExitCode;
 
 use tui::{escaped, escaped_line};
 
-/// Runs the program, and prints its error, with the terminal as it was before. A panic in any thread is reported in
-/// one line without a backtrace: whoever opens a bench silences its drive before that.
+/// Runs the program and prints its error, with the terminal restored. A panic in any thread is reported in one line
+/// without a backtrace; an open bench silences its drive before that.
 pub fn run(program: impl FnOnce() -> anyhow::Result<ExitCode>) -> ExitCode {
     tui::install_panic_hook(in_words);
     devices::before_a_hard_end(tui::restore);
@@ -26,16 +26,16 @@ pub fn run(program: impl FnOnce() -> anyhow::Result<ExitCode>) -> ExitCode {
     }
 }
 
-/// Returns whether the reader of the output has read enough, as `head` does.
+/// Returns whether the reader of the output closed it early, as `head` does.
 fn is_closed_pipe(error: &anyhow::Error) -> bool {
     let cause = error.root_cause().downcast_ref::<std::io::Error>();
-    // A serial line that ends has no number of the system's.
+    // The error of a serial line that ends has no number from the system.
     cause.is_some_and(|cause| {
         cause.kind() == std::io::ErrorKind::BrokenPipe && cause.raw_os_error().is_some()
     })
 }
 
-/// Prints the error and its causes, a line each; never a backtrace.
+/// Prints the error and its causes, a line each, without a backtrace.
 fn complain(error: &anyhow::Error) {
     let mut stderr = std::io::stderr().lock();
     for (i, line) in console::complaint::lines(error).iter().enumerate() {
@@ -44,7 +44,7 @@ fn complain(error: &anyhow::Error) {
         } else {
             "  because"
         };
-        // What a file says on lines of its own is not to pass for a line of this program.
+        // Further lines of a message quoted from a file must not look like lines of this program.
         let line = escaped(line).replace('\n', "\n    ");
         let _ = writeln!(stderr, "{begin}: {line}");
     }

@@ -1,4 +1,4 @@
-//! The test of the e-stop by the person beside it, before a bench on real hardware drives.
+//! The test of the e-stop by a person next to it, before a bench on real hardware drives.
 
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -13,18 +13,18 @@ use crate::apparatus::{Apparatus, pace};
 use crate::calibrate;
 use crate::cli;
 
-/// Returns the line whose e-stop must have been pressed before this bench drives; `None` where no finger lies on the plate,
-/// or where the e-stop is waived.
+/// Returns the line of the e-stop that must have been pressed before this bench drives; `None` without a real card (then
+/// no finger lies on the plate), or if the e-stop is waived.
 fn required_line(config: &Config, options: &cli::Hardware) -> Option<String> {
     let real = pace(config, options) == Pace::Card;
     let waived = config.safety.waiver_of(HardwareStop::Estop).is_some();
     line_name(config).filter(|_| real && !waived)
 }
 
-/// Requires that the e-stop was pressed within the last hours; asks for it on the terminal if `ask`.
+/// Requires a press of the e-stop within the last hours; if `ask`, asks for it on the terminal.
 ///
 /// # Errors
-/// Says what is missing and how to press it, or that nobody did.
+/// Says that a press is missing and how to make it, or that it was not made.
 pub fn require(
     config: &Config,
     options: &cli::Hardware,
@@ -49,7 +49,7 @@ pub fn require(
 /// Asks for a press of the e-stop, waits for it, and records it unless it is simulated.
 ///
 /// # Errors
-/// When there is no e-stop, it cannot be read, or nobody pressed and released it in time.
+/// When there is no e-stop, it cannot be read, or it was not pressed and released in time.
 pub fn press(config: &Config, options: &cli::Hardware, apparatus: Apparatus) -> anyhow::Result<()> {
     let mut lines = apparatus.hardware.lines;
     let Some(estop) = &mut lines.estop else {
@@ -78,7 +78,7 @@ pub fn press(config: &Config, options: &cli::Hardware, apparatus: Apparatus) -> 
     }
     let line = line_name(config).filter(|_| pace(config, options) == Pace::Card);
     let Some(line) = line else {
-        // The press of a simulated e-stop proves nothing of a real one, whatever the configuration names.
+        // Pressing a simulated e-stop proves nothing about a real one that the configuration may name.
         say("The e-stop works. It is simulated: nothing was recorded.");
         return Ok(());
     };
@@ -92,7 +92,7 @@ pub fn press(config: &Config, options: &cli::Hardware, apparatus: Apparatus) -> 
     Ok(())
 }
 
-/// Prints on standard error; one that is closed must not end a test of the e-stop.
+/// Prints on standard error; a closed standard error must not end a test of the e-stop.
 fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

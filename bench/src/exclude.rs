@@ -1,4 +1,4 @@
-//! `exclude`: leaves trials out of a study's analysis, and says why.
+//! `exclude`: leaves trials out of a study's analysis, with a reason.
 
 use std::io::Write;
 
@@ -14,8 +14,8 @@ use crate::dates;
 /// Runs the command.
 ///
 /// # Errors
-/// There is no such study, participant, session or trial; the same is excluded already; another instance uses the study; or
-/// the system refused.
+/// The study, participant, session or trial does not exist; it is already excluded; another instance uses the study; or
+/// the system refuses.
 pub fn run(options: &Exclude) -> anyhow::Result<()> {
     for (flag, text) in [("--because", &options.because), ("--by", &options.by)] {
         if ["", "n/a"].contains(&text.trim()) {

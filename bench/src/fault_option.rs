@@ -1,4 +1,4 @@
-//! Options that name faults: their values are parsed by the table of faults, which also says what there is to complete.
+//! Options that name faults: the table of faults parses their values and lists the completions.
 
 use std::ffi::OsStr;
 use std::marker::PhantomData;
@@ -13,7 +13,7 @@ use rehearsal::FaultKind;
 pub struct NamedFault<T>(PhantomData<fn() -> T>);
 
 impl<T> NamedFault<T> {
-    /// Makes the parser.
+    /// Creates the parser.
     #[must_use]
     pub fn new() -> Self {
         Self(PhantomData)

@@ -9,10 +9,11 @@ use tasks::{Clock, SystemClock};
 
 use crate::cli::Forget;
 
-/// Runs the command; true if the participant was removed, false if the operator decided otherwise.
+/// Runs the command; returns true if the participant was removed, false if the operator declined.
 ///
 /// # Errors
-/// There is no such study or participant, another instance uses the study, nobody can be asked, or the system refused.
+/// The study or the participant does not exist, another instance uses the study, the operator cannot be asked, or the
+/// system refuses.
 pub fn run(options: &Forget) -> anyhow::Result<bool> {
     let participant: ParticipantId = options.participant.parse()?;
     let study = Study::open(&options.study)?;
@@ -47,7 +48,7 @@ pub fn run(options: &Forget) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// Prints what would be removed, and what names the participant besides.
+/// Prints the data that would be removed, and other places that name the participant.
 fn describe(
     traces: &Traces,
     participant: &ParticipantId,

@@ -17,36 +17,36 @@ use recording::sums::Sums;
 use tasks::Clock;
 use tasks::Task;
 
-/// What the session leaves in its log.
+/// Entry of the session's log.
 #[derive(Debug)]
 pub enum Entry {
     /// Something happened in the protocol.
     Event(SessionEvent),
-    /// What was stated about the participant.
+    /// Details stated about the participant.
     Person(Person),
     /// A recording has ended and is on disk.
     Saved(SavedRecording),
-    /// What the live estimates go by has changed.
+    /// The carrier or the contact used by the live estimates has changed.
     Live {
         /// Audio clock, s.
         t_s: f64,
-        /// What it is now.
+        /// The new values.
         data: Map<String, Value>,
     },
-    /// What the participant's window did.
+    /// An event of the participant's window.
     Display {
         /// Audio clock, s.
         t_s: f64,
-        /// What.
+        /// The event and its values.
         data: Map<String, Value>,
     },
     /// The session ended.
     Stop {
         /// Audio clock, s.
         t_s: f64,
-        /// How.
+        /// Exit status.
         status: ExitStatus,
-        /// Why, unless it succeeded.
+        /// Reason, unless the session succeeded.
         reason: Option<String>,
     },
 }
@@ -58,18 +58,19 @@ pub struct SavedRecording {
     pub t_s: f64,
     /// Its folder.
     pub folder: PathBuf,
-    /// Sums of its files; `None` if the session ended before they were made.
+    /// Checksums of its files; `None` if the session ended before they were computed.
     pub sums: Option<Sums>,
-    /// Whether the trial was broken off.
+    /// Whether the trial was interrupted.
     pub interrupted: bool,
 }
 
-/// Most entries that wait for the disk: 80 s of a window that says all that it may, hours of a session without one.
+/// Maximum number of entries that wait for the disk: 80 s from a window at its highest rate, hours of a session without
+/// one.
 const MOST_WAITING: usize = 1 << 14;
-/// Places beyond them for the end of the session.
+/// Additional places for the end of the session.
 const RESERVED: usize = 1;
 
-/// Entries that had no room.
+/// Number of entries that did not fit in the queue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{0} entries of the session's log are lost, because the study's disk took none for minutes: the session cannot go on; \
@@ -77,18 +78,18 @@ const RESERVED: usize = 1;
 )]
 pub struct EntriesLost(u64);
 
-/// Where the session's threads leave what belongs in its log. None waits for it.
+/// Sender of the session's threads to its log; it never blocks.
 #[derive(Debug, Clone)]
 pub struct EntrySender {
     to: Sender<Entry>,
     shared: Arc<Shared>,
 }
 
-/// What both ends of the queue know.
+/// State shared by both ends of the queue.
 #[derive(Debug)]
 struct Shared {
     made: Instant,
-    /// When the journal last looked at its queue, ms after `made`.
+    /// Time at which the journal last looked at its queue, ms after `made`.
     looked_ms: AtomicU64,
     lost: AtomicU64,
 }
@@ -104,7 +105,7 @@ impl Shared {
     }
 }
 
-/// What waits for the log.
+/// Receiving end of the queue to the log.
 #[derive(Debug)]
 pub struct WaitingEntries {
     /// The entries.
@@ -129,18 +130,18 @@ pub fn entry_queue() -> (EntrySender, WaitingEntries) {
 }
 
 impl EntrySender {
-    /// Leaves an entry; one without room is counted as lost.
+    /// Queues an entry, or counts it as lost if the queue is full.
     pub fn send(&self, entry: Entry) {
-        // After a hole comes nothing but the end.
+        // After a lost entry, only the end is accepted.
         let has_room = self.lost().is_none() && self.to.len() < MOST_WAITING
             || matches!(entry, Entry::Stop { .. });
-        // The journal's end is seen by its own task.
+        // A disconnected queue is not counted here: the journal's task reports its own end.
         if !has_room || self.to.try_send(entry).is_err_and(|error| error.is_full()) {
             self.shared.lost.fetch_add(1, Ordering::Relaxed);
         }
     }
 
-    /// Returns what was lost so far.
+    /// Returns the number of entries lost so far, if any.
     #[must_use]
     pub fn lost(&self) -> Option<EntriesLost> {
         self.shared.lost()
@@ -160,16 +161,16 @@ const RECORDING_STREAM: &str = "recording";
 const LIVE_STREAM: &str = "live";
 const DISPLAY_STREAM: &str = "display";
 
-/// The task.
+/// Task that writes the session's log.
 pub struct Journal {
-    /// The study and who takes part, locked until the log is closed.
+    /// The study and the participant, locked until the log is closed.
     study: (Study, ParticipantId),
     session: SessionFolder,
     entries: WaitingEntries,
-    /// What the recorder says after the session has ended.
+    /// Notices of the recorder after the session has ended.
     notices: Receiver<RecorderNotice>,
     clock: Arc<dyn Clock>,
-    /// How the session ended, which is the log's last line.
+    /// End of the session, the last line of the log.
     stop: Option<Stop>,
     /// Audio clock of the last line, s.
     last_s: f64,
@@ -183,8 +184,7 @@ struct Stop {
 }
 
 impl Journal {
-    /// Writes what comes through `entries`, and at the end what is left in `notices`; the start document has been
-    /// written.
+    /// Writes the `entries`, and at the end the remaining `notices`; the start document has already been written.
     ///
     /// # Errors
     /// When the descriptors cannot be written.
@@ -209,8 +209,8 @@ impl Journal {
         })
     }
 
-    /// Appends an event. Entries come from several threads, whose looks at the audio clock differ: the log's times never
-    /// fall, and of an entry that comes late `happened_s` keeps its own.
+    /// Appends an event. Entries come from several threads, which read the audio clock at different times: the log's
+    /// times never decrease, and `happened_s` keeps the true time of a late entry.
     fn event(
         &mut self,
         stream: &str,
@@ -271,7 +271,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Writes what the recorder ended after the session had.
+    /// Writes the recordings that the recorder ended after the session.
     fn write_last_recordings(&mut self, t_s: f64) -> anyhow::Result<()> {
         let mut failed = Ok(());
         while let Ok(notice) = self.notices.try_recv() {
@@ -365,7 +365,7 @@ impl Task for Journal {
     fn finish(&mut self) -> anyhow::Result<()> {
         let written = self.write_waiting();
         let lost = self.entries.shared.lost();
-        // A log that cannot be written has no end; one with a hole has one that says so.
+        // A log that cannot be written gets no end; a log with lost entries gets an end that reports them.
         if let (Err(error), None) = (written, lost) {
             return Err(error);
         }
@@ -398,7 +398,7 @@ mod tests {
 
     use super::*;
 
-    /// A log in `folder`, its file, and what writes into it.
+    /// Returns a log in `folder`, its file and its sender.
     fn journal(folder: &tempfile::TempDir) -> (Journal, PathBuf, EntrySender) {
         let by = GeneratedBy {
             name: "test".to_owned(),
@@ -417,7 +417,7 @@ mod tests {
         (journal.unwrap(), path, entries)
     }
 
-    /// No trial begins meanwhile.
+    /// No trial begins while the log is behind.
     /// Fault 49.
     #[test]
     fn a_log_that_nobody_writes_falls_behind_until_it_is_written() {
@@ -447,7 +447,7 @@ mod tests {
         assert_eq!(entries.lost(), Some(EntriesLost(1)));
         let ended = journal.poll(0).unwrap_err().to_string();
         assert_eq!(ended, EntriesLost(1).to_string());
-        // The disk has room again: what came after the hole is of no log.
+        // The disk has room again, but the log takes nothing after the lost entry.
         entries.send(live(MOST_WAITING + 1));
         entries.send(Entry::Stop {
             t_s: 1e6,
@@ -465,7 +465,7 @@ mod tests {
         assert_eq!(stop.reason, Some(EntriesLost(2).to_string()));
     }
 
-    /// The participant's window looks at the audio clock in its own thread, up to a period before the session does.
+    /// The participant's window reads the audio clock in its own thread, up to a period before the session does.
     /// Fault 27.
     #[test]
     fn entries_of_two_threads_make_a_log_whose_times_never_fall() {

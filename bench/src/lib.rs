@@ -1,5 +1,5 @@
-//! The commands of the test bench controller. The binary composes them with hardware, real or simulated; nothing in
-//! here knows which.
+//! The commands of the test bench controller. The binary composes them with real or simulated hardware; this library does
+//! not distinguish the two.
 
 pub mod analyze;
 mod analyze_options;

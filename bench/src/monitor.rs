@@ -35,37 +35,37 @@ use live::visit::visit;
 /// The published modulation (Huloux 2021, section IV).
 const MODULATION_HZ: f64 = 6.0;
 const MODULATION_INDEX: f64 = 0.95;
-/// A normal force of this much is a finger on the plate, N, as in the built-in protocols.
+/// Normal force that counts as a finger on the plate, N, as in the built-in protocols.
 const CONTACT_N: f64 = 0.1;
-/// The screen is fed this often, ns.
+/// Period of screen updates, ns.
 const SCREEN_PERIOD_NS: u64 = 16_000_000;
-/// The trace of the last period is shown this often, ns.
+/// Time between two traces of the last period, ns.
 const PERIOD_EVERY_NS: u64 = 250_000_000;
 
-/// What to watch.
+/// Options of the monitor, checked.
 pub struct Plan {
     /// The bench.
     pub bench: Effective,
-    /// What nobody has measured although the bench's safety rests on it.
+    /// Safety-relevant measurements that are missing or outdated, a line each.
     unverified: Vec<String>,
     program: Option<Program>,
     duration_s: Option<f64>,
     headless: bool,
-    /// Folder of the participant whose finger is on the plate; `None` if nobody is named.
+    /// Folder of the participant at the plate; `None` if no participant is named.
     participant: Option<PathBuf>,
-    /// Whether no finger is on it.
+    /// Whether the plate is clear of fingers.
     clear_plate: bool,
-    /// Where the calibration lies, and beside it the account of the driving time and the plate's warmth.
+    /// Path of the calibration; the accounts of the driving time and the plate's warmth lie next to it.
     calibration: PathBuf,
-    /// Faults that are injected, in the form of `--fault`.
+    /// Injected faults, in the form of `--fault`.
     pub rehearsed: Vec<String>,
 }
 
 impl Plan {
-    /// Checks what is asked for.
+    /// Checks the options.
     ///
     /// # Errors
-    /// When the drive asked for is not admitted.
+    /// When the requested drive is not admitted.
     pub fn new(bench: Effective, options: &crate::cli::Monitor) -> anyhow::Result<Self> {
         let config = bench.config();
         let settings = settings(config)?;
@@ -99,14 +99,14 @@ impl Plan {
         })
     }
 
-    /// The plate will be driven, so that the bench must pass the preflight.
+    /// Returns whether the plate will be driven, which requires the bench to pass the preflight.
     #[must_use]
     pub fn drives(&self) -> bool {
         self.program.is_some()
     }
 }
 
-/// Returns the folder of the participant who is named.
+/// Returns the folder of the named participant.
 fn participant_folder(options: &crate::cli::Monitor) -> anyhow::Result<Option<PathBuf>> {
     let Some((participant, study)) = options.participant.as_ref().zip(options.study.as_ref())
     else {
@@ -124,7 +124,7 @@ fn participant_folder(options: &crate::cli::Monitor) -> anyhow::Result<Option<Pa
     Ok(Some(folder))
 }
 
-/// Watches until the operator or the duration ends it; false when the safety watch did.
+/// Watches until the operator or the duration ends it; returns false if the safety watch ended it.
 ///
 /// # Errors
 /// When a part of the bench is missing or fails.
@@ -239,7 +239,7 @@ pub fn run(
         holds: config.safety.dead_man.is_some(),
         wanted: false,
         prompt,
-        // Lines tell of the free plate, and whoever promised a clear one has it.
+        // A headless monitor reports the free plate, and `--clear-plate` promises one.
         visited: !headless && !clear_plate,
         ended,
     };
@@ -254,16 +254,16 @@ pub fn run(
     Ok(outcome.try_recv().unwrap_or(false))
 }
 
-/// Asks whoever is at the dead-man switch for what the next drive needs.
+/// Asks the person at the dead-man switch for the action that the next drive needs.
 struct HoldPrompt {
     watchers: Vec<Watcher>,
     plate_m: f64,
-    /// What was last asked for.
+    /// The last request.
     said: Option<Hold>,
 }
 
 impl HoldPrompt {
-    /// Shows the watchers a slider that comes and goes, and returns where it is, m.
+    /// Shows the watchers a slider that comes and goes; returns its position, m.
     fn visit(&mut self, now_s: f64) -> Option<f64> {
         if self.watchers.is_empty() {
             return None;
@@ -275,7 +275,7 @@ impl HoldPrompt {
         view.slider_m
     }
 
-    /// Shows the watchers what to do, and returns the operator's words; `None` if both have been asked for it already.
+    /// Shows the watchers the instruction; returns the operator's message, or `None` if `hold` was already requested.
     fn ask(&mut self, hold: Option<Hold>) -> Option<&'static str> {
         if self.said == hold {
             return None;
@@ -327,7 +327,7 @@ struct MonitorTask {
     driven: bool,
     /// Whether a dead-man switch must be held.
     holds: bool,
-    /// Whether the drive begins as soon as it is held.
+    /// Whether the drive begins as soon as the switch is held.
     wanted: bool,
     prompt: HoldPrompt,
     /// Whether a simulated finger comes and goes.
@@ -336,7 +336,7 @@ struct MonitorTask {
 }
 
 impl MonitorTask {
-    /// Paused is only what would be driven.
+    /// Shows a phase; without a drive, only the monitoring phase.
     fn show_phase(&mut self, kind: PhaseKind) {
         if self.program.is_some() || kind == PhaseKind::Monitoring {
             self.front.show(tui::Event::Phase(PhaseView::new(kind)));
@@ -348,7 +348,7 @@ impl MonitorTask {
         self.prompt.said = None;
     }
 
-    /// Begins the drive that is wanted, once the dead-man switch is held.
+    /// Begins the wanted drive once the dead-man switch is held.
     fn drive_once_held(&mut self) {
         let (true, Some(program)) = (self.wanted, self.program) else {
             return;
@@ -403,7 +403,7 @@ impl MonitorTask {
         }
     }
 
-    /// One line a second for those without a dashboard.
+    /// Prints one line a second without a dashboard.
     fn line(&mut self) {
         if !self.headless || self.audio_s < self.line_due_s {
             return;
@@ -508,7 +508,7 @@ impl Task for MonitorTask {
             .duration_s
             .is_some_and(|duration_s| self.audio_s >= duration_s);
         let tripped = self.headless && matches!(self.safety, SafetyState::Tripped { .. });
-        // Lines are all that watches a headless bench.
+        // The lines are the only output of a headless bench.
         if over || tripped || self.front.is_unread() {
             self.stop.raise();
         }

@@ -1,4 +1,4 @@
-//! How commands that go through many recordings show where they are, and write what they found.
+//! Progress and output of commands that process many recordings.
 
 use std::fs;
 use std::io::{self, IsTerminal, Write};
@@ -10,7 +10,7 @@ use recording::disk;
 
 use crate::verbosity::Verbosity;
 
-/// Returns a bar on standard error; hidden where nobody watches.
+/// Returns a progress bar on standard error; hidden without a terminal.
 pub(crate) fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar {
     let target = if verbosity.shows_progress() && io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()
@@ -24,7 +24,7 @@ pub(crate) fn progress_bar(recordings: u64, verbosity: Verbosity) -> ProgressBar
     bar
 }
 
-/// Fails at once where [`write_text`] could not write after a long computation.
+/// Fails at once if [`write_text`] could not write after a long computation.
 ///
 /// # Errors
 /// `path` is a folder, or lies in one that does not exist or that this user cannot write into.
@@ -49,7 +49,7 @@ pub(crate) fn require_writable(path: &Path) -> anyhow::Result<()> {
     })
 }
 
-/// Tries whether a file could be made where `path` lies.
+/// Tests whether a file could be created in the folder of `path`.
 pub(crate) fn probe_folder_of(path: &Path) -> io::Result<()> {
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
@@ -59,16 +59,16 @@ pub(crate) fn probe_folder_of(path: &Path) -> io::Result<()> {
     fs::File::create_new(&probe).and_then(|_| fs::remove_file(&probe))
 }
 
-/// Returns whether `path` is a device or a pipe, which a file must not be put in the place of.
+/// Returns whether `path` is a device or a pipe, which a file must not replace.
 fn takes_what_is_written(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|of| !of.is_file() && !of.is_dir())
 }
 
-/// Writes `text` to standard output for `-`, otherwise to a file that is whole or not there. Control characters are escaped
-/// on the terminal, in the form that JSON has for them too.
+/// Writes `text` to standard output for `-`, otherwise to a file that is complete or absent. Control characters are
+/// escaped on the terminal, in a form that is valid in JSON too.
 ///
 /// # Errors
-/// The system refused.
+/// When the system refuses.
 pub(crate) fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
     if path == Path::new("-") {
         io::stdout().write_all(tui::escaped(text).as_bytes())?;

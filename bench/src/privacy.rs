@@ -1,7 +1,7 @@
-//! Who can read what the program writes.
+//! Permissions of the files that the program writes.
 
-/// Lets nobody but the user read the files and folders that this process makes from now on, whatever the umask was.
-/// What exists keeps its permissions. On systems other than Unix, a file has the permissions of its folder.
+/// Makes all files and folders that this process creates from now on readable by the user only, regardless of the umask.
+/// Existing files keep their permissions. On systems other than Unix, a file has the permissions of its folder.
 pub fn keep_new_files_private() {
     #[cfg(unix)]
     {

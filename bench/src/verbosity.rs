@@ -1,4 +1,4 @@
-//! How much is printed on standard error beside warnings and errors.
+//! Amount of output on standard error in addition to warnings and errors.
 
 use std::fmt;
 use std::io::Write;
@@ -7,15 +7,15 @@ use tui::escaped_line;
 
 use crate::cli::Printing;
 
-/// How much is printed on standard error beside warnings and errors.
+/// Amount of output on standard error in addition to warnings and errors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Verbosity {
-    /// Nothing.
+    /// No progress.
     Quiet,
     /// Progress.
     #[default]
     Normal,
-    /// Progress, which files were read, and how long it took.
+    /// Progress, the files read, and the time taken.
     Verbose,
 }
 
@@ -36,10 +36,10 @@ impl Verbosity {
         self >= Self::Normal
     }
 
-    /// Prints a line on standard error if the user asked for more than progress.
+    /// Prints a line on standard error in verbose mode.
     pub fn note(self, text: fmt::Arguments<'_>) {
         if self == Self::Verbose {
-            // Nobody has to read it.
+            // A closed standard error is ignored.
             let text = text.to_string();
             let _ = writeln!(std::io::stderr(), "friction-bench: {}", escaped_line(&text));
         }

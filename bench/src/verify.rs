@@ -1,4 +1,4 @@
-//! `verify`: whether a study is all there and as it was recorded.
+//! `verify`: whether a study is complete and unchanged since it was recorded.
 
 use std::io::Write;
 use std::path::Path;
@@ -14,7 +14,7 @@ use crate::verbosity::Verbosity;
 /// The session's copy of the calibration.
 const CALIBRATION_COPY: &str = "calibration.toml";
 
-/// Runs the command. True if nothing is damaged or missing.
+/// Runs the command. Returns true if no file is damaged or missing.
 ///
 /// # Errors
 /// There is nothing to verify, a folder cannot be listed, or the findings cannot be written.
@@ -62,8 +62,8 @@ fn findings(study: &Path, verbosity: Verbosity) -> anyhow::Result<StudyFindings>
     Ok(found)
 }
 
-/// Returns what is wrong with the session's copy of the calibration, which has a hash of its own. That it is missing or no
-/// TOML has been found; that this version has other rules for it is no damage.
+/// Returns the defect of the session's copy of the calibration, which has its own hash. A missing copy or invalid TOML
+/// has already been found; a copy that breaks rules of this version is not damaged.
 fn edited_calibration(session: &Path) -> Option<SessionDefect> {
     match CalibrationFile::read(&session.join(CALIBRATION_COPY)) {
         Err(CalibrationFileError::Edited { .. } | CalibrationFileError::NoHash { .. }) => {

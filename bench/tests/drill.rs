@@ -1,4 +1,4 @@
-//! A drill in lock step: by the hand of a program on simulated hardware, and by that of an operator who is asked to.
+//! A drill in lock step: performed by a program on simulated hardware, and by an operator who is asked to act.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -45,7 +45,7 @@ fn config() -> Config {
     Config::parse(&text, "mock-bench.toml").unwrap()
 }
 
-/// The hardware of a fresh apparatus, and the hand that brings faults over it.
+/// Returns the hardware of a new apparatus, and the hand that injects faults into it.
 fn hardware() -> (Hardware, RehearsalHand) {
     let config = ApparatusConfig::new(Scenario::default(), 1, Pace::Stepped);
     let mut apparatus = Apparatus::new(config).unwrap();
@@ -153,13 +153,13 @@ fn a_drill_of_a_stop_a_flag_and_a_loss_is_met_and_kept() {
         let rearmed = exercise.fault == FaultKind::Estop;
         assert_eq!(times.rearmed_s.is_some(), rearmed, "{exercise:?}");
     }
-    // The same seed draws the same drill, and nothing is overwritten.
+    // The same seed draws the same drill, and the earlier record is kept.
     let (again, other) = drilled();
     assert_eq!(again, record);
     assert_ne!(other.file(), folder.file());
 }
 
-/// An operator who does at the bench what is asked, or leaves at the first request.
+/// An operator who performs each request at the bench, or leaves at the first one.
 struct Asked {
     hand: Arc<std::sync::Mutex<Option<RehearsalHand>>>,
     view: DrillView,
@@ -251,7 +251,7 @@ fn by_hand(only: &[FaultKind], leaves: bool) -> (DrillRecord, bool) {
     let course = course(only, false).unwrap();
     let (record, folder) = run(&course, temp.path(), Box::new(front), open);
     assert_eq!(kept(&folder), record);
-    // The bench as it is, although an exercise opens it without its button.
+    // The bench is shown as it is, although an exercise opens it without its button.
     for part in ["e-stop", "heartbeat", "button"] {
         let wired = (part.to_owned(), "wired".to_owned());
         assert!(parts.lock().unwrap().contains(&wired), "{part}");

@@ -1,4 +1,4 @@
-//! Figures keep their curves, their units and their captions, and are the same bytes each time. The measured ones are drawn of an
+//! Figures keep their curves, units and captions, and are the same bytes each time. The measured ones are drawn from an
 //! exploration that follows the contact model exactly.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
@@ -27,7 +27,7 @@ use protocols::{Direction, Instance, Validity};
 use recording::Manifest;
 use sessions::Sessions;
 
-/// Name of a figure, and for each panel the labels of its axes and how many series it holds.
+/// Name of a figure, and for each panel the labels of its axes and its number of series.
 type Expected = (&'static str, &'static [(&'static str, &'static str, usize)]);
 
 const AMPLITUDE: &str = "Vibration amplitude (µm)";
@@ -122,7 +122,7 @@ fn model_figures() -> Vec<Figure> {
     model::draw(&parameters, &Curves::compute(&parameters).unwrap())
 }
 
-/// The text written in an SVG, in order.
+/// Returns the texts of an SVG, in order.
 fn texts(svg: &str) -> Vec<String> {
     let written = svg.split("<text").skip(1).map(|rest| {
         let inside = rest.split_once('>').unwrap().1;
@@ -131,7 +131,7 @@ fn texts(svg: &str) -> Vec<String> {
     written.collect()
 }
 
-/// Every series of the figure is there, in its ink; every written label with its unit, every name.
+/// Requires every series in its colour, every written label with its unit, and every name.
 fn assert_shows(figure: &Figure, (name, panels): &Expected) {
     assert_eq!(figure.name, *name);
     assert_eq!(figure.panels.len(), panels.len(), "{name}: panels");
@@ -206,7 +206,7 @@ fn measured_figures_keep_their_curves_and_units() {
     assert!(figures[0].caption.contains("S = 300 mm²"));
 }
 
-/// Names of the series of a panel, once each.
+/// Returns the names of a panel's series, once each.
 fn shown(figure: &Figure, panel: usize) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for series in &figure.panels[panel].series {
@@ -227,7 +227,7 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
         instance.trial = Some(instance.dynamic.clone());
     }
     let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
-    // What `trial` reads is what `dynamic` reads, and is drawn once.
+    // The readings of `trial` are those of `dynamic`, and are drawn once.
     assert_eq!(shown(&figures[0], 1), ["dynamic", "paper"]);
     for panel in [3, 4, 5] {
         assert_eq!(shown(&figures[0], panel), ["dynamic", "trial", "paper"]);
@@ -245,7 +245,7 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     let words = "(a) the published method (paper), (b) the dynamic method and (c) the fit of whole trials (trial)";
     assert!(figures[3].caption.contains(words), "{}", figures[3].caption);
 
-    // Of one instance alone: not enough to take a place.
+    // With `trial` for one instance only, it does not replace `dynamic`.
     let found = analysed.recordings[0].found.as_mut().unwrap();
     found.instances[1].trial = None;
     let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
@@ -273,7 +273,7 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     );
 }
 
-/// Points of the first series of this name in a panel.
+/// Returns the points of the first series of this name in a panel.
 fn points(figure: &Figure, panel: usize, name: &str) -> Vec<(f64, f64)> {
     let mut series = figure.panels[panel].series.iter();
     let of_name = series.find(|series| series.name.as_deref() == Some(name));
@@ -330,7 +330,7 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
         0.5 * (points(&figure, 0, "dynamic, 95 %")[1].1 - points(&figure, 0, "dynamic, 95 %")[0].1);
     assert!((half / offset.resonance_shift_std_hz - 1.96).abs() < 1e-3);
 
-    // Of one recording in its own time; where the offset is held at 0, there is nothing to see of `dynamic`.
+    // A single recording is drawn over its own time; with the offset held at 0, `dynamic` has no figure.
     both.recordings.truncate(1);
     let alone = shift(&both).unwrap();
     assert_eq!(points(&alone, 0, "dynamic"), expected[..2]);
@@ -405,7 +405,7 @@ fn the_model_writes_each_figure_its_curves_and_the_captions() {
     let captions = std::fs::read_to_string(out.join("captions.md")).unwrap();
     assert_eq!(captions.matches("Assumed: ").count(), MODEL.len());
 
-    // Eqs. 17 and 18 at 5 µm and 1 N: 12.7 % of rest.
+    // Eqs. 17 and 18 at 5 µm and 1 N give 12.7 % of the value at rest.
     let mut stiffness = csv::Reader::from_path(out.join("fig06_stiffness.csv")).unwrap();
     assert_eq!(
         stiffness.headers().unwrap(),
@@ -490,7 +490,7 @@ channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
 plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.0525 }
 "#;
 
-/// Half a second of a finger in equilibrium with the film, σ_t = 1.8 µm, two instances.
+/// Returns half a second of a finger in equilibrium with the film, σ_t = 1.8 µm, two instances.
 fn analysed() -> Analysed {
     let settings = Settings::default();
     let contact = Contact::new(&settings.assumed(), 1.8e-6).unwrap();

@@ -1,4 +1,4 @@
-//! The readers on the fuzzer's seeds and on damaged copies of them, with no fuzzer needed: `fuzz/README.md`.
+//! The readers on the fuzzer's seeds and on damaged copies of them, without a fuzzer: see `fuzz/README.md`.
 
 use std::path::{Path, PathBuf};
 
@@ -7,10 +7,10 @@ use rand::{RngExt, SeedableRng};
 #[path = "../../fuzz/readers.rs"]
 mod readers;
 
-/// Damaged copies of each seed.
+/// Number of damaged copies of each seed.
 const COPIES: u64 = 300;
 
-/// Bytes of numbers, of structure and of neither, by which a reader decides.
+/// Bytes of numbers, of structure and of neither, which decide a reader's path.
 const TELLING: &[u8] = b"\0\x01\x7f\xff\n\r,.-eE\"=[]#09nif";
 
 fn damaged(seed: &[u8], number: u64) -> Vec<u8> {

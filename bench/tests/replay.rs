@@ -1,4 +1,4 @@
-//! Recordings of a simulated session, played again through the live pipeline, beside the simulation's truth.
+//! Recordings of a simulated session, replayed through the live pipeline and compared with the simulation's truth.
 
 #![expect(
     clippy::unwrap_used,
@@ -21,7 +21,7 @@ use tui::event::Live;
 
 const BENCH: &str = env!("CARGO_BIN_EXE_friction-bench");
 
-/// Keeps what it is shown.
+/// Stores the events that it is shown.
 struct Kept(Sender<Event>);
 
 impl Front for Kept {
@@ -33,7 +33,7 @@ impl Front for Kept {
     }
 }
 
-/// A trial that a simulated participant took part in, with the truth.
+/// A recorded trial of a simulated participant, with the truth.
 struct Recorded {
     folder: tempfile::TempDir,
     trial: PathBuf,
@@ -85,7 +85,8 @@ fn replayed(trial: &Path) -> (Report, Vec<Event>) {
     (report, events.iter().collect())
 }
 
-/// Where the recording's sample 0 lies on the session's audio clock, s, and what the session selected.
+/// Returns the time of the recording's sample 0 on the session's audio clock, s, and the number of instances selected by
+/// the session.
 fn session(recorded: &Recorded) -> (f64, usize) {
     let log = recorded.trial.parent().unwrap().join("events.jsonl");
     let documents: Vec<Value> = fs::read_to_string(log)
@@ -114,7 +115,7 @@ fn session(recorded: &Recorded) -> (f64, usize) {
     )
 }
 
-/// Gap and friction of the truth at an audio time, s.
+/// Returns the gap and the friction of the truth at an audio time, s.
 fn truth(recorded: &Recorded) -> impl Fn(f64) -> (f64, f64) {
     let rows: Vec<(f64, f64, f64)> =
         fs::read_to_string(recorded.folder.path().join("truth/truth.csv"))
@@ -139,8 +140,8 @@ fn quantile(mut values: Vec<f64>, part: f64) -> f64 {
     values[(values.len() as f64 * part) as usize]
 }
 
-/// On the nominal scenario the live gap is within 5 % and the live friction within 0.02 of the truth (90th percentiles; measured 0.9 % and 0.007), in the
-/// exploration after the one that was fitted.
+/// On the nominal scenario the live gap is within 5 % and the live friction within 0.02 of the truth (90th percentiles;
+/// measured 0.9 % and 0.007), in the exploration after the fitted one.
 #[test]
 fn live_gap_and_friction_are_those_of_the_simulation() {
     let recorded = recorded();
@@ -150,7 +151,7 @@ fn live_gap_and_friction_are_those_of_the_simulation() {
     assert_eq!((report.explorations, report.fits), (2, 2));
     assert_eq!(report.instances, selected);
 
-    // Two explorations are not two trials.
+    // Two explorations of one trial do not count as two trials.
     let of_two =
         |event: &&Event| matches!(event, Event::Log { text, .. } if text.contains("of 2 trials"));
     assert_eq!(events.iter().find(of_two), None);
@@ -198,13 +199,13 @@ fn live_gap_and_friction_are_those_of_the_simulation() {
     two_replays_are_alike(&recorded.trial, &events);
 }
 
-/// The live stream began long before the recording: at the same samples the impedance is the same.
+/// The live stream began long before the recording, but at the same samples the impedance is the same.
 fn the_recording_alone_gives_the_impedance_of_the_running_stream(trial: &Path) {
     let mut reader = RecordingReader::open(trial).unwrap();
     let pipeline = || Pipeline::of_recording(reader.manifest(), reader.format()).unwrap();
     let (mut alone, mut running) = (pipeline(), pipeline());
     let (mut of_recording, mut of_stream) = (Vec::new(), Vec::new());
-    // 96 samples are a frame at 192 kHz.
+    // A frame is 96 samples at 192 kHz.
     let before = 96 * 1000;
     let channels = usize::from(reader.format().channels);
     running

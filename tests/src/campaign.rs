@@ -1,14 +1,15 @@
-//! How often a test repeats what could go on for hours: a sample in `./dev test`, as often as asked for in `./dev campaign`.
+//! Number of repetitions of tests that could go on for hours: a sample in `./dev test`, the requested number in `./dev
+//! campaign`.
 
 use std::io::Write;
 
-/// File that results are appended to, one a line: what, how many, what was found, parted by tabs.
+/// File to which results are appended, one tab-separated line each: test, count, result.
 const RESULTS: &str = "FRICTION_BENCH_CAMPAIGN";
 
-/// Returns the number in the environment's `variable`, or `usual` without it.
+/// Returns the number in the environment variable `variable`, or `usual` if it is not set.
 ///
 /// # Panics
-/// When the variable holds no number over 0.
+/// When the value is not a number above 0.
 pub fn repeats(variable: &str, usual: usize) -> usize {
     let Ok(text) = std::env::var(variable) else {
         return usual;
@@ -19,7 +20,7 @@ pub fn repeats(variable: &str, usual: usize) -> usize {
     }
 }
 
-/// Prints what `count` repetitions of `what` found; in a campaign, for its table too.
+/// Prints the result of `count` repetitions of `what`; in a campaign, also appends it to the results.
 ///
 /// # Panics
 /// When the campaign's file cannot be written.

@@ -1,7 +1,7 @@
-//! Findings that no busy machine explains: the test that has one fails, however often the runner tries it again.
+//! Findings that a busy machine cannot explain: the test that has one fails on every retry.
 //!
-//! The runner repeats tests in real time, since a bound on time may be missed by a machine that is late. A contradiction
-//! between a log and its recordings is never that.
+//! The runner retries tests in real time, since a late machine may miss a time limit. A contradiction between a log and its
+//! recordings never has that cause.
 
 use std::env;
 use std::fs;
@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use crate::shared::run_folder;
 
-/// The test under way, from a runner that gives each test a process of its own and may try it again.
+/// Name of the running test, set by the runner, which gives each test its own process and may retry it.
 const TEST: &str = "NEXTEST_TEST_NAME";
 const PROGRAM: &str = "NEXTEST_BINARY_ID";
 
@@ -19,15 +19,15 @@ fn file() -> Option<PathBuf> {
     Some(run_folder().join(name))
 }
 
-/// Keeps a finding, so that every further attempt at this test fails with it.
+/// Stores a finding, so that every retry of this test fails with it.
 ///
 /// # Panics
-/// When it cannot be kept.
+/// When it cannot be stored.
 pub fn keep(text: &str) {
     keep_in(file(), text);
 }
 
-/// Requires `holds`, or keeps the finding `text` as [`keep`] does.
+/// Requires `holds`, or stores the finding `text` as [`keep`] does.
 ///
 /// # Panics
 /// With the finding.
@@ -35,7 +35,7 @@ pub fn require(holds: bool, text: impl FnOnce() -> String) {
     require_in(file(), holds, text);
 }
 
-/// Requires that no earlier attempt at this test kept a finding.
+/// Requires that no earlier attempt at this test stored a finding.
 ///
 /// # Panics
 /// With that finding.

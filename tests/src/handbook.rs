@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use crate::program::workspace;
 
-/// Set to 1 to write what of the handbook the program makes itself, instead of comparing it.
+/// Set to 1 to write the handbook's generated files instead of comparing them.
 pub const WRITE: &str = "FRICTION_BENCH_WRITE_HANDBOOK";
 
-/// The handbook's folder.
+/// Returns the handbook's folder.
 #[must_use]
 pub fn folder() -> PathBuf {
     workspace().join("docs/handbook")

@@ -1,8 +1,7 @@
-//! Threads of a running program, each held at a system call that it makes, as a disk, a network or a terminal that has stopped
-//! answering holds it.
+//! Threads of a running program, each held at a system call, as by a disk, a network or a terminal that has stopped answering.
 //!
-//! A held thread stands at the entry of the call until it is released; the others go on. Everything but the hold itself is
-//! as in a program that nobody looks at.
+//! A held thread stays at the entry of the call until it is released; the other threads continue. Apart from the hold, the
+//! program runs as usual.
 #![cfg(target_os = "linux")]
 #![expect(unsafe_code, reason = "no safe crate of the workspace traces a thread")]
 
@@ -15,9 +14,9 @@ use std::time::{Duration, Instant};
 
 use libc::{c_int, c_uint, c_void, pid_t};
 
-/// Looks at a traced thread come this often.
+/// Time between two looks at a traced thread.
 const LOOK: Duration = Duration::from_micros(50);
-/// Signal of a stop at a system call.
+/// Signal that reports a stop at a system call.
 const AT_CALL: c_int = libc::SIGTRAP | 0x80;
 
 /// A thread of a program.
@@ -29,7 +28,7 @@ pub struct Thread {
     pub name: String,
 }
 
-/// Returns the threads of the process `pid`, none once it has ended.
+/// Returns the threads of the process `pid`; empty once it has ended.
 #[must_use]
 pub fn threads(pid: u32) -> Vec<Thread> {
     let Ok(entries) = std::fs::read_dir(format!("/proc/{pid}/task")) else {
@@ -46,7 +45,7 @@ pub fn threads(pid: u32) -> Vec<Thread> {
     entries.filter_map(thread).collect()
 }
 
-/// Returns whether the process `pid` has ended, though nobody may have waited for it.
+/// Returns whether the process `pid` has ended, even if its parent has not waited for it yet.
 #[must_use]
 pub fn has_ended(pid: u32) -> bool {
     let state = state(pid);
@@ -54,21 +53,21 @@ pub fn has_ended(pid: u32) -> bool {
     state.is_empty() || alone && state.starts_with(['Z', 'X'])
 }
 
-/// Returns the letter of a thread's state, and what stands behind it in `/proc`; empty for one that is gone.
+/// Returns the state letter of a thread and the rest of its `/proc/…/stat` line; empty for a thread that has ended.
 fn state(id: u32) -> String {
     let status = std::fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
     let after = status.rsplit_once(") ").map(|(_, after)| after.to_owned());
     after.unwrap_or_default()
 }
 
-/// Returns the numbers of the system call of this name.
+/// Returns the numbers of the system call `call`.
 ///
 /// # Panics
-/// When this module does not know it.
+/// When this module does not know the call.
 #[must_use]
 pub fn numbers(call: &str) -> Vec<i64> {
     let number = match call {
-        // One that was interrupted goes on as another call.
+        // An interrupted sleep continues as another call.
         "clock_nanosleep" => {
             return vec![libc::SYS_clock_nanosleep, libc::SYS_restart_syscall];
         }
@@ -118,7 +117,7 @@ const MKDIR: i64 = libc::SYS_mkdir;
 const CHMOD: i64 = libc::SYS_chmod;
 #[cfg(target_arch = "x86_64")]
 const UNLINK: i64 = libc::SYS_unlink;
-// Newer architectures have the younger calls alone.
+// Newer architectures have only the newer calls.
 #[cfg(not(target_arch = "x86_64"))]
 const EPOLL_WAIT: i64 = libc::SYS_epoll_pwait;
 #[cfg(not(target_arch = "x86_64"))]
@@ -132,7 +131,7 @@ const CHMOD: i64 = libc::SYS_fchmodat;
 #[cfg(not(target_arch = "x86_64"))]
 const UNLINK: i64 = libc::SYS_unlinkat;
 
-/// A thread that is held; it goes on when this is dropped.
+/// A held thread; dropping this releases it.
 pub struct Held {
     released: Arc<AtomicBool>,
     tracer: Option<JoinHandle<()>>,
@@ -153,7 +152,7 @@ impl Held {
             calls: calls.to_vec(),
             released: Arc::clone(&released),
         };
-        // A thread is traced by one thread, which alone may ask anything of it.
+        // Linux accepts trace requests only from the thread that attached.
         let tracer = std::thread::spawn(move || tracer.hold(Instant::now() + within, &is_held));
         let holder = Self {
             released,
@@ -177,17 +176,17 @@ impl Drop for Held {
     }
 }
 
-/// What a look at a traced thread shows.
+/// Result of a look at a traced thread.
 enum Seen {
     Nothing,
-    /// It stopped for this signal, by this event.
+    /// The thread stopped for this signal, by this event.
     Stop(c_int, c_int),
     Gone,
 }
 
 struct Tracer {
     id: pid_t,
-    /// Whether it is the thread by which its parent waits for the process: its end is not this tracer's to take.
+    /// Whether it is the process's main thread: the parent waits for its end, so this tracer must not reap it.
     leads: bool,
     calls: Vec<i64>,
     released: Arc<AtomicBool>,
@@ -203,7 +202,7 @@ impl Tracer {
         let good = libc::PTRACE_O_TRACESYSGOOD as usize as *mut c_void;
         if self.ask(libc::PTRACE_SEIZE, null_mut(), good) != 0 {
             let error = std::io::Error::last_os_error();
-            // It may have ended; one that nobody has waited for yet may not be traced.
+            // The thread may have ended; a zombie cannot be traced.
             assert!(
                 error.raw_os_error() == Some(libc::ESRCH)
                     || state(self.id.unsigned_abs()).starts_with(['Z', 'X']),
@@ -249,7 +248,7 @@ impl Tracer {
         }
     }
 
-    /// Whether the thread stands at the entry of one of the calls.
+    /// Whether the thread is stopped at the entry of one of the calls.
     fn enters(&self) -> bool {
         // SAFETY: a value of numbers alone.
         let mut info: libc::ptrace_syscall_info = unsafe { std::mem::zeroed() };

@@ -1,4 +1,4 @@
-//! Sessions in real time whose threads hang, and an oscilloscope on the plate that sees what a stop does all the same.
+//! Sessions in real time with hanging threads, and an oscilloscope on the plate that shows whether a stop still works.
 #![cfg(target_os = "linux")]
 
 use std::fmt;
@@ -19,13 +19,13 @@ use crate::running::{POLL, Running, until};
 use crate::screen::Screen;
 use crate::session::{SessionFolder, demo_with, finish, text, with};
 
-/// Longest time in which a session comes to drive the plate.
+/// Longest time until a session drives the plate.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// Sessions that are started until one drives.
+/// Number of sessions to start until one drives.
 const STARTS: usize = 3;
-/// Longer than the modulation, whose drive falls through zero, keeps the plate silent, ns.
+/// Time without drive that counts as silence, ns: longer than the zeros of the modulation.
 const QUIET_NS: u64 = 400_000_000;
-/// Time between the two keys of a stop that asks first.
+/// Time between the two keys of a stop that asks for confirmation.
 const ANSWER: Duration = Duration::from_millis(200);
 
 /// A stop of the drive.
@@ -33,9 +33,9 @@ const ANSWER: Duration = Duration::from_millis(200);
 pub enum Stop {
     /// The operator's key `e`.
     Key,
-    /// The operator's key `q`, and `y`.
+    /// The operator's key `q`, confirmed by `y`.
     Quit,
-    /// Ctrl-C on the operator's keyboard, and `y`.
+    /// Ctrl-C on the operator's keyboard, confirmed by `y`.
     Interrupt,
     /// SIGTERM.
     Terminate,
@@ -44,7 +44,7 @@ pub enum Stop {
 }
 
 impl Stop {
-    /// All of them.
+    /// All stops.
     pub const ALL: [Self; 5] = [
         Self::Key,
         Self::Quit,
@@ -53,7 +53,7 @@ impl Stop {
         Self::EStop,
     ];
 
-    /// Whether it is asked for at the operator's keyboard.
+    /// Whether it is entered at the operator's keyboard.
     #[must_use]
     pub fn is_typed(self) -> bool {
         matches!(self, Self::Key | Self::Quit | Self::Interrupt)
@@ -72,16 +72,16 @@ impl fmt::Display for Stop {
     }
 }
 
-/// What a session is made of.
+/// Configuration of a session.
 #[derive(Debug, Clone)]
 pub struct Rig {
     /// Simulated scenario.
     pub scenario: &'static str,
-    /// Duration of an exploration, s: the plate is driven for longer.
+    /// Duration of an exploration, s; the plate is driven for longer.
     pub stroke_s: f64,
     /// Number of trials.
     pub trials: u32,
-    /// What else `run` is told.
+    /// Further options of `run`.
     pub more: Vec<&'static str>,
 }
 
@@ -96,17 +96,17 @@ impl Default for Rig {
     }
 }
 
-/// A session that runs on a terminal of its own.
+/// A session on its own terminal.
 pub struct Hung {
     /// The terminal.
     pub screen: Screen,
     running: Running,
-    /// Folder of all files but the oscilloscope's.
+    /// Folder of all files except the oscilloscope's.
     pub folder: TempDir,
     scope: ScopeFile,
 }
 
-/// The oscilloscope's file, where no disk is behind it.
+/// The oscilloscope's file, in memory where possible.
 struct ScopeFile(PathBuf);
 
 impl ScopeFile {
@@ -126,31 +126,31 @@ impl Drop for ScopeFile {
     }
 }
 
-/// What a stop did.
+/// Effect of a stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stopped {
-    /// Time from the stop to the last driven sample at the plate, s; `None` if it was driven as long as one looked.
+    /// Time from the stop to the last driven sample at the plate, s; `None` if it was driven until the end of the observation.
     pub silent_s: Option<f64>,
-    /// Time from the stop to the end of the process, s; `None` if it ran as long as one looked.
+    /// Time from the stop to the end of the process, s; `None` if it ran until the end of the observation.
     pub ended_s: Option<f64>,
-    /// Greatest lateness of this machine while one looked, s: of a thread that has nothing to do with the program.
+    /// Greatest lateness of this machine during the observation, s, measured on the test's thread.
     pub late_s: f64,
 }
 
 impl Hung {
-    /// Starts a session and waits until its trial is recorded and the plate driven.
+    /// Starts a session and waits until its trial is being recorded and the plate driven.
     ///
     /// # Panics
-    /// When it does not come to that.
+    /// When no session drives.
     #[must_use]
     pub fn driving(rig: &Rig) -> Self {
         Self::driving_beside(rig, |_: &Path| ())
     }
 
-    /// Does so after `start` has started what the session meets in its folder.
+    /// Does the same after `start` has prepared the session's folder, for instance with a window to connect to.
     ///
     /// # Panics
-    /// When it does not come to that.
+    /// When no session drives.
     #[must_use]
     pub fn driving_beside(rig: &Rig, start: impl Fn(&Path)) -> Self {
         // On a busy machine the check before a session may refuse it.
@@ -160,7 +160,7 @@ impl Hung {
 
     fn begun(rig: &Rig, start: impl Fn(&Path)) -> Option<Self> {
         let folder = tempfile::tempdir().expect("a folder");
-        // Where session and window meet is nobody else's.
+        // The session and the window meet only in a private folder.
         let mine = Permissions::from_mode(0o700);
         std::fs::set_permissions(folder.path(), mine).expect("a folder of its own");
         start(folder.path());
@@ -179,7 +179,7 @@ impl Hung {
             ],
         );
         let printed = finish(bench().args(["run", "--mock", rig.scenario, "--print-config"]));
-        // It bears with a busy machine.
+        // Limits that allow for a busy machine.
         let config = with(
             &text(&printed),
             &[
@@ -211,26 +211,26 @@ impl Hung {
         (began == Some(true)).then_some(session)
     }
 
-    /// The study's folder.
+    /// Returns the study's folder.
     #[must_use]
     pub fn study(&self) -> PathBuf {
         self.folder.path().join("study")
     }
 
-    /// Whether the session's log has these words.
+    /// Returns whether the session's log contains `words`.
     #[must_use]
     pub fn logged(&self, words: &str) -> bool {
         let log = self.study().join("sub-01/ses-01/events.jsonl");
         std::fs::read_to_string(log).is_ok_and(|log| log.contains(words))
     }
 
-    /// The program's number.
+    /// Returns the program's process number.
     #[must_use]
     pub fn pid(&self) -> u32 {
         self.running.pid()
     }
 
-    /// What the oscilloscope shows.
+    /// Returns the oscilloscope's readings.
     ///
     /// # Panics
     /// When its file cannot be read.
@@ -240,13 +240,13 @@ impl Hung {
         readings.unwrap_or_default()
     }
 
-    /// Whether the plate is driven, but for the dips of the modulation.
+    /// Returns whether the plate is driven, ignoring the zeros of the modulation.
     #[must_use]
     pub fn is_driven(&self) -> bool {
         monotonic_ns().saturating_sub(self.readings().driven_ns) < QUIET_NS
     }
 
-    /// The threads of this name.
+    /// Returns the threads with this name.
     #[must_use]
     pub fn named(&self, name: &str) -> Vec<Thread> {
         let mut found = threads(self.pid());
@@ -254,14 +254,14 @@ impl Hung {
         found
     }
 
-    /// Holds the thread `name` at its next call of `call`; `None` if there is no such thread, or it makes none `within`.
+    /// Holds the thread `name` at its next call of `call`; `None` if there is no such thread, or it does not call `within`.
     #[must_use]
     pub fn hold(&self, name: &str, call: &str, within: Duration) -> Option<Held> {
         let thread = self.named(name).into_iter().next()?;
         Held::at(self.pid(), thread.id, &numbers(call), within)
     }
 
-    /// Asks for a stop; returns when, ns.
+    /// Requests a stop; returns the time of the request, ns.
     ///
     /// # Panics
     /// When the e-stop cannot be pressed.
@@ -284,7 +284,7 @@ impl Hung {
         now_ns
     }
 
-    /// Looks for up to `longest` at what a stop at `asked_ns` does.
+    /// Observes the effect of a stop requested at `asked_ns`, for up to `longest`.
     #[must_use]
     pub fn watch(&self, asked_ns: u64, longest: Duration, to_the_end: bool) -> Stopped {
         let mut seen = Stopped {
@@ -314,7 +314,7 @@ impl Hung {
         seen
     }
 
-    /// Ends the program in whatever way it takes.
+    /// Ends the program, by force if necessary.
     pub fn end(&mut self) {
         if !has_ended(self.pid()) {
             self.running.signal(Signal::TERM);
@@ -328,15 +328,15 @@ impl Hung {
         let _ = until(Duration::from_secs(5), || self.running.ended());
     }
 
-    /// What contradicts what in the study: log, recordings, `verify`.
+    /// Returns the contradictions in the study between log, recordings and `verify`.
     #[must_use]
     pub fn contradictions(&self) -> Vec<String> {
         contradictions(&self.study())
     }
 }
 
-/// Returns what contradicts what in a study of one session of `sub-01`: its log, its recordings, and what `verify` and
-/// `analyze` say of them.
+/// Returns the contradictions in a study of one session of `sub-01`: between its log, its recordings, `verify`, and the
+/// recordings that `analyze` finds.
 #[must_use]
 pub fn contradictions(study: &Path) -> Vec<String> {
     let mut found = Vec::new();
@@ -360,7 +360,7 @@ pub fn contradictions(study: &Path) -> Vec<String> {
         }
     }
     match verification::session(&session.path, || {}) {
-        // A session that was cut off may be incomplete, and is not damaged by that.
+        // An interrupted session may be incomplete without being damaged.
         Ok(verified) if !verified.is_whole() => {
             found.push(format!("verify: {}", verified_words(&verified)));
         }
@@ -393,7 +393,7 @@ fn verified_words(verified: &impl fmt::Debug) -> String {
     words.chars().take(400).collect()
 }
 
-/// Folders of the attempts that the log has as accepted, in order. The protocol has no practice trials.
+/// Returns the folders of the attempts that the log records as accepted, in order. The protocol has no practice trials.
 fn accepted(session: &SessionFolder) -> Vec<String> {
     let data = session.events().map(|event| event.data.clone());
     let kinds: Vec<SessionEventKind> = data

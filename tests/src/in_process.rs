@@ -1,4 +1,4 @@
-//! Sessions and calibrations in this process, on a simulated apparatus that a test puts in the place of hardware.
+//! Sessions and calibrations in this process, on a simulated apparatus in place of hardware.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -25,10 +25,10 @@ use tasks::{Clock, Schedule, later};
 
 use crate::program::protocol;
 
-/// An apparatus's clock whose date is set by an hour back and forth.
+/// Clock of the apparatus, with a date that is set back and forth by hours.
 struct SetClock {
     clock: ApparatusClock,
-    /// From when on, s, and by how much it is wrong, h.
+    /// Start of each wrong date, s, and its error, h.
     set: &'static [(f64, i64)],
 }
 
@@ -46,7 +46,7 @@ impl Clock for SetClock {
     }
 }
 
-/// Shows the simulated person what a session shows.
+/// Returns a watcher that shows the session's instructions to the simulated person.
 fn participant(senses: Senses) -> Watcher {
     Box::new(move |view, button, tone| {
         let instruction = match view.instruction {
@@ -74,7 +74,7 @@ fn participant(senses: Senses) -> Watcher {
     })
 }
 
-/// Puts masses on the plate, and takes all off it, as a calibration asks its operator to.
+/// Returns simulated hands that put masses on the plate and take them off, as a calibration asks its operator to.
 fn hands(masses: MassSet, senses: Senses) -> Hands {
     Box::new(move |request| match *request {
         Request::Load { axis, mass_kg } => {
@@ -92,27 +92,27 @@ fn hands(masses: MassSet, senses: Senses) -> Hands {
     })
 }
 
-/// What a session's bench is made of.
+/// Parts of a session's bench.
 #[derive(Default)]
 pub struct Setup {
-    /// What is simulated.
+    /// The simulated scenario.
     pub scenario: Scenario,
-    /// The participant has a button.
+    /// Whether the participant has a button.
     pub button: bool,
-    /// From when on the date is wrong, s, and by how much, h.
+    /// Start of each wrong date, s, and its error, h.
     pub set: &'static [(f64, i64)],
     /// Whether it passes for hardware.
     pub real: bool,
-    /// The dead-man switch, and whoever holds it.
+    /// The dead-man switch, and the person who holds it.
     pub dead_man: Option<(Box<dyn InputLine>, Watcher)>,
 }
 
-/// A bench in lock step.
+/// Returns a bench in lock step.
 pub fn apparatus(setup: Setup) -> Bench {
     with_faults(setup).0
 }
 
-/// A bench in lock step, and the faults that may befall it.
+/// Returns a bench in lock step, and a panel to inject its faults.
 pub fn with_faults(setup: Setup) -> (Bench, FaultPanel) {
     let Setup {
         scenario,
@@ -178,7 +178,7 @@ pub fn with_faults(setup: Setup) -> (Bench, FaultPanel) {
     (bench, faults)
 }
 
-/// The simulated bench's description with some of its lines changed.
+/// Returns the simulated bench's configuration with some lines changed.
 pub fn config(changes: &[(&str, &str)]) -> Config {
     let text = include_str!("../../bench/mock-bench.toml").to_owned();
     let text = changes.iter().fold(text, |text, (from, to)| {
@@ -188,7 +188,7 @@ pub fn config(changes: &[(&str, &str)]) -> Config {
     Config::parse(&text, "bench.toml").unwrap()
 }
 
-/// A session of one exploration.
+/// Returns the options of a session of one exploration.
 pub fn options(study: &Path) -> cli::Run {
     cli::Run {
         rehearsal: cli::Rehearsal::default(),

@@ -1,4 +1,4 @@
-//! What the whole-bench tests share: the programs under test, running sessions, and what these leave on disk.
+//! Shared parts of the whole-bench tests: the programs under test, running sessions, and the files they leave on disk.
 
 pub mod campaign;
 pub mod finding;

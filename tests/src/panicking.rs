@@ -1,12 +1,12 @@
-//! What the program `panicking-bench` tells of a run of its own.
+//! Report of the program `panicking-bench` about one run.
 
 use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-/// A part that panics on a thread of its own, which is no task.
+/// Part that panics on a separate thread, which is not a task.
 pub const OTHER_THREAD: &str = "other-thread";
-/// The thread that chooses the moment.
+/// The thread that times the panic.
 pub const HAND: &str = "hand";
 
 /// An edge of a line.
@@ -16,14 +16,14 @@ pub struct Edge {
     pub at_ns: u64,
     /// Name of the line.
     pub line: String,
-    /// Level after it.
+    /// Level after the edge.
     pub high: bool,
 }
 
-/// What happened to the bench.
+/// History of the bench.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Report {
-    /// The apparatus's time of the panic, ns; 0 without one.
+    /// Time of the panic on the apparatus's clock, ns; 0 without one.
     pub panicked_ns: u64,
     /// Edges of the lines that the bench drives, in order.
     pub edges: Vec<Edge>,

@@ -1,4 +1,4 @@
-//! The programs under test, as cargo built them: beside the test that runs, of the same profile.
+//! The programs under test, as cargo built them: next to the running test, with the same profile.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -7,48 +7,48 @@ use std::time::SystemTime;
 
 use crate::finding;
 
-/// The binary of the bench.
+/// Returns the path of the bench's binary.
 pub fn friction_bench() -> &'static Path {
     static PATH: OnceLock<PathBuf> = OnceLock::new();
     PATH.get_or_init(|| up_to_date("friction-bench", "friction-bench"))
 }
 
-/// The program of the participant's window, which `friction-bench participant` starts.
+/// Returns the path of the participant's window, which `friction-bench participant` starts.
 pub fn participants_window() -> &'static Path {
     static PATH: OnceLock<PathBuf> = OnceLock::new();
     let name = "friction-bench-participant";
     PATH.get_or_init(|| up_to_date(name, name))
 }
 
-/// The simulated apparatus as a JACK client.
+/// Returns the path of the simulated apparatus that is a JACK client.
 pub fn jack_apparatus() -> &'static Path {
     static PATH: OnceLock<PathBuf> = OnceLock::new();
     PATH.get_or_init(|| up_to_date("mock-hw", "jack-apparatus"))
 }
 
-/// A command of the bench, with backtraces asked for: none may reach the user.
+/// Returns a command of the bench with backtraces enabled: none may reach the user.
 pub fn bench() -> Command {
     let mut command = Command::new(friction_bench());
     command.env("RUST_BACKTRACE", "1");
     command
 }
 
-/// The workspace's folder.
+/// Returns the workspace's folder.
 pub fn workspace() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .parent()
         .expect("the workspace is above this package")
 }
 
-/// A protocol of these tests.
+/// Returns the path of a protocol of these tests.
 pub fn protocol(name: &str) -> PathBuf {
     workspace().join("tests/protocols").join(name)
 }
 
-/// A program that the system must have.
+/// Returns the path of a program that the system must have.
 ///
 /// # Panics
-/// When it has not, with what to do.
+/// When it is missing, with the remedy.
 pub fn installed(name: &str) -> PathBuf {
     let path = std::env::var_os("PATH").unwrap_or_default();
     std::env::split_paths(&path)
@@ -59,10 +59,10 @@ pub fn installed(name: &str) -> PathBuf {
         })
 }
 
-/// Python with numpy, scipy and pandas.
+/// Returns the path of a Python with numpy, scipy and pandas.
 ///
 /// # Panics
-/// When there is none, with what to do.
+/// When it is missing, with the remedy.
 pub fn python() -> PathBuf {
     let path = std::env::var_os("FRICTION_BENCH_PYTHON").map_or_else(
         || workspace().join("target/python/bin/python"),
@@ -92,11 +92,11 @@ fn up_to_date(package: &str, binary: &str) -> PathBuf {
     path
 }
 
-/// Whether the binary is younger than everything that cargo made it of. `cargo test --workspace` leaves it so; asking cargo
-/// again would choose other features of the dependencies and compile them anew.
+/// Returns whether the binary is newer than all its sources. `cargo test --workspace` leaves it so; calling cargo again would
+/// choose other features of the dependencies and compile them again.
 fn is_fresh(binary: &Path) -> bool {
     let Ok(list) = std::fs::read_to_string(binary.with_extension("d")) else {
-        // Cargo writes no list where only tests were asked for.
+        // Cargo writes no list if only tests were built.
         let latest = latest_source(workspace()).ok();
         return modified(binary).is_some_and(|built| latest.is_some_and(|source| source <= built));
     };
@@ -114,7 +114,7 @@ fn modified(path: &Path) -> Option<SystemTime> {
     path.metadata().and_then(|file| file.modified()).ok()
 }
 
-/// When the youngest source in `folder` was written.
+/// Returns the time at which the newest source in `folder` was written.
 fn latest_source(folder: &Path) -> std::io::Result<SystemTime> {
     let mut latest = SystemTime::UNIX_EPOCH;
     for entry in std::fs::read_dir(folder)? {

@@ -1,4 +1,4 @@
-//! What the samples of a recording tell about its making.
+//! Checks on the samples of a recording.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -18,7 +18,7 @@ pub struct Recording {
     pub warnings: Vec<String>,
     /// Frames per second.
     pub rate_hz: u32,
-    /// Channels.
+    /// Number of channels.
     pub channels: usize,
     /// Interleaved samples.
     pub samples: Vec<f32>,
@@ -51,17 +51,17 @@ impl Recording {
         }
     }
 
-    /// Frames of audio.
+    /// Returns the number of audio frames.
     pub fn frames(&self) -> usize {
         self.samples.len() / self.channels
     }
 
-    /// Length of the audio, s.
+    /// Returns the length of the audio, s.
     pub fn duration_s(&self) -> f64 {
         self.frames() as f64 / f64::from(self.rate_hz)
     }
 
-    /// Samples that are not finite.
+    /// Returns the number of samples that are not finite.
     pub fn not_finite(&self) -> usize {
         self.samples
             .iter()
@@ -69,9 +69,9 @@ impl Recording {
             .count()
     }
 
-    /// The drive's carrier in pieces of 1 ms, which hold a whole number of its cycles: amplitude and phase against an
-    /// oscillator that counts every frame, so that one frame lost or repeated turns all later phases by 65.6° at 192 kHz.
-    /// Pieces under a tenth of the greatest amplitude are left out.
+    /// Returns the phase of the drive's carrier in blocks of 1 ms, each a whole number of cycles, against an oscillator that
+    /// counts every frame: one frame lost or repeated turns all later phases by 65.6° at 192 kHz. Blocks below a tenth of the
+    /// greatest amplitude are left out.
     pub fn drive_phases_rad(&self) -> Vec<f64> {
         let piece = (self.rate_hz / 1000) as usize;
         let cycles = self.manifest.carrier_hz / 1000.0;
@@ -99,7 +99,7 @@ impl Recording {
             .collect()
     }
 
-    /// Greatest deviation of the drive's carrier phase from its first value, rad.
+    /// Returns the greatest deviation of the drive's carrier phase from its first value, rad.
     pub fn greatest_phase_step_rad(&self) -> f64 {
         let phases = self.drive_phases_rad();
         assert!(
@@ -114,11 +114,11 @@ impl Recording {
     }
 }
 
-/// Holds each recording of a completed session on the simulated bench to have every sample, in its place; how many they are.
-/// In real time a recording begins and ends some frames from where the log has it, `within` so many.
+/// Requires each recording of a completed session on the simulated bench to have every sample in its place; returns the number
+/// of recordings. In real time the length of a recording may differ from the log's times by `within` frames.
 ///
 /// # Panics
-/// When one has not.
+/// When a recording does not.
 pub fn every_sample(session: &SessionFolder, within: usize) -> usize {
     let recordings = session.recordings();
     for (index, path) in recordings.iter().enumerate() {
@@ -137,7 +137,7 @@ pub fn every_sample(session: &SessionFolder, within: usize) -> usize {
     recordings.len()
 }
 
-/// Holds a session to have been told to end in its first recording and to have ended in good order; that recording.
+/// Requires a session to have been interrupted in its first recording and to have ended in good order; returns that recording.
 ///
 /// # Panics
 /// When it did not.
@@ -158,7 +158,7 @@ pub fn interrupted_in_good_order(session: &SessionFolder) -> Recording {
     let saved = session.events().last().map(|event| &event.data);
     let saved = saved.expect("the recording's event, last of all");
     assert_eq!(saved.get("interrupted"), Some(&true.into()), "{saved:?}");
-    // A busy computer may have no time for the sums.
+    // A busy computer may have no time for the checksums.
     let sums = saved.get("sha256").and_then(|sums| sums.as_object());
     assert!(sums.is_none_or(|sums| sums.len() == 4), "{saved:?}");
     session.require_whole();

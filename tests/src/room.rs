@@ -10,7 +10,7 @@ use crate::program::bench;
 use crate::session::{finish, text};
 use crate::shared::shared;
 
-/// `calibrate` with the usual masses, where the simulated bench stands.
+/// Words of `calibrate` for the usual masses at the simulated bench's site.
 pub const WEIGH: [&str; 7] = [
     "force",
     "--normal-g",
@@ -21,17 +21,17 @@ pub const WEIGH: [&str; 7] = [
     "9.80665",
 ];
 
-/// A simulated bench in a folder of its own, calibrated by its commands.
+/// A simulated bench in its own folder, calibrated by its commands.
 pub struct Room {
-    /// Where its files lie.
+    /// Folder of its files.
     pub folder: tempfile::TempDir,
-    /// What is true of it.
+    /// Scenario file with the true constants.
     pub scenario: PathBuf,
     seed: String,
 }
 
 impl Room {
-    /// The bench of `scenario` as `seed` realises it.
+    /// Returns the bench of `scenario` as `seed` realises it.
     pub fn new(scenario: &str, seed: u64) -> Self {
         let folder = tempfile::tempdir().expect("a room of its own");
         let path = folder.path().join("scenario.toml");
@@ -43,7 +43,8 @@ impl Room {
         }
     }
 
-    /// The nominal bench with pickup, plate and force sensor calibrated, as the first room of this run was.
+    /// Returns the nominal bench with pickup, plate and force sensor calibrated; the calibration is made once per run and
+    /// copied.
     ///
     /// # Panics
     /// When a calibration fails.
@@ -60,12 +61,12 @@ impl Room {
         room
     }
 
-    /// Where its calibration is kept.
+    /// Returns the path of its calibration.
     pub fn calibration(&self) -> PathBuf {
         self.folder.path().join("calibration.toml")
     }
 
-    /// What names this room's simulated bench and its calibration.
+    /// Adds the options that select this room's simulated bench and its calibration.
     fn on_bench<'c>(&self, command: &'c mut Command) -> &'c mut Command {
         command
             .args(["--seed", &self.seed, "--mock"])
@@ -74,14 +75,14 @@ impl Room {
             .arg(self.calibration())
     }
 
-    /// A command on this room's simulated bench, with its calibration.
+    /// Returns a command on this room's simulated bench, with its calibration.
     pub fn command(&self, words: &[&str]) -> Command {
         let mut command = bench();
         self.on_bench(command.args(words).args(["--speed", "max"]));
         command
     }
 
-    /// `calibrate` with these words.
+    /// Returns `calibrate` with these words.
     pub fn calibrate(&self, words: &[&str]) -> Command {
         let mut command = bench();
         command.arg("calibrate").args(words);
@@ -89,21 +90,21 @@ impl Room {
         command
     }
 
-    /// `check`, whole.
+    /// Returns a complete `check`.
     pub fn check(&self) -> Command {
         let mut command = bench();
         self.on_bench(command.arg("check"));
         command
     }
 
-    /// `calibrate` with these words, which must pass; what it printed.
+    /// Runs `calibrate` with these words, which must pass; returns its output.
     pub fn succeed(&self, words: &[&str]) -> String {
         let output = finish(&mut self.calibrate(words));
         assert!(output.status.success(), "{words:?}: {}", text(&output));
         text(&output)
     }
 
-    /// `monitor` for a second.
+    /// Returns `monitor` for one second.
     pub fn watch(&self) -> Command {
         self.command(&["monitor", "--headless", "--duration-s", "1"])
     }
@@ -113,7 +114,7 @@ impl Room {
         self.succeed(&WEIGH)
     }
 
-    /// Writes the calibration anew after `change`, as its owner would: with a hash that fits.
+    /// Rewrites the calibration after `change`, as its owner would: with a matching hash.
     pub fn change(&self, change: impl FnOnce(&mut CalibrationFile)) {
         let (mut calibration, _) =
             CalibrationFile::read(&self.calibration()).expect("a room of its own");
@@ -133,7 +134,7 @@ fn copy_files(from: &Path, to: &Path) {
     }
 }
 
-/// Runs a command that must be refused, and in these words.
+/// Runs a command that must be refused with these words.
 pub fn refused(mut command: Command, words: &[&str]) {
     let output = finish(&mut command);
     let said = text(&output);

@@ -1,4 +1,4 @@
-//! A program that runs beside the test and never outlives it.
+//! A program that runs alongside the test and never outlives it.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -13,21 +13,21 @@ use signal_hook::consts::SIGINT;
 use crate::screen::Screen;
 use crate::session::WrittenStudy;
 
-/// Polls come this often.
+/// Time between polls.
 pub const POLL: Duration = Duration::from_millis(5);
 
 static HEED_SIGINT: Once = Once::new();
 
-/// Handles SIGINT, so that children heed it too: they inherit that it is ignored, as it is in what a shell puts into the
-/// background, but not a handler.
+/// Handles SIGINT, so that children react to it too: they inherit an ignored SIGINT, as a shell sets it for background
+/// processes, but not a handler.
 fn heed_sigint() {
     let ends = Arc::new(AtomicBool::new(true));
     signal_hook::flag::register_conditional_shutdown(SIGINT, 130, ends)
         .expect("SIGINT can be handled");
 }
 
-/// A child whose output goes to a file, so that it never waits for a reader. The study that a `run` writes verifies at the
-/// end, however it came: incomplete perhaps, but without a contradiction.
+/// A child process with its output in a file, so that it never waits for a reader. The study that a `run` writes is verified
+/// at the end: it may be incomplete, but must be free of contradictions.
 pub struct Running {
     child: Child,
     output: PathBuf,
@@ -68,29 +68,29 @@ impl Running {
         }
     }
 
-    /// Says that the test itself changes what is recorded, so that it need not verify.
+    /// Declares that the test itself changes the recorded files, so that they need not verify.
     pub fn is_tampered_with(&mut self) {
         self.writes = None;
     }
 
-    /// Its process number.
+    /// Returns its process number.
     pub fn pid(&self) -> u32 {
         self.child.id()
     }
 
-    /// Its resident memory, kB; `None` once it has ended, or where the system does not say.
+    /// Returns its resident memory, kB; `None` once it has ended, or where the system does not report it.
     pub fn resident_kb(&self) -> Option<i64> {
         let status = std::fs::read_to_string(format!("/proc/{}/status", self.pid())).ok()?;
         let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
         line.split_whitespace().nth(1)?.parse().ok()
     }
 
-    /// All that it has printed.
+    /// Returns everything it has printed.
     pub fn output(&self) -> String {
         std::fs::read_to_string(&self.output).unwrap_or_default()
     }
 
-    /// How it ended, if it has.
+    /// Returns its exit status, if it has ended.
     pub fn ended(&mut self) -> Option<ExitStatus> {
         self.child.try_wait().expect("a child can be waited for")
     }
@@ -98,14 +98,14 @@ impl Running {
     /// Sends a signal.
     pub fn signal(&self, signal: Signal) {
         let pid = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw);
-        // One that has just ended is no error: whoever waits for it learns.
+        // A process that has just ended is no error: `wait` reports its end.
         let _ = kill_process(pid.expect("a process number"), signal);
     }
 
     /// Waits for its end.
     ///
     /// # Panics
-    /// When it goes on for longer than `within`.
+    /// When it runs for longer than `within`.
     pub fn wait(&mut self, within: Duration) -> ExitStatus {
         until(within, || self.ended()).unwrap_or_else(|| {
             panic!(
@@ -115,16 +115,16 @@ impl Running {
         })
     }
 
-    /// Asks it to end in good order, and ends it when it does not.
+    /// Asks it to end in good order, and kills it if it does not.
     pub fn end(&mut self, within: Duration) {
         self.signal(Signal::TERM);
         if until(within, || self.ended()).is_none() {
-            // It may end by itself just now.
+            // It may just have ended.
             let _ = self.child.kill();
         }
     }
 
-    /// Waits for `what`; `None` when the program ends before.
+    /// Waits for `what`; `None` if the program ends first.
     ///
     /// # Panics
     /// When neither happens `within`.
@@ -145,14 +145,14 @@ impl Drop for Running {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
-        // One failure is told at a time.
+        // Only one failure is reported at a time.
         if let Some(writes) = self.writes.take().filter(|_| !std::thread::panicking()) {
             writes.require_consistent();
         }
     }
 }
 
-/// Asks again and again until there is an answer, or not any longer.
+/// Repeats `ask` until it returns an answer or the time is over.
 pub fn until<T>(within: Duration, mut ask: impl FnMut() -> Option<T>) -> Option<T> {
     let begin = Instant::now();
     loop {

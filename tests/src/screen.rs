@@ -1,4 +1,4 @@
-//! A terminal of its own for a program, and all that is shown on it.
+//! A separate terminal for a program, and everything shown on it.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -12,7 +12,7 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
 
-/// A pseudo-terminal whose other end is read until it is looked away from.
+/// A pseudo-terminal; its output is read until `look_away`.
 pub struct Screen {
     controller: File,
     path: PathBuf,
@@ -25,7 +25,7 @@ impl Screen {
     /// Opens a terminal of `columns` and `rows`.
     ///
     /// # Panics
-    /// When the system has none to give.
+    /// When the system has none available.
     #[must_use]
     pub fn open(columns: u16, rows: u16) -> Self {
         let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
@@ -51,7 +51,7 @@ impl Screen {
         let reader = std::thread::spawn(move || {
             let mut bytes = [0; 4096];
             while looks.load(Ordering::Relaxed)
-                // Fails once nobody has the terminal open any more.
+                // Fails once no program has the terminal open.
                 && let Ok(n @ 1..) = output.read(&mut bytes)
             {
                 to.lock()
@@ -68,7 +68,7 @@ impl Screen {
         }
     }
 
-    /// Lets `command` run on the terminal.
+    /// Connects `command` to the terminal.
     ///
     /// # Panics
     /// When the terminal cannot be opened.
@@ -86,7 +86,7 @@ impl Screen {
         typed.expect("the terminal takes keys");
     }
 
-    /// All that was shown so far.
+    /// Returns everything shown so far.
     ///
     /// # Panics
     /// When the reader panicked.
@@ -95,7 +95,7 @@ impl Screen {
         String::from_utf8_lossy(&self.shown.lock().expect("no reader panics")).into_owned()
     }
 
-    /// How the terminal treats lines and echoes.
+    /// Returns the local modes of the terminal, for lines and echo.
     ///
     /// # Panics
     /// When the terminal is gone.
@@ -105,12 +105,12 @@ impl Screen {
         modes.expect("a terminal has modes").local_modes
     }
 
-    /// Reads no more: what the terminal can hold fills.
+    /// Stops reading, so that the terminal's buffer fills.
     pub fn look_away(&self) {
         self.looked_at.store(false, Ordering::Relaxed);
     }
 
-    /// Whether the terminal takes more from the program.
+    /// Returns whether the terminal accepts more output from the program.
     ///
     /// # Panics
     /// When the terminal is gone.
@@ -121,7 +121,7 @@ impl Screen {
         poll(&mut polled, Some(&Timespec::default())).expect("a terminal can be asked") > 0
     }
 
-    /// Reads to the end, which comes once no program has the terminal open; all that was shown.
+    /// Reads to the end, once no program has the terminal open; returns everything shown.
     ///
     /// # Panics
     /// When the reader panicked.

@@ -1,4 +1,4 @@
-//! A session folder as it lies on disk.
+//! A session folder on disk.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::finding;
 use crate::program::{bench, protocol};
 
-/// `run` on simulated hardware as fast as it computes, without a dashboard.
+/// Returns `run` on simulated hardware as fast as it computes, without a dashboard.
 pub fn unattended(study: &Path, participant: &str, protocol: impl AsRef<Path>) -> Command {
     let mut command = bench();
     command
@@ -23,13 +23,13 @@ pub fn unattended(study: &Path, participant: &str, protocol: impl AsRef<Path>) -
     command
 }
 
-/// Session of one exploration by a person whom a scenario and a seed make, with what really happened beside it.
+/// A session of one exploration by a person drawn from a scenario and a seed, together with the simulated truth.
 pub struct VirtualParticipant {
     /// Study folder.
     pub study: PathBuf,
     /// Folder of the truth.
     pub truth: PathBuf,
-    /// What the program printed.
+    /// Output of the program.
     pub output: Output,
 }
 
@@ -64,20 +64,20 @@ impl VirtualParticipant {
     }
 }
 
-/// What is analysed of a virtual participant: also the last completed attempt at a trial that was not accepted, because
-/// whoever estimates must hold beside anybody's finger.
+/// Recordings to analyse of a virtual participant: also the last completed attempt of a trial that was not accepted, because
+/// the estimator must be right for any finger.
 pub const ALL_COMPLETED: Wanted = Wanted {
     practice: false,
     rejected: true,
 };
 
-/// Runs a command to its end. A `run` leaves a study that verifies, unless it found one that did not: whole if it begins the
-/// study and ends with success, and without a contradiction however it ends.
+/// Runs a command to its end. The study that a `run` leaves must verify, unless it failed to verify before: complete if the
+/// command begins the study and succeeds, otherwise free of contradictions.
 ///
 /// # Panics
-/// When the command does not start, or what it recorded is not so.
+/// When the command does not start, or the study does not verify.
 pub fn finish(command: &mut Command) -> Output {
-    // A test may have damaged it on purpose.
+    // A test may have damaged the study on purpose.
     let written = WrittenStudy::of(command).filter(|written| written.contradiction().is_none());
     let output = command
         .output()
@@ -92,16 +92,16 @@ pub fn finish(command: &mut Command) -> Output {
     output
 }
 
-/// Study that a `run` is to write.
+/// Study that a `run` will write.
 pub(crate) struct WrittenStudy {
     study: PathBuf,
     is_new: bool,
 }
 
 impl WrittenStudy {
-    /// Returns the study that a command is to write; `None` of other commands than `run`.
+    /// Returns the study that a command will write; `None` for commands other than `run`.
     pub(crate) fn of(command: &Command) -> Option<Self> {
-        // A shell may set limits first.
+        // A shell that sets limits may precede the command.
         let mut words = command.get_args().skip_while(|word| *word != "run");
         words.find(|word| *word == "--study")?;
         let named = words.next()?;
@@ -115,7 +115,7 @@ impl WrittenStudy {
         contradiction(&self.study)
     }
 
-    /// Requires that nothing in the sessions of the study contradicts anything, though the last one may be incomplete.
+    /// Requires the study's sessions to be free of contradictions, though the last one may be incomplete.
     ///
     /// # Panics
     /// With the contradiction.
@@ -124,7 +124,7 @@ impl WrittenStudy {
     }
 }
 
-/// Requires that nothing in the sessions of a study contradicts anything, though they may be incomplete.
+/// Requires the sessions of a study to be free of contradictions, though they may be incomplete.
 ///
 /// # Panics
 /// With the contradiction.
@@ -134,7 +134,7 @@ pub fn require_consistent(study: &Path) {
     }
 }
 
-/// Returns what `verify` finds wrong with the sessions of a study; `None` also where there is no session.
+/// Returns the contradictions that `verify` finds in the sessions of a study; `None` also if there is no session.
 fn contradiction(study: &Path) -> Option<String> {
     let mut found = verification::StudyFindings::default();
     for session in verification::sessions(study).ok()? {
@@ -146,10 +146,10 @@ fn contradiction(study: &Path) -> Option<String> {
     (!found.is_whole()).then(|| verification::to_text(&found))
 }
 
-/// Requires that nothing of a study is damaged or missing, as `verify` does; a study without a session is whole.
+/// Requires, by the rules of `verify`, that no part of a study is damaged or missing; a study without a session is whole.
 ///
 /// # Panics
-/// With what is wrong.
+/// With the findings.
 pub fn require_whole(study: &Path) {
     let Ok(sessions) = verification::sessions(study) else {
         return;
@@ -163,10 +163,10 @@ pub fn require_whole(study: &Path) {
     finding::require(found.is_whole(), || verification::to_text(&found));
 }
 
-/// The demo protocol with parts of its text exchanged, as a file in `folder`.
+/// Writes the demo protocol with parts of its text replaced, as a file in `folder`.
 ///
 /// # Panics
-/// When the protocol has no such part.
+/// When the protocol does not contain such a part.
 pub fn demo_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     let path = folder.join("protocol.toml");
     let text = protocols::built_in("demo").expect("the demo protocol");
@@ -174,10 +174,10 @@ pub fn demo_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     path
 }
 
-/// The simulated bench's `bench.toml` with parts of its text exchanged, as a file in `folder`.
+/// Writes the simulated bench's `bench.toml` with parts of its text replaced, as a file in `folder`.
 ///
 /// # Panics
-/// When it has no such part.
+/// When it does not contain such a part.
 pub fn config_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     let path = folder.join("bench.toml");
     let printed = finish(bench().args(["run", "--mock", "--print-config"]));
@@ -189,15 +189,15 @@ pub fn config_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     path
 }
 
-/// What turns the simulated bench's description into that of a bench whose sound card has a clock of its own.
+/// Change that gives the simulated bench a sound card with its own clock.
 pub const ON_A_CARD: (&str, &str) = ("silence_s = 0.25", "silence_s = 0.05");
-/// What lets such a bench be driven although no meter has checked its volts.
+/// Change that lets such a bench be driven although no meter has checked its volts.
 const NO_METER: (&str, &str) = (
     "ramp_s = 0.05",
     "ramp_s = 0.05\nunchecked_volts_because = \"there is no plate\"",
 );
 
-/// The description of a bench that bears with a busy machine, as a file in `folder`.
+/// Writes the configuration of a bench that tolerates a busy machine, as a file in `folder`.
 pub fn patient_config(folder: &Path) -> PathBuf {
     config_with(
         folder,
@@ -208,10 +208,10 @@ pub fn patient_config(folder: &Path) -> PathBuf {
     )
 }
 
-/// The text with parts of it exchanged, each once.
+/// Returns the text with parts of it replaced, each once.
 ///
 /// # Panics
-/// When it has no such part.
+/// When it does not contain such a part.
 pub fn with(text: &str, changes: &[(&str, &str)]) -> String {
     changes.iter().fold(text.to_owned(), |text, (from, to)| {
         assert!(text.contains(from), "nothing reads `{from}` in:\n{text}");
@@ -219,7 +219,7 @@ pub fn with(text: &str, changes: &[(&str, &str)]) -> String {
     })
 }
 
-/// Everything that a command printed.
+/// Returns everything that a command printed.
 pub fn text(output: &Output) -> String {
     [&output.stdout, &output.stderr]
         .map(|bytes| String::from_utf8_lossy(bytes))
@@ -245,16 +245,16 @@ impl SessionFolder {
         })
     }
 
-    /// Holds the session to be verified as neither damaged nor missing anything.
+    /// Requires the session to verify without damage or missing parts.
     ///
     /// # Panics
-    /// When it is not.
+    /// When it does not.
     pub fn require_whole(&self) {
         let found = verification::session(&self.path, || {}).expect("a folder that can be listed");
         finding::require(found.is_whole(), || format!("{found:#?}"));
     }
 
-    /// The log's start documents: more than one after `--resume`.
+    /// Returns the log's start documents: more than one after `--resume`.
     pub fn starts(&self) -> Vec<&Start> {
         self.documents
             .iter()
@@ -265,7 +265,7 @@ impl SessionFolder {
             .collect()
     }
 
-    /// The log's stop documents.
+    /// Returns the log's stop documents.
     pub fn stops(&self) -> Vec<&Stop> {
         self.documents
             .iter()
@@ -276,7 +276,7 @@ impl SessionFolder {
             .collect()
     }
 
-    /// The log's events.
+    /// Returns the log's events.
     pub fn events(&self) -> impl Iterator<Item = &LogEvent> {
         self.documents.iter().filter_map(|document| match document {
             Document::Event(event) => Some(event),
@@ -284,19 +284,19 @@ impl SessionFolder {
         })
     }
 
-    /// Events of the protocol's state machine that have this name.
+    /// Returns the events of the protocol's state machine with this name.
     pub fn named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a LogEvent> {
         self.events()
             .filter(move |event| event.data.get("event").and_then(Value::as_str) == Some(name))
     }
 
-    /// Entries into this phase.
+    /// Returns the entries into this phase.
     pub fn phases<'a>(&'a self, phase: &'a str) -> impl Iterator<Item = &'a LogEvent> {
         self.named("phase")
             .filter(move |event| event.data.get("phase").and_then(Value::as_str) == Some(phase))
     }
 
-    /// Its recordings' folders, by name.
+    /// Returns the folders of its recordings, by name.
     pub fn recordings(&self) -> Vec<PathBuf> {
         let mut folders: Vec<_> = std::fs::read_dir(&self.path)
             .expect("the session's folder")

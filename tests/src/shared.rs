@@ -1,21 +1,21 @@
-//! Folders that are made once for all tests of a run, whichever processes they run in: a study recorded once is read by many.
+//! Folders that are made once for all tests of a run, across processes: a study recorded once is read by many tests.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// Name of a run of all tests, from the runner that gives each test a process of its own.
+/// Name of a run of all tests, set by the runner, which gives each test its own process.
 const RUN: &str = "NEXTEST_RUN_ID";
-/// Age at which a folder of another run is removed: no run takes as long.
+/// Age at which a folder of another run is removed: longer than any run.
 const STALE: Duration = Duration::from_secs(24 * 3600);
 
-/// Folder of every run of this user.
+/// Returns the folder of all runs of this user.
 fn runs() -> PathBuf {
     let user = rustix::process::getuid().as_raw();
     std::env::temp_dir().join(format!("friction-bench-tests-{user}"))
 }
 
-/// Returns the folder of this run, for what its tests share whichever processes they run in.
+/// Returns the folder of this run, shared by its tests across processes.
 ///
 /// # Panics
 /// When it cannot be made.
@@ -26,10 +26,10 @@ pub fn run_folder() -> PathBuf {
     folder
 }
 
-/// Returns the folder `name` of this run, which the first test that asks has filled with `fill`. It is to be read, not written.
+/// Returns the folder `name` of this run, which the first test to ask fills by `fill`. It is read-only for tests.
 ///
 /// # Panics
-/// When it cannot be made, or `fill` panics: the next test that asks then tries again.
+/// When it cannot be made, or `fill` panics; the next test that asks tries again.
 pub fn shared(name: &str, fill: impl FnOnce(&Path)) -> PathBuf {
     let folder = run_folder();
     let lock = File::create(folder.join(format!("{name}.lock"))).expect("a lock");
@@ -56,7 +56,7 @@ fn remove_stale(runs: &Path) {
         matches!(age, Ok(Ok(age)) if age > STALE)
     };
     for path in entries.flatten().map(|entry| entry.path()).filter(is_stale) {
-        // Another test may be at it, too.
+        // Another test may be removing it too.
         let _ = fs::remove_dir_all(path);
     }
 }

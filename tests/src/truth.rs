@@ -1,4 +1,4 @@
-//! What really happened, as the simulated apparatus wrote it down; the bench never reads it.
+//! Ground truth written by the simulated apparatus; the bench never reads it.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,12 +19,12 @@ pub struct Skin {
     pub lag_s: f64,
     /// Shift of the plate's resonance since the session began, Hz.
     pub resonance_shift_hz: f64,
-    /// The constants of the contact, as the person's seed drew them: `contact_area_m2` at 1 N, `q0_rad_per_m`, `floor`…
+    /// Constants of the contact, as the person's seed drew them: `contact_area_m2` at 1 N, `q0_rad_per_m`, `floor`…
     pub pad: BTreeMap<String, f64>,
 }
 
 impl Skin {
-    /// Reads what the apparatus wrote into `folder`.
+    /// Reads the apparatus's files in `folder`.
     pub fn read(folder: &Path) -> Self {
         let series = std::fs::read_to_string(folder.join("truth.csv")).expect("the truth");
         let mut lines = series
@@ -76,13 +76,13 @@ impl Skin {
     }
 }
 
-/// What really happened, a row a millisecond.
+/// Course of the true values, one row per millisecond.
 pub struct Course {
     columns: BTreeMap<String, Vec<f64>>,
 }
 
 impl Course {
-    /// Reads what the apparatus wrote into `folder`.
+    /// Reads the apparatus's files in `folder`.
     pub fn read(folder: &Path) -> Self {
         let series = std::fs::read_to_string(folder.join("truth.csv")).expect("the truth");
         let mut lines = series.lines();
@@ -109,7 +109,7 @@ impl Course {
         rows.iter().sum::<f64>() / rows.len() as f64
     }
 
-    /// Returns when after `from_s` the plate is free, until a tenth of a second before the next finger.
+    /// Returns the times between which the plate is free after `from_s`, ending a tenth of a second before the next finger.
     pub fn free_s(&self, from_s: f64) -> (f64, f64) {
         let (times_s, gaps_m) = (&self.columns["time_s"], &self.columns["gap_m"]);
         let mut later =
@@ -122,7 +122,7 @@ impl Course {
         )
     }
 
-    /// Returns a column's value at a time, on a straight line between rows.
+    /// Returns a column's value at a time, interpolated linearly between rows.
     pub fn at(&self, column: &str, time_s: f64) -> f64 {
         let (times_s, values) = (&self.columns["time_s"], &self.columns[column]);
         let after = self.row(time_s).clamp(1, times_s.len() - 1);
@@ -131,7 +131,7 @@ impl Course {
     }
 }
 
-/// Returns when a recording of a session began, s of audio since the apparatus was switched on, by the session's log.
+/// Returns the start of a recording, s of audio since the apparatus was switched on, from the session's log.
 pub fn recording_began_s(recording: &Path) -> f64 {
     let events = recording.with_file_name("events.jsonl");
     let events = std::fs::read_to_string(events).expect("a log");
@@ -159,7 +159,7 @@ fn pad(folder: &Path) -> BTreeMap<String, f64> {
 /// Rate of the simulated sound card, Hz.
 const RATE_HZ: f64 = 192_000.0;
 
-/// What calibrations have to find out.
+/// Constants that calibrations must find.
 pub struct Bench {
     /// Plate displacement per sample value of the pickup.
     pub metres_per_unit: f64,
@@ -169,16 +169,16 @@ pub struct Bench {
     pub quality: f64,
     /// Force factor γ.
     pub force_factor_n_per_v: f64,
-    /// Phase to add to the pickup's samples: its own, less what the channel is sampled later than the drive's.
+    /// Phase to add to the pickup's samples: the pickup's phase, minus the lag of its channel's sampling behind the drive's.
     pub pickup_phase_rad: f64,
-    /// Newtons of what the force sensor reads: normal and lateral of normal and lateral.
+    /// Correction matrix of the force sensor: true normal and lateral force per normal and lateral reading, N/N.
     pub force: [[f64; 2]; 2],
-    /// What it reads without load at first, N.
+    /// Initial reading without load, N.
     pub tare_n: [f64; 2],
 }
 
 impl Bench {
-    /// The bench of `scenario` as `seed` realises it.
+    /// Returns the bench of `scenario` as `seed` realises it.
     pub fn of(scenario: &str, seed: u64) -> Self {
         let real = Scenario::parse(scenario, "scenario")
             .expect("a scenario")
@@ -200,7 +200,7 @@ impl Bench {
         }
     }
 
-    /// Puts the truth in the place of what was measured.
+    /// Replaces the measured values by the true ones.
     pub fn put_into(&self, calibration: &mut CalibrationFile) {
         let pickup = calibration.pickup.as_mut().expect("a calibrated pickup");
         pickup.metres_per_unit.value = self.metres_per_unit;
@@ -219,7 +219,7 @@ impl Bench {
     }
 }
 
-/// Whether as many of `count` 95 % intervals hold the truth as must: nine of ten, and of a few one less.
+/// Returns whether enough of `count` 95 % intervals contain the truth: nine of ten, less one.
 pub fn enough_hold(held: usize, count: usize) -> bool {
     10 * (held + 1) > 9 * count
 }

@@ -1,4 +1,4 @@
-//! The unmodified binary on a real audio server at 192 kHz: the simulated apparatus is another client of the same server.
+//! The unmodified binary on a real audio server at 192 kHz, with the simulated apparatus as another client of the server.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -26,22 +26,22 @@ use recording::manifest::{End, EventKind, RecordedIntervalKind, RecordingEvent};
 use tempfile::TempDir;
 
 const PATIENCE: Duration = Duration::from_secs(30);
-/// Far more than the noise of the carrier's phase, far less than the turn by one sample.
+/// Phase limit, rad: well above the noise of the carrier's phase, well below the turn by one sample.
 const SLIP_RAD: f64 = 0.01;
 
-/// Times from the beginning of the drive to the landing of the finger, s: in a session, and never.
+/// Time from the start of the drive to the landing of the finger, s: in a session, and without a finger.
 const TOUCH_S: &str = "1.5";
 const NO_TOUCH_S: &str = "1e6";
 
-/// Synchronous: a client that is late delays the others, and no period is lost.
+/// Synchronous mode: a late client delays the others, and no period is lost.
 const JACKD: [&str; 11] = [
     "-S", "-d", "dummy", "-r", "192000", "-p", "1024", "-C", "0", "-P", "0",
 ];
 
-/// Servers in real time take each other's.
+/// Lock that runs one server at a time: servers in real time would disturb each other.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// A server with the apparatus on it, under names of their own.
+/// A server with the apparatus as its client, under a unique name.
 struct Server {
     folder: TempDir,
     name: String,
@@ -51,10 +51,10 @@ struct Server {
 }
 
 impl Server {
-    /// A finger lands on the plate as long after the drive came on.
+    /// Starts a server on which a finger lands on the plate `touch_after_s` after the start of the drive.
     ///
     /// # Panics
-    /// When the server does not start, or does not call its clients in time: on a busy machine it may not.
+    /// When the server does not start, or does not call its clients in time, as may happen on a busy machine.
     fn start(touch_after_s: &str) -> Self {
         let jackd = installed("jackd");
         let folder = tempfile::tempdir().unwrap();
@@ -62,7 +62,7 @@ impl Server {
         let number = SERVERS.fetch_add(1, Ordering::Relaxed);
         let name = format!("friction-bench-test-{}-{number}", std::process::id());
         let force_port = folder.path().join("force");
-        // A server that lost its clients may write without end: nothing of it is kept.
+        // A server that lost its clients may write endlessly, so its output is discarded.
         let jackd = Running::start(
             on(&name, Command::new(jackd)).args(JACKD),
             Path::new("/dev/null"),
@@ -93,7 +93,7 @@ impl Server {
         server
     }
 
-    /// The bench on this server, its force sensor at `force_port`.
+    /// Writes the configuration of the bench on this server, with its force sensor at `force_port`.
     fn config(&self, force_port: &Path) -> PathBuf {
         let port = format!("port = \"{}\" #", force_port.display());
         config_with(
@@ -120,7 +120,7 @@ impl Server {
         )
     }
 
-    /// `run` on this server, its force sensor at `force_port`.
+    /// Returns `run` on this server, with its force sensor at `force_port`.
     fn run(&self, force_port: &Path) -> Command {
         let config = self.config(force_port);
         let protocol = demo_with(
@@ -163,7 +163,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // The system remembers eight servers at most, and those that could not take their leave for ever.
+        // The system lists at most eight servers, and keeps those that could not unregister.
         self.jackd.end(Duration::from_secs(5));
     }
 }
@@ -176,10 +176,10 @@ fn on(server: &str, mut command: Command) -> Command {
     command
 }
 
-/// A session to its end.
+/// Runs a session to its end.
 ///
 /// # Panics
-/// When it fails: on a machine too busy for the server or for the bench's safety watch it may.
+/// When it fails, as it may on a machine too busy for the server or for the bench's safety watch.
 fn session() -> (Server, SessionFolder) {
     let mut server = Server::start(TOUCH_S);
     let mut run = Running::start(
@@ -227,9 +227,9 @@ fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
     );
     assert!(manifest.intervals[1].end_s < recording.duration_s());
 
-    // Every sample accounted for: as many as the audio clock says between the beginning and the verdict, give or take the
-    // blocks that were under way; none of them made up; and the carrier, read back through the server, never slips, though a
-    // single sample would turn it by 65.6°.
+    // Every sample is accounted for: the count matches the audio clock between the start and the verdict, up to the blocks in
+    // transit; no sample is invented; and the carrier, read back through the server, never slips, though a single sample would
+    // turn it by 65.6°.
     let began_s = session.named("trial_began").next().unwrap().audio_s;
     let ended_s = session.phases("verdict").next().unwrap().audio_s;
     let missing_s = ended_s - began_s - recording.duration_s();
@@ -256,7 +256,7 @@ fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
 #[test]
 fn a_force_sensor_that_is_not_there_is_named() {
     let _alone = ONE_AT_A_TIME.lock();
-    // A server under load may refuse a client before the bench comes to the sensor.
+    // A server under load may refuse a client before the bench opens the sensor.
     let server = Server::start(TOUCH_S);
     let output = finish(&mut server.run(&server.folder.path().join("absent")));
     let printed = text(&output);
@@ -272,7 +272,7 @@ fn a_force_sensor_that_is_not_there_is_named() {
     assert!(!server.study().exists());
 }
 
-/// Pickup and plate calibrated one after the other.
+/// Calibrates pickup and plate in turn.
 fn calibration() -> CalibrationFile {
     let server = Server::start(NO_TOUCH_S);
     let path = server.folder.path().join("calibration.toml");
@@ -298,7 +298,7 @@ fn calibration() -> CalibrationFile {
         let printed = text(&output);
         println!("{printed}");
         assert!(!printed.contains("panicked"), "{printed}");
-        // The server reports an xrun whenever a client comes, the bench too: were a calibration to end by those, all would.
+        // The server reports an xrun whenever a client connects, also for the bench; a calibration must not stop on these.
         assert!(output.status.success(), "{printed}");
     }
     CalibrationFile::read(&path).unwrap().0
@@ -312,7 +312,7 @@ fn a_bench_is_calibrated_over_a_real_audio_server() {
     let off_hz = plate.resonance_hz.value - truth.resonance_hz;
     let off = plate.force_factor_n_per_v.value / truth.force_factor_n_per_v - 1.0;
     println!("resonance off by {off_hz:.3} Hz, force factor by {off:.4}");
-    // The amplitudes were reckoned from the volts asked for, of which the amplifier loses 1.5 % at the carrier.
+    // The amplitudes were computed from the commanded volts, of which the amplifier loses 1.5 % at the carrier.
     assert!(
         off_hz.abs() < 0.5 && (off - 0.015).abs() < 0.002,
         "{off_hz} Hz, {off}"

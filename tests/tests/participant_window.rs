@@ -1,4 +1,4 @@
-//! The participant's window on a virtual display: what its pixels show is what a participant would follow.
+//! The participant's window on a virtual display: a participant who follows its pixels follows the slider.
 #![cfg(target_os = "linux")]
 #![expect(
     clippy::unwrap_used,
@@ -29,7 +29,7 @@ const SIZE: (u32, u32) = (1280, 720);
 const PIXEL_M: f64 = 2.5e-4;
 const SPEED_M_PER_S: f64 = 0.05;
 
-/// A virtual display, whose picture is a file.
+/// A virtual display that keeps its picture in a file.
 struct VirtualDisplay {
     folder: TempDir,
     name: String,
@@ -92,7 +92,7 @@ impl VirtualDisplay {
         Running::start(&mut command, &self.folder.path().join(log))
     }
 
-    /// Returns the middle of what is of the slider's colour in a row, pixels from the left, and when it was looked at, s.
+    /// Returns the centre of the slider's colour in a row, pixels from the left, and the time of the look, s.
     fn slider(&self, row: u32) -> Option<(f64, f64)> {
         let picture = File::open(self.folder.path().join("Xvfb_screen0")).ok()?;
         let mut header = [0; 100];
@@ -103,7 +103,7 @@ impl VirtualDisplay {
                 .and_then(|bytes| bytes.try_into().ok());
             bytes.map_or(0, |bytes| u64::from(u32::from_be_bytes(bytes)))
         };
-        // An XWD file: the header's length, the bytes of a line, the number of colours of 12 bytes each.
+        // Header of an XWD file: length of the header, bytes per line, number of colours of 12 bytes each.
         let (length, line, colours) = (word(0), word(48), word(76));
         let mut pixels = vec![0; usize::try_from(line).ok()?];
         let before_s = shared_s();
@@ -158,16 +158,16 @@ fn is_left(event: &SeatEvent) -> bool {
     matches!(event, SeatEvent::Left { .. })
 }
 
-/// What one exploration looked like.
+/// Observation of one exploration.
 #[derive(Default)]
 struct Seen {
     errors_m: Vec<f64>,
-    /// Mean speed of a finger that follows the pixels, on the middle 60 mm, m/s.
+    /// Mean speed of a finger that follows the pixels, over the middle 60 mm, m/s.
     finger_m_per_s: f64,
     report: Option<FrameReport>,
 }
 
-/// Shows an exploration, looks at its pixels, and follows them with a finger.
+/// Shows an exploration and follows its pixels with a finger.
 fn explore(display: &VirtualDisplay, seat: &mut Seat) -> Seen {
     let geometry = Geometry {
         width: f64::from(SIZE.0),
@@ -175,7 +175,7 @@ fn explore(display: &VirtualDisplay, seat: &mut Seat) -> Seen {
         pixel_m: PIXEL_M,
     };
     let row = geometry.plate_y() - geometry.fingertip() - geometry.slider_height() / 2.0;
-    // The bench's clock runs from any moment on; a bench tells it in blocks, so late by some milliseconds.
+    // The bench's clock starts at an arbitrary time; it is sent in blocks, so some milliseconds late.
     let offset_s = shared_s() - 5.0;
     let starts_s = 5.6;
     let mut seen = Seen::default();
@@ -197,7 +197,7 @@ fn explore(display: &VirtualDisplay, seat: &mut Seat) -> Seen {
         for event in seat.look(shared_s()) {
             match event {
                 SeatEvent::Explored(report) => seen.report = Some(report),
-                // A busy computer: the reports count what did not come.
+                // On a busy computer frames are missed; the reports count them.
                 SeatEvent::Trouble { .. } => {}
                 other => panic!("{other:?}"),
             }
@@ -211,7 +211,7 @@ fn explore(display: &VirtualDisplay, seat: &mut Seat) -> Seen {
             }
             let elapsed_s = audio_s - looked_s;
             if elapsed_s > 0.0 {
-                // A hand is behind what it follows by some tenths of a second.
+                // A hand lags its target by some tenths of a second.
                 finger_m += (shown_m - finger_m) * (1.0 - (-elapsed_s / 0.15).exp());
             }
             looked_s = audio_s;
@@ -236,7 +236,7 @@ fn median(values: &mut [f64]) -> f64 {
     values[values.len() / 2]
 }
 
-/// For five minutes: `FRICTION_BENCH_WINDOW_S=300`, with --nocapture.
+/// Takes five minutes with `FRICTION_BENCH_WINDOW_S=300`, and prints with --nocapture.
 #[test]
 fn a_finger_that_follows_the_pixels_follows_the_slider_within_a_frame() {
     let display = VirtualDisplay::start();
@@ -283,10 +283,10 @@ fn a_finger_that_follows_the_pixels_follows_the_slider_within_a_frame() {
     );
     let frame_m = of(|report| report.frame_m);
     assert!((frame_m - SPEED_M_PER_S / 60.0).abs() < 1e-5, "{frame_m}");
-    // Medians: a busy computer drops frames, and the reports count them.
+    // Medians, because a busy computer drops frames; the reports count them.
     assert!(error_m <= frame_m, "{error_m} m");
     assert!(of(|report| report.slider_error_p50_m) <= frame_m);
-    // By the protocol's own rule: within a quarter of the slider's speed.
+    // The protocol's rule: within a quarter of the slider's speed.
     for seen in &all {
         assert!(
             (seen.finger_m_per_s / SPEED_M_PER_S - 1.0).abs() < 0.25,
@@ -327,7 +327,7 @@ fn a_window_that_dies_or_hangs_is_missed_and_another_takes_its_place() {
     assert!(shared_s() - began < 1.0);
 }
 
-/// Nobody sees a virtual display, so there it is told; before a participant the session pauses.
+/// On a virtual display a warning is enough; in front of a participant the session pauses.
 ///
 /// Fault 43.
 #[test]
@@ -362,7 +362,7 @@ fn a_slider_that_jerks_again_and_again_is_told() {
     assert!(told.contains("over 50 ms"), "{told}");
 }
 
-/// A command that opens the participant's window.
+/// Returns a command that opens the participant's window.
 fn participant(program: &Path) -> Command {
     participants_window();
     let mut command = Command::new(program);
@@ -370,14 +370,14 @@ fn participant(program: &Path) -> Command {
     command
 }
 
-/// A folder that is this user's alone.
+/// Returns a folder that is private to this user.
 fn private_folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::set_permissions(folder.path(), Permissions::from_mode(0o700)).unwrap();
     folder
 }
 
-/// Returns how the command ended without a screen, and what it said.
+/// Returns the exit status of the command without a screen, and its output.
 fn without_a_screen(command: &mut Command, folder: &Path) -> (Option<i32>, String) {
     let ended = command
         .arg("--socket")
@@ -408,7 +408,7 @@ fn the_commands_arguments_signals_and_status_are_the_windows() {
     let mut seat = Seat::open(&display.socket()).unwrap();
     let mut window = display.window("window.log");
     wait_for(&mut seat, "a window", is_taken);
-    // The shell that waits for the command waits for the window itself.
+    // The command replaced itself by the window, so the shell waits for the window.
     let program = std::fs::read_link(format!("/proc/{}/exe", window.pid())).unwrap();
     assert!(program.ends_with("friction-bench-participant"));
     window.signal(Signal::TERM);
@@ -430,7 +430,7 @@ fn the_commands_arguments_signals_and_status_are_the_windows() {
     assert!(said.contains("there is no monitor nowhere"), "{said}");
 }
 
-/// A copy of friction-bench in a folder without the window's program.
+/// Makes a copy of friction-bench in a folder without the window's program.
 fn alone(folder: &Path) -> PathBuf {
     let copy = folder.join("friction-bench");
     if std::fs::hard_link(friction_bench(), &copy).is_err() {
@@ -469,7 +469,7 @@ fn a_window_that_is_not_installed_is_missed_by_name_and_one_on_the_path_is_found
     assert!(said.contains("does not start"), "{said}");
 }
 
-/// Returns the files that a command opened whose names say that they are of a display, by strace.
+/// Returns the display libraries that a command opened, judging by file names in its strace.
 fn libraries_of_a_display(command: &Command, folder: &Path) -> Vec<String> {
     let trace = folder.join("trace");
     let mut traced = Command::new(installed("strace"));
@@ -504,7 +504,7 @@ fn a_session_loads_no_library_of_a_display() {
     assert_eq!(opened, [""; 0]);
     let log = folder.path().join("study/sub-01/ses-01/events.jsonl");
     assert!(log.is_file(), "no session took place");
-    // The window does, so that the test above looks for the right thing.
+    // The window opens them, so the check above is meaningful.
     let mut window = participant(friction_bench());
     window.arg("--socket").arg(folder.path().join("s"));
     let opened = libraries_of_a_display(&window, folder.path());

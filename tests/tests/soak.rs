@@ -1,7 +1,7 @@
-//! Sessions in real time while another process keeps a core busy: every sample accounted for, and memory that does not grow.
+//! Sessions in real time while another process keeps a core busy: every sample is accounted for, and memory does not grow.
 //!
-//! In a program of its own, so that no other test runs beside it. The bench bears with more than a real one: what stands in for the
-//! force sensor's line is carried across by a worker of the kernel, which a busy machine keeps waiting.
+//! A separate test program, so that no other test runs at the same time. The bench tolerates more than a real one: a kernel
+//! worker carries the simulated serial line of the force sensor, and a busy machine delays it.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -20,29 +20,29 @@ use recording::RecordingReader;
 
 /// Length of one trial of the protocol, s.
 const TRIAL_S: f64 = 11.0;
-/// The log and the recording have the ends of a trial from two tasks, some of their rounds apart.
+/// Tolerance of a trial's length, frames: the log and the recording get its ends from two tasks, some cycles apart.
 const WITHIN_FRAMES: usize = 9600;
-/// Most memory that a session takes, kB: a sample of 20 s that kept all it acquires, 3 MB a second, would take more.
+/// Greatest memory of a session, kB. A session that kept all its data, 3 MB/s, would exceed it within the sample's 20 s.
 const MOST_KB: i64 = 192 * 1024;
-/// Most memory that a long run takes more in its last part than in its middle, kB. Queues that fill once while the machine is
-/// busy, and fits after the first trials, keep what they took; a leak goes on.
+/// Greatest growth of memory from the middle part of a long run to its last part, kB. Queues that fill once on a busy machine
+/// and fits after the first trials keep their memory; a leak continues.
 const GROWTH_KB: i64 = 8 * 1024;
-/// Length of a run of which that can be told, s.
+/// Length of a run in which growth can be detected, s.
 const LONG_S: usize = 300;
-/// Parts of a run, as shares of its time, whose greatest memory is compared: it has begun, it is half done, it ends.
+/// Parts of a run, as shares of its time, for comparing the greatest memory: early, middle and last.
 const PARTS: [(f64, f64); 3] = [(0.1, 0.3), (0.4, 0.6), (0.8, 1.0)];
 
-/// What the estimate of the sensor's clock may move by within a recording while a busy machine delays what carries it, in samples
-/// of the sensor: a step of the clock by 5 ms was seen in the first trial of a session, and it looks like five samples lost.
+/// Tolerated change of the estimated sensor clock within a recording, in samples of the sensor, while a busy machine delays the
+/// line. A step of 5 ms was observed in the first trial of a session; it looks like five lost samples.
 const CLOCK_MOVES: i64 = 8;
 
-/// Usual steps of the sensor after which a recording has its first row, where nothing was lost as it began: bursts of 4 ms.
+/// Latest first row of a recording without a loss at its start, in usual steps of the sensor: bursts of 4 ms.
 const BEGINS_LATE_STEPS: f64 = 100.0;
 
-/// Time before the end of a recording in which a burst can begin that reaches over it, s: what a line holds while nobody reads.
+/// Time before the end of a recording in which a burst that crosses the end can begin, s: the capacity of an unread line.
 const ENDS_IN_S: f64 = 0.05;
 
-/// Greatest memory that was seen between two times, kB.
+/// Returns the greatest memory observed between two times, kB.
 fn greatest(seen: &[(f64, i64)], from_s: f64, to_s: f64) -> Option<i64> {
     let stretch = seen
         .iter()
@@ -50,7 +50,7 @@ fn greatest(seen: &[(f64, i64)], from_s: f64, to_s: f64) -> Option<i64> {
     stretch.map(|(_, kb)| *kb).max()
 }
 
-/// Samples of the force sensor that a recording has lost, as its events say, which must be what its rows lack.
+/// Returns the number of lost force samples according to the recording's events, which must match the gaps between its rows.
 fn lost_forces(path: &Path) -> u64 {
     let reader = RecordingReader::open(path).unwrap();
     let times_s: Vec<f64> = reader
@@ -74,14 +74,14 @@ fn lost_forces(path: &Path) -> u64 {
     let lost = said("force frames lost: ", 0);
     let corrupt = said("force frames corrupt: ", 0);
     let lost_at_its_end = said("force frames lost: ", ending);
-    // The usual step is known to some parts in ten thousand, by which a long gap is too long or too short.
+    // The usual step is known to a few parts in 10,000, so a long gap seems too long or too short.
     let within = CLOCK_MOVES + (lost / 1000 + corrupt) as i64;
     let said = format!(
         "{}: {lost} said to be lost, {lacking} lacking",
         path.display()
     );
     assert!(lost as i64 >= lacking - within, "{said}");
-    // A loss that reaches over an end of a recording is the recording's, and its rows lack a part of it alone.
+    // A loss that crosses an end of a recording counts fully in its events, but only in part as missing rows.
     let begins_in_a_loss = times_s[0] > BEGINS_LATE_STEPS * usual_s;
     assert!(
         begins_in_a_loss || (lost - lost_at_its_end) as i64 <= lacking + within,
@@ -99,7 +99,7 @@ fn real_time_beside_a_busy_process_loses_no_sample() {
     let folder = tempfile::tempdir().unwrap();
     let (study, path) = (folder.path().join("study"), folder.path().join("long.toml"));
     let text = std::fs::read_to_string(protocol("long.toml")).unwrap();
-    // Without a rest a whole hour would be driven, which is all that a person's dose allows, and the last trial would not fit.
+    // Without rests the plate would be driven for a whole hour, the limit of a person's dose, and the last trial would not fit.
     let as_long = with(
         &text,
         &[

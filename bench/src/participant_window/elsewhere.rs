@@ -10,17 +10,17 @@ use tasks::Task;
 use crate::displays::ParticipantDisplay;
 use crate::journal::EntrySender;
 
-/// The participant's window; on this system there is none.
+/// The participant's window, which does not exist on this system.
 pub struct WindowDisplay(Infallible);
 
-/// Returns the socket's name, which no program opens here.
+/// Returns the socket's name, which no program opens on this system.
 #[must_use]
 pub fn default_socket() -> PathBuf {
     "participant.sock".into()
 }
 
 impl WindowDisplay {
-    /// Opens nothing.
+    /// Fails: this system has no Unix sockets.
     ///
     /// # Errors
     /// Always.

@@ -1,4 +1,4 @@
-//! The participant's window, as a session has it: a display that is shown views and told the time, and a task at its socket.
+//! The participant's window, as a session uses it: a display that receives views and times, and a task at its socket.
 
 #[cfg(unix)]
 mod window_display;

@@ -1,4 +1,5 @@
-//! The participant's window on a Unix socket: a display that never waits, and the task that does its talking.
+//! The participant's window on a Unix socket: a display that never blocks, and the task that communicates with the
+//! window.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,17 +20,17 @@ use tui::event::LogLevel;
 use crate::displays::ParticipantDisplay;
 use crate::journal::{Entry, EntrySender};
 
-/// Notices that wait for the operator at most; a window that says more is not heard.
+/// Maximum number of queued notices for the operator; further ones are dropped.
 const MOST_NOTICES: usize = 64;
-/// A window that is open meets a new session within this time.
+/// Time within which an open window connects to a new session.
 const AT_ONCE: Duration = Duration::from_millis(1200);
 
-/// What display and task share.
+/// State shared by display and task.
 #[derive(Default)]
 struct Shared {
     shown: Slot<Shown>,
     beat: Slot<Beat>,
-    /// Why no window is there.
+    /// Reason that no window is connected.
     lost: Slot<Option<String>>,
 }
 
@@ -39,11 +40,11 @@ pub struct WindowDisplay {
     shown: Option<Shown>,
     show_finger: bool,
     notices: Receiver<(LogLevel, String)>,
-    /// Until the task takes it.
+    /// State of the task until the task takes it.
     task: Option<Waiting>,
 }
 
-/// What the task will have.
+/// State handed over to the task.
 struct Waiting {
     seat: Seat,
     said: Sender<(LogLevel, String)>,
@@ -51,11 +52,11 @@ struct Waiting {
 }
 
 impl WindowDisplay {
-    /// Opens the socket and waits for a window, which says in these texts that there is nothing to do yet. `waiting` is called
-    /// with the socket if no window is there at once.
+    /// Opens the socket and waits for a window, which shows in these texts that there is nothing to do yet. Calls
+    /// `waiting` with the socket if no window connects at once.
     ///
     /// # Errors
-    /// When the socket is another session's, or not in a folder that is this user's alone; when no window comes.
+    /// When the socket is another session's or its folder is not private to this user, or when no window connects.
     pub fn open(
         socket: &Path,
         texts: &Texts,
@@ -91,7 +92,7 @@ impl WindowDisplay {
     }
 }
 
-/// Waits for a window; returns what came.
+/// Waits for a window; returns its events.
 fn come(seat: &mut Seat, patience: Duration) -> Option<Vec<SeatEvent>> {
     let begun = Instant::now();
     while begun.elapsed() < patience {
@@ -152,7 +153,7 @@ impl ParticipantDisplay for WindowDisplay {
     }
 }
 
-/// The task at the socket.
+/// Task at the socket.
 struct WindowTask {
     seat: Seat,
     shared: Arc<Shared>,

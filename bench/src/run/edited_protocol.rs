@@ -1,4 +1,4 @@
-//! A session goes on with the protocol that it began with, unless the operator accepts an edited one.
+//! A resumed session keeps its protocol, unless the operator accepts an edited one.
 
 use std::path::Path;
 
@@ -10,11 +10,11 @@ use verification::{ResumeError, protocol_edits};
 
 use super::plan::{Plan, read_text};
 
-/// Returns what was edited in the protocol since the last part of the session that is gone on with, each key with its
-/// values; nothing of a new session.
+/// Returns the edits of the protocol since the last part of the resumed session, each key with its values; empty for a
+/// new session.
 ///
 /// # Errors
-/// It was edited and the operator does not accept that, or the protocol before cannot be read.
+/// The protocol was edited and the operator does not accept that, or the previous protocol cannot be read.
 pub(super) fn accepted(plan: &Plan, session: &SessionFolder) -> anyhow::Result<Vec<String>> {
     let Some(file) = last_followed(session, &plan.protocol.protocol.name) else {
         return Ok(Vec::new());
@@ -44,8 +44,8 @@ pub(super) fn file_name(path: &Path) -> String {
         .into_owned()
 }
 
-/// Returns the file with the protocol that the last part of a session followed: the one that its log names, or the newest
-/// copy where the log is of an earlier version; `None` if there is no copy.
+/// Returns the file with the protocol that the last part of a session followed: the file named in its log, or the newest
+/// copy if an earlier version wrote the log; `None` if there is no copy.
 fn last_followed(session: &SessionFolder, protocol: &str) -> Option<String> {
     let documents = session.log_before().documents.iter().rev();
     let named = documents

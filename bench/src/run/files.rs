@@ -1,4 +1,4 @@
-//! What a session has on disk: its folder, the log that it is resumed from, and the manifest of each recording.
+//! Files of a session: its folder, the log that it is resumed from, and the manifest of each recording.
 
 use std::path::PathBuf;
 
@@ -24,11 +24,11 @@ use crate::session::BeginRecording;
 use files::quoted;
 use verification::LostRecording;
 
-/// Opens the participant's next session, or the one that `--resume` goes on with: its number, its folder, and whether
-/// it is resumed.
+/// Opens the participant's next session, or the session that `--resume` continues; returns its number, its folder, and
+/// whether it is resumed.
 ///
 /// # Errors
-/// Names what already exists, or what does not, and what to do.
+/// Names the session that already exists or does not, and the remedy.
 pub(super) fn open_session(
     study: &Study,
     plan: &Plan,
@@ -62,20 +62,20 @@ pub(super) fn open_session(
     ))
 }
 
-/// Words on the session that is gone on with, and its trials to be repeated.
+/// The state of the session to be resumed.
 #[derive(Default)]
 pub(super) struct Before {
-    /// The last attempt in words, and whether its recording is as it was made.
+    /// The last attempt in words, and whether its recording has no defects.
     pub(super) last_trial: Option<(String, bool)>,
-    /// Accepted trials to be repeated, because their recordings are lost.
+    /// Accepted trials to repeat because their recordings are lost.
     pub(super) lost: Vec<LostRecording>,
 }
 
-/// Compares the log of the session that is gone on with and its recordings; finds nothing if there is no such session.
+/// Compares the log and the recordings of the session to be resumed; the result is empty without such a session.
 ///
 /// # Errors
-/// The log has holes, so that nobody can tell which trials are still to be done; or recordings of accepted trials are lost
-/// that are not to be repeated without the operator's word.
+/// The log has gaps, so that the remaining trials are unknown; or recordings of accepted trials are lost and the operator
+/// has not asked to repeat those trials.
 pub(super) fn before(plan: &Plan) -> anyhow::Result<Before> {
     let Some(folder) = last_session(plan)? else {
         return Ok(Before::default());
@@ -92,14 +92,14 @@ pub(super) fn before(plan: &Plan) -> anyhow::Result<Before> {
     let log = match event_log::read(&folder.join(EVENTS_FILE)) {
         Ok(log) => log,
         Err(error @ EventLogError::Line { .. }) => return Err(distrust(error.to_string())),
-        // Killed before there was a log, or it cannot be read: whoever opens the session says so.
+        // The session was killed before it had a log, or the log cannot be read: opening the session reports that.
         Err(_) => return Ok(Before::default()),
     };
     let holes = verification::log_defects(&folder, &log);
     if let Some(hole) = holes.iter().find(|defect| defect.hides_trials()) {
         return Err(distrust(hole.to_string()));
     }
-    // Whoever opens a session that is complete refuses to go on with it.
+    // Opening a complete session refuses to resume it.
     let is_complete = log
         .stop()
         .is_some_and(|stop| stop.exit_status == ExitStatus::Success);
@@ -122,8 +122,8 @@ pub(super) fn before(plan: &Plan) -> anyhow::Result<Before> {
     })
 }
 
-/// Returns the crops of what the session that is gone on with has recorded; none of a recording that cannot be read, of
-/// which others tell.
+/// Returns the crops recorded so far in the session to be resumed, except from unreadable recordings, which are reported
+/// elsewhere.
 pub(super) fn past_crops(plan: &Plan) -> anyhow::Result<Vec<Crop>> {
     let Some(folder) = last_session(plan)? else {
         return Ok(Vec::new());
@@ -146,7 +146,7 @@ fn last_session(plan: &Plan) -> anyhow::Result<Option<PathBuf>> {
     Ok(number.map(|number| participant.join(study::session_name(number))))
 }
 
-/// A session goes on in the order that it began with, or not at all.
+/// Requires a resumed session to keep the protocol and the seed that it began with.
 fn require_same_order(plan: &Plan, session: &study::SessionFolder) -> anyhow::Result<()> {
     let began = session
         .log_before()
@@ -177,7 +177,7 @@ fn require_same_order(plan: &Plan, session: &study::SessionFolder) -> anyhow::Re
     Ok(())
 }
 
-/// Returns the state machine, after what an interrupted session's log tells of.
+/// Returns the state machine after the events in an interrupted session's log.
 pub(super) fn machine(plan: &Plan, session: &study::SessionFolder) -> anyhow::Result<Session> {
     let events: Vec<SessionEventKind> = session
         .log_before()
@@ -198,7 +198,7 @@ pub(super) fn machine(plan: &Plan, session: &study::SessionFolder) -> anyhow::Re
         &records,
     )?;
     if plan.resume {
-        // A recording may have been begun that the log did not come to tell of.
+        // A recording may have begun without an entry in the log.
         for label in session.recorded_labels()? {
             let number = label.number_in_session(plan.protocol.protocol.trials.practice);
             machine.leave_out(number, label.attempt);
@@ -207,9 +207,8 @@ pub(super) fn machine(plan: &Plan, session: &study::SessionFolder) -> anyhow::Re
     Ok(machine)
 }
 
-/// Returns what makes the manifest and the folder of each attempt's recording, of the session with this number that
-/// follows the protocol in this file. Its provenance is that of the
-/// effective bench.
+/// Returns the function that creates the manifest and the folder of each attempt's recording, for the session with this
+/// number and the protocol in this file. The provenance is that of the effective bench.
 pub(super) fn begin_recording(
     plan: &Plan,
     (session, protocol_file): (u32, String),
@@ -307,7 +306,7 @@ fn recorded_scheduling(priorities: ThreadPriorities) -> Option<manifest::Recorde
     })
 }
 
-/// Returns how forces come, and from which box if they are behind one.
+/// Returns the source of the forces, and its field box if there is one.
 fn force_sensor(config: &Config, field_box: Option<&FieldBox>) -> Option<String> {
     let force = config.force.as_ref()?;
     let of_box = field_box

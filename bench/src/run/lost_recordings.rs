@@ -1,4 +1,5 @@
-//! A resumed session repeats the last accepted trial if its recording is lost, and others only if the operator says so.
+//! A resumed session repeats the last accepted trial if its recording is lost, and others only if the operator asks for
+//! it.
 
 use std::path::Path;
 
@@ -9,12 +10,12 @@ use verification::{LostRecording, ResumeError};
 
 use super::plan::Plan;
 
-/// Returns the accepted trials of the session in `folder` that are to be repeated, because the disk does not have their
-/// recordings as its log says.
+/// Returns the accepted trials of the session in `folder` to repeat because the disk does not have their recordings as
+/// its log states.
 ///
 /// # Errors
-/// More than the last accepted trial is lost, as where recordings were moved, and the operator does not say that they are
-/// to be repeated; or the folder cannot be listed.
+/// More than the last accepted trial is lost, for example because recordings were moved, and the operator did not ask to
+/// repeat them; or the folder cannot be listed.
 pub(super) fn to_repeat(
     plan: &Plan,
     folder: &Path,
@@ -33,7 +34,7 @@ pub(super) fn to_repeat(
     .into())
 }
 
-/// Takes back that these trials were accepted; returns the attempts as they count now, for the session's log.
+/// Withdraws the acceptance of these trials; returns the attempts as they count now, for the session's log.
 pub(super) fn withdrawn(
     machine: &mut Session,
     lost: &[LostRecording],
@@ -47,7 +48,7 @@ pub(super) fn withdrawn(
     lost.iter().filter_map(withdraw).collect()
 }
 
-/// Returns the warning on a trial that is repeated for this.
+/// Returns the warning on a trial that is repeated because its recording is lost.
 pub(super) fn warning(lost: &LostRecording) -> String {
     format!(
         "{}: it was accepted, but counts as interrupted and is repeated",
@@ -55,7 +56,7 @@ pub(super) fn warning(lost: &LostRecording) -> String {
     )
 }
 
-/// Returns the log's event for an attempt that counts as interrupted now.
+/// Returns the log's event for an attempt that now counts as interrupted.
 pub(super) fn event(record: TrialRecord) -> SessionEventKind {
     SessionEventKind::TrialSettled { record }
 }

@@ -48,10 +48,10 @@ use recorded_plate::recorded_profile;
 
 pub use plan::{Plan, ProtocolFile, session_bytes};
 
-/// Runs the session to its end. `shown` opens the operator's screen; quitting that ends the bench that it is given.
+/// Runs the session to its end. `shown` opens the operator's screen; quitting that screen ends the bench.
 ///
 /// # Errors
-/// When a part of the bench is missing or fails; a session that ends early for reasons of its own is a [`Report`].
+/// When a part of the bench is missing or fails; a session that ends early for other reasons is a [`Report`].
 pub fn run(
     plan: Plan,
     apparatus: Apparatus,
@@ -357,10 +357,10 @@ fn log(level: LogLevel, text: String) -> tui::Event {
     tui::Event::Log { level, text }
 }
 
-/// Who is shown a session, and the thread of their screen if there is one.
+/// The operator's front end of a session, and the thread of its screen if there is one.
 pub type Shown = (Box<dyn Front>, Option<DashboardThread>);
 
-/// The dashboard on this process's terminal; of a headless session lines that are written to `out`.
+/// Returns the dashboard on this process's terminal; a headless session writes lines to `out` instead.
 pub fn on_terminal(
     out: impl Write + Send + 'static,
 ) -> impl FnOnce(&Plan, &Life) -> anyhow::Result<Shown> {
@@ -383,7 +383,7 @@ fn kept(config: &Config, protocol: &Protocol) -> (f64, f64) {
     )
 }
 
-/// The lines printed at the end.
+/// Returns the lines printed at the end.
 pub fn report_lines(
     report: &Report,
     kept_up: &KeptUp,

@@ -25,50 +25,50 @@ use preflight::Table;
 pub(super) const NAME: &str = "friction-bench";
 pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// What the operator asks for, checked as far as it can be without hardware.
+/// The plan of a session, checked as far as it can be without hardware.
 pub struct Plan {
     /// The bench.
     pub bench: Arc<Effective>,
     /// The protocol and its file.
     pub protocol: ProtocolFile,
-    /// Who takes part.
+    /// The participant.
     pub participant: ParticipantId,
     /// Study folder.
     pub study: PathBuf,
-    /// Who holds the signed consent.
+    /// Operator who holds the signed consent.
     pub consent_by: Option<String>,
-    /// What the command line states of the participant.
+    /// Details of the participant from the command line.
     pub person: Person,
-    /// What the protocol asks about the participant and the command line does not say.
+    /// Details that the protocol asks for and the command line does not give.
     pub ask: Vec<PersonDetail>,
-    /// Go on with the last session.
+    /// Whether to resume the last session.
     pub resume: bool,
-    /// Go on with a protocol that was edited since.
+    /// Whether to resume with a protocol that was edited since.
     pub accept_edited_protocol: bool,
-    /// Repeat accepted trials whose recordings are lost, also more than the last.
+    /// Whether to repeat all accepted trials with lost recordings, not only the last.
     pub repeat_lost: bool,
-    /// Begin another session of a participant who has one.
+    /// Whether to begin another session of a participant who has one.
     pub new_session: bool,
     /// Seed of every random choice.
     pub seed: u64,
-    /// No dashboard.
+    /// Whether to run without a dashboard.
     pub headless: bool,
     /// The preflight that this session passed, for its log.
     pub preflight: Option<Table>,
-    /// What is printed before the dashboard opens.
+    /// Amount of output before the dashboard opens.
     pub verbosity: Verbosity,
-    /// Faults that are injected, in the form of `--fault`: what is recorded is a rehearsal.
+    /// Injected faults, in the form of `--fault`; recordings are then a rehearsal.
     pub rehearsed: Vec<String>,
-    /// What nobody has measured although the bench's safety rests on it.
+    /// Safety-relevant measurements that are missing or outdated, a line each.
     pub(super) unverified: Vec<String>,
-    /// Where the calibration lies, and beside it the plate's warmth.
+    /// Path of the calibration; the plate's warmth lies next to it.
     pub(super) calibration: PathBuf,
     pub(super) settings: DriveSettings,
     pub(super) carrier_hz: f64,
     pace: Pace,
 }
 
-/// A protocol and the text that it was read from.
+/// A protocol and its source text.
 #[derive(Debug, Clone)]
 pub struct ProtocolFile {
     /// The protocol.
@@ -80,10 +80,11 @@ pub struct ProtocolFile {
 }
 
 impl ProtocolFile {
-    /// Reads a protocol by the name of a built-in one or by its path.
+    /// Reads a built-in protocol by its name, or a file by its path.
     ///
     /// # Errors
-    /// The file does not exist, with the built-in protocol that was probably meant; cannot be read; or cannot be used.
+    /// The file does not exist, with the built-in protocol that was probably meant; cannot be read; or is not a usable
+    /// protocol.
     pub fn read(name: &str) -> anyhow::Result<Self> {
         let (text, file) = match protocols::built_in(name) {
             Some(text) => (text.to_owned(), format!("{name}.toml (built in)")),
@@ -127,10 +128,10 @@ pub(super) fn read_text(name: &str) -> anyhow::Result<String> {
 }
 
 impl Plan {
-    /// Checks protocol against hardware, participant and consent: nothing is opened, made or driven.
+    /// Checks the protocol against hardware, participant and consent, without opening, creating or driving anything.
     ///
     /// # Errors
-    /// Names what to change.
+    /// Names the option or setting to change.
     pub fn new(bench: Effective, options: &crate::cli::Run) -> anyhow::Result<Self> {
         let Some(participant) = &options.participant else {
             bail!("who takes part? name the participant, such as --participant sub-01");
@@ -225,7 +226,7 @@ impl Plan {
 }
 
 impl Plan {
-    /// Returns the check that a bench passes before its plate is driven at a resonance that has moved.
+    /// Returns the check that a bench passes before its plate is driven at a shifted resonance.
     pub(super) fn require_drivable(&self) -> RequireDrivable {
         let (protocol, settings) = (self.protocol.protocol.clone(), self.settings);
         let pace = self.pace;
@@ -233,7 +234,8 @@ impl Plan {
     }
 }
 
-/// Requires that the safety watch can tell every condition's drive on `bench`, and that it stays within every limit.
+/// Requires that the safety watch can monitor every condition's drive on `bench`, and that the drives stay within all
+/// limits.
 fn require_drivable(
     protocol: &Protocol,
     bench: &Effective,
@@ -253,7 +255,7 @@ fn require_drivable(
     Ok(())
 }
 
-/// Returns what the command line states of the participant, and what the protocol asks besides.
+/// Returns the participant's details from the command line, and the details that the protocol asks for in addition.
 fn person(
     options: &crate::cli::Run,
     protocol: &Protocol,
@@ -276,7 +278,8 @@ fn person(
     Ok((person, ask))
 }
 
-/// Disk space that a session may take, bytes: every trial twice, half a minute each beside the slider's own time.
+/// Returns the disk space that a session may take, bytes: 1.5 times the planned trials, each with a margin beyond the
+/// slider's own time.
 #[must_use]
 pub fn session_bytes(config: &Config, protocol: &Protocol) -> u64 {
     let slide_s = protocol

@@ -1,4 +1,4 @@
-//! The plate as a recording states it, and what the calibration leaves open.
+//! The plate as a recording states it, and the standard errors of its calibration.
 
 use config::{Effective, MeasuredForce, Quantity};
 use recording::manifest;
@@ -24,7 +24,7 @@ const _: () = {
     );
 };
 
-/// Returns the amplitude along the plate by the calibration in force, if it was measured.
+/// Returns the amplitude along the plate from the calibration in force, if it was measured.
 pub(super) fn recorded_profile(bench: &Effective) -> Option<manifest::RecordedProfile> {
     let calibration = bench.calibration()?.calibration();
     let places = &calibration.profile.as_ref()?.places;
@@ -34,15 +34,15 @@ pub(super) fn recorded_profile(bench: &Effective) -> Option<manifest::RecordedPr
     })
 }
 
-/// Returns the errors of the calibration in force.
+/// Returns the standard errors of the calibration in force.
 pub(crate) fn recorded_errors(bench: &Effective) -> Option<manifest::StandardErrors> {
     let calibration = bench.calibration()?.calibration();
     let (pickup, plate) = (calibration.pickup.as_ref()?, calibration.plate.as_ref()?);
     let relative = |of: &Quantity| (of.standard_error / of.value).abs();
     let amplitude_relative = relative(&pickup.metres_per_unit);
-    // The force factor rests on the pickup's sensitivity: an error of that leaves every impedance as it is.
+    // The force factor is derived from the pickup's sensitivity; an error in that leaves every impedance unchanged.
     let beside_pickup = relative(&plate.force_factor_n_per_v).powi(2) - amplitude_relative.powi(2);
-    // Of what leaks from the other axis the error counts as for forces of equal size.
+    // The error of the crosstalk from the other axis counts as for forces of equal size.
     let of_axis = |own: &Quantity, other: &Quantity| relative(own).hypot(other.standard_error);
     let force = calibration.force.as_ref();
     let of_force = |axis: fn(&MeasuredForce) -> (&Quantity, &Quantity)| {

@@ -1,4 +1,4 @@
-//! What a session shows beside its phase: values, crops as they are decided, what is left, how the machinery does.
+//! A session's display apart from its phase: live values, decided crops, outlook, system health.
 
 use std::collections::VecDeque;
 
@@ -14,7 +14,7 @@ use recording::study::TrialLabel;
 use super::due_trial::DATA_DELAY_S;
 use super::wiring::Wiring;
 
-/// Time between two looks at what is left, s.
+/// Time between two updates of the outlook, s.
 const OUTLOOK_EVERY_S: f64 = 0.25;
 /// Time between two traces of the last period, ns.
 const PERIOD_EVERY_NS: u64 = 250_000_000;
@@ -25,14 +25,14 @@ pub(super) struct AtAGlance {
     outlook: OutlookTracker,
     outlook_due_s: f64,
     period_due_ns: u64,
-    /// Attempt that runs, and its explorations so far.
+    /// Running attempt, and its number of explorations so far.
     running: Option<ExplorationName>,
-    /// Explorations that are over and not decided yet.
+    /// Completed explorations that are not decided yet.
     waiting: VecDeque<(ExplorationName, Direction, (f64, f64))>,
 }
 
 impl AtAGlance {
-    /// An attempt begins.
+    /// Begins an attempt.
     pub(super) fn begin(&mut self, key: &TrialKey, protocol: &Protocol, now_s: f64) {
         self.outlook.begin(now_s);
         self.waiting.clear();
@@ -44,7 +44,7 @@ impl AtAGlance {
         });
     }
 
-    /// An interval of the attempt is over.
+    /// Takes a completed interval of the attempt.
     pub(super) fn mark(&mut self, interval: &Interval) {
         if let (IntervalKind::Exploration { direction }, Some(running)) =
             (interval.kind, &mut self.running)
@@ -55,19 +55,19 @@ impl AtAGlance {
         }
     }
 
-    /// The attempt was broken off.
+    /// Ends an interrupted attempt.
     pub(super) fn broken_off(&mut self) {
         self.running = None;
         self.waiting.clear();
         self.outlook.broken_off();
     }
 
-    /// The attempt is judged.
+    /// Takes note that the attempt was judged.
     pub(super) fn judged(&mut self, now_s: f64) {
         self.outlook.judged(now_s);
     }
 
-    /// Returns the crops of the explorations whose data are all in `record` at `now_s`.
+    /// Returns the crops of the explorations with all their data in `record` at `now_s`.
     pub(super) fn decided(
         &mut self,
         now_s: f64,
@@ -91,7 +91,7 @@ impl AtAGlance {
         crops
     }
 
-    /// Shows what is due; returns whether the machinery was, twice a second.
+    /// Shows the views that are due; returns whether system health was due, which is twice a second.
     pub(super) fn feed(
         &mut self,
         wiring: &mut Wiring,

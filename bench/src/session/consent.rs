@@ -5,26 +5,26 @@ use tui::calibration_page::Reply;
 
 use super::questions::Questions;
 
-/// Consent with its questions.
+/// Consent and its questions.
 pub(super) struct Consent {
     questions: Questions,
-    /// Who recorded the consent that waits for the answers to the questions.
+    /// Operator of a recorded consent that waits for the answers to the questions.
     by: Option<String>,
 }
 
-/// What follows an answer.
+/// Effects of an answer.
 #[derive(Debug, Default)]
 pub(super) struct Answered {
-    /// What the screen shows from now on.
+    /// New content of the screen.
     pub(super) shown: Option<tui::Event>,
-    /// What was stated about the participant.
+    /// Details stated about the participant.
     pub(super) person: Option<Person>,
     /// The consent, once no question is open.
     pub(super) command: Option<OperatorCommand>,
 }
 
 impl Consent {
-    /// Makes a consent that nobody has recorded yet.
+    /// Creates a consent that has not been recorded yet.
     pub(super) fn new(questions: Questions) -> Self {
         Self {
             questions,
@@ -32,7 +32,7 @@ impl Consent {
         }
     }
 
-    /// Takes the consent, which is passed on once the questions about the participant are answered.
+    /// Takes the consent; it is passed on once the questions about the participant are answered.
     pub(super) fn given(&mut self, by: String) -> Answered {
         if self.questions.are_open() {
             self.by = Some(by);
@@ -47,7 +47,7 @@ impl Consent {
         }
     }
 
-    /// Takes a reply to the current question; one without a question does nothing.
+    /// Takes a reply to the current question; ignores a reply without a question.
     pub(super) fn replied(&mut self, reply: Reply) -> Answered {
         if self.by.is_none() {
             return Answered::default();

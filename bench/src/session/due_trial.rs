@@ -1,4 +1,4 @@
-//! A completed trial: what its verdict and its fit are made of.
+//! A completed trial, and the data for its verdict and its fit.
 
 use analysis::measurements::Measurements;
 use analysis::trial_fit::{FitRequest, Selected};
@@ -12,11 +12,11 @@ use recording::study::TrialLabel;
 
 use crate::run::recorded_plate::recorded_errors;
 
-/// Data of the last exploration arrive within this time after its end: a force sensor's burst, the demodulator's
-/// delay, s.
+/// Time within which the data of the last exploration arrive after its end, s: a force sensor's burst, the demodulator's
+/// delay.
 pub(super) const DATA_DELAY_S: f64 = 0.06;
 
-/// A completed trial whose last data are still on their way.
+/// A completed trial with data still on their way.
 pub(super) struct DueTrial {
     pub(super) key: TrialKey,
     pub(super) intervals: Vec<Interval>,
@@ -26,16 +26,16 @@ pub(super) struct DueTrial {
 
 /// A completed trial.
 pub(super) struct AnalysedTrial {
-    /// What its verdict is made of.
+    /// Analysis for its verdict.
     pub(super) analysis: TrialAnalysis,
     /// Its number, whether it is practice, and its attempt.
     pub(super) of: (u32, bool, u32),
-    /// What its fit is made of.
+    /// Request for its fit.
     pub(super) request: FitRequest,
 }
 
 impl DueTrial {
-    /// Analyses the trial from its `record`, with the accounts of the frames now and at its begin.
+    /// Analyses the trial from its `record`, with the frame accounts of now and of its beginning.
     pub(super) fn analyse(
         self,
         (protocol, bench, carrier_hz): (&Protocol, &Effective, f64),
@@ -58,15 +58,14 @@ impl DueTrial {
     }
 }
 
-/// Enters what was lost or clipped between two accounts into the analysis of the trial.
+/// Adds the frames lost or clipped between two accounts to the analysis of the trial.
 fn count_losses(analysis: &mut TrialAnalysis, now: &Account, before: &Account) {
     analysis.clipped_frames = now.clipped_frames - before.clipped_frames;
     analysis.lost_frames = now.lost_frames - before.lost_frames;
     (analysis.input_xruns, analysis.output_xruns) = now.costly_xruns_since(before);
 }
 
-/// Returns the request to fit a completed trial at `carrier_hz`, whose number within its part of the session is
-/// `number`.
+/// Returns the request to fit a completed trial at `carrier_hz`; `number` is its number within its part of the session.
 fn fit_request(
     key: &TrialKey,
     (number, carrier_hz): (u32, f64),
@@ -81,7 +80,7 @@ fn fit_request(
         .filter(|interval| interval.kind == IntervalKind::Unloaded)
         .map(|interval| (interval.start_s, interval.end_s))
         .collect();
-    // The corrected impedance, alone used live, averages over any span.
+    // Live estimates use only the corrected impedance, which averages over any span.
     let plate = unloaded::read(&record, &unloaded, 0.0, rules.contact_n / 2.0);
     FitRequest {
         label: format!("{sort} {number}"),

@@ -1,11 +1,11 @@
-//! How a session came to its end, for its log and its operator.
+//! The end of a session, for its log and its operator.
 
 use live::screen_words::recorder_behind;
 use protocols::{Phase, SessionEventKind, SessionOutcome};
 use recording::study::event_log::ExitStatus;
 use safety::{SafetyState, at_least};
 
-/// Returns why a session paused by itself before a trial; `None` for any other event.
+/// Returns why a session paused automatically before a trial; `None` for any other event.
 pub(super) fn pause(event: &SessionEventKind) -> Option<String> {
     match event {
         SessionEventKind::DrivingTimeSpent { wait_s } => Some(format!(
@@ -26,17 +26,17 @@ pub(super) fn pause(event: &SessionEventKind) -> Option<String> {
     }
 }
 
-/// What is known of a session at its end.
+/// State of a session at its end.
 pub(super) struct HowEnded<'a> {
-    /// What of the program failed.
+    /// Failure of the program, if any.
     pub failure: Option<&'a str>,
     /// State of the safety watch.
     pub safety: &'a SafetyState,
-    /// Outcome, if the session came to one.
+    /// Outcome, if the session reached one.
     pub outcome: Option<&'a SessionOutcome>,
     /// Phase in which it ended.
     pub phase: Phase,
-    /// Why it last paused by itself.
+    /// Reason for its last automatic pause.
     pub paused: Option<&'a str>,
 }
 

@@ -1,4 +1,4 @@
-//! The session task: acquired data go to the protocol's state machine, what it asks for goes to the devices.
+//! The session task: passes acquired data to the protocol's state machine, and the machine's requests to the devices.
 
 mod at_a_glance;
 mod consent;

@@ -1,4 +1,4 @@
-//! What a key of the dashboard asks of a session.
+//! Requests from keys of the dashboard to a session.
 
 use protocols::OperatorCommand;
 use tui::Action;
@@ -13,7 +13,7 @@ pub enum OperatorRequest {
     Consent,
     /// A reply to a question.
     Reply(Reply),
-    /// Whether the proposed carrier is taken.
+    /// Whether the proposed carrier is accepted.
     Carrier(bool),
     /// Stop the drive at once.
     Stop,
@@ -21,12 +21,12 @@ pub enum OperatorRequest {
     Rearm,
     /// End the program.
     End,
-    /// Nothing: it is asked of replays.
+    /// No request: the action is for replays.
     Nothing,
 }
 
 impl OperatorRequest {
-    /// Returns what `action` asks of a session whose first `practices` trials are practice.
+    /// Returns the request of `action` to a session that begins with `practices` practice trials.
     pub fn of(action: Action, practices: u32) -> Self {
         let about = |named: AttemptName| {
             let before = if named.practice { 0 } else { practices };

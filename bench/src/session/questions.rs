@@ -4,19 +4,19 @@ use protocols::{NOT_STATED, Person, PersonDetail};
 use tui::calibration_page::Reply;
 use tui::event::AskedDetail;
 
-/// Questions about a participant, one after the other; each may stay without an answer.
+/// Questions about a participant, one after the other; each may be left unanswered.
 #[derive(Debug, Default)]
 pub struct Questions {
     details: Vec<PersonDetail>,
-    /// Number of the current question, from 0.
+    /// Index of the current question, from 0.
     at: usize,
     person: Person,
-    /// Why the last answer was not taken.
+    /// Why the last answer was rejected.
     note: Option<String>,
 }
 
 impl Questions {
-    /// Makes the questions for `details`, in their order.
+    /// Creates the questions for `details`, in their order.
     #[must_use]
     pub fn new(details: Vec<PersonDetail>) -> Self {
         Self {
@@ -25,7 +25,7 @@ impl Questions {
         }
     }
 
-    /// Returns whether a question is still to be answered.
+    /// Returns whether a question is still open.
     #[must_use]
     pub fn are_open(&self) -> bool {
         self.at < self.details.len()
@@ -46,7 +46,7 @@ impl Questions {
         tui::Event::Asked { detail }
     }
 
-    /// Takes the operator's reply to the current question. Returns what was stated once the last one is answered.
+    /// Takes the operator's reply to the current question. Returns the stated details once the last one is answered.
     pub fn reply(&mut self, reply: Reply) -> Option<Person> {
         let detail = *self.details.get(self.at)?;
         self.note = None;
@@ -76,7 +76,7 @@ impl Questions {
     }
 }
 
-/// Returns the word of the number that was typed, counted from 1.
+/// Returns the word chosen by its number, counted from 1.
 fn chosen<'a>(words: &[&'a str], number: f64) -> Option<&'a str> {
     let mut numbered = (1..).zip(words);
     numbered.find_map(|(n, word)| (f64::from(n) == number).then_some(*word))
@@ -120,7 +120,7 @@ mod tests {
             assert_eq!(questions.reply(Reply::Number(no_choice)), None);
             assert!(shown(&questions).unwrap().note.is_some(), "{no_choice}");
         }
-        // Back beyond the first question is the first question.
+        // Going back from the first question stays there.
         for _ in 0..3 {
             assert_eq!(questions.reply(Reply::Redo(0)), None);
         }

@@ -1,4 +1,4 @@
-//! How a session ended, and the lines that say so.
+//! Report on the end of a session, and its lines.
 
 use std::sync::atomic::Ordering;
 
@@ -8,32 +8,32 @@ use recording::pipeline::Account;
 use recording::recorder::RecorderGauge;
 use safety::Signals;
 
-/// How a session ended.
+/// Report on the end of a session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// The session in numbers.
     pub summary: SessionSummary,
     /// Account of the audio frames.
     pub account: Account,
-    /// Nobody is left to go on: every trial is settled.
+    /// Whether every trial is settled, so that nothing remains to resume.
     pub completed: bool,
-    /// What ended it early.
+    /// Reason for an early end.
     pub reason: Option<String>,
 }
 
-/// How close the program came to missing what it had to do in time.
+/// How close the program came to missing its time limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KeptUp {
-    /// Longest time from one look of the safety watch to the next, s.
+    /// Longest time between two looks of the safety watch, s.
     pub watch_away_s: f64,
     /// Greatest fill of the ring between sound card and acquisition, 0 to 1.
     pub ring_fill: f64,
-    /// Most audio that waited for the disk, s.
+    /// Maximum amount of audio that waited for the disk, s.
     pub recorder_lag_s: f64,
 }
 
 impl KeptUp {
-    /// Reads the gauges of a bench, up to now.
+    /// Reads the gauges of a bench up to now.
     pub fn read(signals: &Signals, gauges: &Gauges, recorder: &RecorderGauge) -> Self {
         Self {
             watch_away_s: signals.longest_away_ns.load(Ordering::Relaxed) as f64 * 1e-9,
@@ -42,7 +42,7 @@ impl KeptUp {
         }
     }
 
-    /// The line that says so at the end of a session.
+    /// Returns the line for the end of a session.
     pub fn line(&self) -> String {
         format!(
             "at worst          {:.1} ms between looks of the safety watch, audio ring {:.1} % full, disk {:.2} s behind",
@@ -53,7 +53,7 @@ impl KeptUp {
     }
 }
 
-/// The session in a few lines.
+/// Returns the summary of a session in a few lines.
 pub fn summary_lines(summary: &SessionSummary, account: &Account) -> Vec<String> {
     let force = summary
         .mean_normal_n

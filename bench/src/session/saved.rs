@@ -1,4 +1,4 @@
-//! What the recorder says of a recording, for the session's log and its operator.
+//! The recorder's notices about recordings, for the session's log and its operator.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -8,33 +8,33 @@ use recording::recorder::{RecorderGauge, RecorderNotice};
 
 use crate::journal::{Entry, EntrySender, SavedRecording};
 
-/// The recording that was begun last, and what became of it.
+/// The latest recording, and the outcomes of recordings.
 #[derive(Default)]
 pub(super) struct Recordings {
-    /// It, until the recorder has told of its end.
+    /// The latest recording, until the recorder has reported its end.
     open: Option<(TrialKey, PathBuf)>,
-    /// What the protocol's state machine has not observed yet.
+    /// Outcomes that the protocol's state machine has not observed yet.
     outcomes: VecDeque<(TrialKey, RecordingOutcome)>,
-    /// Messages that the recorder's queue had refused.
+    /// Number of messages refused by the recorder's queue so far.
     messages_lost: u64,
     /// The recording that lost them.
     overflowed: Option<PathBuf>,
-    /// The operator knows that the session's log is not whole.
+    /// Whether the operator was told that the session's log is incomplete.
     log_lost_told: bool,
 }
 
 impl Recordings {
-    /// A recording begins.
+    /// Begins a recording.
     pub(super) fn begin(&mut self, key: TrialKey, folder: PathBuf) {
         self.open = Some((key, folder));
     }
 
-    /// Whether the recorder has not told of the end of the latest recording.
+    /// Returns whether the recorder has not yet reported the end of the latest recording.
     pub(super) fn is_open(&self) -> bool {
         self.open.is_some()
     }
 
-    /// Returns what failed, if the queue has refused data of the open recording: the recorder may tell of it much later.
+    /// Returns the failure if the queue has refused data of the open recording; the recorder may report it much later.
     pub(super) fn overflow(&mut self, gauge: &RecorderGauge) -> Option<String> {
         let messages_lost = gauge.messages_lost();
         if std::mem::replace(&mut self.messages_lost, messages_lost) == messages_lost {
@@ -54,14 +54,14 @@ impl Recordings {
         Some(message)
     }
 
-    /// Returns, once, what the session's log has lost.
+    /// Returns, once, the losses of the session's log.
     pub(super) fn log_lost(&mut self, journal: &EntrySender) -> Option<String> {
         let lost = journal.lost().filter(|_| !self.log_lost_told)?;
         self.log_lost_told = true;
         Some(lost.to_string())
     }
 
-    /// Takes the end of a recording. Returns whether it is news: the failure of one that has lost data is none.
+    /// Takes the end of a recording. Returns whether it is news, which the end of a recording with lost data is not.
     pub(super) fn end(&mut self, ended: &Ended) -> bool {
         if let Some((key, _)) = self.open.take_if(|(_, open)| *open == ended.folder) {
             let outcome = match &ended.outcome {
@@ -79,7 +79,7 @@ impl Recordings {
     }
 }
 
-/// Returns why an attempt is interrupted, if that is because its recording is not saved.
+/// Returns why an attempt is interrupted if its recording was not saved.
 pub(super) fn not_saved(record: &TrialRecord) -> Option<String> {
     match &record.outcome {
         TrialOutcome::Interrupted {
@@ -93,11 +93,11 @@ pub(super) fn not_saved(record: &TrialRecord) -> Option<String> {
 pub(super) struct Ended {
     /// Its folder.
     pub(super) folder: PathBuf,
-    /// The log's entry, or what failed.
+    /// The log's entry, or the failure.
     pub(super) outcome: Result<Entry, String>,
 }
 
-/// Returns the end of a recording that the recorder tells of at `t_s`, if it does.
+/// Returns the end of a recording that `notice` reports at `t_s`, if it reports one.
 pub(super) fn ended(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<Ended> {
     match notice {
         RecorderNotice::Began { .. } => None,

@@ -1,11 +1,11 @@
-//! How a stop of the drive is marked in a recording, and how a cue sounds.
+//! Marks of drive stops in a recording, and tones of cues.
 
 use devices::loudspeaker::Tone;
 use protocols::{Cue, Interruption, Safety};
 use recording::manifest::EventKind;
 use safety::{SafetyState, Trip};
 
-/// The event of a stop, by its reason.
+/// Returns the event of a stop, by its reason.
 pub(super) fn stop_kind(safety: &SafetyState) -> EventKind {
     match safety {
         SafetyState::Tripped {
@@ -22,7 +22,7 @@ pub(super) fn stop_kind(safety: &SafetyState) -> EventKind {
     }
 }
 
-/// The watch's state as the protocol's state machine observes it.
+/// Returns the watch's state as the protocol's state machine observes it.
 pub(super) fn observed(safety: &SafetyState) -> Safety {
     match safety {
         SafetyState::Tripped { trip } => Safety::Tripped(trip.to_string()),
@@ -38,7 +38,7 @@ pub(super) fn tone_of(cue: Cue) -> Tone {
     }
 }
 
-/// Returns the event of what interrupts a trial.
+/// Returns the event of an interruption of a trial.
 pub(super) fn interruption_kind(interruption: &Interruption) -> EventKind {
     match interruption {
         Interruption::Paused | Interruption::DisplayLost { .. } => EventKind::Pause,

@@ -37,14 +37,14 @@ use live::carrier_decision::CarrierEffect;
 use live::live_side::FitNews;
 use live::{past_trials, screen_words};
 
-/// The task.
+/// Task that steps the protocol.
 pub struct SessionTask {
     machine: protocols::Session,
     bench: Arc<Effective>,
     admit: Admit,
     begin: BeginRecording,
     wiring: Wiring,
-    /// One operator for the whole session, with nobody to ask.
+    /// Whether the session runs without an operator to ask.
     unattended: bool,
     commands: VecDeque<OperatorCommand>,
     consent: Consent,
@@ -61,21 +61,21 @@ pub struct SessionTask {
     view: Option<ParticipantView>,
     phase: Option<tui::event::PhaseView>,
     safety: SafetyState,
-    /// What the next trial comes after, when it is no other trial.
+    /// The event that the next trial follows, if it does not follow another trial.
     resumed: Option<&'static str>,
     recordings: Recordings,
-    /// Whether a trip that this task asked for is still to come.
+    /// Whether a trip requested by this task is still to come.
     tripping: bool,
     ended: Option<SessionOutcome>,
-    /// Why the session last paused by itself.
+    /// Reason for the last automatic pause.
     paused: Option<String>,
     report: Sender<Report>,
     glance: AtAGlance,
 }
 
 impl SessionTask {
-    /// A session about to take its first step. `consent_by` is the operator who holds the signed consent, if anybody
-    /// does yet.
+    /// Returns a session about to take its first step. `consent_by` is the operator who holds the signed consent, if
+    /// there is one yet.
     #[expect(
         clippy::too_many_arguments,
         reason = "the composition root names each once"
@@ -177,7 +177,7 @@ impl SessionTask {
         }
     }
 
-    /// Stops the drive, because what it is driven for cannot be kept.
+    /// Stops the drive because its data cannot be kept.
     fn fail(&mut self, message: String) {
         self.log(LogLevel::Error, &message);
         self.wiring.drive.trip(Trip::Fault { message });
@@ -215,7 +215,7 @@ impl SessionTask {
         Ok(())
     }
 
-    /// Changes the carrier of the trials to come, if that is decided and nothing is driven or recorded.
+    /// Changes the carrier of later trials once that is decided, while nothing is driven or recorded.
     fn change_carrier(&mut self) -> anyhow::Result<()> {
         let at_rest = !self.collecting && !self.wiring.drive.sounds();
         let effects = self.wiring.carrier.poll(&self.bench, at_rest, self.audio_s);
@@ -253,7 +253,7 @@ impl SessionTask {
         self.commands.extend(answered.command);
     }
 
-    /// Analyses a completed trial as soon as all of its data are here.
+    /// Analyses a completed trial as soon as all of its data have arrived.
     fn analyse(&mut self) {
         let by = (self.machine.protocol(), &*self.bench);
         for crop in self.glance.decided(self.audio_s, &self.record, by) {
@@ -364,11 +364,11 @@ impl SessionTask {
     }
 
     fn send(&self, command: RecordingCommand) {
-        // The acquisition ends before the session only when it failed, and that stops the bench.
+        // The acquisition ends before the session only if it failed, which stops the bench.
         let _ = self.wiring.recording.send(command);
     }
 
-    /// Keeps an event in the open recording, if there is one.
+    /// Adds an event to the open recording, if there is one.
     fn mark(&self, kind: EventKind, text: impl Into<String>) {
         self.send(RecordingCommand::Event(kind, Some(text.into())));
     }
@@ -403,7 +403,7 @@ impl SessionTask {
     }
 
     fn end_trial(&mut self, end: &TrialEnd) {
-        // A completed trial's recording goes on until its last data are in.
+        // The recording of a completed trial continues until its last data are in.
         if let TrialEnd::Interrupted { interruption } = end {
             self.collecting = false;
             self.due = None;
@@ -493,8 +493,8 @@ impl SessionTask {
         }
     }
 
-    /// Tells of a stop that the protocol's state machine does not: one whose reason has become another, as when the plate is
-    /// alive after it, and one after the session's end.
+    /// Reports a stop that the protocol's state machine does not: a stop with a new reason, such as a plate that is alive
+    /// after it, or a stop after the session's end.
     fn alarm(&mut self, before: &SafetyState) {
         let SafetyState::Tripped { trip } = &self.safety else {
             return;
@@ -514,7 +514,7 @@ impl SessionTask {
         self.wiring.front.show(shown);
     }
 
-    /// A session without an operator ends where one would be needed.
+    /// Ends a session without an operator where one would be needed.
     fn nobody_to_ask(&mut self) {
         if !self.unattended || self.ended.is_some() || self.tripping {
             return;
@@ -573,7 +573,7 @@ impl Task for SessionTask {
 
     fn finish(&mut self) -> anyhow::Result<()> {
         self.wiring.drive.stop();
-        // With them comes the count of what was lost last.
+        // The last batches contain the count of the last losses.
         self.take_batches();
         let reason = self.how_ended().reason();
         if self.recordings.is_open() {

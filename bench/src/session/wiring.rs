@@ -1,4 +1,4 @@
-//! What a session is wired to.
+//! Connections of a session.
 
 use std::sync::Arc;
 
@@ -26,50 +26,50 @@ use crate::displays::Displays;
 use crate::journal::EntrySender;
 use live::readiness::Readiness;
 
-/// Makes the manifest and the folder of an attempt's recording on the bench as it is now.
+/// Creates the manifest and the folder of an attempt's recording on the bench in its current state.
 pub type BeginRecording =
     Box<dyn FnMut(&TrialKey, &protocols::Drive, &Effective) -> anyhow::Result<Begin> + Send>;
 
-/// Makes a program of a protocol's drive for the bench as it is now.
+/// Makes a program of a protocol's drive for the bench in its current state.
 pub type Admit = Box<dyn Fn(&protocols::Drive, &Effective) -> anyhow::Result<Program> + Send>;
 
-/// What a session is wired to.
+/// Connections of a session.
 pub struct Wiring {
-    /// From the acquisition.
+    /// Batches from the acquisition.
     pub batches: Receiver<Batch>,
-    /// To the acquisition.
+    /// Commands to the acquisition.
     pub recording: Sender<RecordingCommand>,
-    /// From the recorder.
+    /// Notices from the recorder.
     pub notices: Receiver<RecorderNotice>,
     /// The recorder's gauge.
     pub gauge: RecorderGauge,
-    /// What is left on the study's disk.
+    /// Free space on the study's disk.
     pub room: Room,
     /// Disk space that a session of this protocol may take, bytes.
     pub session_bytes: u64,
     /// The drive.
     pub drive: DriveControl,
-    /// How the participant says "ready".
+    /// Source of the participant's "ready".
     pub readiness: Readiness,
-    /// The operator.
+    /// The operator's front end.
     pub front: Box<dyn Front>,
-    /// Who else sees and hears what the participant does.
+    /// Observers of the participant's view and tones.
     pub watchers: Vec<Watcher>,
-    /// What the participant sees.
+    /// The participant's displays.
     pub displays: Displays,
-    /// What of it is the same through the session.
+    /// The part of the participant's screen that stays the same through the session.
     pub screen: ParticipantScreen,
     /// The participant's loudspeaker.
     pub sound: Option<Loudspeaker>,
     /// The session's log.
     pub journal: EntrySender,
-    /// Live values, and the contact by the fits after each trial.
+    /// Live values, and the contact from the fits after each trial.
     pub live: LiveSide,
     /// The decision on a new carrier.
     pub carrier: CarrierDecision,
     /// The carrier, once it has changed, Hz.
     pub carrier_hz: Arc<Slot<f64>>,
-    /// What the safety watch judges.
+    /// Signals that the safety watch judges.
     pub signals: Arc<Signals>,
     /// Gauges for the screen.
     pub gauges: Arc<Gauges>,
@@ -78,12 +78,12 @@ pub struct Wiring {
 }
 
 impl Wiring {
-    /// Returns how far recorder or log is behind the session, s: whichever is further.
+    /// Returns how far the recorder or the log is behind the session, s, the greater of the two.
     pub(super) fn behind_s(&self) -> f64 {
         self.gauge.behind_s().max(self.journal.behind_s())
     }
 
-    /// Brings the participant's display back, if it is lost and does not come back by itself.
+    /// Reconnects the participant's display if it is lost and does not reconnect automatically.
     pub(super) fn reconnect_displays(&mut self) {
         for text in self.displays.reconnect() {
             let level = LogLevel::Error;
@@ -92,7 +92,7 @@ impl Wiring {
         self.look_at_displays();
     }
 
-    /// Tells the operator what there is to know of the displays.
+    /// Reports notices and losses of the displays to the operator.
     pub(super) fn look_at_displays(&mut self) {
         for (level, text) in self.displays.notices() {
             self.front.show(tui::Event::Log { level, text });

@@ -1,4 +1,4 @@
-//! `analyze` on a session of the simulated bench: what a sound recording gives, and what it says of damaged ones.
+//! `analyze` on a session of the simulated bench: results of an intact recording, and reports on damaged ones.
 
 #![expect(
     clippy::unwrap_used,
@@ -26,7 +26,7 @@ use serde_json::Value;
 
 const BIN: &str = env!("CARGO_BIN_EXE_friction-bench");
 
-/// One trial of one exploration of the simulated bench.
+/// Returns a study with one trial of one exploration of the simulated bench.
 fn study() -> &'static Path {
     static STUDY: OnceLock<(tempfile::TempDir, PathBuf)> = OnceLock::new();
     let (_, study) = STUDY.get_or_init(|| {
@@ -66,7 +66,7 @@ fn study() -> &'static Path {
     study
 }
 
-/// A copy of its recording, to damage.
+/// Returns a copy of its recording, to damage.
 fn copied() -> (tempfile::TempDir, PathBuf) {
     let sound = find::recordings(&[study().to_owned()], false).unwrap();
     let folder = tempfile::tempdir().unwrap();
@@ -92,7 +92,7 @@ fn edit(path: PathBuf, change: impl FnOnce(String) -> String) {
     fs::write(path, changed).unwrap();
 }
 
-/// Changes samples of one channel of `signals.wav`, given time in s and value.
+/// Changes samples of one channel of `signals.wav`; `change` gets the time in s and the value.
 fn edit_samples(recording: &Path, channel: usize, change: impl Fn(f64, f32) -> f32) {
     let path = recording.join("signals.wav");
     let mut reader = hound::WavReader::open(&path).unwrap();
@@ -143,7 +143,7 @@ fn a_study_gives_results_by_the_schema() {
     for method in ["paper", "dynamic"] {
         assert!(recording["z_p_n_s_per_m"][method][0].is_f64());
     }
-    // The simulated plate's further mode turns the pickup by some milliradians.
+    // The simulated plate's second mode shifts the pickup's phase by some milliradians.
     let turned_rad = recording["pickup_undone"]["phase_rad"].as_f64().unwrap();
     assert!(turned_rad.abs() < 0.02, "{turned_rad}");
     assert!(recording["pickup_undone"]["delay_s"].is_f64());
@@ -178,7 +178,7 @@ fn a_study_gives_results_by_the_schema() {
                 2
             );
         }
-        // Nobody is named, so the average is the recording's own.
+        // No participant is stated, so the average is over this recording alone.
         for method in ["paper", "dynamic"] {
             let sigma_t = |instance: &Value| instance[method]["sigma_t_m"].as_f64().unwrap();
             let mean_m = instances.iter().map(sigma_t).sum::<f64>() / instances.len() as f64;
@@ -192,7 +192,7 @@ fn a_study_gives_results_by_the_schema() {
             );
         }
         assert!(instance["paper"].get("tau_s").is_none());
-        // Where Z_t was read: an instance that never goes below 0.2 µm says so.
+        // The reading of Z_t states its amplitudes; an instance that never goes below 0.2 µm is marked.
         let at_rest = &instance["paper"]["at_rest"];
         let up_to_m = at_rest["up_to_amplitude_m"].as_f64().unwrap();
         assert_eq!(at_rest["below_threshold"], up_to_m < 0.2e-6, "{at_rest}");
@@ -446,13 +446,13 @@ fn an_output_xrun_costs_the_instance_that_it_falls_in_and_no_other() {
         (broken.instances.len(), lost(&broken)),
         (sound.instances.len() - 1, 1)
     );
-    // The drive went on all the same.
+    // The drive was not interrupted.
     let harmless = with_event(&format!("sample = {sample}\nframes = 0"));
     assert_eq!(
         (harmless.instances.len(), lost(&harmless)),
         (sound.instances.len(), 0)
     );
-    // As earlier versions wrote it: the gap is somewhere about the report.
+    // In the format of earlier versions, the gap is somewhere near the report.
     let old = with_event(&format!("sample = {sample}"));
     assert!((1..=3).contains(&lost(&old)), "{:?}", old.rejected);
 }
@@ -530,13 +530,13 @@ fn a_carrier_that_is_not_there_is_named() {
                 Channel::Drive => channels.drive.index,
                 Channel::Pickup => channels.pickup.index,
             };
-            // White, of the carrier's strength.
+            // White noise as strong as the carrier.
             let noise =
                 |t: f64| (((t * 192e3).round() * 78.233).sin() * 43758.547).fract() as f32 - 0.5;
             edit_samples(r, usize::from(index), move |t, _| noise(t));
         });
         let mut found = gone.found.unwrap();
-        // The copy that was made of the recording has no protocol beside it.
+        // The copied recording has no copy of the protocol next to it.
         let beside = |flaw: &Flaw| matches!(flaw, Flaw::ProtocolCopy { .. });
         found.flaws.retain(|flaw| !beside(flaw));
         assert!(
@@ -549,7 +549,7 @@ fn a_carrier_that_is_not_there_is_named() {
     }
 }
 
-/// Start of the exploration, s.
+/// Returns the start of the exploration, s.
 fn exploration_s(recording: &Path) -> f64 {
     let (start_s, _) = interval_s(recording, |kind| {
         matches!(kind, RecordedIntervalKind::Exploration(_))
@@ -557,7 +557,7 @@ fn exploration_s(recording: &Path) -> f64 {
     start_s
 }
 
-/// Start and end of the time without finger, s.
+/// Returns the start and the end of the time without finger, s.
 fn unloaded_s(recording: &Path) -> (f64, f64) {
     interval_s(recording, |kind| kind == RecordedIntervalKind::Unloaded)
 }

@@ -1,4 +1,4 @@
-//! The page that `analyze --report` writes.
+//! The page written by `analyze --report`.
 
 use std::fs;
 
@@ -34,7 +34,7 @@ fn the_page_holds_what_the_results_hold_and_needs_nothing_beside_itself() {
         let over = row["trial"]["over"].as_str().unwrap();
         assert!(page.contains(&format!("n = {n} {over}")));
     }
-    // One trial: its own value, of which the prior's part is taken off.
+    // A single trial gives its own value, with the prior's part removed.
     let person = &results["skin"]["participants"][0];
     assert_eq!(person["participant"], recording["participant"]);
     let q0 = person["q0_rad_per_m"]["value"].as_f64().unwrap();
@@ -65,7 +65,7 @@ fn a_page_that_cannot_be_written_is_refused_before_the_analysis() {
         ("--report", folder.path()),
         ("--json", nowhere.as_path()),
     ] {
-        // The recording is not there either, which a command that had begun would say.
+        // The recording does not exist either, which a started analysis would report.
         let output = analyze(
             &[option, path.to_str().unwrap()],
             &[&folder.path().join("absent")],

@@ -1,4 +1,4 @@
-//! What `analyze` says of the fit of all instances together.
+//! Results of `analyze` for the fit of all instances together.
 
 use std::path::{Path, PathBuf};
 
@@ -6,12 +6,12 @@ use serde_json::Value;
 
 use crate::analyze;
 
-/// A recording of which every assumption of the other methods fails (bench/tests/data/reference/README.md).
+/// Returns a recording that violates every assumption of the other methods (bench/tests/data/reference/README.md).
 fn unknown_skin() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference/recording-d")
 }
 
-/// What a recording states of its calibration's errors widens what rests on it, and moves no estimate.
+/// Stated standard errors of the calibration widen the intervals that depend on them, and change no estimate.
 #[test]
 fn stated_errors_of_the_calibration_are_in_the_intervals() {
     let folder = tempfile::tempdir().unwrap();
@@ -44,7 +44,7 @@ fn stated_errors_of_the_calibration_are_in_the_intervals() {
         ]
     };
     let exact = analysed("exact", "");
-    // Of S, σ_t and μ0: which of them an error of each constant widens by more than a tenth.
+    // For S, σ_t and μ0: whether a standard error of each constant widens the interval by more than a tenth.
     for (name, line, wider) in [
         (
             "amplitude",
@@ -77,7 +77,7 @@ fn stated_errors_of_the_calibration_are_in_the_intervals() {
     }
 }
 
-/// A prior that leaves no room holds its parameter, whatever the recording shows.
+/// A narrow prior determines its parameter, regardless of the recording.
 #[test]
 fn a_prior_that_is_assumed_otherwise_holds() {
     let recording = unknown_skin();
@@ -114,7 +114,7 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
     };
     let found = results(&[]);
     assert_eq!(found["settings"]["plate_offset"], true);
-    // Wide enough for what is found, far from where the others assume it.
+    // The prior is wide enough for the estimate, and far from the value assumed by the other methods.
     let prior = &found["settings"]["trial_priors"]["contact_area_m2"];
     assert!(prior["median"].as_f64().unwrap() < 200e-6 && prior["ln_std"].as_f64().unwrap() > 0.4);
     let shared = &found["recordings"][0]["trial"];
@@ -150,13 +150,13 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
         inside(trial, "z_t_re_n_s_per_m", &trial["z_t_n_s_per_m"][0]);
         inside(trial, "z_t_im_n_s_per_m", &trial["z_t_n_s_per_m"][1]);
         for (key, _) in instance["dynamic"].as_object().unwrap() {
-            // What a result owes to constants that are assumed, a fit that assumes none has not.
+            // `trial` has every value that `dynamic` has.
             assert!(trial.get(key).is_some(), "{key}");
         }
         for method in ["dynamic", "trial"] {
             let offset = &instance[method]["plate_offset_n_s_per_m"];
             let shift_hz = instance[method]["resonance_shift_hz"].as_f64().unwrap();
-            // The resonance falls.
+            // The resonance is lower than before.
             assert!(
                 offset[1].as_f64().unwrap() > 0.1 && shift_hz < -1.0,
                 "{instance}"
@@ -167,7 +167,7 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
         assert!(instance["paper"].get("plate_offset_n_s_per_m").is_none());
     }
 
-    // Made elsewhere, of nobody who is named.
+    // The recording was made elsewhere and states no participant.
     let skin = &found["skin"];
     assert_eq!(skin["participants"], serde_json::json!([]));
     assert_eq!(skin["left_out"][0]["because"], "no participant is stated");
@@ -189,7 +189,7 @@ fn the_trials_fit_stands_in_the_results_by_the_schema_and_in_the_summary() {
         "{skin}"
     );
     let printed = String::from_utf8_lossy(&printed.stdout);
-    // Of 240 mm² that are true.
+    // The true area is 240 mm².
     let (_, area) = printed.split_once("trial: S ").expect("the trial's skin");
     let (from, rest) = area.split_once(" to ").expect("an interval");
     let (to, _) = rest.split_once(" mm²").expect("its unit");

@@ -1,4 +1,4 @@
-//! The curves that the operator is shown after a trial, beside what was measured in it.
+//! The curves shown to the operator after a trial, compared with the measurements.
 
 use analysis::Settings;
 use analysis::amplitude_profile::AmplitudeProfile;
@@ -26,13 +26,13 @@ fn the_curves_of_a_fit_go_through_what_was_measured() {
                 .total_cmp(&(b.0 - amplitude_m).abs())
         });
         let (_, estimated) = nearest.unwrap();
-        // The measured one is behind the quasi-static curve by the levitation lag.
+        // The measured curve lags behind the quasi-static one because of the levitation lag.
         assert!(
             (measured - estimated).abs() < 0.1,
             "{amplitude_m}: {measured} {estimated}"
         );
     }
-    // A finger adds both dissipation and inertia, less of either as it is levitated.
+    // A finger adds dissipation and inertia, less of each as it is levitated.
     let distance = |of: &ComplexImpedance| {
         let z_p = &curves.z_p_n_s_per_m;
         (of.re_n_s_per_m - z_p.re_n_s_per_m).hypot(of.im_n_s_per_m - z_p.im_n_s_per_m)

@@ -1,5 +1,5 @@
-//! Recordings as other laboratories would make them: other rates, another generator's clock, delayed channels, more noise,
-//! fewer bits. The simulated plant makes them in the time domain; what was put in must come out.
+//! Recordings as other laboratories would make them: other rates, another generator's clock, delayed channels, more
+//! noise, fewer bits. The simulated plant makes them in the time domain; the analysis must recover its parameters.
 
 #![expect(
     clippy::unwrap_used,
@@ -33,7 +33,7 @@ use protocols::Validity;
 
 const SIGMA_T_M: f64 = 1.7e-6;
 const Z_T: Complex64 = Complex64::new(0.47, 3.16);
-/// Of the gap; the film besides answers to the mean square of the motion, which two averages of 0.1 ms delay.
+/// Lag of the gap, s; the film also responds to the mean square of the motion, which two averages of 0.1 ms delay.
 const TAU_S: f64 = 1e-3;
 
 const UNLOADED_S: (f64, f64) = (0.2, 1.0);
@@ -48,20 +48,20 @@ enum Samples {
     Integer(u16),
 }
 
-/// How a laboratory records. What it does not know of itself is apart from what it states.
+/// Settings of a laboratory's recording, some of them stated wrongly or not at all.
 #[derive(Debug, Clone, Copy)]
 struct Laboratory {
     sample_rate_hz: u32,
-    /// The generator's frequency by the converter's clock.
+    /// The generator's frequency on the converter's clock.
     drive_hz: f64,
     stated_carrier_hz: f64,
     plate_hz: f64,
     stated_plate_hz: f64,
-    /// The pickup's disc delays by this phase at the plate's resonance; stated.
+    /// Phase delay of the pickup's disc at the plate's resonance; stated.
     pickup_phase_rad: f64,
-    /// The pickup's channel is read this many samples late; stated as a phase.
+    /// Delay of the pickup's channel in samples; stated as a phase.
     pickup_late_samples: f64,
-    /// Root mean square of drive and pickup, without finger, over that of the noise of either.
+    /// Root mean square of drive and pickup, without finger, relative to the noise of each.
     snr_db: f64,
     samples: Samples,
     modulation_index: f64,
@@ -71,7 +71,7 @@ struct Laboratory {
     end_drop: f64,
 }
 
-/// The published one's rates, with a good converter.
+/// The rates of the published study, with a good converter.
 const PUBLISHED: Laboratory = Laboratory {
     sample_rate_hz: 100_000,
     drive_hz: 35e3,
@@ -90,12 +90,12 @@ const PUBLISHED: Laboratory = Laboratory {
 
 const METRES_PER_UNIT: f64 = 5e-6;
 const VOLTS_PER_UNIT: f64 = 60.0;
-/// Mean of the generator's amplitude, of full scale: 2 µm on the free plate.
+/// Mean of the generator's amplitude relative to full scale: 2 µm on the free plate.
 const DRIVE_MEAN: f64 = 0.4;
 const BLOCK_FRAMES: usize = 100;
 
 impl Laboratory {
-    /// A plate without further modes, a skin that does not change.
+    /// Returns a plate without further modes, and a skin that does not change.
     fn scenario(&self) -> Scenario {
         let mut s = Scenario::default();
         s.plate.resonance_hz = self.plate_hz;
@@ -216,7 +216,7 @@ end_s = {:?}
     }
 }
 
-/// On the plate from [`TOUCH_S`] on; slides at 50 mm/s during the exploration.
+/// Returns a finger that is on the plate from [`TOUCH_S`] on and slides at 50 mm/s during the exploration.
 fn finger(time_s: f64) -> FingerState {
     let (start_s, end_s) = EXPLORATION_S;
     let touching = time_s > TOUCH_S;
@@ -246,7 +246,7 @@ struct Errors {
     z_t: (f64, f64),
     /// |τ − true|, s
     tau_s: (f64, f64),
-    /// RMS of estimated less measured friction.
+    /// Root mean square of estimated minus measured friction.
     mu: (f64, f64),
     /// Greatest 90th percentile of |self-sensed − measured|/measured normal force over the amplitude bands.
     force: f64,
@@ -283,13 +283,13 @@ fn errors(folder: &Path) -> Errors {
     }
 }
 
-/// Every estimate within the limits that hold for the reference recordings, and nothing to complain of.
+/// Requires every estimate to be within the limits for the reference recordings, without warnings.
 fn assert_found(name: &str, laboratory: &Laboratory) {
     let warnings = assert_estimated(name, laboratory);
     assert!(warnings.is_empty(), "{name}: {warnings:?}");
 }
 
-/// Every estimate within the limits that hold for the reference recordings; returns the warnings.
+/// Requires every estimate to be within the limits for the reference recordings; returns the warnings.
 fn assert_estimated(name: &str, laboratory: &Laboratory) -> Vec<Flaw> {
     assert_within(name, analysed(laboratory))
 }
@@ -538,6 +538,6 @@ fn at_an_envelope_null_no_impedance_explodes() {
     .flatten()
     .map(|z| z.norm())
     .fold(0.0, f64::max);
-    // The plate's 7, a finger's 6, the transient of the plain ratio, noise of a tenth.
+    // The plate adds 7, a finger 6; the rest is the transient of the plain ratio and noise of a tenth.
     assert!(greatest < 30.0, "{greatest}");
 }

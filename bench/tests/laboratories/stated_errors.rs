@@ -1,4 +1,4 @@
-//! What a calibration leaves open is in the errors of what is shown while a session runs.
+//! The standard errors of a calibration are included in the errors of the live values of a session.
 
 use std::f64::consts::TAU;
 use std::fs;
@@ -11,7 +11,7 @@ use contact::live_estimator::{LiveEstimate, LiveEstimator, LiveFrame};
 use super::PUBLISHED;
 use super::uneven_plate::trial_fit;
 
-/// The estimate of a frame of the finger that was fitted.
+/// Returns the estimate for a frame of the fitted finger.
 fn estimate(fit: &TrialFit) -> LiveEstimate {
     let finger = &fit.finger;
     let mut live = LiveEstimator::new(*finger, fit.interval_s).unwrap();
@@ -48,7 +48,7 @@ fn stated_errors_of_the_calibration_are_in_the_live_ones() {
         ("lateral_force_relative = 0.03", false, true),
     ] {
         let open = fitted(stated);
-        // It may make another instance the typical one.
+        // A stated error may change which instance is the typical one.
         let moved = (open.sigma_t_m.value / exact.sigma_t_m.value).ln();
         assert!(moved.abs() < 0.01, "{stated}: {moved}");
         let now = estimate(&open);

@@ -1,4 +1,4 @@
-//! A plate that moves less at its ends, with and without its profile.
+//! A plate with a smaller amplitude at its ends, with and without its profile.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use serde_json::Value;
 
 use super::{EXPLORATION_S, Laboratory, PUBLISHED, Z_T, findings};
 
-/// States the amplitude along the plate, as `calibrate plate --along 5` would find it.
+/// States the amplitude along the plate, as `calibrate plate --along 5` would measure it.
 fn state_profile(folder: &Path, ratio: impl Fn(f64) -> f64) {
     let places_m = [0.005, 0.02875, 0.0525, 0.07625, 0.1];
     let (path, ratios) = (folder.join("recording.toml"), places_m.map(ratio));
@@ -30,7 +30,7 @@ fn state_profile(folder: &Path, ratio: impl Fn(f64) -> f64) {
     fs::write(path, with).unwrap();
 }
 
-/// What a method estimates, every digit of it.
+/// Returns all digits of a method's estimates.
 fn estimates(found: &RecordingFindings, method: Method) -> String {
     let of = found.instances.iter().map(|i| {
         let e = i.estimated(method).unwrap();
@@ -43,7 +43,7 @@ fn estimates(found: &RecordingFindings, method: Method) -> String {
     of.collect()
 }
 
-/// 15.3 % less at the plate's ends is 5 % less at those of the 60 mm that are kept.
+/// An amplitude that is 15.3 % less at the plate's ends is 5 % less at the ends of the 60 mm that are kept.
 #[test]
 fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
     let uneven = Laboratory {
@@ -57,7 +57,7 @@ fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
     let unknown = findings(folder.path());
     state_profile(folder.path(), |x| uneven.scenario().plate.shape(x));
     let known = findings(folder.path());
-    // Against the same finger on an even plate, by which the error is known that `dynamic` has anyway.
+    // Compared with the same finger on an even plate, which has the other errors of `dynamic` too.
     let greatest = |found: &RecordingFindings| {
         let pairs = found.instances.iter().zip(&even.instances);
         let each = pairs.map(|(found, even)| {
@@ -77,7 +77,7 @@ fn a_plate_that_moves_less_at_its_ends_serves_once_its_profile_is_known() {
     assert_eq!(by_paper[0], by_paper[1]);
 }
 
-/// A recording's exploration, to be fitted as a session fits it after a trial.
+/// Returns the request to fit a recording's exploration, as a session makes it after a trial.
 pub(super) fn fit_request(folder: &Path) -> FitRequest {
     let reading = demodulated::read(folder, PickupOffset::default()).unwrap();
     let settings = Settings::default();

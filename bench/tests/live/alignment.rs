@@ -1,5 +1,5 @@
-//! Forces stand where they acted on the audio clock, whatever the sensor's own clock, its bursts, and a computer that is late
-//! (FAULTS.md, row 24).
+//! Forces are placed on the audio clock at the time they acted, despite the sensor's own clock, its bursts, and a late
+//! computer (FAULTS.md, row 24).
 
 use mock_world::scenario::Scenario;
 use rand::{RngExt, SeedableRng};
@@ -11,13 +11,13 @@ use safety::SafetyState;
 use crate::campaign;
 use crate::rig::{Rig, config};
 
-/// The slowest rate that carries 35 kHz, Hz: half the work of the usual one.
+/// The lowest rate that carries 35 kHz, Hz: half the work of the usual rate.
 const RATE_HZ: u32 = 96_000;
 
-/// Length of the longest case, s. `FRICTION_BENCH_FORCES_S` asks for more.
+/// Length of the longest case, s. `FRICTION_BENCH_FORCES_S` sets a longer one.
 const FORCES_S: usize = 200;
 
-/// Clocks, ppm fast, and samples of the force sensor a second, in bursts of 16 ms.
+/// Clock errors, ppm fast, and the force sensor's sampling rate; samples come in bursts of 16 ms.
 struct Case {
     converter_ppm: f64,
     force_ppm: f64,
@@ -28,20 +28,20 @@ struct Case {
 /// Greatest errors of the times of force samples, s.
 #[derive(Debug, Default)]
 struct Worst {
-    /// From the first second on to 6 s.
+    /// From the first second to 6 s.
     first_s: f64,
     /// From 6 s, when the map of the clocks is trusted, to half a minute.
     early_s: f64,
-    /// From then on.
+    /// After half a minute.
     later_s: f64,
-    /// In `force.csv` of the last seconds.
+    /// In `force.csv`, over the last seconds.
     recorded_s: f64,
     /// Drift and residual of the sensor's clock, as the recording states them.
     recorded: (f64, f64),
 }
 
 impl Case {
-    /// When a sample of the sensor was taken, on the audio clock, s.
+    /// Returns the time at which the sensor took a sample, on the audio clock, s.
     fn truth_s(&self, sample: usize) -> f64 {
         let true_s = sample as f64 / self.force_hz / (1.0 + 1e-6 * self.force_ppm);
         true_s * (1.0 + 1e-6 * self.converter_ppm)
@@ -59,7 +59,7 @@ impl Case {
         let mut rng = ChaCha8Rng::seed_from_u64(24);
         let (mut taken, mut worst, mut recording) = (0, Worst::default(), None);
         while rig.apparatus.now_ns() < (self.lasts_s * 1e9) as u64 {
-            // Mostly a third of a millisecond late or less, now and then 8 ms.
+            // Mostly up to a third of a millisecond late, occasionally 8 ms.
             let most = if rng.random_bool(0.1) { 24 } else { 1 };
             for _ in 0..rng.random_range(0..=most) {
                 rig.apparatus.step().unwrap();

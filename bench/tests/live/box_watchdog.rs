@@ -1,6 +1,6 @@
-//! A process that holds the enable through a field box is killed and frozen, or its cable comes out: the box, on another
-//! process's clock, takes the enable off. The box here is the firmware's own guard behind the firmware's own codec. Each test
-//! runs itself once more as the bench.
+//! A process that keeps the enable on through a field box is killed or frozen, or its cable is unplugged: the box, on
+//! another process's clock, takes the enable off. The box here is the firmware's own guard behind the firmware's own
+//! codec. Each test runs itself once more as the bench.
 
 use std::io::{Read, Write};
 use std::path::Path;
@@ -44,12 +44,12 @@ fn what_is_no_box_is_refused_as_it_is_opened_with_the_line_to_change() {
     assert!(absent.contains("field_box.port in bench.toml"), "{absent}");
 }
 
-/// What the row allows, µs.
+/// Limit of the FAULTS.md row, µs.
 const ALLOWED_US: u64 = 100_000;
-/// A look that comes this late is this computer's fault, and the box has none such.
+/// A look of the box that is later than this is due to this computer; a real box has no such delays.
 const STARVED_US: u64 = 10_000;
 
-/// Holds the enable for as long as it lives, and arms again after each stop, as an operator would.
+/// Keeps the enable on until killed, and re-arms after each stop, as an operator would.
 fn hold_the_enable(port: &str) -> ! {
     let config = bench_with("0.05", "");
     let clock = Arc::new(SystemClock::start());
@@ -73,7 +73,7 @@ fn hold_the_enable(port: &str) -> ! {
     }
 }
 
-/// A box at work in this process.
+/// A box that runs in this process.
 struct OnBench {
     line: TTYPort,
     port: String,
@@ -81,7 +81,7 @@ struct OnBench {
     listener: Listener<ToBox>,
     began: Instant,
     looked_us: u64,
-    /// Longest time between two looks since the last word, µs.
+    /// Longest time between two looks since the last message, µs.
     longest_us: u64,
     heard_us: u64,
     heard: u16,
@@ -114,14 +114,14 @@ impl OnBench {
         self.began.elapsed().as_micros() as u64
     }
 
-    /// One turn of the firmware's loop.
+    /// Runs one turn of the firmware's loop.
     fn turn(&mut self) {
         std::thread::sleep(Duration::from_micros(500));
         let mut bytes = [0; 4096];
         let read = match self.line.read(&mut bytes) {
             Ok(read) if !self.cable_out => read,
             Ok(_) => 0,
-            // Nothing has come, or nobody has the port open.
+            // No data have come, or the port is not open at the other end.
             Err(_) => 0,
         };
         let now_us = self.now_us();
@@ -168,7 +168,7 @@ impl OnBench {
             }),
             heard: self.heard,
         });
-        // A line that nobody reads is full.
+        // An unread line may be full.
         let _ = self.line.write(&report.encode());
     }
 
@@ -220,10 +220,10 @@ fn a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_ena
         at_work.until(true, "not enabled");
         at_work.run_for(Duration::from_micros(rng.random_range(0..40_000)));
         if !at_work.guard.outputs().enable {
-            // The child was starved by this computer.
+            // The child got no processor time.
             continue;
         }
-        // Of ten one is killed, for that takes the longest.
+        // One in ten is killed, because that takes the longest.
         let kind = fell_s.len() % 10;
         match kind {
             0 => child.kill().unwrap(),
@@ -248,7 +248,7 @@ fn a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_ena
                 child = bench(&at_work.port);
             }
             1..=6 => {
-                // What it says when it goes on does not bring the enable back before it has let go.
+                // Its messages after it continues do not restore the enable before it has released it.
                 signal(&child, Signal::CONT);
             }
             _ => at_work.cable_out = false,

@@ -1,4 +1,4 @@
-//! What a calibration tells its operator of the bench, and what is left of one that nobody attends.
+//! System health shown during a calibration, and the results of an unattended one that is stopped.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -20,7 +20,7 @@ use tui::event::SystemHealth;
 
 use crate::rig::{Level, apparatus, config, hardware};
 
-/// Plays one tone after the other, a point each.
+/// Plays one tone after the other, each giving one point.
 #[derive(Default)]
 struct Tones {
     points: Vec<PointRead>,
@@ -53,7 +53,7 @@ impl Procedure for Tones {
     }
 }
 
-/// Keeps what is shown of the machinery, and opens the e-stop's loop after the first point where it is told to.
+/// Stores the system health shown, and presses the e-stop after the first point if `presses` is set.
 #[derive(Clone, Default)]
 struct Nobody {
     shown: Arc<Mutex<Vec<SystemHealth>>>,

@@ -1,4 +1,4 @@
-//! Sensors whose clock is not what it was taken for: those that restart, and those beyond what is followed.
+//! Sensors with unexpected clocks: clocks that restart, and clocks too far off to be followed.
 
 use mock_hw::serial::ForceFault;
 use mock_world::scenario::{Scenario, built_in};
@@ -15,7 +15,7 @@ fn rearm(rig: &mut Rig) {
     }
 }
 
-/// A driven plate, with `changes` to its description.
+/// Returns a driven plate, with `changes` to its description.
 fn driven(scenario: Scenario, changes: &[(&str, &str)]) -> Rig {
     let mut rig = Rig::new(scenario, config(changes), None);
     rig.drive();
@@ -64,7 +64,7 @@ fn a_sensor_that_restarts_stops_the_drive_by_name_and_is_read_on_after_it() {
 /// Fault 24.
 #[test]
 fn a_sensor_whose_rate_is_not_the_stated_one_stops_the_drive_with_what_to_do() {
-    // 7000 samples a second, taken for 7200.
+    // 7000 samples a second, assumed to be 7200.
     let netft = "source = \"netft\"\nnetft = { counts_per_n = 1e6, sample_hz = 7200.0 }";
     let changes = [("port = \"/dev/ttyUSB0\"", netft)];
     let mut rig = driven(built_in("net-ft").unwrap(), &changes);

@@ -5,7 +5,7 @@ use safety::{SafetyState, Trip};
 
 use crate::rig::{DELAY_S, Rig, config};
 
-/// The bench on a card whose drive waits for `delay_s` more, where the nominal delay was measured.
+/// Returns a bench with `delay_s` of additional drive delay on its card, for which the nominal delay was measured.
 fn waiting(delay_s: f64) -> Rig {
     let mut scenario = Scenario::default();
     scenario.sound_layer.delay_s = delay_s;

@@ -1,4 +1,4 @@
-//! A sound card or a serial port that is open is nobody else's (FAULTS.md, rows 5 and 34).
+//! An open sound card or serial port cannot be opened by another program (FAULTS.md, rows 5 and 34).
 
 use config::Effective;
 use devices::Bench;

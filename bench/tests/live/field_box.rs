@@ -1,5 +1,5 @@
-//! A bench whose forces, position and stops are behind a field box: every report is accounted for, and whatever box, line
-//! or bench do, the drive is silent in time and what was recorded reads (FAULTS.md, row 41).
+//! A bench with forces, position and stops behind a field box: every report is accounted for, and under any fault of box,
+//! line or bench, the drive is silent in time and the recording remains readable (FAULTS.md, row 41).
 
 use std::path::Path;
 
@@ -24,7 +24,7 @@ fn scenario() -> Scenario {
     built_in("field-box").unwrap()
 }
 
-/// A bench behind a box that may be silent for so long, and of which `more` is said.
+/// Returns a bench behind a box that may be silent for this long, with `more` in its description.
 pub fn bench_with(silence_s: &str, more: &str) -> Config {
     config(&[
         ("silence_s = 0.25", &format!("silence_s = {silence_s}")),
@@ -59,7 +59,7 @@ fn lost_repeated_and_torn_reports_are_counted_exactly_and_each_other_one_is_ther
     let rows_before = rig.record.force.len();
     let began_ns = rig.apparatus.now_ns();
     while rig.apparatus.now_ns() < began_ns + 10_000_000_000 {
-        // What is laid acts on the next report; a tick is more than one.
+        // An injected fault acts on the next report; a tick has more than one report.
         match rng.random_range(0..60) {
             0 => {
                 force(&rig, ForceFault::Drop(1));
@@ -110,7 +110,7 @@ fn forces_of_a_box_are_placed_to_a_tenth_of_a_millisecond() {
     assert!(worst_s < 1e-4, "{worst_s} s");
 }
 
-/// What is laid, and whether the bench says the right thing of it.
+/// A fault, and a check of the bench's report on it.
 type Case = (&'static str, fn(&Rig), fn(&Trip) -> bool);
 
 fn names_the_port(trip: &Trip) -> bool {
@@ -278,13 +278,13 @@ fn a_box_that_answers_late_is_waited_for() {
     assert!(said.contains("513D0073696D756C"), "{said}");
 }
 
-/// When the program was frozen, true time in s.
+/// A freeze of the program, in true time, s.
 struct Freeze {
     at_s: f64,
     for_s: f64,
 }
 
-/// True times and amplitudes.
+/// Returns true times and amplitudes.
 fn amplitudes(folder: &Path) -> Vec<(f64, f64)> {
     let series = std::fs::read_to_string(folder.join("truth.csv")).unwrap();
     let rows = series.lines().skip(1).map(|line| {
@@ -294,8 +294,7 @@ fn amplitudes(folder: &Path) -> Vec<(f64, f64)> {
     rows.collect()
 }
 
-/// The amplifier here has a one-shot that waits for ten seconds, and the card repeats what it was given: nothing but the
-/// box stops the plate.
+/// The amplifier's one-shot waits for ten seconds and the card repeats its buffer: only the box stops the plate.
 ///
 /// Faults 7, 41.
 /// Hazard 15.
@@ -354,7 +353,8 @@ fn a_bench_frozen_at_random_moments_is_stopped_by_the_box_alone_within_a_tenth_o
     campaign::found("stop: field box, program frozen", count, &text);
 }
 
-/// The amplifier's one-shot waits for ten seconds. The watch that should stop the drive hangs as the cable comes out.
+/// The amplifier's one-shot waits for ten seconds. The watch that should stop the drive hangs when the cable is
+/// unplugged.
 ///
 /// Fault 41.
 /// Hazard 15.

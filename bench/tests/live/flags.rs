@@ -1,5 +1,5 @@
-//! Faults of the inputs are flags in the recording and lines for the operator, one for each swarm (FAULTS.md, rows 9, 10, 20, 22
-//! and 23).
+//! Faults of the inputs are flagged in the recording and reported to the operator, one line for each cluster (FAULTS.md,
+//! rows 9, 10, 20, 22 and 23).
 
 use std::path::Path;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use safety::InputLine;
 
 use crate::rig::{CHANNELS, Level, RATE_HZ, Rig, config, events, samples};
 
-/// First and last frame of `channel` whose samples are `flawed`, and how many they are.
+/// Returns the first and the last frame of `channel` with `flawed` samples, and their number.
 fn flawed(samples: &[f32], channel: usize, flawed: impl Fn(f32) -> bool) -> (u64, u64, u64) {
     let channel = samples.iter().skip(channel).step_by(usize::from(CHANNELS));
     let found = (0..).zip(channel).filter(|(_, sample)| flawed(**sample));
@@ -27,7 +27,7 @@ fn flawed(samples: &[f32], channel: usize, flawed: impl Fn(f32) -> bool) -> (u64
     (first, last, count)
 }
 
-/// Frames of the host's time within a recording that began at `begin_ns`.
+/// Returns whether `sample` of a recording that began at `begin_ns` is within `within_s` of the host's time `at_ns`.
 fn near(sample: u64, begin_ns: u64, at_ns: u64, within_s: f64) -> bool {
     let at_s = (at_ns - begin_ns) as f64 * 1e-9;
     (sample as f64 / f64::from(RATE_HZ) - at_s).abs() < within_s
@@ -117,7 +117,7 @@ fn clipping_is_one_flag_with_every_sample_counted() {
     let expected = (EventKind::Clipping, first, Some(length), text);
     assert_eq!(events(&folder), [expected]);
 
-    // What goes on belongs to the next recording too.
+    // Clipping that continues is flagged in the next recording too.
     let [drive, pickup] = clipped(&other);
     let [(kind, first, _, text)] = &events(&other)[..] else {
         panic!("{:?}", events(&other));
@@ -130,7 +130,7 @@ fn clipping_is_one_flag_with_every_sample_counted() {
         text.starts_with(&format!("drive samples clipped: {}", drive.2)),
         "{text}"
     );
-    // One more for the 10 ms between them.
+    // One more for the 10 ms between the recordings.
     assert_eq!(rig.warnings.len(), 3, "{:?}", rig.warnings);
 }
 
@@ -173,7 +173,7 @@ fn force_frames_that_fail_are_counted_exactly() {
             (EventKind::ForceLost, "force frames lost: 1")
         ]
     );
-    // To a burst of 16 ms.
+    // Accurate to a burst of 16 ms.
     assert!(near(events[0].1, begin_ns, first_ns, 0.02), "{events:?}");
     assert!(near(events[1].1, begin_ns, second_ns, 0.02), "{events:?}");
     assert_eq!(rig.warnings.len(), 2, "{:?}", rig.warnings);
@@ -198,7 +198,7 @@ fn a_gap_of_the_force_is_flagged_for_as_long_as_it_lasts() {
     };
     assert_eq!(*kind, EventKind::ForceLost);
     assert!(near(*from, begin_ns, at_ns, 0.02), "{events:?}");
-    // 300 samples at 10 kHz, and a burst of 16 ms before and after them at most.
+    // 300 samples at 10 kHz, and up to a burst of 16 ms before and after them.
     let lasts_s = frames.unwrap() as f64 / f64::from(RATE_HZ);
     assert!((0.03..0.065).contains(&lasts_s), "{lasts_s}");
 }
@@ -237,7 +237,7 @@ fn a_saturated_axis_is_one_flag_for_as_long_as_it_lasts() {
     assert!(count > 1000);
     assert_eq!(*text, format!("lateral forces saturated: {count}"));
 
-    // The trial's own analysis and that of its file leave out the same stretch, and no other.
+    // The analyses of the trial and of its file exclude the same stretch only.
     let [(from_s, to_s)] = rig.record.saturated[..] else {
         panic!("{:?}", rig.record.saturated);
     };
@@ -256,7 +256,7 @@ fn a_saturated_axis_is_one_flag_for_as_long_as_it_lasts() {
     assert_eq!(rig.warnings.len(), 1, "{:?}", rig.warnings);
 }
 
-/// Positions of a recording.
+/// Returns the positions of a recording.
 fn positions_m(folder: &Path) -> Vec<f64> {
     let rows = std::fs::read_to_string(folder.join("position.csv")).unwrap();
     let fields = rows.lines().skip(1).map(|row| row.split_once(',').unwrap());
@@ -309,7 +309,7 @@ fn an_encoder_that_jumps_is_a_flag_and_the_jump_is_taken_out() {
     assert!(positions.len() > 900, "{}", positions.len());
     assert!(positions.iter().all(|&m| m == 0.0), "{positions:?}");
 
-    // With twice as much taken out nobody knows where the finger is, whatever moves it.
+    // With twice as much taken out, the position is unknown, regardless of further movement.
     let folder = rig.begin("s");
     jump(&mut rig);
     for _ in 0..3 {

@@ -1,5 +1,5 @@
-//! A program that is frozen while the plate is driven: the one-shot at the amplifier takes the enable off, whatever the sound card
-//! does with what it was given last (FAULTS.md, row 7).
+//! The program is frozen while the plate is driven: the one-shot at the amplifier takes the enable off, regardless of how
+//! the sound card treats its last buffer (FAULTS.md, row 7).
 
 use std::path::Path;
 
@@ -16,19 +16,19 @@ use crate::rig::{Rig, config};
 use crate::safe::quantiles_ms;
 
 const FROZEN_S: f64 = 0.5;
-/// The one-shot may take as long as the row says.
+/// Time limit for the one-shot, from the FAULTS.md row.
 const ENABLE_S: f64 = 0.1;
-/// The simulated plate rings down to a hundredth in 4.6 time constants of 2 m/b, 8 g and 7.01 N·s/m; the truth has a sample a
-/// millisecond.
+/// The simulated plate rings down to a hundredth in 4.6 time constants of 2 m/b, with 8 g and 7.01 N·s/m; the truth has
+/// one sample per millisecond.
 const RING_DOWN_S: f64 = 0.012;
 
-/// When the program was frozen, true time in s.
+/// A freeze of the program, in true time, s.
 struct Freeze {
     at_s: f64,
     card_plays_on: bool,
 }
 
-/// True times and amplitudes.
+/// Returns true times and amplitudes.
 fn amplitudes(folder: &Path) -> Vec<(f64, f64)> {
     let series = std::fs::read_to_string(folder.join("truth.csv")).unwrap();
     let rows = series.lines().skip(1).map(|line| {
@@ -61,7 +61,7 @@ fn a_program_frozen_at_random_moments_leaves_the_plate_at_rest_within_a_tenth_of
         rig.drive();
         rig.pass(rng.random_range(0.25..0.5));
         assert!(rig.bench.drive.sounds());
-        // As a card that repeats its buffer, and as one that stops with the program.
+        // Alternates between a card that repeats its buffer and one that stops with the program.
         let card_plays_on = number % 2 == 0;
         freezes.push(Freeze {
             at_s: rig.apparatus.now_ns() as f64 * 1e-9,

@@ -1,5 +1,5 @@
-//! Forces from inputs of the card: on its clock to the sample, whatever is lost; known within their intervals; and
-//! whatever their inputs do, the drive is silent in time and what was recorded reads (FAULTS.md, row 46).
+//! Forces from inputs of the card: on its clock to the sample, despite losses; known within their intervals; and under
+//! any fault of the inputs, the drive is silent in time and the recording remains readable (FAULTS.md, row 46).
 
 use calibration::capture::Capture;
 use calibration::judged::{Calibrates, Part};
@@ -26,7 +26,7 @@ fn scenario() -> Scenario {
     built_in("gauges").unwrap()
 }
 
-/// A bench with gauges on its inputs that may be silent for so long; its samples can be no numbers.
+/// Returns a bench with gauges on its inputs that may be silent for this long; its samples are floats and can be NaN.
 fn bench(silence_s: &str) -> Config {
     let channels = format!(
         "source = \"channels\"\nchannels = {{ inputs = [3, 4, 5, 6, 7, 8], volts_per_unit = [10.0], newtons_per_v = \
@@ -37,12 +37,12 @@ fn bench(silence_s: &str) -> Config {
         ("input_channels = 4", "input_channels = 9"),
         ("silence_s = 0.25", &format!("silence_s = {silence_s}")),
         ("port = \"/dev/ttyUSB0\"", &channels),
-        // Of the gauges' amplifier.
+        // The latency of the gauges' amplifier.
         ("latency_s = 0.0", "latency_s = 2.0e-4"),
     ])
 }
 
-/// A sensor without noise, of either interface.
+/// Makes both kinds of force sensor free of noise.
 fn quiet(mut scenario: Scenario) -> Scenario {
     scenario.force_sensor.noise_n = 0.0;
     scenario.force_sensor.clock_ppm = 0.0;
@@ -51,7 +51,7 @@ fn quiet(mut scenario: Scenario) -> Scenario {
     scenario
 }
 
-/// What a sensor reads of a mass that is placed after 2.2 s, behind an xrun of the input that swallows frames.
+/// Returns the readings for a mass that is placed after 2.2 s, following an input xrun that swallows frames.
 fn of_a_placed_mass(scenario: Scenario, config: Config) -> Rig {
     let mut rig = Rig::new(quiet(scenario), config, None);
     rig.drive();
@@ -63,7 +63,7 @@ fn of_a_placed_mass(scenario: Scenario, config: Config) -> Rig {
     rig
 }
 
-/// Value of `rows` at a time, which lies among theirs.
+/// Returns the value and the slope of `rows` at a time within them.
 fn at(rows: &[ForceRow], time_s: f64) -> [f64; 2] {
     let next = rows.partition_point(|row| row.time_s < time_s);
     let [a, b] = [&rows[next - 1], &rows[next]];
@@ -79,7 +79,7 @@ fn forces_stand_at_the_sample_at_which_they_acted_whatever_was_swallowed() {
     let rig = of_a_placed_mass(scenario(), bench("0.25"));
     assert_eq!(rig.account.lost_frames, 1_037, "{:?}", rig.warnings);
     let gauges = &rig.record.force;
-    // The same bench with a sensor that counts true time, of which none is lost.
+    // The same bench with a sensor that counts true time and loses no sample.
     let reference = of_a_placed_mass(Scenario::default(), config(&[]));
     let rows = reference.record.force.iter().enumerate();
     let truth: Vec<ForceRow> = rows
@@ -112,7 +112,7 @@ fn forces_stand_at_the_sample_at_which_they_acted_whatever_was_swallowed() {
     );
 }
 
-/// What is laid, whether the bench says the right thing of it, and how long it may take, s.
+/// A fault, a check of the bench's report on it, and the time limit, s.
 type Case = (&'static str, fn(&Rig), fn(&Trip) -> bool, f64);
 
 fn force(rig: &Rig, fault: ForceFault) {
@@ -254,10 +254,10 @@ fn muted_inputs_arm_nothing_for_longer_than_a_second() {
     assert!(matches!(trip, Trip::ForceNonsense { .. }), "{trip}");
 }
 
-/// Rate of the card in the calibrations, Hz: a slow one, for the least work.
+/// Rate of the card in the calibrations, Hz: a low one, to save work.
 const CARD_HZ: f64 = 24_000.0;
 
-/// An unknown sensor with six gauges, as its maker and its mount have left it.
+/// An unknown sensor with six gauges, as manufactured and mounted.
 struct Unknown {
     /// Readings, normal and lateral, per newton of normal and of lateral force.
     response: [[f64; 2]; 2],
@@ -290,7 +290,7 @@ impl Unknown {
         }
     }
 
-    /// The maker's matrix: the pseudo-inverse of the gauges' volts.
+    /// Returns the maker's matrix: the pseudo-inverse of the gauges' volts.
     fn makers(&self) -> Vec<Vec<f64>> {
         let sum = |a: usize, b: usize| self.gauges.iter().map(|g| g[a] * g[b]).sum::<f64>();
         let (nn, nl, ll) = (sum(0, 0), sum(0, 1), sum(1, 1));
@@ -302,7 +302,7 @@ impl Unknown {
         vec![row(ll, -nl), row(-nl, nn)]
     }
 
-    /// Interleaved samples of a second from `from_s` on, under a load.
+    /// Returns interleaved samples of a second from `from_s` on, under a load.
     fn second(&mut self, load_n: [f64; 2], from_s: f64) -> Vec<f32> {
         let read = self
             .response
@@ -324,7 +324,7 @@ impl Unknown {
     }
 }
 
-/// `calibrate force` of a sensor on inputs of the card.
+/// Runs `calibrate force` for a sensor on inputs of the card.
 fn calibrated(sensor: &mut Unknown) -> (MeasuredForce, Vec<String>) {
     let mut config = bench("0.25");
     let gauges = Gauges {

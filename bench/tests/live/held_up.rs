@@ -1,11 +1,12 @@
-//! A loaded computer takes the processor away between a look at the clock and the reading of what has arrived (FAULTS.md, row 24).
+//! A loaded computer suspends the program between reading the clock and reading the data that have arrived (FAULTS.md,
+//! row 24).
 
 use mock_world::scenario::Scenario;
 use recording::ForceRow;
 
 use crate::rig::{Rig, config};
 
-/// Forces of the first eight seconds, all tasks held up for 5 ms at every so many ticks.
+/// Returns the forces of the first eight seconds, with all tasks held up for 5 ms at every `held_up_every`th tick.
 fn forces(held_up_every: u64) -> Vec<ForceRow> {
     let mut rig = Rig::new(Scenario::default(), config(&[]), None);
     rig.pass(0.1);

@@ -1,4 +1,4 @@
-//! An offset that comes with every sample is told of, and recorded as long as it lasts (FAULTS.md, row 12).
+//! An offset in every sample is reported, and recorded as long as it lasts (FAULTS.md, row 12).
 
 use live::interference::Interference;
 use mock_world::scenario::Scenario;
@@ -36,7 +36,7 @@ fn an_offset_is_told_of_once_and_recorded_while_it_lasts() {
         .map(|text| (EventKind::Interference, text.clone()))
         .collect();
     assert_eq!(found, expected);
-    // A clean bench says nothing.
+    // A clean bench gives no warning.
     let mut rig = Rig::new(Scenario::default(), config(&[]), None);
     let recording = rig.bench.recording.clone();
     let task = Interference::new(recording, &config(&[]), 35_000.0);

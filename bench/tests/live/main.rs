@@ -1,4 +1,4 @@
-//! Faults laid on the simulated apparatus while the real tasks run.
+//! Faults of the simulated apparatus while the real tasks run.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"

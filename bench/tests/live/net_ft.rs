@@ -1,5 +1,5 @@
-//! Forces from the network: every datagram is accounted for, and whatever the network or the sensor does, the drive is
-//! silent in time and what was recorded reads (FAULTS.md, row 40).
+//! Forces from the network: every datagram is accounted for, and under any fault of network or sensor the drive is silent
+//! in time and the recording remains readable (FAULTS.md, row 40).
 
 use config::Config;
 use mock_hw::serial::ForceFault;
@@ -18,7 +18,7 @@ fn scenario() -> Scenario {
     built_in("net-ft").unwrap()
 }
 
-/// A bench with a Net F/T that may be silent for so long.
+/// Returns a bench with a Net F/T that may be silent for this long.
 fn bench(silence_s: &str) -> Config {
     config(&[
         ("silence_s = 0.25", &format!("silence_s = {silence_s}")),
@@ -43,7 +43,7 @@ fn lost_late_repeated_and_torn_datagrams_at_7_khz_are_counted_exactly() {
     let mut laid = LineFaults::default();
     let rows_before = rig.record.force.len();
     let began_ns = rig.apparatus.now_ns();
-    // A tick is 2.3 records; of each kind one in a hundred records.
+    // A tick has 2.3 records; each kind of fault hits one record in a hundred.
     while rig.apparatus.now_ns() < began_ns + 10_000_000_000 {
         match rng.random_range(0..43) {
             0 => {
@@ -70,7 +70,7 @@ fn lost_late_repeated_and_torn_datagrams_at_7_khz_are_counted_exactly() {
     let counted = rig.bench.gauges.field.get().unwrap().force;
     assert!(laid.lost > 500 && laid.reordered > 500, "{laid:?}");
     assert_eq!(counted, laid);
-    // Each reading that is neither lost nor torn nor overtaken is there, once, in order.
+    // Each reading that is not lost, torn or overtaken is there, once, in order.
     let rows = &rig.record.force[rows_before..];
     assert!(rows.is_sorted_by(|a, b| a.time_s < b.time_s));
     let missing = laid.lost + laid.corrupt + laid.reordered;
@@ -95,7 +95,7 @@ fn a_sensor_in_the_network_is_placed_to_a_tenth_of_a_millisecond() {
     scenario.converter.clock_ppm = 40.0;
     let mut rig = Rig::new(scenario, bench("0.25"), None);
     rig.pass(10.0);
-    // None is lost, from the first one on, which was sampled when time began.
+    // All samples arrive, from the first one at time zero on.
     let truth_s = |k: usize| k as f64 / 7000.0 / (1.0 - 80e-6) * (1.0 + 40e-6);
     let rows = rig.record.force.iter().enumerate();
     let error_s = rows.map(|(k, row)| (row.time_s, (row.time_s - truth_s(k)).abs()));
@@ -111,7 +111,7 @@ fn a_sensor_in_the_network_is_placed_to_a_tenth_of_a_millisecond() {
     assert!((drift_ppm + 120.0).abs() < 20.0, "{drift_ppm} ppm");
 }
 
-/// What is laid, and whether the bench says the right thing of it.
+/// A fault, and a check of the bench's report on it.
 type Case = (&'static str, fn(&Rig), fn(&Trip) -> bool);
 
 const CASES: [Case; 9] = [

@@ -1,4 +1,4 @@
-//! The driving time of an hour and the dead-man switch on the whole bench (FAULTS.md, row 42).
+//! The driving time of an hour and the dead-man switch, on the whole bench (FAULTS.md, row 42).
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,7 +10,7 @@ use sources::Lines;
 
 use crate::rig::{Level, Rig, apparatus, config};
 
-/// Ticks until the watch trips, at most `within_s`; returns the trip and when it came, s.
+/// Ticks until the watch trips, at most `within_s`; returns the trip and its time, s.
 fn trip(rig: &mut Rig, within_s: f64) -> (Trip, f64) {
     let begun_ns = rig.apparatus.now_ns();
     loop {
@@ -26,7 +26,7 @@ fn trip(rig: &mut Rig, within_s: f64) -> (Trip, f64) {
     }
 }
 
-/// Ticks until nothing is rendered; returns how long that took, s.
+/// Ticks until the drive is silent; returns the time that took, s.
 fn silent_s(rig: &mut Rig) -> f64 {
     let begun_ns = rig.apparatus.now_ns();
     while rig.bench.drive.sounds() {
@@ -35,7 +35,7 @@ fn silent_s(rig: &mut Rig) -> f64 {
     (rig.apparatus.now_ns() - begun_ns) as f64 * 1e-9
 }
 
-/// Passes half a second in which nothing brings the drive back.
+/// Requires half a second without the drive restarting.
 fn stays_silent(rig: &mut Rig) {
     let until_ns = rig.apparatus.now_ns() + 500_000_000;
     while rig.apparatus.now_ns() < until_ns {
@@ -74,7 +74,7 @@ fn an_hours_driving_time_that_is_used_up_stops_the_whole_bench_and_keeps_what_wa
     assert!((3590.0..3600.0).contains(&wait_s), "{wait_s}");
     assert!(silent_s(&mut rig) < 0.01);
     stays_silent(&mut rig);
-    // The operator re-arms, and it is too early.
+    // The operator re-arms too early.
     rig.bench.drive.rearm();
     rig.drive();
     let (why, _) = trip(&mut rig, 0.1);
@@ -117,7 +117,7 @@ fn a_dead_man_switch_that_is_released_silences_the_whole_bench_in_time() {
     assert!(ramp_s < 0.01, "{ramp_s} s");
     stays_silent(&mut rig);
 
-    // A press alone starts nothing, and re-arming alone neither.
+    // Neither a press alone nor re-arming alone starts the drive.
     held.store(true, Ordering::Relaxed);
     stays_silent(&mut rig);
     held.store(false, Ordering::Relaxed);

@@ -1,4 +1,4 @@
-//! Every fault of the table, injected at its time into a bench that drives, leads to what its row demands.
+//! Every fault of the table, injected at its time into a driving bench, leads to the result that its row demands.
 
 use std::sync::atomic::Ordering;
 
@@ -11,18 +11,18 @@ use sources::Lines;
 
 use crate::rig::{Rig, config, events, open, rehearsing, tone};
 
-/// Longest silence of a real bench, s.
+/// Longest permitted silence on a real bench, s.
 const SILENCE_S: f64 = 0.05;
-/// When the fault begins and ends, s.
+/// Start and end of the fault, s.
 const SPAN_S: (f64, f64) = (0.6, 1.0);
-/// Time from a trip to an amplifier that is off, s.
+/// Time from a trip until the amplifier is off, s.
 const DISABLED_S: f64 = 0.02;
 
 fn rehearsed(fault: FaultKind, argument: Option<f64>) -> RehearsedFault {
     let rehearsed = RehearsedFault {
         fault,
         at_s: SPAN_S.0,
-        // Nobody replaces a relay meanwhile.
+        // A relay cannot be replaced meanwhile.
         until_s: (fault.ends() && fault.row().required != Required::Refuse).then_some(SPAN_S.1),
         argument,
     };
@@ -30,7 +30,7 @@ fn rehearsed(fault: FaultKind, argument: Option<f64>) -> RehearsedFault {
     rehearsed
 }
 
-/// A plate that is driven up to the moment before the fault, watched as on a real bench.
+/// Returns a plate driven up to the moment before the fault, watched as on a real bench.
 fn driven(fault: &RehearsedFault) -> Rig {
     let changes = [
         ("silence_s = 0.25", "silence_s = 0.05"),
@@ -61,7 +61,7 @@ fn pass_tripped(rig: &mut Rig, until_s: f64, what: &RehearsedFault) {
     }
 }
 
-/// The trips that tell of the fault on this bench, whose card has no digital lines.
+/// Returns whether the trip reports the fault on this bench, which has a card without digital lines.
 fn is_of(fault: FaultKind, trip: &Trip) -> bool {
     match fault.row().row {
         Some(5) => matches!(
@@ -86,7 +86,7 @@ fn is_of(fault: FaultKind, trip: &Trip) -> bool {
     }
 }
 
-/// The drive is silent in time and stays so; then what the operator is told to do brings it back, or cannot.
+/// Requires the drive to be silent in time and to stay so; the row's remedy then restores it, or cannot.
 fn stops(what: &RehearsedFault, within_s: f64) {
     let mut rig = driven(what);
     let trip = loop {
@@ -103,16 +103,16 @@ fn stops(what: &RehearsedFault, within_s: f64) {
         "{what}: not seen in a drill: {trip}"
     );
     let tripped_s = now_s(&rig);
-    // A card that renders no more never says that it is silent; its amplifier is off by then.
+    // A card that stops rendering never reports silence; its amplifier is off by then.
     let gone = what.fault.row().row == Some(5);
     while rig.bench.drive.sounds() && !(gone && now_s(&rig) - tripped_s > DISABLED_S) {
         rig.tick();
         let late_s = now_s(&rig) - SPAN_S.0;
         assert!(late_s <= within_s, "{what}: sounds after {late_s} s");
     }
-    // Neither time nor a program that is asked for brings it back.
+    // Neither time nor a new drive request restarts the drive.
     rig.drive();
-    // A load that was taken off leaves the plate ringing.
+    // Removing a load leaves the plate ringing.
     let rings_s = if what.amount().is_some() { 1.0 } else { 0.1 };
     pass_tripped(&mut rig, SPAN_S.1 + rings_s, what);
     rig.bench.drive.rearm();
@@ -134,7 +134,7 @@ fn stops(what: &RehearsedFault, within_s: f64) {
     }
 }
 
-/// The recording is marked, and the drive goes on.
+/// Requires the recording to be flagged, and the drive to go on.
 fn flags(what: &RehearsedFault) {
     let mut rig = driven(what);
     let folder = rig.begin("flagged");
@@ -157,7 +157,8 @@ fn flags(what: &RehearsedFault) {
     assert_eq!(rig.account.lost_frames, lost, "{what}");
 }
 
-/// A tone with the amplifier off, as precedes every session, comes back all the same: the preflight judges by that.
+/// Requires a tone with the amplifier off, as before every session, to be read back anyway, which is the preflight's
+/// criterion.
 fn refused(what: &RehearsedFault) {
     let mut rig = driven(what);
     rig.pass(0.05);
@@ -169,7 +170,7 @@ fn refused(what: &RehearsedFault) {
     assert!(read_back_v > 5.0, "{what}: reads back {read_back_v} V");
 }
 
-/// It is one press, however long it lasts.
+/// Requires the fault to count as one press, however long it lasts.
 fn counts_once(what: &RehearsedFault) {
     let mut apparatus = rehearsing(Scenario::default(), &[*what]);
     let lines = Lines {

@@ -28,7 +28,7 @@ pub const CHANNELS: u16 = 4;
 /// Delay of the loop of the nominal bench, s.
 pub const DELAY_S: f64 = 1e-4;
 
-/// The simulated bench's description with some of its lines changed.
+/// Returns the simulated bench's description with some of its lines changed.
 pub fn config(changes: &[(&str, &str)]) -> Config {
     let mut text = include_str!("../../mock-bench.toml").to_owned();
     for (from, to) in changes {
@@ -42,14 +42,14 @@ pub fn apparatus(scenario: Scenario) -> Apparatus {
     rehearsing(scenario, &[])
 }
 
-/// An apparatus into which faults are injected.
+/// Returns an apparatus with `faults` injected.
 pub fn rehearsing(scenario: Scenario, faults: &[RehearsedFault]) -> Apparatus {
     let mut config = ApparatusConfig::new(scenario, 1, Pace::Stepped);
     config.faults = faults.to_vec();
     Apparatus::new(config).unwrap()
 }
 
-/// The apparatus's time as the host's.
+/// The apparatus's time as the host's clock.
 struct HostClock(ApparatusClock);
 
 impl Clock for HostClock {
@@ -62,12 +62,12 @@ impl Clock for HostClock {
     }
 }
 
-/// The clock of a bench on `apparatus`.
+/// Returns the clock of a bench on `apparatus`.
 pub fn clock(apparatus: &Apparatus) -> Arc<dyn Clock> {
     Arc::new(HostClock(apparatus.clock()))
 }
 
-/// The bench of `config` on `apparatus`, opened and played; the test itself steps its tasks.
+/// Opens the bench of `config` on `apparatus`, with its streams playing; the test itself steps its tasks.
 pub fn open(apparatus: &Apparatus, config: Config, lines: Lines) -> Bench {
     let hardware = hardware(apparatus, lines);
     let hardware = hardware
@@ -78,7 +78,7 @@ pub fn open(apparatus: &Apparatus, config: Config, lines: Lines) -> Bench {
     bench
 }
 
-/// What a bench on `apparatus` is opened with.
+/// Returns the hardware of a bench on `apparatus`.
 pub fn hardware(apparatus: &Apparatus, lines: Lines) -> Hardware {
     Hardware {
         cues: None,
@@ -99,7 +99,7 @@ pub fn hardware(apparatus: &Apparatus, lines: Lines) -> Hardware {
     }
 }
 
-/// A recording in `folder` of all inputs at `rate_hz`.
+/// Returns the command to record all inputs into `folder` at `rate_hz`.
 pub fn begin(folder: &Path, rate_hz: u32, channels: u16) -> Begin {
     let text = r#"format = 1
 carrier_hz = 35000.0
@@ -122,7 +122,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
 /// Kind, sample, frames and text of an event.
 pub type Read = (EventKind, u64, Option<u64>, String);
 
-/// Events of a recording.
+/// Returns the events of a recording.
 pub fn events(folder: &Path) -> Vec<Read> {
     let reader = RecordingReader::open(folder).unwrap();
     let events = reader.manifest().events.iter();
@@ -134,13 +134,13 @@ pub fn events(folder: &Path) -> Vec<Read> {
         .collect()
 }
 
-/// Samples of a recording, interleaved.
+/// Returns the samples of a recording, interleaved.
 pub fn samples(folder: &Path) -> Vec<f32> {
     let wav = hound::WavReader::open(folder.join("signals.wav")).unwrap();
     wav.into_samples().map(Result::unwrap).collect()
 }
 
-/// A tone of 10 V.
+/// Returns a tone of 10 V.
 pub fn tone() -> Program {
     let settings = devices::drive_control::settings(&config(&[])).unwrap();
     let tone = Waveform::Tone {
@@ -150,7 +150,7 @@ pub fn tone() -> Program {
     settings.admit(tone).unwrap()
 }
 
-/// A line at a level that the test sets.
+/// A line with a level set by the test.
 #[derive(Default)]
 pub struct Level(pub Arc<AtomicBool>);
 
@@ -160,13 +160,13 @@ impl InputLine for Level {
     }
 }
 
-/// What stands between the read-back and the watch.
+/// Changes to the read-back before the watch reads it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tamper {
     Nothing,
-    /// The gain has become another.
+    /// The gain changes by this factor.
     Gain(f64),
-    /// Something else drives the plate, V.
+    /// Another source drives the plate, V.
     Alive(f64),
 }
 
@@ -205,7 +205,7 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// A plate that is driven with 10 V, watched as on a real bench.
+    /// Returns a plate that is driven with 10 V, watched as on a real bench.
     pub fn driven() -> Self {
         let mut config = config(&[("silence_s = 0.25", "silence_s = 0.05")]);
         config.safety.measured_delay_s = Some(DELAY_S);
@@ -214,7 +214,7 @@ impl Rig {
         rig
     }
 
-    /// A plate at rest; `encoder` takes the place of the apparatus's own.
+    /// Returns a plate at rest; `encoder` replaces the apparatus's own.
     pub fn new(
         scenario: Scenario,
         config: Config,
@@ -223,7 +223,7 @@ impl Rig {
         Self::on(apparatus(scenario), config, encoder)
     }
 
-    /// A plate of `apparatus` at rest.
+    /// Returns a plate of `apparatus` at rest.
     pub fn on(
         apparatus: Apparatus,
         config: Config,
@@ -236,7 +236,7 @@ impl Rig {
         Self::with_lines(apparatus, config, lines)
     }
 
-    /// A plate of `apparatus` at rest, with these lines beside those that stop it.
+    /// Returns a plate of `apparatus` at rest, with `lines` in addition to the lines that stop it.
     pub fn with_lines(mut apparatus: Apparatus, config: Config, lines: Lines) -> Self {
         let pins = apparatus.pins().unwrap();
         let lines = Lines {
@@ -268,7 +268,7 @@ impl Rig {
         self.bench.drive.start(tone());
     }
 
-    /// Lets time pass in which nothing stops the drive.
+    /// Lets time pass and requires that no trip occurs.
     pub fn pass(&mut self, seconds: f64) {
         let until_ns = self.apparatus.now_ns() + (seconds * 1e9) as u64;
         while self.apparatus.now_ns() < until_ns {
@@ -277,12 +277,12 @@ impl Rig {
         }
     }
 
-    /// One step of the apparatus and of every task; none fails.
+    /// Steps the apparatus and every task; all must succeed.
     pub fn tick(&mut self) -> SafetyState {
         self.try_tick().unwrap()
     }
 
-    /// One step of the apparatus and of every task, up to the first that fails.
+    /// Steps the apparatus and every task, up to the first that fails.
     pub fn try_tick(&mut self) -> anyhow::Result<SafetyState> {
         self.apparatus.step().unwrap();
         self.ticks += 1;
@@ -311,7 +311,8 @@ impl Rig {
         Ok(safety)
     }
 
-    /// Requires a stop that is `told` within `within_s`, silence after it, and that a drive starts nothing for `latched_s`.
+    /// Requires a stop that passes `told` within `within_s`, then silence, and that a new drive request starts nothing
+    /// for `latched_s`.
     pub fn stops(&mut self, what: &str, told: fn(&Trip) -> bool, within_s: f64, latched_s: f64) {
         let laid_ns = self.apparatus.now_ns();
         let since_s = |rig: &Self| (rig.apparatus.now_ns() - laid_ns) as f64 * 1e-9;
@@ -333,7 +334,7 @@ impl Rig {
         }
     }
 
-    /// Lets time pass for the apparatus alone: the program is frozen.
+    /// Lets time pass for the apparatus only: the program is frozen.
     pub fn freeze(&mut self, seconds: f64) {
         let until_ns = self.apparatus.now_ns() + (seconds * 1e9) as u64;
         while self.apparatus.now_ns() < until_ns {
@@ -341,22 +342,22 @@ impl Rig {
         }
     }
 
-    /// At every so many ticks all tasks are held up for `by_ns` between looking at the clock and all else.
+    /// Holds up all tasks for `by_ns` at every `every`th tick, between reading the clock and everything else.
     pub fn hold_up(&mut self, every: u64, by_ns: u64) {
         self.held_up = (every, by_ns);
     }
 
-    /// The recorder waits for its disk, or goes on.
+    /// Sets whether the recorder waits for its disk.
     pub fn stall_disk(&mut self, stalls: bool) {
         self.disk_stalls = stalls;
     }
 
-    /// The safety watch hangs, or goes on.
+    /// Sets whether the safety watch hangs.
     pub fn hang_watch(&mut self, hangs: bool) {
         self.watch_hangs = hangs;
     }
 
-    /// Records from now on.
+    /// Begins a recording.
     pub fn begin(&mut self, name: &str) -> PathBuf {
         let folder = self.temp.path().join(name);
         let begin = RecordingCommand::Begin(Box::new(begin(&folder, self.rate_hz, self.channels)));
@@ -364,7 +365,7 @@ impl Rig {
         folder
     }
 
-    /// Ends the recording and waits until it is saved, whatever state the bench is in.
+    /// Ends the recording and waits until it is saved, in any state of the bench.
     pub fn end(&mut self) {
         let end = RecordingCommand::End(Ending::Completed);
         self.bench.recording.send(end).unwrap();
@@ -375,7 +376,7 @@ impl Rig {
         self.saved();
     }
 
-    /// Ends the recording and the tasks as the end of a program does in which one of them failed.
+    /// Ends the recording and the tasks as a program does after one of its tasks failed.
     pub fn close(&mut self) {
         let reason = "a task failed".to_owned();
         let end = RecordingCommand::End(Ending::Interrupted { reason });

@@ -1,4 +1,4 @@
-//! Whatever fails while the plate is driven: the drive is silent in time and stays so, and what was recorded reads
+//! Faults while the plate is driven: the drive is silent in time and stays silent, and the recording remains readable
 //! (FAULTS.md, rows 5, 17, 18, 21 and 23).
 
 use mock_hw::apparatus::FaultPanel;
@@ -17,13 +17,13 @@ use devices::drive_control::settings;
 use crate::campaign;
 use crate::rig::{Rig, config};
 
-/// What happens, whether the bench says the right thing of it, and how long it may take, s.
+/// A fault, a check of the bench's report on it, and the time limit, s.
 struct Case {
     what: &'static str,
     lay: fn(&mut Rig),
     told: fn(&Trip) -> bool,
     within_s: f64,
-    /// The card still calls, so that the ramp can be seen.
+    /// Whether the card keeps calling back, so that the ramp is visible.
     audio_goes_on: bool,
 }
 
@@ -31,7 +31,7 @@ fn faults(rig: &Rig) -> FaultPanel {
     rig.apparatus.faults()
 }
 
-/// Longest silence of a real bench (`silence_s`), and the polls of those who notice it.
+/// Longest permitted silence on a real bench (`silence_s`), plus the polls of the tasks that notice it.
 const SILENCE_S: f64 = 0.055;
 
 const CASES: [Case; 14] = [
@@ -135,7 +135,7 @@ const CASES: [Case; 14] = [
     },
 ];
 
-/// What a bench whose description is changed trips on when it is driven.
+/// Returns the trip of a driven bench with a changed description.
 fn trips_on(changes: &[(&str, &str)], lay: fn(&mut Rig), within_s: f64) -> Trip {
     let mut rig = Rig::new(Scenario::default(), config(changes), None);
     rig.drive();
@@ -207,7 +207,7 @@ fn what_the_generator_must_not_play_is_refused_clamped_to_zero_and_stops_the_ben
             "{amplitude_v} V"
         );
     }
-    // Past that check, as an error of the program would come: 120 V of a bench whose limit is 55 V.
+    // Past that check, as a program error would be: 120 V on a bench with a limit of 55 V.
     let other = DriveSettings::new(DriveConfig {
         limit_v: 150.0,
         volts_per_unit: 200.0,
@@ -240,10 +240,10 @@ fn what_the_generator_must_not_play_is_refused_clamped_to_zero_and_stops_the_ben
 #[test]
 fn another_device_on_the_force_sensors_port_is_refused_after_a_second_of_nonsense() {
     let mut scenario = Scenario::default();
-    // What it sends is no frame of the protocol that the bench expects.
+    // The device does not send frames of the protocol that the bench expects.
     scenario.force_sensor.protocol = ForceProtocol::Lines;
     let mut rig = Rig::new(scenario, config(&[]), None);
-    // Watching is permitted, so that somebody can find out what it is.
+    // Watching is permitted, so that the operator can identify the device.
     rig.pass(1.1);
     rig.drive();
     let SafetyState::Tripped { trip } = rig.tick() else {
@@ -264,7 +264,7 @@ fn another_device_on_the_force_sensors_port_is_refused_after_a_second_of_nonsens
     }
     assert!(!rig.bench.drive.sounds(), "it arms nothing");
 
-    // Armed before anybody could tell: no longer than the first reading is waited for.
+    // Armed before the device is identified: the drive lasts no longer than the wait for the first reading.
     let mut scenario = Scenario::default();
     scenario.force_sensor.protocol = ForceProtocol::Lines;
     let mut rig = Rig::new(scenario, config(&[]), None);
@@ -278,15 +278,15 @@ fn another_device_on_the_force_sensors_port_is_refused_after_a_second_of_nonsens
     assert!(matches!(trip, Trip::ForceNonsense { .. }), "{trip}");
 }
 
-/// Times from a fault, s.
+/// Times after a fault, s.
 struct Stop {
     tripped_s: f64,
-    /// To the last rendered sample that is not zero; to the trip where the card renders no more.
+    /// Until the last rendered sample that is not zero; until the trip if the card stops rendering.
     silent_s: f64,
 }
 
 impl Case {
-    /// Lays the fault, and waits until the drive is silent.
+    /// Injects the fault, and waits until the drive is silent.
     fn stop(&self, rig: &mut Rig) -> Stop {
         let what = self.what;
         (self.lay)(rig);
@@ -315,7 +315,7 @@ impl Case {
     }
 }
 
-/// Median, 99th percentile and greatest of some times, in ms.
+/// Formats the median, the 99th percentile and the maximum of these times, in ms.
 pub fn quantiles_ms(mut times_s: Vec<f64>) -> String {
     times_s.sort_by(f64::total_cmp);
     let at = |share: f64| 1e3 * times_s[((times_s.len() - 1) as f64 * share).round() as usize];
@@ -359,7 +359,7 @@ fn the_drive_is_silent_in_time_and_what_was_recorded_is_kept() {
         let since_s = |rig: &Rig| (rig.apparatus.now_ns() - laid_ns) as f64 * 1e-9;
         let tripped_s = case.stop(&mut rig).tripped_s;
 
-        // Neither time nor a program that is asked for brings it back.
+        // Neither time nor a new drive request restarts the drive.
         rig.drive();
         while since_s(&rig) < tripped_s + 0.5 {
             assert!(matches!(rig.tick(), SafetyState::Tripped { .. }), "{what}");
@@ -441,7 +441,7 @@ fn a_watch_that_hangs_leaves_no_drive_and_trips_when_it_goes_on() {
     while since_s(&rig) < 0.3 {
         rig.tick();
     }
-    // A program that is asked for now is not played: what the watch last said no longer counts.
+    // A new drive request is not played: the watch's last state is outdated.
     let silent = rig.record.frames.len();
     rig.drive();
     while since_s(&rig) < 0.5 {

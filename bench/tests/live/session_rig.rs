@@ -1,4 +1,4 @@
-//! A session over the simulated apparatus, its tasks polled by hand.
+//! A session on the simulated apparatus, with its tasks polled by the test.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -32,7 +32,7 @@ use tui::event::{LogLevel, PhaseKind};
 
 use crate::rig::{CHANNELS, RATE_HZ, Tamper, apparatus, begin, config, events, open};
 
-/// A heartbeat whose wire can be cut.
+/// A heartbeat with a wire that can be cut.
 struct Cuttable {
     line: Box<dyn OutputLine>,
     cut: Arc<AtomicBool>,
@@ -47,7 +47,7 @@ impl OutputLine for Cuttable {
     }
 }
 
-/// What the operator sees and asks for.
+/// The operator's events and actions.
 struct Operator {
     seen: Sender<tui::Event>,
     asked: Receiver<tui::Action>,
@@ -63,7 +63,7 @@ impl Front for Operator {
     }
 }
 
-/// A session with a participant who does nothing: each trial waits for the finger.
+/// A session with an idle participant: each trial waits for the finger.
 pub(crate) struct Rig {
     pub(crate) apparatus: Apparatus,
     pub(crate) tasks: Vec<Box<dyn Task>>,
@@ -77,7 +77,7 @@ pub(crate) struct Rig {
     pub(crate) signals: Arc<Signals>,
     pub(crate) tamper: Tamper,
     pub(crate) tampered: u64,
-    /// The session's task is not polled.
+    /// Whether the session's task is not polled.
     pub(crate) session_hangs: bool,
     pub(crate) journal: Receiver<Entry>,
     _life: Life,
@@ -250,7 +250,7 @@ impl Rig {
         }
     }
 
-    /// Kinds and texts of the events of each recording, in order.
+    /// Returns the kinds and texts of the events of each recording, in order.
     pub(crate) fn told(&mut self) -> Vec<Vec<(EventKind, u64, String)>> {
         self.pass(0.05);
         let begun = self.begun.lock().unwrap();

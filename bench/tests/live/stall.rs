@@ -7,9 +7,9 @@ use mock_world::scenario::Scenario;
 /// Hazard 14.
 #[test]
 fn ten_seconds_of_a_stalled_disk_cost_nothing() {
-    // Long buffers: few blocks of audio, and as many forces and positions as ever.
+    // Long buffers: few blocks of audio, and the usual number of forces and positions.
     let config = config(&[("ring_s =", "buffer_frames = 1024\nring_s =")]);
-    // An encoder that stands still: its positions come all the same.
+    // A still encoder, which sends positions all the same.
     let mut rig = Rig::new(
         Scenario::default(),
         config,

@@ -1,5 +1,5 @@
-//! A session marks stops, pauses and repetitions in the recordings that they end and begin, and tells its operator of flags
-//! (FAULTS.md, rows 16, 17, 22 and 35).
+//! A session marks stops, pauses and repetitions in the recordings that they end and begin, and reports flags to its
+//! operator (FAULTS.md, rows 16, 17, 22 and 35).
 
 use std::sync::atomic::Ordering;
 
@@ -42,7 +42,7 @@ fn pause_resume_and_redo_are_marked_where_they_fall() {
         panic!("{told:?}");
     };
     let begins = |kind, text: &str| (kind, 0, text.to_owned());
-    // 0.3 s at 192 kHz, and the milliseconds of the tasks between.
+    // 0.3 s at 192 kHz, plus some milliseconds for the tasks.
     let ends = |events: &[(EventKind, u64, String)], kind: EventKind| {
         let last = events.last().unwrap();
         assert_eq!(last.0, kind, "{events:?}");
@@ -89,7 +89,7 @@ fn a_stall_longer_than_the_queue_stops_the_drive_while_the_disk_still_hangs() {
     let mut tasks = rig.tasks.iter();
     let at = tasks.position(|task| task.name() == "recorder").unwrap();
     let hung = rig.tasks.remove(at);
-    // The queue is made for an encoder too, which this bench has not: it holds longer.
+    // The queue is sized for an encoder too, which this bench lacks, so it lasts longer.
     let mut waits = 0..90;
     while rig.phase != Some(PhaseKind::Paused) && waits.next().is_some() {
         rig.pass(0.5);
@@ -113,7 +113,7 @@ fn a_stall_longer_than_the_queue_stops_the_drive_while_the_disk_still_hangs() {
         _ => false,
     };
     assert_eq!(rig.journal.try_iter().filter(not_saved).count(), 1);
-    // The recorder's own word, at last, is no other fault.
+    // The recorder's late report does not count as another fault.
     let errors = rig.errors.len();
     rig.tasks.insert(at, hung);
     rig.pass(0.1);
@@ -154,7 +154,7 @@ fn a_session_that_goes_on_after_the_programs_end_says_so() {
     assert_eq!(told[0][0].2, "after the program's end");
 }
 
-/// Puts 4 N on an axis of the force sensor, or takes them away.
+/// Puts 4 N on an axis of the force sensor, or removes them.
 fn weigh(rig: &Rig, axis: Axis, on: bool) {
     let masses = rig.apparatus.masses();
     if on {
@@ -210,7 +210,7 @@ fn a_stop_is_marked_by_its_reason() {
 }
 
 impl Rig {
-    /// Peak of the drive as read back now, V.
+    /// Returns the peak of the drive as read back now, V.
     fn volts(&self) -> f64 {
         self.signals.readback.get().map_or(0.0, |now| now.volts)
     }
@@ -229,7 +229,7 @@ impl Rig {
         }
     }
 
-    /// Time until the operator is told of an error, s.
+    /// Returns the time until an error is reported to the operator, s.
     fn told_within_s(&mut self) -> f64 {
         let (laid_ns, told) = (self.apparatus.now_ns(), self.errors.len());
         while self.errors.len() == told {
@@ -240,7 +240,7 @@ impl Rig {
         (self.apparatus.now_ns() - laid_ns) as f64 * 1e-9
     }
 
-    /// Reasons of the stops in the session's log so far.
+    /// Returns the reasons of the stops in the session's log so far.
     fn logged_stops(&self) -> Vec<String> {
         let entries = self.journal.try_iter();
         entries
@@ -353,7 +353,7 @@ fn a_plate_that_is_alive_after_the_e_stop_is_an_alarm_of_its_own_and_cannot_be_r
 fn a_session_that_hung_for_long_says_what_it_did_not_see_and_stops() {
     let mut rig = Rig::new(&[]);
     rig.session_hangs = true;
-    // Over the room for batches.
+    // Longer than the queue of batches lasts.
     rig.pass(8.5);
     rig.session_hangs = false;
     rig.pass(0.02);

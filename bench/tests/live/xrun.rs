@@ -1,4 +1,4 @@
-//! An input xrun swallows frames: the bench finds how many, and time stays true (FAULTS.md, row 6).
+//! An input xrun swallows frames: the bench determines their number, and time stays correct (FAULTS.md, row 6).
 
 use mock_hw::host::Direction;
 use protocols::Validity;
@@ -26,7 +26,7 @@ fn the_frames_that_an_xrun_swallows_are_counted_exactly_and_time_stays_true() {
     }
     assert_eq!(rig.account.input_xruns, 5);
 
-    // The phase of the drive is that of a stream without a loss: no slip of a sample (65.6°).
+    // The drive has the phase of a stream without a loss: no slip of a sample (65.6°).
     let phase = |from_s: f64, to_s: f64| {
         let inside = rig
             .record
@@ -59,7 +59,7 @@ fn an_xrun_without_a_loss_leaves_no_gap() {
     rig.apparatus.faults().xrun(Direction::Input, 0);
     rig.pass(0.1);
     assert_eq!((rig.account.input_xruns, rig.account.lost_frames), (1, 0));
-    // It is counted and shown, and no trial is repeated for it.
+    // The xrun is counted and shown, but repeats no trial.
     let costly = rig.account.costly_xruns_since(&Account::default());
     assert_eq!(costly, (0, 0));
     let words = rig.account.drop_outs();
@@ -99,7 +99,7 @@ fn frames_that_the_output_alone_lost_are_counted_exactly_and_cost_the_frames_abo
             "{warning}"
         );
 
-        // Here and in the recording alone the frames about the gap are not used, and those a little further are.
+        // Both live and in the recording, only the frames near the gap are excluded.
         let manifest = RecordingReader::open(&folder).unwrap().manifest().clone();
         assert_eq!(manifest.drive_gaps_s(RATE_HZ).len(), 1);
         let series = rig.record.series(now_s - 0.1, now_s + 0.2);
@@ -126,7 +126,7 @@ fn an_output_xrun_that_cost_nothing_costs_no_frame() {
     rig.pass(0.2);
     rig.apparatus.faults().xrun(Direction::Output, 0);
     rig.pass(0.4);
-    // One whose gap is still sought when the recording ends.
+    // The gap of this xrun is still sought when the recording ends.
     rig.apparatus.faults().xrun(Direction::Output, 0);
     rig.pass(0.1);
     rig.end();
@@ -146,7 +146,7 @@ fn an_output_xrun_that_cost_nothing_costs_no_frame() {
     let manifest = RecordingReader::open(&folder).unwrap().manifest().clone();
     assert_eq!(manifest.drive_gaps_s(RATE_HZ).len(), 1);
     assert_eq!(rig.account.output_xruns, 2);
-    // What nobody can judge counts as a loss.
+    // An xrun that cannot be judged counts as a loss.
     let costly = rig.account.costly_xruns_since(&Account::default());
     assert_eq!(costly, (0, 1));
 }

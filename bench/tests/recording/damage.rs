@@ -1,4 +1,4 @@
-//! No damage of a recording's files makes its reader panic, and what is whole is read.
+//! Damaged files of a recording never make its reader panic, and intact parts are read.
 
 use std::fs;
 use std::io::Cursor;
@@ -16,7 +16,8 @@ use recording::{
 
 const FILES: [&str; 4] = [MANIFEST_FILE, SIGNALS_FILE, FORCE_FILE, POSITION_FILE];
 
-/// Writes a whole recording into `folder` and returns the contents of its [`FILES`]; made once, for its syncs take long.
+/// Writes a complete recording into `folder` and returns the contents of its [`FILES`]; made once, because its syncs are
+/// slow.
 fn recording(folder: &Path) -> &'static [Vec<u8>; 4] {
     static CONTENTS: LazyLock<[Vec<u8>; 4]> = LazyLock::new(|| {
         let temp = tempfile::tempdir().unwrap();
@@ -34,7 +35,7 @@ fn recording(folder: &Path) -> &'static [Vec<u8>; 4] {
     &CONTENTS
 }
 
-/// What a reader gives of each stream, bit for bit, up to its first error; `None` where the stream, or the recording, does
+/// Output of the reader for each stream, bit for bit, up to its first error; `None` if the stream or the recording does
 /// not open.
 #[derive(Debug, Default, PartialEq)]
 struct Streams {
@@ -75,7 +76,7 @@ proptest! {
     #[test]
     fn any_byte_changed_removed_or_added_anywhere(
         name in prop::sample::select(&FILES),
-        // Half of the damage in the first bytes, where the headers are.
+        // Half of the damage is in the first bytes, where the headers are.
         at in prop_oneof![0.0..0.01, 0.0..1.0],
         byte: u8,
         kind in 0..4,
@@ -96,13 +97,13 @@ proptest! {
         fs::write(&path, &bytes).unwrap();
         let read = read_everything(&folder);
 
-        // A reader changes no file.
+        // Reading changes no file.
         for (other, contents) in FILES.iter().zip(contents) {
             let expected = if *other == name { &bytes } else { contents };
             prop_assert_eq!(&fs::read(folder.join(other)).unwrap(), expected, "{}", other);
         }
         prop_assert_eq!(fs::read_dir(&folder).unwrap().count(), FILES.len());
-        // The damage of one stream costs nothing of another.
+        // Damage to one stream does not affect the others.
         if name == FORCE_FILE || name == POSITION_FILE {
             prop_assert_eq!(&read.signals, &whole.signals);
         }

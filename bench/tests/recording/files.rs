@@ -1,4 +1,4 @@
-//! Recording folders: what is written reads back, here and by independent code, also after the writer was killed.
+//! Recording folders: written data are read back, here and by independent code, even after the writer was killed.
 
 use std::fs;
 use std::path::Path;
@@ -59,7 +59,7 @@ fn what_is_written_reads_back() {
     assert_eq!(on_disk.bytes, bytes);
 }
 
-/// Of what did not get to disk, no interval is left.
+/// Intervals are cut where the audio on disk ends.
 #[test]
 fn an_abandoned_recordings_intervals_end_with_its_audio() {
     let temp = tempfile::tempdir().unwrap();
@@ -121,7 +121,7 @@ fn an_independent_reader_reads_the_audio() {
 #[test]
 fn audio_of_an_independent_writer_is_read_in_every_format() {
     let temp = tempfile::tempdir().unwrap();
-    // Full scale and one step, by the width of the integer.
+    // Full scale and one step for each integer width.
     for (bits, sample_format, full, step) in [
         (16, hound::SampleFormat::Int, 32_768.0, 1),
         (24, hound::SampleFormat::Int, 8_388_608.0, 1),
@@ -426,7 +426,7 @@ fn missing_files_and_columns_are_named() {
     for name in [SIGNALS_FILE, MANIFEST_FILE] {
         fs::remove_file(folder.join(name)).unwrap();
         let error = RecordingReader::open(&folder).unwrap_err();
-        // The system's reason stands in the message; a cause beside it would be told twice.
+        // The message includes the system's reason; an additional cause would repeat it.
         assert!(std::error::Error::source(&error).is_none());
         let error = error.to_string();
         assert!(

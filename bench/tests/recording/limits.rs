@@ -1,4 +1,4 @@
-//! Limits of what is read: each refusal names its limit, and a wrong row costs itself alone.
+//! Limits of the readers: each refusal names its limit, and only a wrong row is dropped.
 
 use std::fs;
 use std::path::Path;
@@ -17,7 +17,7 @@ use recording::{
     SIGNALS_FILE,
 };
 
-/// Length of the recordings of these tests, s.
+/// Length of the recordings in these tests, s.
 const LENGTH_S: f64 = 0.5;
 
 fn recording(folder: &Path) {
@@ -27,7 +27,7 @@ fn recording(folder: &Path) {
     writer.finish(Ending::Completed).unwrap();
 }
 
-/// Reads a `force.csv` of these times, one row in each line from line 2; returns the times that are read.
+/// Reads a `force.csv` with one row per time, from line 2 on; returns the times read and the warnings.
 fn force_of(times: &[&str]) -> (Vec<f64>, Vec<Warning>) {
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("r");
@@ -76,7 +76,7 @@ fn a_leap_ahead_within_the_recording_costs_the_rows_that_leapt() {
     let (read, warnings) = force_of(&["0.0", "0.001", "0.45", "0.002", "0.003"]);
     assert_eq!(read, [0.0, 0.001, 0.002, 0.003]);
     assert_eq!(warnings, leap(1, 4));
-    // Two together, and in the first line.
+    // Two bad rows together, the first one in the first line.
     let (read, warnings) = force_of(&["0.4", "0.45", "0.0", "0.001"]);
     assert_eq!(read, [0.0, 0.001]);
     assert_eq!(warnings, leap(2, 2));
@@ -92,7 +92,7 @@ fn a_gap_in_time_is_no_leap() {
         first_line: 5,
     };
     assert_eq!(warnings, [disorder]);
-    // As many rows as confirm a leap, and one that falls back behind them.
+    // Enough rows to confirm a leap, then one that falls back in time.
     let late: Vec<String> = (0..200)
         .map(|i| format!("{}", 0.3 + f64::from(i) * 1e-4))
         .collect();
@@ -138,7 +138,7 @@ fn more_rows_than_a_sensor_gives_are_refused() {
         let force = RecordingReader::open(&folder).unwrap().force().unwrap();
         force.last().unwrap()
     };
-    // 100 kHz over the recording and two seconds more.
+    // 100 kHz over the recording and two further seconds.
     let error = last("0.1,0.6,0.1\n".repeat(300_000)).unwrap_err();
     assert!(
         matches!(
@@ -309,7 +309,7 @@ fn saturated_spans_are_in_order_and_apart() {
         start_s: 0.0,
         end_s: 1e9,
     }];
-    // Only what lies within the recording counts, up to half an hour.
+    // Only the part within the recording counts, up to half an hour.
     assert_eq!(manifest.validate_length(1800.0), Ok(()));
     let too_long = manifest.validate_length(1801.0);
     assert!(matches!(too_long, Err(ManifestError::IntervalTime { .. })));

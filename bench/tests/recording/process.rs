@@ -1,4 +1,4 @@
-//! Recordings of processes that are killed or run into a file size limit. Each test runs itself once more as the victim.
+//! Recordings of processes that are killed or reach a file size limit. Each test runs itself once more as the victim.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ fn victim_folder() -> Option<PathBuf> {
     std::env::var_os(FOLDER).map(PathBuf::from)
 }
 
-/// Runs one test of this binary in a child, through a shell that first does `setup`.
+/// Runs one test of this binary in a child process, through a shell that first executes `setup`.
 fn victim(test: &str, setup: &str, folder: &Path) -> Child {
     Command::new("sh")
         .arg("-c")
@@ -32,7 +32,7 @@ fn victim(test: &str, setup: &str, folder: &Path) -> Child {
         .unwrap()
 }
 
-/// Frames that the victim says are saved.
+/// Returns the number of frames that the victim reports as saved.
 fn saved(line: &str) -> Option<u64> {
     line.rsplit_once("saved ")?.1.parse().ok()
 }
@@ -99,7 +99,7 @@ fn a_full_disk_or_file_size_limit_is_an_error_and_the_rest_is_kept() {
     }
     let temp = tempfile::tempdir().unwrap();
     let folder = temp.path().join("r");
-    // POSIX: `ulimit -f` counts 512 bytes. The signal is ignored, so that the write itself fails.
+    // POSIX: `ulimit -f` counts units of 512 bytes. The signal is ignored, so that the write itself fails.
     let mut child = victim(
         "a_full_disk_or_file_size_limit_is_an_error_and_the_rest_is_kept",
         "trap '' XFSZ; ulimit -f 2001;",
@@ -109,7 +109,7 @@ fn a_full_disk_or_file_size_limit_is_an_error_and_the_rest_is_kept() {
     let kept = lines.map_while(Result::ok).find_map(|l| saved(&l)).unwrap();
     assert!(child.wait().unwrap().success());
 
-    // 12 bytes a frame do not divide the limit: the file is cut to whole frames and its header says so.
+    // Frames of 12 bytes do not divide the limit: the file is cut to whole frames, and its header has their number.
     assert_eq!(kept, (2001 * 512 - 58) / 12);
     let reader = RecordingReader::open(&folder).unwrap();
     assert_eq!(reader.frames(), kept);
@@ -132,7 +132,7 @@ fn a_log_line_that_a_limit_tears_is_taken_back() {
             .unwrap();
         let long = event("x".repeat(4096));
         log.event("session", time(), 1.0, long).unwrap_err();
-        // Something else gave room, or it needs less.
+        // A shorter line still fits within the limit.
         log.event("session", time(), 2.0, event("fits".to_owned()))
             .unwrap();
         log.stop(time(), ExitStatus::Fail, None).unwrap();

@@ -1,4 +1,4 @@
-//! The recorder's queue: loss is loud, lag is seen, whatever was taken is kept.
+//! The recorder's queue: losses are reported, lag is shown, accepted data are kept.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -137,7 +137,7 @@ fn an_overflow_fails_the_trial_at_the_very_sample_and_keeps_what_came_before() {
     // `Begin` takes one of the four places.
     assert_eq!(refused, 3);
     assert_eq!(sender.gauge().messages_lost(), 3);
-    // The end finds a place although data do not.
+    // The end is accepted although data are not.
     sender
         .send(RecorderMessage::End(Ending::Completed))
         .unwrap();
@@ -251,7 +251,7 @@ fn a_recorder_that_has_ended_gives_the_message_back() {
     assert_eq!(sender.gauge().lag_s(), 0.0);
 }
 
-/// Names of the recordings that began and were saved, in the order of the answers; the latter with their sums.
+/// Names of the recordings that began and were saved, in the order of the answers; saved ones with their checksums.
 type Answer = (String, Option<recording::sums::Sums>);
 
 fn answers(notices: &Receiver<RecorderNotice>) -> Vec<Answer> {
@@ -304,7 +304,7 @@ fn the_sums_of_a_long_recording_hold_nothing_up() {
     let now = Instant::now();
     sender.send(begin(&temp.path().join("long"))).unwrap();
     for n in 0..20 {
-        // 8 bytes a frame: 16 MB.
+        // A frame has 8 bytes: 16 MB in total.
         let block = ramp(n * 100_000, 100_000);
         sender.send(RecorderMessage::Audio(block)).unwrap();
     }
@@ -312,7 +312,7 @@ fn the_sums_of_a_long_recording_hold_nothing_up() {
     sender.send(end()).unwrap();
     task.poll(now);
     assert_eq!(answers(&notices), [("long began".to_owned(), None)]);
-    // The next one is recorded while the first is read back.
+    // The next recording is made while the first one is read back.
     sender.send(begin(&temp.path().join("next"))).unwrap();
     sender.send(audio(0)).unwrap();
     task.poll(now + SYNC_INTERVAL);
@@ -351,7 +351,7 @@ fn a_recorder_that_ends_reports_what_is_saved_without_its_sums() {
         .unwrap();
     drop(sender);
     task.run();
-    // Nobody waits for them any more.
+    // The sender is gone, so the checksums are not computed.
     let expected = ["r began", "r"].map(|answer| (answer.to_owned(), None));
     assert_eq!(answers(&notices), expected);
 }

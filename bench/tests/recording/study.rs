@@ -1,4 +1,4 @@
-//! A study only grows, belongs to one instance at a time, and survives being killed at any point.
+//! A study only grows, is used by one instance at a time, and survives being killed at any point.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -54,7 +54,7 @@ fn start(resumed: bool) -> Start {
     }
 }
 
-/// `sub-A` and `sub-a` are one folder on many disks.
+/// `sub-A` and `sub-a` are the same folder on many disks.
 #[test]
 fn a_participant_who_differs_in_case_only_is_refused() {
     let room = tempfile::tempdir().unwrap();
@@ -200,7 +200,7 @@ fn what_a_participant_states_is_filled_in_once_and_stays() {
     begin(&study, "sub-02", 1).unwrap();
     study.describe(&first, &person("31", "n/a")).unwrap();
     study.describe(&first, &person("32", "female")).unwrap();
-    // Nobody is added by being described.
+    // Describing a participant does not add one.
     study
         .describe(&participant("sub-03"), &person("40", "male"))
         .unwrap();
@@ -219,7 +219,7 @@ fn a_table_of_an_earlier_version_or_with_a_laboratorys_own_columns_is_gone_on_wi
     let temp = tempfile::tempdir().unwrap();
     let study = open(temp.path()).unwrap();
     let table = temp.path().join(PARTICIPANTS_FILE);
-    // Edited in a spreadsheet; the last line is torn.
+    // The file was edited in a spreadsheet, and its last line is torn.
     fs::write(
         &table,
         "\u{feff}participant_id\tgroup\tfirst_session_date\tprotocol\r\nsub-01\tdry\t2026-01-31\tdemo\r\nsub-02\twet",
@@ -402,7 +402,7 @@ fn a_log_reads_back_document_by_document() {
     assert_eq!((event.seq_num, event.audio_s), (2, 2.5));
     assert_eq!(event.data, data(2));
     assert_eq!(content.stop().unwrap().num_events, 2);
-    // Readable line by line without this project: pandas.read_json(lines=True) and jq.
+    // The log is readable line by line without this project: pandas.read_json(lines=True) and jq.
     let text = fs::read_to_string(&path).unwrap();
     let kinds: Vec<Value> = text
         .lines()
@@ -456,7 +456,7 @@ proptest! {
     fn a_log_cut_anywhere_keeps_all_whole_lines(kept in 0.0..=1.0) {
         let temp = tempfile::tempdir().unwrap();
         let path = temp.path().join("events.jsonl");
-        // Made once, for its syncs take long.
+        // Made once, because its syncs are slow.
         static WHOLE: LazyLock<Vec<u8>> = LazyLock::new(|| {
             let temp = tempfile::tempdir().unwrap();
             let path = temp.path().join("events.jsonl");
@@ -468,7 +468,7 @@ proptest! {
         fs::write(&path, cut).unwrap();
         let lines = cut.iter().filter(|byte| **byte == b'\n').count();
         let documents = event_log::read(&path).unwrap().documents.len();
-        // A line that lacks nothing but its end is whole.
+        // A line that lacks only its line break is complete.
         prop_assert!(documents == lines || documents == lines + 1);
         let (mut log, _) = EventLog::open(path.clone()).unwrap();
         log.start(start(true)).unwrap();

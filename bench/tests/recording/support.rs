@@ -1,4 +1,4 @@
-//! What the recording tests share.
+//! Helpers shared by the recording tests.
 
 use std::path::Path;
 
@@ -66,7 +66,7 @@ pub fn manifest() -> Manifest {
     }
 }
 
-/// Frame `n` holds `n` on the drive and `-n` on the pickup.
+/// Returns frames with `n` on the drive and `-n` on the pickup in frame `n`.
 pub fn ramp(from: usize, frames: usize) -> Vec<f32> {
     (from..from + frames)
         .flat_map(|n| [n as f32, -(n as f32)])

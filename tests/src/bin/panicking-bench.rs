@@ -1,9 +1,9 @@
 //! The bench on simulated hardware in real time, one part of which panics while the plate is driven:
 //! `panicking-bench PART FOLDER run --mock …`, with the options of `friction-bench`.
 //!
-//! A part is a task, by the name of its thread: the bench's own clock, which every task reads before each of its polls,
-//! panics on that thread. So nothing in the program is there for this test. A part that no task is called panics on a
-//! thread of that name which is no task. What happened to the lines is left in `FOLDER/report.json`.
+//! A part is a task, named by its thread. The bench's clock, which every task reads before each poll, panics on that thread, so
+//! the program needs no code for this test. `OTHER_THREAD` is no task: it panics on a thread with that name. The history of the
+//! lines is written to `FOLDER/report.json`.
 
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -33,15 +33,14 @@ use safety::{GpioError, OutputLine, input, output};
 use sources::Lines;
 use tasks::{Clock, Schedule, SystemClock};
 
-/// Time from the arming to the panic, in the apparatus's time: the drive has ramped up, and the audio is being
-/// recorded.
+/// Time from arming to the panic, on the apparatus's clock: the drive has ramped up, and audio is being recorded.
 const DRIVEN_NS: u64 = 800_000_000;
 
-/// What is seen of the bench from outside.
+/// Observations of the bench from outside.
 struct Seen {
     part: String,
     time: ApparatusClock,
-    /// The part panics from now on.
+    /// Whether the part panics at its next reading of the clock.
     panics: AtomicBool,
     panicked_ns: AtomicU64,
     edges: Mutex<Vec<Edge>>,
@@ -66,7 +65,7 @@ impl Seen {
     }
 }
 
-/// The computer's clock, on which one of its readers panics once.
+/// The computer's clock, which panics once when the chosen thread reads it.
 struct PanickingClock {
     clock: SystemClock,
     seen: Arc<Seen>,
@@ -94,7 +93,7 @@ impl Clock for PanickingClock {
     }
 }
 
-/// A line whose edges are kept.
+/// Output line that records its edges.
 struct SeenLine {
     name: &'static str,
     line: Box<dyn OutputLine>,
@@ -123,7 +122,7 @@ impl OutputLine for SeenLine {
     }
 }
 
-/// Waits until the plate has been driven for a while, and lets the part panic.
+/// Waits until the plate has been driven for a while, then makes the part panic.
 fn panic_while_driven(seen: &Seen) {
     let armed_ns = || {
         let edges = seen.edges.lock().unwrap_or_else(PoisonError::into_inner);
@@ -200,7 +199,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
         guard: Box::new(simulated),
         simulated: true,
         pace: safety::Pace::Simulated,
-        // Each bench has a folder of its own.
+        // Each bench has its own folder.
         keeps_accounts: true,
     };
     let apparatus = Apparatus {
@@ -221,7 +220,7 @@ fn config_of(path: &Option<PathBuf>) -> anyhow::Result<Config> {
     Ok(Config::read(path.as_deref().context("--config")?)?)
 }
 
-/// Does what is asked for, on that apparatus; returns whether it came to its end.
+/// Runs the command on that apparatus; returns whether it completed.
 fn command(command: Command, apparatus: Apparatus) -> anyhow::Result<bool> {
     match command {
         Command::Run(options) => {

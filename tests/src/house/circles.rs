@@ -1,4 +1,4 @@
-//! Circles of files: each takes something from another of them, and in the end from itself.
+//! Dependency cycles of files: each file takes something from the next, and so indirectly from itself.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -7,26 +7,26 @@ use std::path::{Path, PathBuf};
 use super::edges::{Edges, Unresolved, edges};
 use super::modules::{Tree, Unreadable};
 
-/// Files of a crate that form a circle.
+/// Files of a crate that form a cycle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Circle {
     /// Edges among its files.
     pub ties: Vec<Tie>,
 }
 
-/// What one file of a circle takes from another of it.
+/// Names that one file of a cycle takes from another.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tie {
-    /// The file that takes.
+    /// The file that uses the names.
     pub from: PathBuf,
-    /// The file that defines.
+    /// The file that defines them.
     pub to: PathBuf,
-    /// The names taken.
+    /// The names.
     pub names: Vec<String>,
 }
 
 impl Circle {
-    /// Returns its files.
+    /// Returns the files of the cycle.
     pub fn files(&self) -> BTreeSet<&Path> {
         self.ties.iter().map(|tie| tie.from.as_path()).collect()
     }
@@ -48,18 +48,18 @@ impl fmt::Display for Circle {
     }
 }
 
-/// What the modules of a crate look like.
+/// Files and dependencies of a crate.
 #[derive(Debug)]
 pub struct Survey {
     /// Every file that a `mod` reaches from the root file.
     pub files: Vec<PathBuf>,
-    /// Circles of files, those compiled for tests alone left out.
+    /// Cycles of files, without those compiled only for tests.
     pub circles: Vec<Circle>,
     /// Paths of this crate that lead to no known item.
     pub unresolved: Vec<Unresolved>,
 }
 
-/// Surveys the crate whose root file is `root`.
+/// Surveys the crate with the root file `root`.
 ///
 /// # Errors
 /// When its source cannot be read.
@@ -105,7 +105,7 @@ fn circles(tree: &Tree, edges: &Edges) -> Vec<Circle> {
     found
 }
 
-/// Files that `from` takes from, directly or through others.
+/// Returns the files that `from` depends on, directly or through others.
 fn reachable(from: usize, edges: &Edges) -> BTreeSet<usize> {
     let (mut reached, mut next) = (BTreeSet::new(), vec![from]);
     while let Some(file) = next.pop() {

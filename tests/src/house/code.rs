@@ -1,4 +1,4 @@
-//! What one source file declares, imports and names, as parsed by `syn`; code under `#[cfg(test)]` is left out.
+//! Declarations, imports and names of one source file, as parsed by `syn`; code under `#[cfg(test)]` is left out.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,45 +12,45 @@ use syn::{Attribute, Item, Meta, Token, UseTree, Visibility};
 pub struct Body {
     /// Modules that it declares.
     pub modules: Vec<Declared>,
-    /// Items that it defines, by name; of an enum with its variants.
+    /// Items that it defines, by name; an enum with its variants.
     pub items: BTreeMap<String, Vec<String>>,
     /// Macros that it exports to the crate's root.
     pub exported_macros: Vec<String>,
     /// Its `use` declarations, one for each imported name.
     pub imports: Vec<Import>,
-    /// Paths that its code names, but for those of `use` declarations.
+    /// Paths that its code names, except in `use` declarations.
     pub paths: Vec<Named>,
     /// Names that its patterns bind: `let gap = …`.
     pub bound: BTreeSet<String>,
-    /// Whether a macro is called where items stand: it may define any.
+    /// Whether a macro is called in item position: it may define any item.
     pub makes_items: bool,
 }
 
-/// `mod name;` or `mod name { … }`.
+/// A declaration `mod name;` or `mod name { … }`.
 #[derive(Debug)]
 pub struct Declared {
     /// The module's name.
     pub name: String,
-    /// Its code, where it stands between braces.
+    /// Its code, if it is between braces.
     pub body: Option<Body>,
-    /// File names that `#[path]` gives, also inside `#[cfg_attr]`.
+    /// File names from `#[path]`, also inside `#[cfg_attr]`.
     pub paths: Vec<String>,
-    /// Whether it is compiled for tests alone.
+    /// Whether it is compiled only for tests.
     pub test: bool,
 }
 
 /// One name of a `use` declaration.
 #[derive(Debug)]
 pub struct Import {
-    /// Path of the imported item; of a glob, of the module before `::*`.
+    /// Path of the imported item; for a glob, of the module before `::*`.
     pub path: Vec<String>,
     /// Name in this module; `None` for a glob.
     pub name: Option<String>,
-    /// Where it is visible.
+    /// Visibility of the name.
     pub reach: Reach,
 }
 
-/// Where an imported name is visible.
+/// Visibility of an imported name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reach {
     /// In the module and below it.
@@ -157,7 +157,7 @@ impl Body {
         }
     }
 
-    /// Adds the paths that the arguments of a macro or an attribute name, as far as their tokens show them.
+    /// Adds the paths named in the arguments of a macro or an attribute, as far as the tokens show them.
     fn tokens(&mut self, tokens: TokenStream) {
         let tokens: Vec<_> = tokens.into_iter().collect();
         let punct = |at: Option<usize>, wanted: char| {
@@ -362,7 +362,7 @@ fn defined(item: &Item) -> Option<(String, Vec<String>)> {
     Some((ident.to_string(), Vec::new()))
 }
 
-/// Returns whether the attributes leave an item to tests: `#[test]`, `#[cfg(test)]`, `#[cfg(all(test, …))]`.
+/// Returns whether the attributes mark an item as test code: `#[test]`, `#[cfg(test)]`, `#[cfg(all(test, …))]`.
 fn is_test(attributes: &[Attribute]) -> bool {
     attributes.iter().any(|attribute| {
         attribute.path().is_ident("test")

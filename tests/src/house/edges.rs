@@ -1,4 +1,4 @@
-//! Which file of a crate takes what from which other file of it.
+//! Dependencies between the files of a crate, with the names used.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -6,31 +6,31 @@ use std::path::PathBuf;
 use super::code::{Import, Named, Reach};
 use super::modules::Tree;
 
-/// File → file: the names that the first takes from the second. Files by their place in [`Tree::files`].
+/// Names that one file takes from another, by (user, definer); a file is its index in [`Tree::files`].
 pub type Edges = BTreeMap<(usize, usize), BTreeSet<String>>;
 
-/// A path that begins with `crate`, `self` or `super` and leads to nothing known.
+/// A path that begins with `crate`, `self` or `super` and leads to no known item.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
 #[error("{file}: `{path}` leads to no known item")]
 pub struct Unresolved {
-    /// The file that names it.
+    /// The file that names the path.
     pub file: PathBuf,
     /// The path.
     pub path: String,
 }
 
-/// What a path leads to.
+/// Target of a path.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Target {
     Item { file: usize, name: String },
     Module(usize),
 }
 
-/// What is found under a name.
+/// Targets found for a name.
 #[derive(Debug, Default)]
 struct Found {
     targets: BTreeSet<Target>,
-    /// Whether it may stand for something of another crate.
+    /// Whether the name may belong to another crate.
     outside: bool,
 }
 
@@ -45,14 +45,14 @@ impl Found {
     }
 }
 
-/// Modules and names that are being looked up, and whether a path goes on after the name: globs and imports may lead back to
-/// them. `pub use gap::gap` takes a function of the name that its first step has as a module.
+/// Module and name of each lookup in progress, and whether the path continues after the name. Globs and imports may lead back
+/// to them. In `pub use gap::gap` the first step is the module and the second the function of the same name.
 type Seen = BTreeSet<(usize, String, bool)>;
 
-/// Returns the edges between the crate's files, and the paths that lead to nothing known.
+/// Returns the edges between the crate's files, and the paths that lead to no known item.
 ///
-/// A re-export (`pub use`) is no edge of its own: whoever uses the name takes it from the file that defines it. So a parent
-/// that only declares its modules and re-exports their items takes nothing from them. A private import is an edge, used or not.
+/// A re-export (`pub use`) is not an edge: each user of the name depends on the file that defines it. So a parent that only
+/// declares its modules and re-exports their items depends on none of them. A private import is an edge, used or not.
 pub fn edges(tree: &Tree) -> (Edges, Vec<Unresolved>) {
     let mut walk = Walk {
         tree,
@@ -120,7 +120,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Finds a macro that a module above defines in the text before.
+    /// Finds a macro that an enclosing module defines textually before this place.
     fn textual(&self, from: usize, path: &[String]) -> BTreeSet<Target> {
         let mut above = self.tree.modules[from].parent;
         while let ([name], Some(module)) = (path, above) {
@@ -142,7 +142,7 @@ impl Walk<'_> {
         }
     }
 
-    /// A path that begins in this crate must lead somewhere: at least into a module where a macro may define the item.
+    /// Requires that a path beginning in this crate resolves, at least to a module where a macro may define the item.
     fn require(&mut self, from: usize, path: &[String], found: &Found) {
         let anchors = path
             .iter()
@@ -198,7 +198,7 @@ fn resolve(tree: &Tree, from: usize, path: &[String], seen: &mut Seen) -> Found 
     }
 }
 
-/// Follows `path` from `module` down; `function` is the module whose functions' imports hold too.
+/// Follows `path` down from `module`; imports inside the functions of the module `function` count too.
 fn walk(
     tree: &Tree,
     module: usize,
@@ -224,7 +224,7 @@ fn walk(
             }
         }
     }
-    // The path goes on inside an item, as `Type::function`, unless a module has this name too and the rest of the path.
+    // The path continues inside an item, as `Type::function`, unless a module of this name has the rest of the path.
     if found.targets.is_empty() {
         found.targets = items;
     }
@@ -281,7 +281,7 @@ fn through_glob(
     name: (&str, bool),
     seen: &mut Seen,
 ) -> Found {
-    // The glob's own path is looked up afresh: it may pass the very name that is looked for.
+    // The glob's path is looked up with a fresh `seen`: it may contain the name that is being looked up.
     let from_where = resolve(tree, from, &glob.path, &mut seen.clone());
     let mut found = Found {
         targets: BTreeSet::new(),

@@ -1,5 +1,5 @@
-//! The rules that ARCHITECTURE.md states, as functions on source trees: which package uses which, circles of files, sizes;
-//! and which test proves which fault and hazard.
+//! The rules of ARCHITECTURE.md as functions on source trees: allowed dependencies, dependency cycles of files, sizes; and the
+//! tests that prove each fault and hazard.
 
 pub mod circles;
 pub mod code;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::code::{Body, Declared};
 
-/// A crate's modules and the files that they stand in.
+/// A crate's modules and their files.
 #[derive(Debug)]
 pub struct Tree {
     /// Files, the root first.
@@ -19,11 +19,11 @@ pub struct Tree {
 pub struct Module {
     /// The module that declares it; `None` for the root.
     pub parent: Option<usize>,
-    /// The file that holds its code.
+    /// The file with its code.
     pub file: usize,
-    /// Whether it is compiled for tests alone.
+    /// Whether it is compiled only for tests.
     pub test: bool,
-    /// Modules that it declares, by name: several where `cfg` chooses one of them.
+    /// Modules that it declares, by name: several if `cfg` chooses among them.
     pub children: BTreeMap<String, Vec<usize>>,
     /// Its code.
     pub body: Body,
@@ -37,15 +37,15 @@ pub enum Unreadable {
     Disk {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         error: std::io::Error,
     },
-    /// A file is not Rust.
+    /// A file is not valid Rust.
     #[error("cannot parse {path}: {error}")]
     NotRust {
         /// The file.
         path: PathBuf,
-        /// What the parser said.
+        /// The parser's error.
         error: syn::Error,
     },
     /// A module's file does not exist.
@@ -59,7 +59,7 @@ pub enum Unreadable {
 }
 
 impl Tree {
-    /// Reads the crate whose root file is `root`.
+    /// Reads the crate with the root file `root`.
     ///
     /// # Errors
     /// When a file cannot be read or parsed, or a declared module has no file.
@@ -73,7 +73,7 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Reads a module's file, whose own modules lie in `folder`.
+    /// Reads a module's file; its child modules lie in `folder`.
     fn file(
         &mut self,
         path: &Path,
@@ -120,7 +120,7 @@ impl Tree {
         Ok(index)
     }
 
-    /// Reads what `mod name;` or `mod name { … }` declares: several modules where `cfg` chooses among files.
+    /// Reads the module declared by `mod name;` or `mod name { … }`: several modules if `cfg` chooses among files.
     fn declared(
         &mut self,
         child: Declared,
@@ -136,7 +136,7 @@ impl Tree {
         }
         let declaring = self.files[file].clone();
         let beside = declaring.parent().unwrap_or(Path::new(""));
-        // With the folder of the file's own modules.
+        // Each candidate with the folder of its child modules.
         let mut candidates: Vec<_> = child.paths.iter().map(|path| beside.join(path)).collect();
         candidates.push(below.join("mod.rs"));
         let mut candidates: Vec<_> = candidates

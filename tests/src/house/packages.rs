@@ -1,4 +1,4 @@
-//! Packages of the workspace, what they use, and the table of ARCHITECTURE.md that says what they may.
+//! Packages of the workspace, their dependencies, and the table of allowed dependencies in ARCHITECTURE.md.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use cargo_metadata::{DependencyKind, MetadataCommand};
 pub struct Package {
     /// Its name.
     pub name: String,
-    /// Where its Cargo.toml lies.
+    /// Folder of its Cargo.toml.
     pub folder: PathBuf,
     /// Root file of its library, if it has one.
     pub library: Option<PathBuf>,
@@ -20,7 +20,7 @@ pub struct Package {
     pub uses: BTreeSet<String>,
     /// Packages of the workspace that only its tests, benchmarks and examples use.
     pub tests_use: BTreeSet<String>,
-    /// All packages that it is built of, in any kind of target.
+    /// All its dependencies, in any kind of target.
     pub built_of: BTreeSet<String>,
 }
 
@@ -65,7 +65,7 @@ pub fn packages(folder: &Path) -> Result<Vec<Package>, cargo_metadata::Error> {
         Package {
             name: package.name.to_string(),
             folder: manifest.parent().unwrap_or(Path::new("")).to_owned(),
-            // One that is loaded is a library too.
+            // A dynamically loaded library (cdylib) counts as a library too.
             library: roots(|target| target.is_lib() || target.is_cdylib()).next(),
             binaries: roots(cargo_metadata::Target::is_bin).collect(),
             tests_use: used(true, true).difference(&uses).cloned().collect(),
@@ -87,7 +87,7 @@ pub struct Row {
     pub tests_use: BTreeSet<String>,
 }
 
-/// An edge, row or package that the table and the workspace disagree on.
+/// A disagreement between the table and the workspace.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Fault {
     /// A package is not in the table.
@@ -96,7 +96,7 @@ pub enum Fault {
         /// The package.
         package: String,
     },
-    /// The table has a row or names a package that the workspace does not have.
+    /// The table names a package that the workspace does not have.
     #[error("the table names `{package}`, which is no package of the workspace")]
     NoSuchPackage {
         /// The package.
@@ -108,23 +108,23 @@ pub enum Fault {
         /// The package.
         package: String,
     },
-    /// A package uses what its row does not allow.
+    /// A package uses a package that its row does not allow.
     #[error("`{package}` uses `{used}`, which its row does not allow")]
     NotAllowed {
         /// The package.
         package: String,
-        /// What it uses.
+        /// The package used.
         used: String,
     },
-    /// The tests of a package use what its row allows neither to it nor to them.
+    /// The tests of a package use a package that its row allows neither to it nor to them.
     #[error("the tests of `{package}` use `{used}`, which its row does not allow")]
     NotAllowedInTests {
         /// The package.
         package: String,
-        /// What its tests use.
+        /// The package used.
         used: String,
     },
-    /// A row allows a package that stands below it.
+    /// A row allows a package that is below it in the table.
     #[error("`{package}` may use `{used}`, which stands below it in the table")]
     Upward {
         /// The package.
@@ -134,7 +134,7 @@ pub enum Fault {
     },
 }
 
-/// Returns the first names between backquotes of each cell of the table after the line `heading`.
+/// Returns the first name between backquotes in each cell of the table after the line `heading`.
 fn table(text: &str, heading: &str) -> Vec<Vec<String>> {
     text.lines()
         .skip_while(|line| *line != heading)
@@ -165,7 +165,7 @@ pub fn rows(architecture: &str) -> Vec<Row> {
         .collect()
 }
 
-/// Returns the packages that the first table of ARCHITECTURE.md calls pure without reserve.
+/// Returns the packages that the first table of ARCHITECTURE.md marks as pure with a plain "yes".
 pub fn pure_packages(architecture: &str) -> BTreeSet<String> {
     table(architecture, "# Architecture")
         .iter()
@@ -174,7 +174,7 @@ pub fn pure_packages(architecture: &str) -> BTreeSet<String> {
         .collect()
 }
 
-/// Compares the table with the workspace. The table's order is that of the packages: each may use those above it alone.
+/// Compares the table with the workspace. The order of the rows is the order of the packages: each may use only those above it.
 pub fn faults(rows: &[Row], packages: &[Package]) -> Vec<Fault> {
     let mut faults = Vec::new();
     let exists = |name: &str| packages.iter().any(|package| package.name == name);
@@ -223,7 +223,7 @@ pub fn faults(rows: &[Row], packages: &[Package]) -> Vec<Fault> {
     faults
 }
 
-/// What each package of Cargo.lock is built of, on any system: name → names, all versions of a package as one.
+/// Dependencies of each package in Cargo.lock, on any system: name → names; versions of a package are merged.
 #[derive(Debug)]
 pub struct Lock(BTreeMap<String, BTreeSet<String>>);
 
@@ -231,7 +231,7 @@ impl Lock {
     /// Reads the text of Cargo.lock.
     ///
     /// # Errors
-    /// When it is not TOML.
+    /// When the text is not TOML.
     pub fn parse(text: &str) -> Result<Self, toml::de::Error> {
         let document: toml::Table = toml::from_str(text)?;
         let mut lock = BTreeMap::<_, BTreeSet<_>>::new();
@@ -241,7 +241,7 @@ impl Lock {
                 continue;
             };
             let built_of = package.get("dependencies").and_then(toml::Value::as_array);
-            // "name", or "name version" where there are several.
+            // Written as "name", or as "name version" if there are several versions.
             let names = built_of.into_iter().flatten();
             let names = names.filter_map(|name| name.as_str()?.split(' ').next());
             let known = lock.entry(name.to_owned()).or_default();
@@ -250,11 +250,11 @@ impl Lock {
         Ok(Self(lock))
     }
 
-    /// Returns everything that `package` is built of, its tests aside, directly or through others; each with the one before.
+    /// Returns all dependencies of `package`, direct and indirect, without those of its tests; each with the package using it.
     pub fn tree(&self, package: &str, packages: &[Package]) -> BTreeMap<String, String> {
         let (mut tree, mut next) = (BTreeMap::new(), vec![package.to_owned()]);
         while let Some(name) = next.pop() {
-            // Cargo.lock has what the tests of the workspace's own packages use too.
+            // Cargo.lock also includes the dependencies of the workspace's tests.
             let own = packages.iter().find(|package| package.name == name);
             let built_of = own.map_or_else(|| self.0.get(&name), |own| Some(&own.built_of));
             for used in built_of.into_iter().flatten() {

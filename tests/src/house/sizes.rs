@@ -1,29 +1,29 @@
-//! Sizes of packages and files. Of a file every line counts, blank ones, comments and tests too; of a package all but its unit
-//! tests.
+//! Sizes of packages and files. All lines of a file count, also blank lines, comments and tests; the size of a package excludes
+//! its unit tests.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A package or file that is over its limit.
+/// A package or file above its limit.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{path} has {lines} lines; the limit is {limit}")]
 pub struct TooLong {
     /// The file, or the package's folder of source files.
     pub path: PathBuf,
-    /// Its lines.
+    /// Number of its lines.
     pub lines: usize,
-    /// The most it may have.
+    /// Greatest number allowed.
     pub limit: usize,
 }
 
-/// Returns the `.rs` files in and below `folder`, without hidden folders and those in which cargo builds.
+/// Returns the `.rs` files in and below `folder`, without hidden folders and cargo's build folders.
 ///
 /// # Errors
 /// When a folder cannot be read.
 pub fn rust_files(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let (mut files, mut folders) = (Vec::new(), vec![folder.to_owned()]);
     while let Some(folder) = folders.pop() {
-        // Cargo marks its folder so.
+        // Cargo marks its build folder with this file.
         if folder.join("CACHEDIR.TAG").exists() || folder.ends_with("target") {
             continue;
         }
@@ -43,7 +43,7 @@ pub fn rust_files(folder: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Returns the lines of a file.
+/// Returns the number of lines of a file.
 ///
 /// # Errors
 /// When it cannot be read.
@@ -54,7 +54,7 @@ pub fn lines(file: &Path) -> io::Result<usize> {
 /// Returns the files in and below `folder` that have more than `limit` lines.
 ///
 /// # Errors
-/// When one cannot be read.
+/// When a file cannot be read.
 pub fn long_files(folder: &Path, limit: usize) -> io::Result<Vec<TooLong>> {
     let mut found = Vec::new();
     for path in rust_files(folder)? {
@@ -66,8 +66,8 @@ pub fn long_files(folder: &Path, limit: usize) -> io::Result<Vec<TooLong>> {
     Ok(found)
 }
 
-/// Returns the lines of a source file that are no unit tests: none of `tests.rs` or of a file below `tests/`, and those before
-/// `#[cfg(test)]` and `mod tests {` of another.
+/// Returns the number of lines of a source file without unit tests: 0 for `tests.rs` and files below `tests/`, otherwise the
+/// lines before `#[cfg(test)]` and `mod tests {`.
 ///
 /// # Errors
 /// When it cannot be read.
@@ -83,10 +83,10 @@ fn lines_without_tests(source: &Path, file: &Path) -> io::Result<usize> {
     Ok(code.map_or(0, |code| code.lines().count()))
 }
 
-/// Returns the package's source folder when its files have more than `limit` lines together, unit tests apart.
+/// Returns the package's source folder if its files have more than `limit` lines in total, without unit tests.
 ///
 /// # Errors
-/// When one cannot be read.
+/// When a file cannot be read.
 pub fn large_package(source: &Path, limit: usize) -> io::Result<Option<TooLong>> {
     let mut all = 0;
     for file in rust_files(source)? {

@@ -1,4 +1,4 @@
-//! The tests of the workspace, and the rows of FAULTS.md and HAZARDS.md that the doc comment of each says it proves.
+//! The tests of the workspace, with the rows of FAULTS.md and HAZARDS.md that their doc comments claim to prove.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -11,12 +11,12 @@ use super::modules::Unreadable;
 use super::packages::Package;
 use super::sizes::rust_files;
 
-/// A row of one of the two lists.
+/// A row of FAULTS.md or HAZARDS.md.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Row {
-    /// Of FAULTS.md.
+    /// A row of FAULTS.md.
     Fault(u32),
-    /// Of HAZARDS.md.
+    /// A section of HAZARDS.md.
     Hazard(u32),
 }
 
@@ -38,16 +38,16 @@ pub struct Test {
     pub proves: BTreeSet<Row>,
 }
 
-/// What source files say.
+/// Tests and malformed tags of source files.
 #[derive(Debug, Default)]
 pub struct Found {
-    /// Their tests, also those in the arguments of a macro such as `proptest!`.
+    /// Tests, also in the arguments of a macro such as `proptest!`.
     pub tests: Vec<Test>,
-    /// Lines that begin like a tag, but are not in its form or stand above something that is no test.
+    /// Lines that begin like a tag, but are malformed or not above a test.
     pub strays: Vec<Stray>,
 }
 
-/// A line that begins like a tag and is none.
+/// A line that begins like a tag but is not a valid one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{package}: `/// {line}` is no tag of a test; write `/// Fault 16.` or `/// Hazards 3, 10.` above `#[test]`"
@@ -71,7 +71,7 @@ impl Found {
         };
         let mut found = Self::default();
         for path in rust_files(folder).map_err(|error| disk(folder, error))? {
-            // One package's folder may lie in another's.
+            // One package's folder may lie inside another's.
             let around = packages.iter().filter(|p| path.starts_with(&p.folder));
             let innermost = around.max_by_key(|package| package.folder.components().count());
             let Some(package) = innermost else { continue };
@@ -84,7 +84,7 @@ impl Found {
     }
 
     fn scan(&mut self, package: &str, tokens: TokenStream) {
-        // Attributes of whatever comes next.
+        // Attributes of the next item.
         let mut attributes = Vec::new();
         let mut tokens = tokens.into_iter().peekable();
         while let Some(token) = tokens.next() {
@@ -108,7 +108,7 @@ impl Found {
         }
     }
 
-    /// Takes in the doc comment of a test, or of something else if `name` is `None`.
+    /// Reads the doc comment of a test, or of another item if `name` is `None`.
     fn function(&mut self, package: &str, name: Option<String>, attributes: &[Meta]) {
         let mut proves = BTreeSet::new();
         for line in attributes.iter().flat_map(doc_lines) {
@@ -153,7 +153,7 @@ enum Tag {
     Rows(Vec<Row>),
 }
 
-/// Reads `Fault 16.`, `Faults 5, 17.`, `Hazard 3.` or `Hazards 3, 10.`, which is the whole line.
+/// Parses `Fault 16.`, `Faults 5, 17.`, `Hazard 3.` or `Hazards 3, 10.`, which must be the whole line.
 fn tag(line: &str) -> Tag {
     let fault = line.strip_prefix("Fault");
     let row = if fault.is_some() {
@@ -170,7 +170,7 @@ fn tag(line: &str) -> Tag {
     if !numbers.starts_with(|c: char| c.is_ascii_digit()) {
         return Tag::None;
     }
-    // Without its full stop it has no number that could be read.
+    // Without its full stop the tag is malformed.
     let numbers = numbers.strip_suffix('.').unwrap_or("");
     let rows = numbers.split(", ").map(|number| number.parse().map(row));
     match rows.collect::<Result<Vec<_>, _>>() {

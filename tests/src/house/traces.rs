@@ -1,25 +1,25 @@
-//! Which tests prove which row of FAULTS.md and HAZARDS.md: docs/traces.md, and what is missing in it.
+//! Tests that prove each row of FAULTS.md and HAZARDS.md: docs/traces.md and its gaps.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use super::tags::{Row, Test};
 
-/// The command that writes docs/traces.md anew.
+/// The command that renews docs/traces.md.
 pub const RENEW: &str = "FRICTION_BENCH_WRITE_TRACES=1 cargo test --workspace --test architecture";
 
-/// A row that calls for tests.
+/// A row that requires tests.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Entry {
-    /// Which row.
+    /// The row.
     pub row: Row,
-    /// What it is about.
+    /// Title of the row.
     pub title: String,
-    /// Why it has no tests, if its document says that it has none: `planned` or `none`.
+    /// The document's reason if the row has no test: `planned` or `none`.
     pub untested: Option<&'static str>,
 }
 
-/// Something that the documents and the tests disagree on.
+/// A disagreement between the documents and the tests.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Gap {
     /// No test proves a row.
@@ -29,7 +29,7 @@ pub enum Gap {
     NoTest {
         /// The row.
         row: Row,
-        /// What it is about.
+        /// Title of the row.
         title: String,
     },
     /// A test names a row that its document does not have.
@@ -40,14 +40,14 @@ pub enum Gap {
         /// The row.
         row: Row,
     },
-    /// A test proves a row whose document says that nothing does.
+    /// A test proves a row that its document declares untested.
     #[error("{test} is tagged with {row}, of which its document says: {untested}")]
     SaidToBeUntested {
         /// The test.
         test: String,
         /// The row.
         row: Row,
-        /// What the document says.
+        /// The reason in the document.
         untested: &'static str,
     },
     /// A document names a test that does not exist.
@@ -56,7 +56,7 @@ pub enum Gap {
         /// The test.
         test: String,
     },
-    /// docs/traces.md is not what the documents and the tests say.
+    /// docs/traces.md differs from the documents and the tests.
     #[error("docs/traces.md is out of date from line {line} on; renew it: {RENEW}")]
     Stale {
         /// The first line that differs.
@@ -87,7 +87,7 @@ pub fn faults(document: &str) -> Vec<Entry> {
     rows.filter_map(entry).collect()
 }
 
-/// Returns a sentence up to its first mark of punctuation, commas aside: they stand between kinds of one fault.
+/// Returns a sentence up to its first punctuation mark other than a comma: commas separate kinds of one fault.
 fn beginning(sentence: &str) -> &str {
     let marks = [": ", "; ", " (", ", e.g. "];
     let end = marks.iter().filter_map(|mark| sentence.find(mark)).min();
@@ -118,7 +118,7 @@ pub fn hazards(document: &str) -> Vec<Entry> {
     entries
 }
 
-/// Returns the tests of each row that has any, by their names.
+/// Returns the names of the tests of each row that has any.
 pub fn traces(tests: &[Test]) -> BTreeMap<Row, BTreeSet<&str>> {
     let mut traces = BTreeMap::<_, BTreeSet<_>>::new();
     for test in tests {
@@ -129,7 +129,7 @@ pub fn traces(tests: &[Test]) -> BTreeMap<Row, BTreeSet<&str>> {
     traces
 }
 
-/// Returns the rows without a test, and the tags that no row answers to.
+/// Returns the rows without a test, and the tags of rows that do not exist.
 pub fn gaps(entries: &[Entry], tests: &[Test]) -> Vec<Gap> {
     let traces = traces(tests);
     let mut gaps = Vec::new();
@@ -161,7 +161,7 @@ pub fn gaps(entries: &[Entry], tests: &[Test]) -> Vec<Gap> {
     gaps
 }
 
-/// Returns the tests that a document names between backquotes, as `package::function`, and that do not exist.
+/// Returns the tests that a document names between backquotes, as `package::function`, but that do not exist.
 pub fn names_without_a_test(document: &str, tests: &[Test]) -> Vec<Gap> {
     let known: BTreeSet<&str> = tests.iter().map(|test| test.name.as_str()).collect();
     let name = |c: char| c.is_ascii_alphanumeric() || "_-:".contains(c);
@@ -174,7 +174,7 @@ pub fn names_without_a_test(document: &str, tests: &[Test]) -> Vec<Gap> {
     missing.collect()
 }
 
-/// Returns docs/traces.md.
+/// Returns the text of docs/traces.md.
 pub fn document(faults: &[Entry], hazards: &[Entry], tests: &[Test]) -> String {
     let mut text = format!(
         "# Traces\n\
@@ -209,7 +209,7 @@ pub fn document(faults: &[Entry], hazards: &[Entry], tests: &[Test]) -> String {
     text
 }
 
-/// Compares docs/traces.md as `written` with what it should be.
+/// Compares docs/traces.md as `written` with its expected text.
 pub fn stale(written: &str, wanted: &str) -> Option<Gap> {
     if written == wanted {
         return None;

@@ -1,4 +1,4 @@
-//! The checker on small source trees: each breaks one rule and must be found out, or keeps all and must pass.
+//! Tests of the checker on small source trees: each breaks one rule and must be detected, or keeps all rules and must pass.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use bench_tests::house::packages::{Fault, Lock, Package, faults, packages, pure_
 use bench_tests::house::sizes::{TooLong, large_package, long_files};
 use tempfile::TempDir;
 
-/// Writes files by their paths into a folder of their own.
+/// Writes files at their paths in a new folder.
 pub fn tree(files: &[(&str, &str)]) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (path, text) in files {
@@ -19,13 +19,13 @@ pub fn tree(files: &[(&str, &str)]) -> TempDir {
     folder
 }
 
-/// Surveys the crate of `files`, whose root is `lib.rs`.
+/// Surveys the crate of `files` with the root `lib.rs`.
 fn surveyed(files: &[(&str, &str)]) -> Survey {
     let folder = tree(files);
     survey(&folder.path().join("lib.rs")).unwrap()
 }
 
-/// The ties of the only circle, as "from > to: names", files by their names.
+/// Returns the ties of the only cycle, as "from > to: names", with the files' names.
 fn only_circle(files: &[(&str, &str)]) -> Vec<String> {
     let survey = surveyed(files);
     assert_eq!(survey.unresolved, []);
@@ -289,7 +289,7 @@ fn a_module_without_a_file_is_an_error() {
     assert!(matches!(error, Unreadable::NotRust { .. }));
 }
 
-/// A workspace of three packages, `upper` with these further lines in its manifest.
+/// Returns a workspace of three packages; `upper` has these further lines in its manifest.
 fn workspace_with(more: &str) -> Vec<Package> {
     let manifest = |name: &str, more: &str| {
         format!("[package]\nname = \"{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\n{more}")

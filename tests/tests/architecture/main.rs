@@ -1,4 +1,4 @@
-//! The rules of ARCHITECTURE.md, held to by the workspace as it is; and the checker itself, on small trees that break each rule.
+//! The rules of ARCHITECTURE.md, checked on the workspace; and tests of the checker on small trees that break each rule.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -15,9 +15,9 @@ use bench_tests::house::packages::{Lock, Package, Row, faults, packages, pure_pa
 use bench_tests::house::sizes::{large_package, long_files, rust_files};
 use bench_tests::program::workspace;
 
-/// The most lines that the files in a package's `src` may have together, tests among them included.
+/// Greatest total of lines in a package's `src`, without unit tests.
 const PACKAGE_LINES: usize = 8_000;
-/// The most lines of any Rust file.
+/// Greatest number of lines of a Rust file.
 const FILE_LINES: usize = 600;
 
 /// Packages that build on any machine, without sound, serial port or GPIO; `./dev portable` builds them.
@@ -34,7 +34,7 @@ const PORTABLE: [&str; 11] = [
     "analysis",
     "measured-figures",
 ];
-/// Libraries that reach the hardware.
+/// Libraries that access the hardware.
 const HARDWARE: [&str; 6] = [
     "alsa-sys",
     "jack-sys",
@@ -43,7 +43,7 @@ const HARDWARE: [&str; 6] = [
     "gpiocdev",
     "rppal",
 ];
-/// Packages that stand in for hardware and people, or test the whole.
+/// Packages that simulate hardware and people, or test the whole.
 const AROUND: [&str; 4] = ["mock-world", "mock-hw", "mock-nidaqmx", "bench-tests"];
 
 fn architecture() -> String {
@@ -59,13 +59,13 @@ fn package(name: &str) -> Package {
     found.unwrap_or_else(|| panic!("the workspace has no package `{name}`"))
 }
 
-/// `path` as seen from the workspace's folder.
+/// Returns `path` relative to the workspace's folder.
 fn short(path: &Path) -> String {
     let path = path.strip_prefix(workspace()).unwrap_or(path);
     path.display().to_string()
 }
 
-/// Fails with all that was found wrong.
+/// Fails with all findings, if there are any.
 fn none(found: Vec<String>) {
     let place = format!("{}/", workspace().display());
     let list = found.join("\n").replace(&place, "");
@@ -171,7 +171,7 @@ fn clippy_keeps_pure_packages_from_input_and_output() {
     none(found);
 }
 
-/// Source files of every package of the program.
+/// Returns the source files of every package of the program.
 fn program_files() -> Vec<PathBuf> {
     let mut files = Vec::new();
     for package in all() {
@@ -182,7 +182,7 @@ fn program_files() -> Vec<PathBuf> {
     files
 }
 
-/// Those of `files` whose code, comments aside, has one of `words` that no letter or digit precedes.
+/// Returns those of `files` whose code, without comments, has one of `words` not preceded by a letter or digit.
 fn having(files: Vec<PathBuf>, words: &[&str]) -> Vec<String> {
     let part_of_a_name = |c: char| c.is_alphanumeric() || c == '_';
     let has = |line: &str| {
@@ -208,7 +208,7 @@ const SIMULATING: [&str; 5] = [
     "bench-tests",
 ];
 
-/// Whether a file is one of `schemas` and names of the simulated world its scenario files alone, which it describes.
+/// Returns whether a file belongs to `schemas` and uses only the scenario files of the simulated world, which it describes.
 fn names_scenarios_alone(file: &str) -> bool {
     let text = std::fs::read_to_string(workspace().join(file)).unwrap();
     let named = text.matches("mock_world::").count();
@@ -280,10 +280,9 @@ fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
         panic!("the wall clock is read in {files:?}");
     };
     assert!(clock.ends_with("clock.rs"), "{clock}");
-    // The calibration's age and date, the check of the volts, the age of driving times and of a
-    // plate's warmth, the session's folder and log, the
-    // press of the e-stop, the day of a removal, the folder of a drill, how old
-    // the calibrations are that a dashboard names.
+    // The calibration's age and date, the check of the volts, the age of driving times and of a plate's warmth, the session's
+    // folder and log, the press of the e-stop, the day of a removal, the folder of a drill, and the age of the calibrations
+    // that a dashboard names.
     let dates = [
         "devices/src/assembly.rs",
         "devices/src/dose_account.rs",

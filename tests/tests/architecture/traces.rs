@@ -1,5 +1,5 @@
-//! Each row of FAULTS.md and HAZARDS.md has a test that says it proves it, and docs/traces.md lists them; and the checker
-//! on small trees in which something is missing.
+//! Checks that each row of FAULTS.md and HAZARDS.md has a test that claims to prove it, and that docs/traces.md lists them; and
+//! tests of the checker on small trees with gaps.
 
 use bench_tests::house::packages::{Package, packages};
 use bench_tests::house::tags::{Found, Row, Test};
@@ -54,7 +54,7 @@ fn traces_are_up_to_date() {
     none(told(stale(&written, &wanted).as_slice()));
 }
 
-/// What the source files of one package and of another, whose folder lies in the first one's, say.
+/// Reads the source files of two packages, the second of which lies in the first one's folder.
 fn found_in(outer: &str, inner: &str) -> Found {
     let manifest = |name: &str| {
         format!("[package]\nname = \"{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\n")
@@ -148,7 +148,7 @@ fn entries() -> Vec<Entry> {
     [faults(FAULTS), hazards(HAZARDS)].concat()
 }
 
-/// Tests that prove all that calls for it.
+/// Returns tests that prove every row that requires one.
 fn sound() -> Vec<Test> {
     vec![
         test("outer::first", &[Row::Fault(1), Row::Hazard(1)]),

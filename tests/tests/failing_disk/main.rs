@@ -1,5 +1,5 @@
-//! A disk that fails on purpose, at every operation of a recording and in every way: nothing is called saved that is not,
-//! and what is on the disk can be read.
+//! Tests on a disk that fails on purpose, at every operation of a recording and in every way: no data is reported as saved
+//! unless it is on the disk, and the data on the disk can be read.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -18,7 +18,8 @@ use rand_chacha::ChaCha8Rng;
 use study::Registered;
 use trial::{Ended, Session};
 
-/// Records a session on disks that fail at the first, the second … operation; how often, until none failed.
+/// Records a session on disks that fail at the first, the second, … operation, until none fails; returns the number of
+/// failures.
 fn at_every_operation(failure: Failure, mut check: impl FnMut(&MemoryDisk, &Session)) -> usize {
     for n in 0.. {
         let disk = MemoryDisk::new(trial::folder(), Some(failure), n);
@@ -58,7 +59,7 @@ fn whatever_fails_nothing_is_called_saved_that_is_not() {
             session.require_kept(place.path(), Ended::ByItself);
             // The next trial is recorded on a disk that works again.
             assert!(failure.lasts() || session.lost_trials() <= 1, "{session:?}");
-            // What was synced, and nothing else, survives a power cut soon after.
+            // Only synced data survives a power cut soon after.
             let after = tempfile::tempdir().unwrap();
             let mut rng = ChaCha8Rng::seed_from_u64(0);
             disk.show_after_power_cut(Kept::Nothing, &mut rng, after.path());
@@ -82,7 +83,7 @@ fn whatever_fails_nothing_is_called_saved_that_is_not() {
     assert!(failures > 300, "{failures} failures");
 }
 
-/// Power cuts at every operation in every test run; `FRICTION_BENCH_POWER_CUTS` asks for more.
+/// Number of random power cuts at each operation in every test run; `FRICTION_BENCH_POWER_CUTS` asks for more.
 const POWER_CUTS: usize = 2;
 
 /// Fault 28.

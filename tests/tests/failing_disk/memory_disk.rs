@@ -1,4 +1,4 @@
-//! A disk in memory that fails as it is told, and keeps after a power cut what was synced and of the rest what it likes.
+//! In-memory disk with injected failures; after a power cut it keeps all synced data and an arbitrary part of the rest.
 
 use std::collections::BTreeMap;
 use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
@@ -11,12 +11,12 @@ use recording::storage::{Storage, StoredFile};
 /// Bytes that a disk writes whole or not at all.
 const SECTOR_BYTES: usize = 512;
 
-/// What is asked of the disk.
+/// Operation on the disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operation {
     Create,
     Write,
-    /// A write within what the file holds, which needs no room.
+    /// A write within the length of the file, which needs no more space.
     Overwrite,
     SetLength,
     Sync,
@@ -26,14 +26,14 @@ pub enum Operation {
     Read,
 }
 
-/// How the disk fails.
+/// Failure of the disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Failure {
     /// Any one operation fails.
     Once,
     /// One write fails.
     Write,
-    /// One sync fails, of a file or of a folder, and what it was to write is dropped.
+    /// One sync of a file or folder fails, and the data to be written is dropped.
     Sync,
     /// One rename fails.
     Rename,
@@ -41,11 +41,11 @@ pub enum Failure {
     ShortWrite,
     /// One write is interrupted by a signal.
     Interrupted,
-    /// From one operation on there is no room.
+    /// From one operation on the disk is full.
     Full,
-    /// From one operation on nothing can be changed.
+    /// From one operation on the disk is read-only.
     ReadOnly,
-    /// From one operation on there is no disk.
+    /// From one operation on the disk is gone.
     PowerCut,
 }
 
@@ -62,7 +62,7 @@ impl Failure {
         Self::PowerCut,
     ];
 
-    /// Whether the failure counts, and may hit, this operation.
+    /// Whether the failure counts this operation, and so may hit it.
     fn concerns(self, operation: Operation) -> bool {
         let written = matches!(operation, Operation::Write | Operation::Overwrite);
         match self {
@@ -75,7 +75,7 @@ impl Failure {
         }
     }
 
-    /// Whether nothing works after it.
+    /// Whether the failure is permanent.
     pub fn lasts(self) -> bool {
         matches!(self, Self::Full | Self::ReadOnly | Self::PowerCut)
     }
@@ -110,7 +110,7 @@ impl Change {
         }
     }
 
-    /// Applies what a power cut lets through: some of the sectors.
+    /// Applies a random part of the change: some of its sectors.
     fn apply_partly(&self, content: &mut Vec<u8>, rng: &mut impl Rng) {
         let Self::Write { at, bytes } = self else {
             return;
@@ -131,7 +131,7 @@ impl Change {
 struct Content {
     now: Vec<u8>,
     synced: Vec<u8>,
-    /// Since the last sync.
+    /// Changes since the last sync.
     changes: Vec<Change>,
 }
 
@@ -150,7 +150,7 @@ enum Node {
 
 type Names = BTreeMap<PathBuf, Node>;
 
-/// Names that come and go together.
+/// Changes of names that take effect together.
 type NameChange = Vec<(PathBuf, Option<Node>)>;
 
 fn rename(names: &mut Names, change: &NameChange) {
@@ -167,10 +167,10 @@ struct State {
     contents: Vec<Content>,
     now: Names,
     synced: Names,
-    /// Since the last sync of their folder.
+    /// Changes since the last sync of their folder.
     changes: Vec<NameChange>,
     failure: Option<Failure>,
-    /// Operations that the failure concerns, up to the one that it hits.
+    /// Operations left before the failure, counting only those it concerns.
     left: usize,
     hit: bool,
 }
@@ -180,7 +180,7 @@ struct State {
 pub struct MemoryDisk(Arc<Mutex<State>>);
 
 impl MemoryDisk {
-    /// A disk with one folder, whose `n`-th operation, from 0, that `failure` concerns fails.
+    /// Returns a disk with one folder. Of the operations that `failure` concerns, the `n`-th, from 0, fails.
     pub fn new(folder: &Path, failure: Option<Failure>, n: usize) -> Self {
         let names: Names = [(folder.to_owned(), Node::Folder)].into();
         Self(Arc::new(Mutex::new(State {
@@ -198,19 +198,19 @@ impl MemoryDisk {
         self.0.lock().unwrap()
     }
 
-    /// Whether the failure came.
+    /// Returns whether the failure has happened.
     pub fn has_failed(&self) -> bool {
         self.state().hit
     }
 
-    /// Writes what programs see on the disk into `to`.
+    /// Writes the disk's content as programs see it into `to`.
     pub fn show(&self, to: &Path) {
         let state = self.state();
         let contents: Vec<_> = state.contents.iter().map(|c| c.now.clone()).collect();
         show(&state.now, &contents, to);
     }
 
-    /// Writes what is on the disk after a power cut into `to`.
+    /// Writes the disk's content after a power cut into `to`.
     pub fn show_after_power_cut(&self, kept: Kept, rng: &mut impl Rng, to: &Path) {
         let state = self.state();
         let mut names = state.synced.clone();
@@ -235,17 +235,17 @@ impl MemoryDisk {
     }
 }
 
-/// What a power cut keeps of what was not synced.
+/// Part of the unsynced changes that a power cut keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kept {
     Nothing,
     All,
-    /// Each change by chance, whole, in part or not at all.
+    /// Each change at random: whole, in part or not at all.
     Random,
 }
 
 impl Kept {
-    /// What becomes of one change; `Random` for a part of it.
+    /// Draws the fate of one change; `Random` means a part of it.
     fn of(self, rng: &mut impl Rng) -> Self {
         match self {
             Self::Random => [Self::Nothing, Self::All, Self::Random][rng.random_range(0..3)],
@@ -257,7 +257,7 @@ impl Kept {
 fn show(names: &Names, contents: &[Vec<u8>], to: &Path) {
     for (path, node) in names {
         let path = to.join(path.strip_prefix("/").unwrap());
-        // A folder sorts before what is in it; what is in a folder that was lost is lost.
+        // A folder sorts before its content; the content of a lost folder is lost.
         match node {
             Node::Folder => std::fs::create_dir_all(path).unwrap(),
             Node::File(number) if path.parent().unwrap().is_dir() => {
@@ -269,7 +269,7 @@ fn show(names: &Names, contents: &[Vec<u8>], to: &Path) {
 }
 
 impl State {
-    /// Counts an operation; whether the failure hits it.
+    /// Counts an operation; returns the failure if it hits this operation.
     fn hits(&mut self, operation: Operation) -> Option<Failure> {
         let failure = self.failure.filter(|failure| failure.concerns(operation))?;
         if self.hit {
@@ -390,7 +390,7 @@ impl Storage for MemoryDisk {
 
     fn sync_folder(&self, path: &Path) -> io::Result<()> {
         let mut state = self.state();
-        // A failed sync leaves the names as they are: not on the disk for certain.
+        // A failed sync leaves the changes of names pending.
         state.ask(Operation::Sync)?;
         let State {
             changes, synced, ..
@@ -491,7 +491,7 @@ impl StoredFile for MemoryFile {
             }
             Some(failure) => {
                 if !failure.lasts() {
-                    // Linux marks the pages as written: a later sync passes over them.
+                    // Linux marks the pages as clean, so a later sync does not write them.
                     changes.clear();
                 }
                 Err(failure.error())

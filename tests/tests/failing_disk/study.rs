@@ -1,4 +1,5 @@
-//! Two participants registered in a study on a disk, with the copies that their sessions keep, and what must then be there.
+//! Registration of two participants in a study on a failing disk, with their sessions' copies of files, and checks of the
+//! result.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,27 +13,27 @@ use crate::memory_disk::MemoryDisk;
 
 const PARTICIPANTS: [&str; 2] = ["sub-01", "sub-02"];
 const HEADER: &str = "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness";
-/// Longer than a sector.
+/// Files to copy, with texts that `copy_of` repeats beyond the length of a sector.
 const COPIES: [(&str, &str); 2] = [
     ("demo.toml", "# a protocol, long enough to be torn\n"),
     ("bench.toml", "rate_hz = 192000 # and much more to say\n"),
 ];
 
-/// Folder of the study, which is there from the start.
+/// Folder of the study, which exists from the start.
 pub fn folder() -> &'static Path {
     Path::new("/study")
 }
 
-/// What was said to be on the disk.
+/// Content reported as being on the disk.
 #[derive(Debug, Default)]
 pub struct Registered {
-    /// Participants whose sessions began.
+    /// Participants with a begun session.
     begun: Vec<&'static str>,
-    /// Participants of whom age and sex are said to be kept.
+    /// Participants with age and sex reported as stored.
     described: Vec<&'static str>,
-    /// Files that are whole.
+    /// Files reported as copied whole.
     copies: Vec<(PathBuf, String)>,
-    /// Sessions whose logs ended.
+    /// Number of sessions with a finished log.
     stopped: usize,
     errors: Vec<String>,
 }
@@ -42,7 +43,7 @@ fn copy_of(text: &str) -> String {
 }
 
 impl Registered {
-    /// Registers both participants; what fails is left, and the next one tried.
+    /// Registers both participants; after a failure it continues with the next one.
     pub fn on(disk: &MemoryDisk) -> Self {
         let mut said = Self::default();
         for participant in PARTICIPANTS {
@@ -78,17 +79,17 @@ impl Registered {
         Ok(())
     }
 
-    /// Whether everything is said to be on the disk.
+    /// Returns whether everything was reported as being on the disk.
     pub fn is_saved(&self) -> bool {
         self.stopped == PARTICIPANTS.len() && self.errors.is_empty()
     }
 
-    /// Participants that are not wholly registered.
+    /// Returns the number of participants that were not fully registered.
     pub fn lost(&self) -> usize {
         PARTICIPANTS.len() - self.stopped
     }
 
-    /// Holds what lies in `root` to what was said, and every file to be whole.
+    /// Requires the content of `root` to agree with the reports, and every file to be whole.
     pub fn require_kept(&self, root: &Path) {
         let place = |path: &Path| root.join(path.strip_prefix("/").unwrap());
         let study = place(folder());
@@ -123,7 +124,7 @@ impl Registered {
     }
 }
 
-/// The participants of the table, each with a whole line; none if there is no table.
+/// Returns the participants in the table, each with a whole line; empty if there is no table.
 fn participants(study: &Path) -> Vec<String> {
     let Ok(text) = std::fs::read_to_string(study.join(study::PARTICIPANTS_FILE)) else {
         return Vec::new();

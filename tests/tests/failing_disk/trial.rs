@@ -1,4 +1,4 @@
-//! A session of two trials on a disk, what the recorder and the log said of it, and what must then be there.
+//! A session of two trials on a failing disk, with the reports of the recorder and the log, and checks of the result.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -34,21 +34,21 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
 trial = { number = 1, attempt = 1, practice = false, condition = "c", protocol = "p", seed = 1 }
 "#;
 
-/// Folder of the session, which is there from the start.
+/// Folder of the session, which exists from the start.
 pub fn folder() -> &'static Path {
     Path::new("/session")
 }
 
-/// How a session came to its end.
+/// End of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ended {
-    /// By the program, whatever failed.
+    /// By the program, after any failure.
     ByItself,
     /// By a power cut.
     ByPowerCut,
 }
 
-/// Data of a trial, as far as they were given to the recorder, or as far as they were on the disk at a sync.
+/// Data of a trial: those given to the recorder, or those on the disk at a sync.
 #[derive(Debug, Clone, Default)]
 struct Data {
     samples: Vec<f32>,
@@ -56,7 +56,7 @@ struct Data {
     position: Vec<PositionRow>,
 }
 
-/// Numbers of [`Data`].
+/// Counts of the [`Data`].
 #[derive(Debug, Clone, Copy, Default)]
 struct Counts {
     frames: u64,
@@ -74,7 +74,7 @@ impl Data {
     }
 }
 
-/// What the recorder said of a trial.
+/// Reports of the recorder about a trial.
 #[derive(Debug, Default)]
 struct Trial {
     folder: PathBuf,
@@ -85,17 +85,17 @@ struct Trial {
     failed: Option<OnDisk>,
 }
 
-/// What was said of a session.
+/// Reports of a session.
 #[derive(Debug, Default)]
 pub struct Session {
     trials: Vec<Trial>,
-    /// Streams of the events that the log took.
+    /// Streams of the events that the log accepted.
     logged: Vec<String>,
     stopped: bool,
 }
 
 impl Session {
-    /// Records two trials, the first longer than what the writer gathers, and keeps a log.
+    /// Records two trials, the first longer than the writer's buffer, and writes a log.
     pub fn record(disk: &MemoryDisk) -> Self {
         let storage: Arc<dyn Storage> = Arc::new(disk.clone());
         let mut session = Self::default();
@@ -122,7 +122,7 @@ impl Session {
                     assert_eq!(core.status().on_disk.frames, trial.synced.frames);
                 }
             }
-            // Not yet written when the trial ends.
+            // This block is not yet written when the trial ends.
             trial.give(&mut core, 3, 100);
             core.handle(RecorderMessage::End(Ending::Completed));
             while core.is_summing() {
@@ -155,7 +155,7 @@ impl Session {
         }
     }
 
-    /// Whether the recorder and the log took everything.
+    /// Returns whether the recorder and the log accepted everything.
     pub fn is_saved(&self) -> bool {
         self.trials.iter().all(|trial| trial.saved.is_some())
             && self.stopped
@@ -168,7 +168,7 @@ impl Session {
         trials.filter(|trial| trial.saved.is_none()).count()
     }
 
-    /// Holds what lies in `root` to what was said.
+    /// Requires the content of `root` to agree with the reports.
     pub fn require_kept(&self, root: &Path, ended: Ended) {
         for trial in &self.trials {
             trial.require_kept(&root.join(trial.folder.strip_prefix("/").unwrap()), ended);
@@ -187,7 +187,7 @@ impl Session {
             });
         let numbers: Vec<u64> = events.clone().map(|event| event.seq_num).collect();
         assert_eq!(numbers, (1..=numbers.len() as u64).collect::<Vec<_>>());
-        // A line that was written and not called so may be there.
+        // Lines that were written but not reported as such may exist too.
         for stream in &self.logged {
             assert!(events.any(|event| event.stream == *stream), "{content:?}");
         }
@@ -204,7 +204,7 @@ impl Trial {
             .collect();
         let force: Vec<ForceRow> = (0..20)
             .map(|n| ForceRow {
-                // What is nearest to a decimal is read back as itself.
+                // The nearest value to a short decimal reads back exactly.
                 time_s: f64::from(20 * block + n) / 10_000.0,
                 normal_n: 0.5,
                 lateral_n: -0.25,
@@ -251,7 +251,7 @@ impl Trial {
         let mut safe = self.synced;
         safe.frames = safe.frames.max(self.failed.map_or(0, |kept| kept.frames));
         found.is_no_shorter_than(safe);
-        // Only what a power cut tore may differ from what was given.
+        // Only the part that a power cut tore may differ from the given data.
         self.given.begins_with(
             &found,
             match ended {
@@ -260,7 +260,7 @@ impl Trial {
             },
         );
         let end = reader.manifest().trial.as_ref().unwrap().end;
-        // Whoever reads the manifest may rely on it as on the recorder.
+        // A completed manifest is as reliable as the recorder's report.
         if self.saved.is_some() || end == Some(End::Completed) {
             assert_eq!(end, Some(End::Completed));
             assert_eq!(reader.warnings(), []);
@@ -279,7 +279,7 @@ impl Trial {
 }
 
 impl Data {
-    /// The first `counts` of `found` are those of this.
+    /// Requires the first `counts` rows of both to be equal.
     fn begins_with(&self, found: &Self, counts: Counts) {
         let bits = |data: &Self| -> Vec<u32> {
             let samples = data.samples.iter().take(2 * counts.frames as usize);

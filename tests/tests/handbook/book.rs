@@ -1,4 +1,4 @@
-//! The handbook has all its chapters, and every link of the documentation leads somewhere.
+//! Checks that the handbook has all its chapters and that every link in the documentation has a target.
 
 use std::collections::BTreeSet;
 use std::path::{Component, Path, PathBuf};
@@ -24,9 +24,9 @@ fn files(folder: &Path, end: &str) -> Vec<PathBuf> {
 /// Links and headings of a page of Markdown.
 #[derive(Default)]
 struct Page {
-    /// Targets of links and pictures, as they are written.
+    /// Targets of links and pictures, as written.
     links: Vec<String>,
-    /// The names by which a link reaches a heading, as mdBook and the sites that show a repository make them.
+    /// Anchors of the headings, as mdBook and repository sites form them.
     anchors: BTreeSet<String>,
 }
 
@@ -58,7 +58,7 @@ impl Page {
         page
     }
 
-    /// Of two headings with the same words the second is reached by a number, too.
+    /// Adds the anchor of a heading, with a number if an earlier heading has the same words.
     fn add_anchor(&mut self, words: &str) {
         let numbered = (1..).map(|number| format!("{words}-{number}"));
         let mut names = std::iter::once(words.to_owned()).chain(numbered);
@@ -67,7 +67,7 @@ impl Page {
     }
 }
 
-/// The name of a heading in a link: small letters, a hyphen for each space, no punctuation.
+/// Returns the anchor of a heading: lower case, a hyphen for each space, no punctuation.
 fn anchor(heading: &str) -> String {
     let kept = heading.chars().filter_map(|letter| match letter {
         letter if letter.is_alphanumeric() || matches!(letter, '_' | '-') => Some(letter),
@@ -91,7 +91,7 @@ fn without_dots(path: &Path) -> PathBuf {
     plain
 }
 
-/// Links of a page that lead nowhere.
+/// Returns the links of a page without a target.
 fn dead_links(path: &Path) -> Vec<String> {
     let page = Page::read(path);
     let is_dead = |link: &&String| {

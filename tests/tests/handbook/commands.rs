@@ -1,4 +1,4 @@
-//! Every command that README and handbook print is one that the program takes.
+//! Checks that the program accepts every command that README and handbook print.
 
 use std::path::PathBuf;
 
@@ -22,7 +22,7 @@ fn texts() -> Vec<(PathBuf, String)> {
     paths.into_iter().map(read).collect()
 }
 
-/// The words of a command, quotes taken off; `None` where one is not closed.
+/// Returns the words of a command without their quotes; `None` if a quote is not closed.
 fn split(line: &str) -> Option<Vec<String>> {
     let mut words = vec![String::new()];
     let mut quote = None;
@@ -38,7 +38,7 @@ fn split(line: &str) -> Option<Vec<String>> {
     quote.is_none().then_some(words)
 }
 
-/// The commands in the blocks marked `sh`, without comments, continued lines joined.
+/// Returns the commands in blocks marked `sh`, without comments and with continued lines joined.
 fn commands(text: &str) -> Vec<String> {
     let mut found = Vec::new();
     let mut inside = false;
@@ -60,7 +60,7 @@ fn each_command_of_readme_and_handbook_is_understood() {
     let mut count = 0;
     for (path, text) in texts() {
         for line in commands(&text) {
-            // A shell function that stands for the simulated bench, a redirection, a second command.
+            // Cut off a redirection or a second command, and replace the shell function for the simulated bench.
             let line = line.split(" > ").next().unwrap_or(&line).to_owned();
             let line = line.replace("unknown calibrate", "friction-bench calibrate");
             if !line.starts_with("friction-bench ") {

@@ -1,5 +1,5 @@
-//! The handbook of docs/handbook is whole and true: its links and pictures lead somewhere, its commands are
-//! commands, its screenshots and its list of messages are the program's own, and each command has a manual page.
+//! Checks of the handbook in docs/handbook: its links and pictures exist, its commands parse, its screenshots and list of
+//! messages match the program, and each command has a manual page.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -17,7 +17,7 @@ use std::path::Path;
 
 use bench_tests::handbook::WRITE;
 
-/// Compares a file of the handbook with what the program makes now, or writes it.
+/// Compares a file of the handbook with the program's current output, or writes it.
 fn same(path: &Path, made: impl AsRef<[u8]>) {
     let made = made.as_ref();
     if std::env::var_os(WRITE).is_some_and(|value| value == "1") {

@@ -6,7 +6,7 @@ use bench_tests::program::bench;
 use clap::CommandFactory;
 use friction_bench::cli::Cli;
 
-/// Names of the pages of a command and of all below it.
+/// Returns the page names of a command and all its subcommands.
 fn pages(command: &clap::Command, name: &str) -> Vec<String> {
     let below = command.get_subcommands().filter(|c| c.get_name() != "help");
     let mut names = vec![format!("{name}.1")];

@@ -1,4 +1,4 @@
-//! The index of messages against the code: no message is missing, none is stale, none is in other words.
+//! Comparison of the index of messages with the code: no message is missing, stale or worded differently.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -11,8 +11,8 @@ use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 use syn::{Attribute, Expr, ExprMethodCall, Fields, Item, Lit};
 
-/// Types with messages that the index leaves out: errors of an option, a file's line or a computation, which say themselves
-/// what to do or which another message wraps.
+/// Types that the index of messages leaves out: errors of an option, a file's line or a computation, which state the remedy or
+/// are wrapped by another message.
 const LEFT_OUT: &[&str] = &[
     "BrokenOff",
     "BrokenRule",
@@ -79,7 +79,7 @@ const LEFT_OUT: &[&str] = &[
     "WriteError",
 ];
 
-/// What a type says: its variants' words, or its own under an empty name; `None` for words that are made elsewhere.
+/// Messages of a type, by variant, or by an empty name for a struct; `None` for a message made elsewhere.
 type Words = BTreeMap<String, Option<String>>;
 
 #[test]
@@ -159,7 +159,7 @@ fn each_type_with_messages_is_in_the_index_or_left_out_on_purpose() {
     assert!(gone.is_empty(), "take these out of LEFT_OUT: {gone:?}");
 }
 
-/// Compares what the index has `of` something with what the code says.
+/// Compares the index's entries for `of` with the text in the code.
 fn compared(group: &MessageGroup, of: &str, said: Option<&str>, all: &[String]) -> Vec<String> {
     let entries: Vec<_> = group.messages.iter().filter(|m| m.of == of).collect();
     if entries.is_empty() {
@@ -177,7 +177,7 @@ fn compared(group: &MessageGroup, of: &str, said: Option<&str>, all: &[String]) 
     wrong.collect()
 }
 
-/// Whether one of `all` texts has the pieces of `says` between its values, in their order.
+/// Returns whether one of the texts contains the pieces of `says` between its values, in their order.
 fn is_said(says: &str, all: &[String]) -> bool {
     let pieces = || {
         says.split('…')
@@ -193,7 +193,7 @@ fn is_said(says: &str, all: &[String]) -> bool {
     })
 }
 
-/// Returns the words of each variant of a type, or of the type itself; `None` if there is no such type.
+/// Returns the messages of each variant of a type, or of the type itself; `None` if there is no such type.
 fn words_of(file: &syn::File, name: &str) -> Option<Words> {
     file.items.iter().find_map(|item| match item {
         Item::Enum(of) if of.ident == name => {
@@ -208,7 +208,7 @@ fn words_of(file: &syn::File, name: &str) -> Option<Words> {
     })
 }
 
-/// Names of the types that have messages of their own.
+/// Returns the names of the types that define messages.
 fn speaking(items: &[Item]) -> Vec<String> {
     items
         .iter()
@@ -234,12 +234,12 @@ fn is_transparent(attributes: &[Attribute]) -> bool {
     error_tokens(attributes).is_some_and(|tokens| tokens.to_string() == "transparent")
 }
 
-/// The text of `#[error("…")]`, with `…` for values.
+/// Returns the text of `#[error("…")]`, with `…` for values.
 fn said(attributes: &[Attribute]) -> Option<String> {
     literals(error_tokens(attributes)?).into_iter().next()
 }
 
-/// String literals, with `…` for values, in their order.
+/// Returns the string literals, with `…` for values, in their order.
 fn literals(tokens: TokenStream) -> Vec<String> {
     let mut found = Vec::new();
     for token in tokens {
@@ -260,7 +260,7 @@ fn literals(tokens: TokenStream) -> Vec<String> {
     found
 }
 
-/// A format string with `…` for values; a constant that is named in it counts as one.
+/// Returns a format string with `…` for values; a named constant counts as a value.
 fn template(format: &str) -> String {
     let mut text = String::new();
     let mut characters = format.chars().peekable();
@@ -282,7 +282,7 @@ fn template(format: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Names of the rows that the sources of `check` can make.
+/// Returns the names of the rows that the sources of `check` can make.
 fn rows(folder: &Path) -> BTreeSet<String> {
     let mut found = Rows::default();
     for path in rust_files(folder).unwrap() {
@@ -290,7 +290,7 @@ fn rows(folder: &Path) -> BTreeSet<String> {
         file.items.retain(|item| !matches!(item, Item::Mod(_)));
         found.visit_file(&file);
     }
-    // Those that are named in a table of the wiring's.
+    // Rows that are named in a table of the wiring.
     found
         .0
         .extend(["e-stop", "heartbeat", "stop: heartbeat", "stop: enable"].map(str::to_owned));

@@ -11,10 +11,10 @@ use tui::{Instruction, Page, State, Theme, participant_screen};
 use super::simulated::{Deed, Shot, Taken, calibrated, drawn, session};
 use super::window_pictures;
 
-/// Columns and rows of the dashboard, and of a calibration's page.
+/// Columns and rows of the dashboard and of a calibration page.
 const DASHBOARD: (u16, u16) = (110, 36);
 const CALIBRATION: (u16, u16) = (92, 26);
-/// Number of readings, 20 or 30 a second, for which a screen settles before it is taken.
+/// Number of readings, at 20 or 30 per second, for which a screen settles before the shot.
 const SETTLING: u32 = 12;
 
 fn reviewed(state: &State) -> bool {
@@ -22,14 +22,14 @@ fn reviewed(state: &State) -> bool {
     page.is_some_and(|page| page.asked == Some(Question::Review))
 }
 
-/// A mass of 100 g is asked for and lies on the plate.
+/// Whether a mass of 100 g is requested and on the plate.
 fn weighed(state: &State) -> bool {
     let page = state.calibration.as_ref();
     let shown_n = state.readings.and_then(|now| now.normal_n);
     page.is_some_and(|page| page.instruction.starts_with("Put 100 g")) && shown_n > Some(0.9)
 }
 
-/// The second exploration of a second attempt, whose slider comes back and is past `to_m`.
+/// Whether the second exploration of a second attempt is running, with the slider coming back and past `to_m`.
 fn coming_back(state: &State, to_m: f64) -> bool {
     let phase = &state.phase;
     (phase.kind, phase.attempt, phase.exploration) == (PhaseKind::Exploration, 2, 2)

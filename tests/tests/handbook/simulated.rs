@@ -1,5 +1,5 @@
-//! Calibrations and a session on a simulated bench, for the pictures of what an operator sees: in lock step, so that the
-//! same screens come each time.
+//! Calibrations and a session on a simulated bench, for the pictures of the operator's screen; in lock step, so that the
+//! screens are reproducible.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -28,32 +28,32 @@ use tui::calibration_page::{Question, Reply};
 use tui::event::{BenchFacts, SessionHeader, SystemHealth};
 use tui::{Action, Event, State, Theme, view};
 
-/// Seed of the bench whose constants the program does not know, and of the person.
+/// Seed of the person, and of the bench with constants that the program does not know.
 const SEED: u64 = 7;
-/// Number of readings for which the simulated operator waits before answering: a second.
+/// Number of readings for which the simulated operator waits before answering: one second.
 const PATIENCE: u32 = 20;
 
-/// What is taken of a screen, and when.
+/// A screen to capture, and its condition.
 pub struct Shot {
     pub name: &'static str,
     pub when: fn(&State) -> bool,
-    /// Number of readings after that, for which a screen settles.
+    /// Number of readings after the condition for which the screen settles.
     pub after: u32,
-    /// What the operator does next.
+    /// The operator's next action.
     pub then: Option<Deed>,
 }
 
-/// Something that an operator does once a screen is taken.
+/// Action of an operator after a capture.
 #[derive(Clone, Copy)]
 pub enum Deed {
     PressEstop,
     Leave,
 }
 
-/// The states of the screen that were taken, by name.
+/// Captured states of the screen, by name.
 pub type Taken = Arc<Mutex<Vec<(&'static str, State)>>>;
 
-/// An operator whose screen is kept, and who answers what a calibration asks.
+/// Simulated operator, who captures the screen and answers the questions of a calibration.
 struct Operator {
     state: State,
     shots: Vec<Shot>,
@@ -98,7 +98,7 @@ impl Operator {
     }
 }
 
-/// The event as it would be on any computer: nothing of the disk, the folder or the speed of this one.
+/// Returns the event without the disk, folder and speed of this computer.
 fn of_no_computer(event: Event) -> Event {
     match event {
         Event::Session(header) => Event::Session(SessionHeader {
@@ -154,7 +154,7 @@ impl Front for Operator {
     }
 }
 
-/// A bench whose constants differ from its description, with a person who follows the slider badly at first.
+/// Returns a bench with constants other than in its configuration, and a person who follows the slider badly at first.
 fn scenario() -> Scenario {
     let behaviour = built_in("participant-late").unwrap().participant.behaviour;
     let mut scenario = built_in("bench-unknown").unwrap().realised(SEED);
@@ -170,7 +170,7 @@ fn setup() -> Setup {
     }
 }
 
-/// Measures by `procedure` and puts what it found into `calibration`.
+/// Measures by `procedure` and adds the result to `calibration`.
 fn calibrate<C: Calibrates>(
     calibration: &mut CalibrationFile,
     (bench, beside): (&Effective, &Path),
@@ -209,8 +209,8 @@ fn calibrate<C: Calibrates>(
     judged.part.put_into(calibration);
 }
 
-/// Calibrates pickup, plate and force sensor with the operator guided, each with its own shot, and writes the calibration
-/// to `path`.
+/// Calibrates pickup, plate and force sensor with guidance for the operator, captures a shot of each, and writes the
+/// calibration to `path`.
 pub fn calibrated(path: &Path, [pickup, plate, force]: [Shot; 3], taken: &Taken) {
     let described = config(&[]);
     let identity = Identity::of(&described, String::new(), String::new());
@@ -270,7 +270,7 @@ pub fn calibrated(path: &Path, [pickup, plate, force]: [Shot; 3], taken: &Taken)
     std::fs::write(path, calibration.to_text().unwrap()).unwrap();
 }
 
-/// Runs the protocol `demo` in `folder` on the bench that `calibration` was made of, until the operator leaves.
+/// Runs the protocol `demo` in `folder` on the calibrated bench until the operator leaves.
 pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, taken: &Taken) {
     let mut options = options(&folder.join("my-study"));
     options.protocol = "demo".to_owned();

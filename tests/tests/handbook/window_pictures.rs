@@ -1,5 +1,4 @@
-//! The handbook's pictures of the participant's window, as the window draws them: of the same simulated session
-//! as the dashboard's.
+//! The handbook's pictures of the participant's window, drawn by the window from the same simulated session as the dashboard's.
 
 use bench_tests::handbook::folder;
 use live::window_screen;
@@ -47,7 +46,7 @@ fn the_ruler_page() {
     kept("window-ruler.png", &canvas);
 }
 
-/// Compares the window's pictures of a slider to follow and of the force that is shown afterwards.
+/// Compares the window's pictures of a slider to follow and of the force shown afterwards.
 pub fn same_views(following: &ParticipantView, afterwards: &ParticipantView) {
     let moving = Moving {
         slider_m: following.slider_m,

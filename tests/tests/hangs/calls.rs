@@ -1,7 +1,6 @@
-//! The calls that each thread of a session may make, and the test that it makes no other.
+//! System calls allowed to each thread of a session, and the test that a thread makes no others.
 //!
-//! A thread that decides about the drive, or reads the key that stops it, asks nothing of a disk, a network or a terminal that
-//! is written to.
+//! A thread that decides about the drive, or reads the stop key, makes no call to a disk, a network or a terminal for output.
 
 use std::collections::BTreeSet;
 use std::process::Command;
@@ -14,17 +13,17 @@ use bench_tests::screen::Screen;
 use bench_tests::session::{demo_with, patient_config};
 use rustix::process::Signal;
 
-/// Threads by name and the calls in which each may wait. Waiting for another thread or for time (`futex`,
-/// `clock_nanosleep`) is everybody's, and what asks for memory.
+/// Threads by name, and the calls in which each may wait. Every thread may also wait for another thread or for time (`futex`,
+/// `clock_nanosleep`) and request memory.
 pub const CALLS: &[(&str, &[&str])] = &[
-    // What decides about the drive.
+    // Threads that decide about the drive.
     ("session", &[]),
     ("safety", &[]),
     ("acquisition", &[]),
-    // What shows and listens.
+    // Display and input.
     ("keys", &["poll", "ppoll", "read", "ioctl"]),
     ("signals", &["read", "recvfrom", "poll", "ppoll"]),
-    // The size of the terminal is asked of /dev/tty, which is opened for it.
+    // The size of the terminal is read from /dev/tty, which is opened each time.
     ("dashboard", &["ioctl", "openat"]),
     ("frames", &["write"]),
     ("lines", &["write"]),
@@ -32,11 +31,11 @@ pub const CALLS: &[(&str, &[&str])] = &[
         "page",
         &["openat", "write", "close", "fcntl", "statx", "fsync"],
     ),
-    // What measures.
+    // Measurement.
     ("field", &["ioctl", "poll", "ppoll", "read"]),
     ("interference", &[]),
     ("refit", &[]),
-    // What asks the disk.
+    // Disk access.
     (
         "journal",
         &["write", "statx", "fdatasync", "openat", "close", "fcntl"],
@@ -61,12 +60,12 @@ pub const CALLS: &[(&str, &[&str])] = &[
     ("room", &["statfs", "statx"]),
 ];
 
-/// Threads of the simulated hardware and of the program's beginning and end, in which nothing decides.
+/// Threads of the simulated hardware and of the program's start and end; they do not decide about the drive.
 const OTHERS: &[&str] = &["apparatus", "friction-bench"];
 
-/// Calls that `strace` shows: of files, networks and descriptors.
+/// Calls that `strace` shows: those on files, networks and descriptors.
 const SHOWN: &str = "trace=%file,%network,%desc";
-/// Call among them by which a thread asks for memory.
+/// Call among them that requests memory.
 const MEMORY: &str = "mmap";
 
 fn may(thread: &str, call: &str) -> bool {
@@ -76,7 +75,7 @@ fn may(thread: &str, call: &str) -> bool {
         || row.is_some_and(|(_, calls)| calls.contains(&call))
 }
 
-/// Returns thread and call of a line of `strace --decode-pids=comm`.
+/// Returns the thread and the call in a line of `strace --decode-pids=comm`.
 fn thread_and_call(line: &str) -> Option<(&str, &str)> {
     let (before, _) = line.split_once('(')?;
     let (thread, call) = before.split_once('<')?.1.rsplit_once('>')?;
@@ -102,7 +101,7 @@ fn a_line_of_strace_names_thread_and_call() {
     }
 }
 
-/// Returns the threads below strace's child `pid` that do not block SIGTERM, by name.
+/// Returns the names of the threads of strace's child that do not block SIGTERM.
 fn hearing_sigterm(strace: u32) -> Vec<String> {
     let children = format!("/proc/{strace}/task/{strace}/children");
     let children = std::fs::read_to_string(children).unwrap();
@@ -178,11 +177,11 @@ fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
     if until(patience, || session.ended()).is_none() {
         panic!("it goes on:\n{}", screen.shown());
     }
-    // As threads begin and end they ask for more, and the plate is not driven.
+    // Threads make more calls at their start and end, while the plate is not driven.
     let text = std::fs::read(&trace).unwrap();
     let text = String::from_utf8_lossy(&text[from..to]);
     let made: BTreeSet<_> = text.lines().filter_map(thread_and_call).collect();
-    // The system would give a signal to one of these, which may hang.
+    // The kernel delivers a signal to any thread that does not block it, and that thread might hang.
     assert_eq!(hearing, ["signals"; 2], "who does not block SIGTERM");
     let driven = made.iter().any(|(thread, _)| *thread == "recorder");
     assert!(driven, "no recorder in:\n{made:?}");

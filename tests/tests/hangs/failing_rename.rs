@@ -1,4 +1,4 @@
-//! The very last step of a recording fails: the rename that gives its description its name.
+//! Failure of the last step of a recording: the rename of its finished description.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use protocols::{SessionEventKind, TrialOutcome, records_from_events};
 
 const MINUTE: Duration = Duration::from_secs(60);
 
-/// Attempts of the session and how the log has them settled.
+/// Returns the attempts of the session and their outcomes in the log.
 fn outcomes(session: &SessionFolder) -> Vec<(u32, TrialOutcome)> {
     let data = session.events().map(|event| event.data.clone());
     let kinds: Vec<SessionEventKind> = data
@@ -23,7 +23,7 @@ fn outcomes(session: &SessionFolder) -> Vec<(u32, TrialOutcome)> {
         .collect()
 }
 
-/// The disk refuses once the complete description of a session's one trial.
+/// The disk refuses the complete description of a session's only trial once.
 ///
 /// Fault 27.
 #[test]
@@ -34,14 +34,14 @@ fn a_trial_whose_description_cannot_be_renamed_is_not_accepted_and_is_repeated()
     let mut running = Running::start(&mut session(), &folder.path().join("output"));
     let new = study.join("sub-01/ses-01/trial-001_attempt-1/recording.toml.tmp");
     let pid = running.pid();
-    // In lock step one thread does everything. It renames other files first, and a description without an end.
+    // In lock step one thread does everything. It first renames other files, and a description without an end.
     let thread = i32::try_from(pid).unwrap();
     loop {
-        // On a busy machine a session may pass unseen.
+        // On a busy machine a session may finish unobserved.
         let held = Held::at(pid, thread, &numbers("rename"), MINUTE).expect("a held rename");
         let text = std::fs::read_to_string(&new).unwrap_or_default();
         if text.contains("end = \"completed\"") {
-            // The call fails, since its file is gone; the next attempt finds a disk that is well.
+            // The call fails because its file is gone; the next attempt finds a working disk.
             std::fs::remove_file(&new).unwrap();
             drop(held);
             break;
@@ -50,7 +50,7 @@ fn a_trial_whose_description_cannot_be_renamed_is_not_accepted_and_is_repeated()
     let ended = until(MINUTE, || running.ended()).expect("an end");
     let printed = running.output();
     assert!(!ended.success(), "{printed}");
-    // The verdict had accepted it, the session did not.
+    // The verdict had accepted the trial; the session did not.
     for words in [
         "trial-001_attempt-1 failed",
         "recording.toml",
@@ -80,6 +80,6 @@ fn a_trial_whose_description_cannot_be_renamed_is_not_accepted_and_is_repeated()
         ),
         "{settled:?}"
     );
-    // `verify` and what an analysis takes, too: the second attempt, once.
+    // `verify` and the analysis agree too: only the second attempt counts.
     assert_eq!(contradictions(&study), Vec::<String>::new());
 }

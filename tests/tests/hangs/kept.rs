@@ -1,5 +1,5 @@
-//! Random sequences of hangs, stops, kills and resumed sessions: after each, log, recordings, `verify` and what an analysis takes are
-//! without a contradiction, and the sequence comes to its end.
+//! Random sequences of hangs, stops, kills and resumed sessions: after each, log, recordings, `verify` and analysis agree, and
+//! the sequence completes.
 
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -16,15 +16,15 @@ use rand_chacha::ChaCha8Rng;
 use rustix::process::Signal;
 use tempfile::TempDir;
 
-/// Sequences in every test run; `FRICTION_BENCH_SEQUENCES` asks for more.
+/// Number of sequences in every test run; `FRICTION_BENCH_SEQUENCES` asks for more.
 const SEQUENCES: usize = 6;
-/// Runs of a sequence before the one that comes to the end.
+/// Runs of a sequence before its last, complete one.
 const RUNS: usize = 3;
 const MINUTE: Duration = Duration::from_secs(60);
 
-/// Threads of a session in lock step that ask the disk.
+/// Threads of a session in lock step that access the disk.
 const THREADS: [&str; 2] = ["recorder", "friction-bench"];
-/// What they ask.
+/// Their calls.
 const CALLS: [&str; 6] = ["write", "fdatasync", "fsync", "openat", "rename", "statx"];
 
 /// A study to be recorded by one short session.
@@ -68,7 +68,7 @@ impl Place {
     }
 }
 
-/// What befalls a run.
+/// A disturbance of a run.
 #[derive(Debug)]
 struct Event {
     after: Duration,
@@ -80,7 +80,7 @@ impl Event {
     fn random(rng: &mut ChaCha8Rng) -> Self {
         let thread = THREADS[rng.random_range(0..THREADS.len())];
         let call = CALLS[rng.random_range(0..CALLS.len())];
-        // The longest outlasts all that a recorder's queue holds, at the pace of these sessions.
+        // The longest hang overflows the recorder's queue at the pace of these sessions.
         let long = Duration::from_millis(rng.random_range(20..3000));
         Self {
             after: Duration::from_millis(rng.random_range(0..1500)),
@@ -94,7 +94,7 @@ impl Event {
         }
     }
 
-    /// Lets it befall a run, and waits for the run's end.
+    /// Disturbs a run and waits for its end.
     fn befall(&self, mut running: Running) {
         let pid = running.pid();
         let begun = Instant::now();
@@ -125,7 +125,7 @@ impl Event {
     }
 }
 
-/// One sequence, to its end; the number of hangs in it.
+/// Completes one sequence; returns the number of its hangs.
 fn sequence(seed: u64) -> Result<usize, String> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let place = Place::new();

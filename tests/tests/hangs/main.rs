@@ -1,5 +1,5 @@
-//! Threads of a running session that hang, one at a time, at each call in which they may wait: every stop silences the drive
-//! all the same, the program ends, and nothing is called accepted that is not on the disk.
+//! Hangs of one thread at a time in a running session, at each call in which it may wait: every stop still silences the drive,
+//! the program ends, and no trial is reported as accepted unless it is on the disk.
 #![cfg(target_os = "linux")]
 #![expect(
     clippy::unwrap_used,

@@ -1,9 +1,9 @@
-//! One thread hangs in one call, and the bench is stopped: the plate is silent in time, SIGTERM ends the process, and what
-//! the study has is without a contradiction. Left alone, a thread that decides about the drive is missed by the safety watch.
+//! One thread hangs in one call, and the bench is stopped: the plate is silent in time, SIGTERM ends the process, and the study
+//! is free of contradictions. Without a stop, the safety watch notices a hanging thread that decides about the drive.
 //!
-//! Times are from the key or the signal to the last driven sample at the plate: they include the way through the terminal, the
-//! program and the buffers of the simulated card, and the lateness of a busy machine. As much as a thread of the test itself was
-//! late is allowed for, and a miss is measured again.
+//! Times run from the key or the signal to the last driven sample at the plate. They include the delays of the terminal, the
+//! program and the buffers of the simulated card, and the lateness of a busy machine. The lateness of one of the test's threads
+//! is allowed for, and a miss is measured again.
 
 use std::fmt::Write;
 use std::sync::Mutex;
@@ -20,32 +20,32 @@ const SILENT_S: f64 = 0.050;
 const ENDED_S: f64 = 1.0;
 /// Longest time from the hang of a thread that decides about the drive to silence, s.
 const MISSED_S: f64 = 1.5;
-/// Times that a miss is measured again: a busy machine may be late, the program may not.
+/// Number of measurements before a miss counts: a busy machine may be late, the program may not.
 const TRIES: usize = 4;
-/// A thread that makes a call at all makes it within this time.
+/// Time within which a thread makes each of its calls.
 const CALLED: Duration = Duration::from_secs(4);
-/// Time from the hang to the stop, less than the watch waits for a thread.
+/// Time from the hang to the stop, shorter than the watch's timeout for a thread.
 const AFTER: Duration = Duration::from_millis(300);
-/// Sessions that are measured side by side.
+/// Number of sessions measured in parallel.
 const ABREAST: usize = 2;
-/// Looks end after this time, and hangs a second later.
+/// Duration of an observation and of a usual hang.
 const HANG: Duration = Duration::from_secs(5);
 
-/// Threads whose silence the safety watch, or what watches it, must notice.
+/// Threads that the safety watch, or its supervisor, must find silent during a hang.
 const DECIDING: &[&str] = &["session", "safety", "acquisition", "apparatus"];
-/// The thread that reads keys: while it hangs they are not heard.
+/// Thread that reads keys: while it hangs, keys have no effect.
 const READER: &str = "keys";
 
 /// A thread and the call in which it hangs.
 type Place = (&'static str, &'static str);
 
-/// What was seen of one hang under one stop.
+/// Result of one hang under one stop.
 enum Seen {
     /// The thread made no such call.
     NotMet,
-    /// It went as it should, in these words.
+    /// The stop worked, with a description.
     Well(String),
-    /// It did not.
+    /// The stop did not work, with a description.
     Badly(String),
 }
 
@@ -53,7 +53,7 @@ fn ms(s: Option<f64>) -> String {
     s.map_or_else(|| "never".to_owned(), |s| format!("{:.0} ms", 1e3 * s))
 }
 
-/// Lets a thread hang, and stops the bench.
+/// Lets a thread hang and stops the bench.
 fn stopped(rig: &Rig, (thread, call): Place, stop: Stop, hang: Duration) -> Seen {
     let mut session = Hung::driving(rig);
     let Some(held) = session.hold(thread, call, CALLED) else {
@@ -88,7 +88,7 @@ fn stopped(rig: &Rig, (thread, call): Place, stop: Stop, hang: Duration) -> Seen
     }
 }
 
-/// Lets a thread hang while nobody does anything, and stops the bench afterwards.
+/// Lets a thread hang without a stop, and stops the bench afterwards.
 fn unattended(rig: &Rig, (thread, call): Place) -> Seen {
     let mut session = Hung::driving(rig);
     let Some(held) = session.hold(thread, call, CALLED) else {
@@ -122,7 +122,7 @@ fn unattended(rig: &Rig, (thread, call): Place) -> Seen {
     }
 }
 
-/// Measures again what went badly, for a machine may be late; what was seen, and how often it was looked at.
+/// Repeats a failed measurement, since a machine may be late; returns the last result and the number of measurements.
 fn repeated(mut measure: impl FnMut() -> Seen) -> (Seen, usize) {
     let mut last = Seen::NotMet;
     for tries in 1..=TRIES {
@@ -134,7 +134,7 @@ fn repeated(mut measure: impl FnMut() -> Seen) -> (Seen, usize) {
     (last, TRIES)
 }
 
-/// Measures the hangs of one place; the words about them, and those of the bad ones.
+/// Measures the hangs of one place; returns the descriptions of all, and those of the failures.
 fn at_place(rig: &Rig, place: Place, stops: &[Stop], hang: Duration) -> (String, Vec<String>) {
     let (mut words, mut bad) = (Vec::new(), Vec::new());
     let mut note = |(seen, tries): (Seen, usize)| {
@@ -170,7 +170,7 @@ fn at_place(rig: &Rig, place: Place, stops: &[Stop], hang: Duration) -> (String,
 
 /// Calls that every thread makes.
 const EVERYWHERE: [&str; 2] = ["clock_nanosleep", "futex"];
-/// Calls that a disk or a network can hold up for long.
+/// Calls that a disk or a network can block for long.
 const LONG: [&str; 8] = [
     "statfs",
     "statx",
@@ -182,7 +182,7 @@ const LONG: [&str; 8] = [
     "read",
 ];
 
-/// Sessions that differ in what they talk to, and the threads that differ with it.
+/// Returns sessions with different devices, each with the only thread to measure, or `None` for all threads.
 fn rigs() -> Vec<(Rig, Option<&'static str>)> {
     let scenario = |scenario| Rig {
         scenario,
@@ -195,7 +195,7 @@ fn rigs() -> Vec<(Rig, Option<&'static str>)> {
     ]
 }
 
-/// Hangs of every test run, one of each kind of thread.
+/// Hangs of every test run, one for each kind of thread.
 const SAMPLE: [(Place, Stop); 4] = [
     (("session", "clock_nanosleep"), Stop::Key),
     (("recorder", "fdatasync"), Stop::Interrupt),
@@ -203,7 +203,7 @@ const SAMPLE: [(Place, Stop); 4] = [
     (("signals", "recvfrom"), Stop::Terminate),
 ];
 
-/// The whole of it takes hours: `./dev campaign hangs`, which asks for more hangs than the sample has.
+/// The complete test takes hours: `./dev campaign hangs`, which asks for more hangs than the sample has.
 ///
 /// Faults 27, 29.
 /// Hazard 15.
@@ -243,7 +243,7 @@ fn whole(most: usize) -> Vec<String> {
     }
     places.truncate(most);
     let (waiting, bad) = (Mutex::new(places.into_iter()), Mutex::new(Vec::new()));
-    // Most of the time a hang is waited for.
+    // Run in parallel, since most of the time is waiting.
     let measures = || {
         while let Some((rig, place)) = next(&waiting) {
             let ill = every_stop_at(&rig, place);
@@ -262,7 +262,8 @@ fn next<T>(waiting: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
     waiting.lock().unwrap().next()
 }
 
-/// Measures the hangs of one place under all stops, and a minute's hang of what asks a disk or a network; what went badly.
+/// Measures the hangs of one place under all stops, and a hang of a minute if a disk or network can cause it; returns the
+/// failures.
 fn every_stop_at(rig: &Rig, place: Place) -> Vec<String> {
     let (thread, call) = place;
     let (mut words, mut bad) = at_place(rig, place, &Stop::ALL, HANG);

@@ -1,4 +1,4 @@
-//! A terminal that nobody reads, and a participant's window that neither reads nor says anything more.
+//! A terminal with unread output, and a participant's window that stops reading and writing.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -11,10 +11,10 @@ use participant_window::message::{Display, FORMAT, FromWindow, ToWindow};
 use participant_window::{Lines, place};
 
 const MINUTE: Duration = Duration::from_secs(60);
-/// A terminal that took nothing for so long is full.
+/// Time without output after which a terminal counts as full.
 const FULL: Duration = Duration::from_millis(500);
 
-/// Fails unless the plate was silent in time, as late as the machine was.
+/// Requires the plate to be silent in time, allowing for the machine's lateness.
 fn require_in_time(seen: Stopped) {
     let in_time = seen.silent_s.is_some_and(|s| s <= 0.050 + seen.late_s);
     assert!(in_time, "silent too late: {seen:?}");
@@ -44,7 +44,7 @@ fn a_terminal_that_nobody_reads_takes_each_stop_key() {
     require_in_time(seen);
 }
 
-/// A window that answers the session until it hangs, and then keeps its end of the socket open.
+/// Plays a window that answers the session until it hangs, and then keeps its end of the socket open.
 fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
     let Some(met) = until(MINUTE, || place::connect(&socket).ok()?) else {
         return;

@@ -1,4 +1,4 @@
-//! Whatever the program does, a signal ends it at once, and its terminal is as it was before.
+//! Every command ends promptly on a signal and restores its terminal.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -17,11 +17,11 @@ use bench_tests::session::{SessionFolder, VirtualParticipant, patient_config};
 use rustix::process::Signal;
 
 const MINUTE: Duration = Duration::from_secs(60);
-/// Longest time that a signal takes to end a command.
+/// Longest time from a signal to the end of a command.
 const END: Duration = Duration::from_secs(1);
-/// From a command's start to the signal: while it begins.
+/// Time from a command's start to a signal during its start-up.
 const EARLY: Duration = Duration::from_millis(700);
-/// While it is at work.
+/// Time from a command's start to a signal during its work.
 const LATE: Duration = Duration::from_millis(1800);
 
 fn end(shown: &str) -> String {
@@ -29,7 +29,7 @@ fn end(shown: &str) -> String {
     last.into_iter().rev().collect()
 }
 
-/// Runs `command` and sends `signal` some time after its start; how long the end took.
+/// Runs `command` and sends `signal` some time after its start; returns the time to its end.
 fn ended_by(signal: Signal, after: Duration, command: &str) -> Result<Duration, String> {
     let folder = tempfile::tempdir().unwrap();
     let screen = Screen::open(120, 40);
@@ -58,9 +58,9 @@ fn ended_by(signal: Signal, after: Duration, command: &str) -> Result<Duration, 
     Ok(took)
 }
 
-/// Sends both signals to a command in turn.
+/// Sends both signals to a command, in two runs.
 fn judged(command: &str) -> Result<(), String> {
-    // On simulated hardware a check is over sooner.
+    // On simulated hardware a check ends earlier.
     let late = if command.starts_with("check") {
         EARLY
     } else {
@@ -76,7 +76,7 @@ fn judged(command: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Fails unless a signal ends each of `commands`, which run until a person or a signal ends them, within a second.
+/// Requires a signal to end each of `commands` within a second; each runs until a person or a signal ends it.
 fn a_signal_ends(commands: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let config = patient_config(folder.path());

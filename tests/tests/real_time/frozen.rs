@@ -1,5 +1,5 @@
-//! A program that is frozen while the plate is driven, and goes on: the hardware's one-shot has taken the amplifier off by then, and
-//! nothing may bring the plate back by itself.
+//! A program that is frozen while the plate is driven, and continues: the hardware's one-shot has switched the amplifier off by
+//! then, and the drive must not return without the operator.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use recording::RecordingReader;
 use rustix::process::Signal;
 
 const MINUTE: Duration = Duration::from_secs(60);
-/// Longer than anything that this bench bears with.
+/// Longer than any timeout of this bench.
 const FROZEN: Duration = Duration::from_millis(2500);
 
 /// Fault 7.

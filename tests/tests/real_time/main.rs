@@ -1,5 +1,4 @@
-//! The whole bench on simulated hardware in real time, as a person meets it: terminals, signals, a program that was
-//! frozen.
+//! The whole bench on simulated hardware in real time, as a user sees it: terminals, signals, a program that was frozen.
 
 mod every_command;
 mod frozen;

@@ -1,4 +1,4 @@
-//! What an operator does by keys alone: verdicts overruled, trials repeated, pauses, stops, a lost display, a session
+//! Tasks that an operator does with keys alone: overruled verdicts, repeated trials, pauses, stops, a lost display, a session
 //! that was killed.
 #![expect(
     clippy::unwrap_used,
@@ -24,7 +24,7 @@ use super::window_of_its_own::Window;
 const RUN: &str =
     "run --mock --study study --participant sub-01 --protocol protocol.toml --consent-by Tester";
 
-/// A session of two trials, as short as they can be judged, whose verdicts stay open.
+/// Starts a session of two trials, as short as can be judged, with verdicts that wait for the operator.
 fn session(min_instances: u32, more: &str) -> Terminal {
     let instances = format!("min_instances = {min_instances}");
     let prepare = |folder: &Path| {
@@ -43,7 +43,7 @@ fn session(min_instances: u32, more: &str) -> Terminal {
             ("min_instances = 5", instances.as_str()),
         ];
         demo_with(folder, &changes);
-        // Where session and window meet is nobody else's.
+        // The session and the window meet only in a private folder.
         std::fs::set_permissions(folder, Permissions::from_mode(0o700)).unwrap();
         if more.contains("--participant-display") {
             std::fs::write(folder.join("wait"), "").unwrap();
@@ -155,7 +155,7 @@ fn a_stopped_session_goes_on_once_it_is_rearmed_and_a_killed_one_is_resumed() {
     terminal.again(&format!("{RUN} --resume"));
     terminal.shows(&["attempt 4"]);
     terminal.press(&["3"]);
-    // The newest that is over.
+    // The newest attempt that has ended.
     terminal.shows(&["trial 1.3", "exploration 1 →"]);
 }
 
@@ -204,7 +204,7 @@ fn a_lost_participants_terminal_pauses_the_session_and_is_brought_back() {
     ));
 }
 
-/// A window that jerks or stands on another monitor is no more to be followed than one that is gone.
+/// A window that jerks or is on another monitor is as unusable as one that is gone.
 ///
 /// Fault 43.
 #[test]
@@ -265,7 +265,7 @@ fn a_stopped_calibration_goes_on_with_the_points_it_has() {
         "points so far are kept",
         "10.00 V",
     ]);
-    // Too early: nothing is armed by itself.
+    // Too early: re-arming needs the operator's confirmation.
     terminal.press(&["Enter"]);
     terminal.shows(&["press x to re-arm it first"]);
     terminal.press(&["x"]);
@@ -287,7 +287,7 @@ fn a_stopped_calibration_goes_on_with_the_points_it_has() {
 }
 
 /// Fault 37.
-/// Waiting for edges wakes for the window's signal and forgets the key that came with it.
+/// Waiting for edge-triggered events wakes on the window's signal and may lose a key that arrived with it.
 #[test]
 fn a_key_pressed_while_the_window_changes_its_size_is_read() {
     let (terminal, pid) = super::terminal::in_the_first_trial();

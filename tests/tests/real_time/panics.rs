@@ -1,6 +1,5 @@
-//! A part of a driving bench panics: the drive is silent in time, what was recorded is kept, the terminal is as
-//! before, and the user is told which part it was and what to do. Each bench is a process of its own, for a panic
-//! there silences every drive.
+//! Panics in a part of a driving bench: the drive is silent in time, recorded data is kept, the terminal is restored, and the
+//! user learns which part failed and what to do. Each bench is a separate process, since a panic silences every drive in it.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -22,10 +21,9 @@ use recording::study::event_log;
 use rustix::termios::LocalModes;
 
 const MINUTE: Duration = Duration::from_secs(60);
-/// Longest time from the panic to a still plate: its ramp and the plate's own decay are over in 15 ms.
+/// Longest time from the panic to a still plate: the ramp and the plate's decay take 15 ms.
 const STILL_NS: u64 = 50_000_000;
-/// Longest time from the panic to the last edge of the heartbeat, and from there to the enable line: a busy machine
-/// is late.
+/// Longest time from the panic to the last edge of the heartbeat, and from there to the enable line, on a busy machine.
 const LINES_NS: u64 = 200_000_000;
 
 /// A bench that was driving when one of its parts panicked.
@@ -33,14 +31,14 @@ struct Panicked {
     part: &'static str,
     folder: tempfile::TempDir,
     status: ExitStatus,
-    /// Everything on its terminal.
+    /// Everything shown on its terminal.
     shown: String,
-    /// Whether the terminal was as before.
+    /// Whether the terminal was restored.
     restored: bool,
     report: Report,
 }
 
-/// The last of what was shown.
+/// Returns the end of the output.
 fn end(shown: &str) -> String {
     let last: Vec<char> = shown.chars().rev().take(2000).collect();
     last.into_iter().rev().collect()
@@ -92,7 +90,7 @@ impl Panicked {
         }
     }
 
-    /// Requires the drive to be silent in time, by every means, and to stay so.
+    /// Requires the drive to be silent in time, by every means, and to stay silent.
     fn require_safe(&self) {
         let Self { part, report, .. } = self;
         let panicked_ns = report.panicked_ns;
@@ -134,7 +132,7 @@ impl Panicked {
         );
     }
 
-    /// Requires the terminal to be as before, and what is on it then to name the part and say what to do.
+    /// Requires a restored terminal with a message that names the part and the remedy.
     fn require_words(&self) {
         let Self { part, shown, .. } = self;
         assert!(self.restored, "{part}: the terminal is not as before");
@@ -160,7 +158,7 @@ impl Panicked {
         }
     }
 
-    /// Requires the recording that went on to be readable, and the log to be whole.
+    /// Requires the interrupted recording to be readable, and the log to be whole.
     fn require_kept(&self) {
         let Self { part, shown, .. } = self;
         let session = SessionFolder::read(&self.folder.path().join("study"), "sub-01").unwrap();
@@ -180,7 +178,7 @@ impl Panicked {
         session.require_whole();
     }
 
-    /// The bench's tasks.
+    /// Returns the bench's tasks.
     fn tasks(&self) -> BTreeSet<&str> {
         let readers = self.report.clock_readers.iter().map(String::as_str);
         readers
@@ -189,7 +187,7 @@ impl Panicked {
     }
 }
 
-/// Lets each of these parts of the bench panic in turn.
+/// Makes each of these parts of the bench panic in turn.
 fn each_part_panics(command: &str, parts: &[&'static str], more: fn(&Panicked)) {
     let tasks: BTreeSet<&str> = parts
         .iter()
@@ -224,10 +222,10 @@ const SESSION: [&str; 12] = [
     "plate's warmth",
     OTHER_THREAD,
 ];
-/// Tasks that no test lets panic: a replay drives nothing, and that of the participant's window needs a window; the session's
-/// schedule runs it as it does the others.
+/// Tasks without a test: a replay drives nothing, and the task of the participant's window needs a window; the session's
+/// schedule runs it like the others.
 const UNTRIED: [&str; 2] = ["replay", "participant's window"];
-/// The task that each other command has in the place of the session's.
+/// The task that each other command has in place of the session's.
 const OTHERS: [(&str, &str); 4] = [
     ("monitor", "monitor --mock --uncalibrated --drive-v 10"),
     (
@@ -261,7 +259,7 @@ fn a_panic_in_any_other_command_that_drives_stops_the_drive_and_restores_the_ter
     }
 }
 
-/// Each task of the program has a panic above, or a reason for none.
+/// Each task of the program has a panic test above, or a reason to have none.
 #[test]
 fn no_task_is_forgotten() {
     let mut names = BTreeSet::new();
@@ -283,7 +281,7 @@ fn no_task_is_forgotten() {
     assert_eq!(names, tested);
 }
 
-/// Names of the tasks that a source file implements, its tests aside.
+/// Returns the names of the tasks that a source file implements, without its tests.
 fn tasks_of(path: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(path).unwrap();
     let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap();

@@ -1,5 +1,5 @@
-//! A session that is told to end, or is killed, in the middle of a trial and in real time: what was recorded stays, and the
-//! session goes on where it was.
+//! Sessions that are terminated or killed in the middle of a trial in real time: recorded data is kept, and the session can be
+//! resumed.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -23,12 +23,12 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 const MINUTE: Duration = Duration::from_secs(60);
-/// An orderly stop takes less.
+/// Longest time of an orderly stop.
 const STOP: Duration = Duration::from_secs(1);
-/// A kill takes no more than this of a recording.
+/// Greatest part of a recording that a kill may lose, s.
 const LOSS_S: f64 = 1.0;
 
-/// A study to be recorded by a protocol of three conditions in random order, on a bench that bears with a busy machine.
+/// A study for a protocol of three conditions in random order, on a bench that tolerates a busy machine.
 struct Place {
     folder: TempDir,
     study: PathBuf,
@@ -94,11 +94,11 @@ impl Place {
         SessionFolder::read(&self.study, "sub-01").unwrap()
     }
 
-    /// Starts a session in real time and waits until `recorded` of its first trial have passed since its folder appeared.
-    /// Returns it with the moment at which the folder was there.
+    /// Starts a session in real time and waits for `recorded` after the folder of its first trial appears. Returns the session
+    /// and the time of the folder's appearance.
     ///
     /// # Panics
-    /// When the session ends before: on a machine that is late the safety watch ends it.
+    /// When the session ends first: on a late machine the safety watch ends it.
     fn in_the_first_trial(&self, recorded: Duration) -> (Running, Instant) {
         let mut running = Running::start(&mut self.run("real"), &self.folder.path().join("output"));
         let session = self.study.join("sub-01/ses-01");
@@ -110,7 +110,7 @@ impl Place {
         (running, appeared)
     }
 
-    /// Goes on to the end, as fast as it computes.
+    /// Resumes the session and completes it as fast as it computes.
     fn resume(&self) -> SessionFolder {
         let output = finish(self.run("max").arg("--resume"));
         assert!(output.status.success(), "{}", text(&output));
@@ -118,7 +118,7 @@ impl Place {
     }
 }
 
-/// The trial's folder, once its signals are there.
+/// Returns the trial's folder, once it has signals.
 fn first_trial(session: &Path) -> Option<PathBuf> {
     let entries = std::fs::read_dir(session).ok()?;
     entries
@@ -133,7 +133,7 @@ fn order(started: &Value) -> Vec<String> {
         .collect()
 }
 
-/// The resumed session repeats the interrupted trial and keeps the order.
+/// Requires the resumed session to repeat the interrupted trial and keep the order.
 fn goes_on_in_the_same_order(session: &SessionFolder) {
     let starts = session.starts();
     assert_eq!(
@@ -165,7 +165,7 @@ fn goes_on_in_the_same_order(session: &SessionFolder) {
         session.stops().last().unwrap().exit_status,
         ExitStatus::Success
     );
-    // The attempt that was broken off is kept beside its repetition.
+    // The interrupted attempt is kept next to its repetition.
     let recordings = session.recordings();
     let names: Vec<_> = recordings
         .iter()
@@ -177,7 +177,7 @@ fn goes_on_in_the_same_order(session: &SessionFolder) {
     );
 }
 
-/// Sends `signal` in the middle of a trial; how long the end took, and the place with what is left.
+/// Sends `signal` in the middle of a trial; returns the place with the remaining files, and the time to the end.
 fn interrupted_by(signal: Signal) -> (Place, Duration) {
     let place = Place::new();
     let (mut running, _) = place.in_the_first_trial(Duration::from_millis(1500));
@@ -186,7 +186,7 @@ fn interrupted_by(signal: Signal) -> (Place, Duration) {
     let status = running.wait(MINUTE);
     let took = sent.elapsed();
     let printed = running.output();
-    // On a machine that is late the safety watch is faster than this test.
+    // On a late machine the safety watch stops the session before this test does.
     assert!(printed.contains("stopped before its end"), "{printed}");
     assert_eq!(status.code(), Some(1), "{printed}");
     assert!(!printed.contains("panicked"), "{printed}");
@@ -240,7 +240,8 @@ fn sigkill_at_any_moment_takes_at_most_a_second() {
     }
 }
 
-/// Seconds between the kill and the last sample on disk; everything else must be readable and the session go on.
+/// Kills a session; returns the time between the kill and the last sample on disk, s. All else must be readable, and the
+/// session resumable.
 fn killed(after: Duration) -> f64 {
     let place = Place::new();
     let (mut running, appeared) = place.in_the_first_trial(after);

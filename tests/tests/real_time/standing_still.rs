@@ -1,4 +1,4 @@
-//! A terminal that takes nothing more, as after Ctrl-S, with Scroll Lock, or behind a connection that is stuck.
+//! A terminal that stops accepting output, as after Ctrl-S, with Scroll Lock, or behind a stalled connection.
 
 use std::time::{Duration, Instant};
 
@@ -9,9 +9,9 @@ use bench_tests::session::patient_config;
 use rustix::process::Signal;
 
 const MINUTE: Duration = Duration::from_secs(60);
-/// Longest time from a signal to the end; without a busy machine it is half a second.
+/// Longest time from a signal to the end; about half a second on an idle machine.
 const END: Duration = Duration::from_secs(5);
-/// A terminal that took nothing for so long is full.
+/// Time without output after which a terminal counts as full.
 const FULL: Duration = Duration::from_millis(500);
 
 /// Fault 29.

@@ -1,4 +1,4 @@
-//! The dashboard on a real terminal, in real time: it shows what matters, and gives the terminal back as it was.
+//! The dashboard on a real terminal, in real time: it shows the important values and restores the terminal.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -25,7 +25,7 @@ use tempfile::TempDir;
 
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// A terminal of its own; it ends with the test.
+/// A separate terminal, which ends with the test.
 pub(super) struct Terminal {
     tmux: PathBuf,
     pub(super) folder: TempDir,
@@ -36,7 +36,7 @@ impl Terminal {
         Self::prepared(columns, rows, |_| (), command)
     }
 
-    /// Opens a terminal with what `prepare` puts into its folder. The program begins once there is no file `wait`.
+    /// Opens a terminal in a folder prepared by `prepare`. The program starts once the file `wait` is gone.
     pub(super) fn prepared(
         columns: u16,
         rows: u16,
@@ -55,7 +55,7 @@ impl Terminal {
         terminal
     }
 
-    /// Runs another command on the terminal, in the place of the one before, which has ended.
+    /// Runs another command on the terminal after the previous one has ended.
     pub(super) fn again(&self, command: &str) {
         std::fs::remove_file(self.folder.path().join("status")).unwrap();
         self.tmux(&["respawn-pane", "-k", &self.script(command)]);
@@ -102,7 +102,7 @@ impl Terminal {
         last
     }
 
-    /// What the script wrote into `file`, once it has.
+    /// Returns the script's output in `file`, once it exists.
     pub(super) fn wrote(&self, file: &str) -> String {
         let path = self.folder.path().join(file);
         until(PATIENCE, || {
@@ -223,10 +223,10 @@ fn the_dashboard_asks_about_the_participant_after_consent_and_before_the_drive()
     );
 }
 
-/// Longest time that an orderly stop takes.
+/// Longest time of an orderly stop.
 const STOP: Duration = Duration::from_secs(1);
 
-/// A session in its first trial, a second of which is recorded, and the session's process.
+/// Starts a session and waits until one second of its first trial is recorded; returns it with its process.
 pub(super) fn in_the_first_trial() -> (Terminal, Pid) {
     let command =
         "run --mock --study study --participant sub-01 --protocol demo --consent-by Tester";
@@ -234,7 +234,7 @@ pub(super) fn in_the_first_trial() -> (Terminal, Pid) {
     terminal.shows(&["DRIVING", "practice 1/1"]);
     let study = terminal.folder.path().join("study");
     let signals = study.join("sub-01/ses-01/practice-01_attempt-1/signals.wav");
-    // A second of the four inputs, 4 bytes each.
+    // One second of the four inputs, 4 bytes each.
     let recorded = || {
         let bytes = signals.metadata().ok()?.len();
         (bytes > 192_000 * 16).then_some(())
@@ -247,7 +247,7 @@ pub(super) fn in_the_first_trial() -> (Terminal, Pid) {
     )
 }
 
-/// Ends a session by what `end` does to its process or its terminal, and looks at what is left of it.
+/// Ends a session by applying `end` to its process or its terminal, and checks the result.
 fn ends_in_good_order(end: impl Fn(&Terminal, Pid)) -> Terminal {
     let (terminal, pid) = in_the_first_trial();
     let begun = Instant::now();
@@ -264,7 +264,7 @@ fn ends_in_good_order(end: impl Fn(&Terminal, Pid)) -> Terminal {
 fn a_signal_ends_the_dashboard(signals: &[Signal]) {
     let terminal = ends_in_good_order(|_, pid| {
         for signal in signals {
-            // One that has ended by the first takes no second.
+            // A process that has ended after the first signal cannot take the second.
             let _ = kill_process(pid, *signal);
             std::thread::sleep(Duration::from_millis(20));
         }
@@ -299,11 +299,11 @@ fn a_terminal_that_is_closed_ends_its_session() {
     let terminal = ends_in_good_order(|terminal, _| {
         terminal.tmux(&["kill-server"]);
     });
-    // Whoever asks is told that the terminal failed.
+    // The exit status reports that the terminal failed.
     assert_eq!(terminal.wrote("status").trim(), "2");
 }
 
-/// The seed of the simulated bench that is calibrated here.
+/// Seed of the simulated bench that is calibrated here.
 const SEED: u64 = 5;
 
 impl Terminal {
@@ -313,7 +313,7 @@ impl Terminal {
         Self::open(columns, rows, &command)
     }
 
-    /// Says that nothing is on the plate; only then is it driven.
+    /// Confirms that the plate is clear; it is driven only afterwards.
     pub(super) fn plate_is_clear(&self) {
         let screen = self.shows(&["Take everything off", "The plate is driven next"]);
         assert!(!screen.contains("DRIVING"), "{screen}");
@@ -326,7 +326,7 @@ impl Terminal {
         self.tmux(&arguments);
     }
 
-    /// What the simulated vibrometer shows once it rests, µm, while the plate is driven at `drive_v`.
+    /// Returns the settled reading of the simulated vibrometer, µm, while the plate is driven at `drive_v`.
     fn instrument_um(&self, drive_v: f64) -> f64 {
         let value = |screen: &str, name: &str| {
             let after = screen.rsplit_once(name)?.1;
@@ -346,7 +346,7 @@ impl Terminal {
         .unwrap_or_else(|| panic!("no amplitude at {drive_v} V on:\n{}", self.screen()))
     }
 
-    /// Reads the vibrometer and types `factor` times what it shows.
+    /// Reads the vibrometer and types `factor` times its reading.
     pub(super) fn type_amplitude(&self, drive_v: f64, factor: f64) {
         let um = format!("{:.4}", self.instrument_um(drive_v) * factor);
         self.press(&[&um]);
@@ -373,10 +373,10 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
     );
     terminal.type_amplitude(10.0, 1.0);
     terminal.shows(&["10.00 V", "step 4 of 7", "predicted"]);
-    // Twice as much as the plate can have done: asked for again.
+    // Twice the plate's possible amplitude: asked for again.
     terminal.type_amplitude(20.0, 2.0);
     terminal.shows(&["peak, not RMS", "step 4 of 7"]);
-    // A slip that is too small to be noticed at once.
+    // A slip too small to be noticed at once.
     terminal.type_amplitude(20.0, 1.1);
     terminal.shows(&["20.00 V", "step 5 of 7"]);
     terminal.type_amplitude(30.0, 1.0);
@@ -483,7 +483,7 @@ fn an_operator_is_guided_through_the_plates_calibration() {
 }
 
 impl Terminal {
-    /// Does what is asked until `what` is on the screen.
+    /// Confirms each request until `what` is on the screen.
     fn obey_until(&self, what: &str) -> String {
         until(4 * PATIENCE, || {
             let screen = self.screen();

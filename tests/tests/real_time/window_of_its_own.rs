@@ -1,4 +1,4 @@
-//! A participant's window that is played: it meets the session at its socket, and says what a test wants it to say.
+//! A simulated participant's window: it connects to the session's socket and sends the messages a test chooses.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -9,7 +9,7 @@ use bench_tests::running::until;
 use participant_window::message::{Display, FORMAT, FromWindow, ToWindow};
 use participant_window::{Lines, place};
 
-/// Between two looks at the socket.
+/// Time between two looks at the socket.
 const PERIOD: Duration = Duration::from_millis(100);
 
 /// A window at a session's socket, until it is closed.
@@ -19,7 +19,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// Meets the session that opens a socket.
+    /// Connects to the session that opens a socket.
     pub fn at(socket: PathBuf) -> Self {
         let (says, said) = channel();
         let life = std::thread::spawn(move || live(&socket, &said));
@@ -30,7 +30,7 @@ impl Window {
         let _what_the_session_says_shows_it = self.says.send(message);
     }
 
-    /// Closes it.
+    /// Closes the window.
     pub fn close(self) {
         drop(self.says);
         let _what_the_session_says_shows_it = self.life.join();

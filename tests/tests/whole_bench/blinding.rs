@@ -1,5 +1,5 @@
-//! Nothing that a person may write into bench.toml or a protocol blinds the safety watch: each edit is refused before
-//! anything is made or driven, with words that say what to change.
+//! No setting in bench.toml or a protocol blinds the safety watch: each such edit is refused before any file is made or the
+//! plate driven, with a message that names the remedy.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,7 +9,7 @@ use bench_tests::session::{config_with, demo_with, finish, text, unattended};
 
 use super::refusals::{refused_before_anything_is_made, room, uncalibrated};
 
-/// Parts of bench.toml and of the protocol that are exchanged, and a word of the refusal.
+/// Replaced parts of bench.toml and of the protocol, and a word of the refusal.
 struct Edit {
     bench: &'static [(&'static str, &'static str)],
     protocol: &'static [(&'static str, &'static str)],
@@ -32,7 +32,7 @@ const fn protocol_edit(edit: &'static [(&'static str, &'static str)], word: &'st
     }
 }
 
-/// Edits that blind a bench whatever its sound card is.
+/// Edits that blind a bench with any sound card.
 const EDITS: [Edit; 37] = [
     bench_edit(
         &[("readback_tolerance = 0.25", "readback_tolerance = 1.0")],
@@ -194,7 +194,7 @@ const EDITS: [Edit; 37] = [
     },
 ];
 
-/// Edits that blind a bench on a sound card of its own clock.
+/// Edits that blind a bench on a sound card with its own clock.
 const ON_A_CARD: [(&str, &str, &str); 6] = [
     ("silence_s = 0.25", "silence_s = 0.25", "0.05 to 0.1 s"),
     ("silence_s = 0.25", "silence_s = 1.0", "went silent"),
@@ -209,7 +209,7 @@ const ON_A_CARD: [(&str, &str, &str); 6] = [
         "loop_latency_s = 0.15",
         "behind a delay",
     ),
-    // Under limits that see everything, no meter has checked the volts.
+    // These limits see everything, but no meter has checked the volts.
     (
         "silence_s = 0.25   ",
         "silence_s = 0.05   ",

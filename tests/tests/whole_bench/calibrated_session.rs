@@ -1,6 +1,5 @@
-//! A participant's session on a bench that nobody knew before: everything that it knows of itself comes from the `calibrate`
-//! commands. Beside it the same session with the true constants in the calibration's place. What the one recovers of the
-//! participant must be as near to the truth as what the other does.
+//! A participant's session on an unknown bench, with all constants from the `calibrate` commands, compared with the same
+//! session under the true constants. Its estimates of the participant must be as accurate as those of the other.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -20,10 +19,10 @@ use config::CalibrationFile;
 use recording::manifest::RecordedProfile;
 
 const UNKNOWN_BENCH: &str = "[jitter]\nenabled = true\n";
-/// Greatest cost of a calibration by the commands, as a share of the true value.
+/// Greatest additional error from calibrating by the commands, as a share of the true value.
 const COST: f64 = 0.02;
 
-/// Errors of a session's medians, as shares of the true values; friction as the RMS over all of its range.
+/// Errors of a session's medians, as shares of the true values; friction as the RMS over its whole range.
 #[derive(Debug, Clone, Copy)]
 struct Errors {
     sigma_t: f64,
@@ -48,7 +47,7 @@ fn session(room: &Room, name: &str) -> [Errors; 2] {
     errors(&study, &Skin::read(&truth))
 }
 
-/// By the published and by the dynamic method.
+/// Returns the errors of the published and of the dynamic method.
 fn errors(study: &Path, skin: &Skin) -> [Errors; 2] {
     let recordings = find::recordings(&[study.to_owned()], false).unwrap();
     let analysed = analyse(&recordings, &Settings::default(), |_| {});
@@ -76,7 +75,7 @@ fn errors(study: &Path, skin: &Skin) -> [Errors; 2] {
     })
 }
 
-/// The recordings of a session have the profile of the calibration, place by place, or none.
+/// Requires the recordings of a session to have the calibration's profile, place by place, or no profile.
 fn assert_profile_recorded(room: &Room, name: &str, measured: bool) {
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     let places = calibration.profile.map(|profile| profile.places);
@@ -94,8 +93,8 @@ fn assert_profile_recorded(room: &Room, name: &str, measured: bool) {
     }
 }
 
-/// What the recordings state of their constants' errors is what the constants are off by, within four standard errors and at
-/// most a hundredth.
+/// Requires the true errors of the recorded constants to be within four of their stated standard errors, which are below a
+/// hundredth.
 fn assert_errors_recorded(room: &Room, name: &str, seed: u64) {
     let truth = Bench::of(UNKNOWN_BENCH, seed);
     let study = room.folder.path().join(name).join("study");
@@ -137,7 +136,7 @@ fn assert_errors_recorded(room: &Room, name: &str, seed: u64) {
     }
 }
 
-/// What no recording could hold ends a session before it begins: a profile, and an error of a constant.
+/// Requires constants outside a recording's range to be refused before a session: a profile, and an error of a constant.
 fn assert_refused_out_of_range(room: &Room) {
     let (held, _) = CalibrationFile::read(&room.calibration()).unwrap();
     let (profile, plate) = (held.profile, held.plate);
@@ -173,7 +172,7 @@ fn what_the_commands_measured_serves_a_session_as_well_as_the_truth() {
     for seed in 1..=2 {
         let room = Room::new(UNKNOWN_BENCH, seed);
         room.succeed(&["pickup"]);
-        // The second with the amplitude along the plate, which is as even as the bench takes it for.
+        // The second bench also measures the amplitude along the plate, which is as uniform as the bench assumes.
         let plate = ["plate", "--along", "5"];
         room.succeed(&plate[..if seed == 2 { 3 } else { 1 }]);
         room.weigh();
@@ -200,7 +199,7 @@ fn what_the_commands_measured_serves_a_session_as_well_as_the_truth() {
     }
 }
 
-/// A computer without a line of its own: forces, position, e-stop, enable and heartbeat are behind a field box.
+/// A computer without GPIO or sensor lines: forces, position, e-stop, enable and heartbeat are behind a field box.
 const BEHIND_BOX: &str = "[force_sensor]\nrate_hz = 4000.0\nburst_period_s = 0.001\ninterface = \"field-box\"\n[jitter]\nenabled = true\n";
 
 /// Fault 41.

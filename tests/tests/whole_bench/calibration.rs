@@ -1,4 +1,4 @@
-//! The bench calibrated through its commands: against the truth of fifty simulated benches, and refused where it does not hold.
+//! Calibration by the commands, compared with the truth of fifty simulated benches, and refused where it does not apply.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -14,7 +14,7 @@ use bench_tests::truth::{Bench, enough_hold};
 use config::{CalibrationFile, Config, Effective, Quantity, Uniformity};
 use rayon::prelude::*;
 
-/// An unknown bench, whose converter has the resolution and noise of a 16, 20 or 24 bit one.
+/// An unknown bench with a converter that has the resolution and noise of 16, 20 or 24 bits.
 fn unknown_bench(seed: u64) -> String {
     let (bits, noise) = [(16, 1e-7), (20, 3e-8), (24, 5e-9)][(seed % 3) as usize];
     format!(
@@ -47,7 +47,7 @@ impl Miss {
 }
 
 const NAMES: [&str; 5] = ["pickup", "f0 Hz", "Q", "gamma", "phase rad"];
-/// The demands on each.
+/// Required accuracy of each value.
 const DEMANDED: [f64; 5] = [3e-3, 0.5, 1e-2, 1e-2, 2e-3];
 
 fn misses(seed: u64) -> [Miss; 5] {
@@ -113,7 +113,7 @@ fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() 
         finger.normal_n
     );
     assert!(finger.normal_spread_n > 0.0 && finger.drive_v <= 6.0);
-    // The finger damps; what it adds is its own impedance in full contact, and nowhere near the plate's.
+    // The finger adds damping, and only its own impedance in full contact, far below the plate's.
     assert!(finger.quality.unwrap().value < plate.quality.value);
     let table = room
         .calibration()
@@ -139,7 +139,7 @@ fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() 
     assert_eq!(effective(&calibration), effective(&without));
     assert_eq!(calibration.oldest(true), without.oldest(true));
 
-    // A plate that is measured anew leaves no response of the one before.
+    // A new measurement of the plate discards the response of the previous one.
     let printed = room.succeed(&["plate"]);
     assert!(printed.contains("was taken out"), "{printed}");
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
@@ -162,11 +162,11 @@ fn the_amplitude_along_the_plate_is_found_and_judged() {
         for place in &profile.places {
             let from_middle = 2.0 * place.position_m / 0.105 - 1.0;
             let truth = 1.0 - end_drop * from_middle * from_middle;
-            // The vibrometer's own scale is common to all places and to the pickup.
+            // The vibrometer's scale error is common to all places and to the pickup.
             let miss = (place.ratio - truth).abs();
             assert!(miss < 5e-3, "{place:?}, truth {truth}");
         }
-        // A sensitivity that is measured anew makes it another ratio.
+        // A new sensitivity of the pickup changes the ratio.
         room.succeed(&["pickup"]);
         let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
         assert_eq!(calibration.profile, None);
@@ -195,7 +195,7 @@ fn a_plate_is_measured_in_under_twenty_seconds_of_signal() {
             values[1].hypot(values[2])
         })
         .fold(0.0, f64::max);
-    // 1/b_p at the resonance; a tone of the 31 lies within 3 % of it.
+    // 1/b_p at the resonance; one of the 31 tones lies within 3 % of it.
     assert!((largest * 7.01 - 1.0).abs() < 0.03, "{largest}");
 }
 
@@ -271,7 +271,7 @@ fn the_wrong_ones_are_refused_each_by_its_name() {
         },
         &["365 days old", "calibration.max_age_days"],
     );
-    // The session's time is simulated: the date of a part that was measured in real time says nothing to it.
+    // The session's time is simulated, so the date of a part measured in real time is irrelevant.
     room.change(|c| c.set_simulated_time("plate", false));
     let output = finish(&mut room.watch());
     assert!(output.status.success(), "{}", text(&output));
@@ -358,7 +358,8 @@ fn check_compares_the_channels_with_the_calibration() {
 
 #[test]
 fn typed_and_tabled_amplitudes_serve_as_well() {
-    // γ U/(ω b_p) of the nominal plate at 5 to 40 V, behind the amplifier's roll-off at 200 kHz, to the nanometre as people write.
+    // γ U/(ω b_p) of the nominal plate at 5 to 40 V, behind the amplifier's roll-off at 200 kHz, rounded to nanometres as a
+    // person would.
     let amplifier = (1.0 + (35.0f64 / 200.0).powi(2)).sqrt().recip();
     let levels = [5.0, 10.0, 20.0, 40.0];
     let known: Vec<String> = levels
@@ -396,7 +397,7 @@ fn typed_and_tabled_amplitudes_serve_as_well() {
     let tabled = tabled.pickup.unwrap().metres_per_unit.value;
     assert!((tabled / typed - 1.0).abs() < 1e-6, "{tabled} {typed}");
 
-    // 43 Hz beside the resonance the plate moves 16 % less, half a half-bandwidth; 6 Hz are within a tenth of it.
+    // At 43 Hz off the resonance, half a half-bandwidth, the plate moves 16 % less; 6 Hz is within a tenth.
     let beside = |hz: f64| {
         let rows: String = levels
             .iter()
@@ -431,7 +432,7 @@ fn volts_are_checked_against_a_meter_and_a_constant_that_is_wrong_twice_is_found
     };
     let at_carrier = kept();
     assert_eq!(at_carrier.meter, "simulated, no. 7");
-    // The amplifier's roll-off at 200 kHz takes 1.5 % at the carrier, and the meter has an error of its own.
+    // The amplifier's roll-off at 200 kHz takes 1.5 % at the carrier, and the meter has an error too.
     assert!(
         (at_carrier.per_commanded.value - 0.985).abs() < 0.01,
         "{at_carrier:?}"

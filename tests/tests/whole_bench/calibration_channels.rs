@@ -1,4 +1,4 @@
-//! `calibrate channels` against the truth of simulated converters, and every fault of the channels by its name.
+//! `calibrate channels` compared with the truth of simulated converters, and a named error for every fault of the channels.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -35,7 +35,7 @@ impl Room {
         room
     }
 
-    /// Another bench in the place of this one.
+    /// Replaces the bench by another one.
     fn turn_into(&self, scenario: &str) {
         fs::write(self.folder.path().join("scenario.toml"), scenario).unwrap();
     }
@@ -86,13 +86,13 @@ impl Room {
     }
 }
 
-/// An input's truth beside the drive's.
+/// True values of an input, relative to the drive's.
 struct Truth {
     gain: f64,
     delay_samples: f64,
 }
 
-/// A converter that differs with its seed: gains, skews, noise, resolution, crosstalk, range.
+/// A converter that depends on its seed: gains, skews, noise, resolution, crosstalk, range.
 struct Converter {
     scenario: String,
     inputs: [Truth; 3],
@@ -103,7 +103,7 @@ struct Converter {
 
 impl Converter {
     fn new(seed: u64) -> Self {
-        // A Weyl sequence: even over the ranges, and the same everywhere.
+        // A Weyl sequence: uniform over the ranges, and reproducible.
         let spread = |i: u64| ((seed * 4 + i) as f64 * 0.618_033_988_749_895).fract();
         let (bits, white): (i32, f64) = [(16, 1e-7), (20, 3e-8), (24, 5e-9)][(seed % 3) as usize];
         let gains = [
@@ -125,7 +125,7 @@ impl Converter {
             scenario: format!(
                 "[converter]\nbits = {bits}\nnoise_units_per_sqrt_hz = {white:e}\ngains = {gains:?}\nskew_samples = {skews:?}\ncrosstalk = {crosstalk:e}\nclip_units = {clip}\n"
             ),
-            // What is sampled later seems to come earlier.
+            // A signal that is sampled later appears earlier.
             inputs: [1, 2, 3].map(|i| Truth {
                 gain: gains[i] / gains[0],
                 delay_samples: skews[0] - skews[i],
@@ -137,7 +137,7 @@ impl Converter {
     }
 }
 
-/// Whether the interval holds the truth, the error, and half the interval.
+/// Whether the interval contains the truth, the error, and half the interval.
 type Miss = (bool, f64, f64);
 
 fn miss(quantity: &Quantity, truth: f64) -> Miss {
@@ -147,7 +147,7 @@ fn miss(quantity: &Quantity, truth: f64) -> Miss {
 
 const NAMES: [&str; 5] = ["gain", "phase rad", "delay samples", "noise", "crosstalk"];
 
-/// Misses of every input of one converter, by value.
+/// Returns the misses of every input of one converter, by value.
 fn misses(seed: u64) -> Vec<[Miss; 5]> {
     let converter = Converter::new(seed);
     let channels = Room::new(&converter.scenario, seed).channels();
@@ -159,7 +159,7 @@ fn misses(seed: u64) -> Vec<[Miss; 5]> {
         }
         assert!(input.clean_up_to <= converter.clip + 1e-6, "seed {seed}");
     }
-    // The ladder ends where the most sensitive input is well beyond its limit.
+    // The ladder ends well above the limit of the most sensitive input.
     let clipped = channels.inputs.iter().any(|input| input.clips_at.is_some());
     assert!(clipped, "seed {seed}");
     (1..4)
@@ -185,10 +185,10 @@ fn misses(seed: u64) -> Vec<[Miss; 5]> {
 
 #[test]
 fn converters_are_known_within_their_intervals() {
-    // Three of each crosstalk at least.
+    // At least three for each crosstalk.
     let converters = campaign::repeats("FRICTION_BENCH_BENCHES", 9);
     let mut lines = Vec::new();
-    // Without crosstalk the intervals hold noise alone; with it, its unmeasured way back as well.
+    // Without crosstalk the intervals cover noise alone; with it, also its unmeasured return path.
     let mut by_crosstalk: [Vec<[Miss; 5]>; 3] = Default::default();
     for seed in 1..=converters as u64 {
         by_crosstalk[(seed / 3 % 3) as usize].extend(misses(seed));
@@ -208,7 +208,7 @@ fn converters_are_known_within_their_intervals() {
                 halves[halves.len() / 2],
                 rows.len()
             ));
-            // A crosstalk of nothing is read as the size of its noise.
+            // Without crosstalk the measured value is the size of its noise.
             if !(*name == "crosstalk" && crosstalk == "none") {
                 all_held = (all_held.0 + held, all_held.1 + rows.len());
             }
@@ -236,7 +236,7 @@ fn the_round_trip_is_told_and_the_bench_is_put_back() {
     let rolled_off = (1.0_f64 + (CARRIER_HZ / 200e3_f64).powi(2)).sqrt().recip();
     let off = channels.round_trip.value - rolled_off;
     assert!(off.abs() < 2e-3, "{off}");
-    // 24 frames of filters, and buffers of 64 in each direction.
+    // The filters take 24 frames, and there are buffers of 64 in each direction.
     let latency = channels.latency.value * RATE_HZ;
     assert!((0.0..400.0).contains(&latency), "{latency}");
     assert!(channels.inputs.iter().all(|input| input.clips_at.is_none()));
@@ -252,7 +252,7 @@ fn the_round_trip_is_told_and_the_bench_is_put_back() {
     for word in ["Phase error", "Off the line", "input 0", "input 3"] {
         assert!(figure.contains(word), "{word}");
     }
-    // The plate is driven again, and what is measured on it rests on the measured channels.
+    // The plate can be driven again, and its measurement uses the measured channels.
     room.succeed("pickup");
     let (_, calibration) = room.succeed("plate");
     let method = calibration.plate.unwrap().measured.method;
@@ -283,7 +283,7 @@ fn a_measured_match_narrows_the_plates_intervals_and_they_hold() {
         for (held, missed) in held.iter_mut().zip(missed) {
             *held += usize::from(missed.0);
         }
-        // 1e-4 assumed makes ± 0.2 mrad.
+        // An assumed channel match of 1e-4 would give ± 0.2 mrad.
         assert!(missed[2].2 < 1e-4, "seed {seed}: {missed:?}");
     }
     campaign::found(
@@ -363,7 +363,7 @@ fn a_channel_that_slips_is_named_during_the_measurement_and_since_the_last() {
     room.refused(&["input 1 has slipped by +1.00 samples since the calibration before"]);
 }
 
-/// Amid the 42 tones of a measurement, s after the streams were opened.
+/// Time in the middle of the 42 tones of a measurement, s after the streams were opened.
 const AMID_TONES_S: f64 = 9.5;
 
 /// Fault 10.
@@ -385,7 +385,7 @@ fn the_measured_clipping_level_is_flagged_in_its_place() {
     let config = bench.config();
     assert!((config.channels.pickup.clip_units - 0.4995).abs() < 1e-6);
     assert!((config.channels.drive.clip_units - 0.4995).abs() < 1e-6);
-    // What the plate's calibration would have taken for sound is now refused.
+    // A clipped signal, which the plate's calibration would have accepted before, is now refused.
     room.turn_into(&format!("{scenario}[pickup]\nmetres_per_unit = 1.0e-6\n"));
     let output = finish(&mut room.calibrate("pickup"));
     let said = text(&output);
@@ -403,7 +403,7 @@ fn the_loops_delay_is_measured_over_openings_and_refused_where_they_differ() {
     let delay = room.channels().loop_delay.unwrap();
     assert_eq!(delay.openings, 6);
     let [least_s, most_s] = delay.extent_s;
-    // Converters and buffers come on top of the layer's own.
+    // Converters and buffers add to the sound layer's delay.
     assert!(least_s > 0.012 && most_s < 0.03, "{delay:?}");
     assert!((0.001..0.0055).contains(&(most_s - least_s)), "{delay:?}");
     room.turn_into("[sound_layer]\ndelay_spread_s = 0.04\n");

@@ -1,4 +1,5 @@
-//! The force sensor calibrated by known masses: against the truth of fifty simulated benches, and through to a session's files.
+//! Calibration of the force sensor by known masses, compared with the truth of fifty simulated benches, and carried through to
+//! a session's files.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -18,8 +19,8 @@ use config::MeasuredForce;
 use mock_world::scenario::Scenario;
 use rayon::prelude::*;
 
-/// An unknown sensor: gains ± 20 %, crosstalk ± 5 %, offsets ± 0.3 N, drift ± 5 mN/min, wander, a pulley that keeps up to
-/// 0.3 %; every third one is noisy, every third one creeps.
+/// An unknown sensor: gains ± 20 %, crosstalk ± 5 %, offsets ± 0.3 N, drift ± 5 mN/min, wander, a loss of up to 0.3 % in the
+/// pulley; every third sensor is noisy, every third one creeps.
 fn unknown_sensor(seed: u64) -> String {
     let kind = ["", "noise_n = 0.01\n", "creep = 0.002\n"][(seed % 3) as usize];
     format!(
@@ -32,7 +33,7 @@ fn kept(room: &Room) -> MeasuredForce {
     calibration.force.unwrap()
 }
 
-/// Error and half width of the 95 % interval of the four entries, and the larger error of the two tares, N.
+/// Returns the error and the half width of the 95 % interval of the four entries, and the larger error of the two tares, N.
 fn misses(seed: u64) -> ([(f64, f64); 4], f64) {
     let scenario = unknown_sensor(seed);
     let room = Room::new(&scenario, seed);
@@ -79,7 +80,7 @@ const NAMES: [&str; 4] = [
     "lateral/normal",
     "lateral/lateral",
 ];
-/// Of each entry, N/N.
+/// Required accuracy of each entry, N/N.
 const DEMANDED: [f64; 4] = [5e-4, 1e-3, 5e-4, 6e-3];
 
 #[test]
@@ -121,7 +122,7 @@ fn unknown_sensors_are_known_within_their_intervals() {
         sensors,
         &lines.join("; "),
     );
-    // Its wander of 0.3 mN is in the reading; creep leaves 0.2 % of the last mass.
+    // The sensor's wander of 0.3 mN is in the reading; creep leaves 0.2 % of the last mass.
     assert!(worst < 3e-3, "{worst} N");
 }
 
@@ -214,7 +215,7 @@ fn a_moved_zero_fails_the_check_until_it_is_tared() {
     assert!(output.status.success(), "{}", text(&output));
 }
 
-/// Rows of a CSV file as numbers.
+/// Returns the rows of a CSV file as numbers.
 fn rows(path: &Path) -> Vec<Vec<f64>> {
     fs::read_to_string(path)
         .unwrap()
@@ -224,9 +225,9 @@ fn rows(path: &Path) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Root mean square differences of normal and lateral force, N, at the shift in time where the normal force fits best.
+/// Returns the RMS differences of normal and lateral force, N, at the time shift that fits the normal force best.
 fn apart(recorded: &[Vec<f64>], truth: &[[f64; 2]]) -> [f64; 2] {
-    // Every 10 ms; truth has a row each millisecond.
+    // Compare every 10 ms; the truth has a row each millisecond.
     let points: Vec<(usize, [f64; 2])> = recorded
         .iter()
         .step_by(100)

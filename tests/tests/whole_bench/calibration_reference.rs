@@ -1,4 +1,4 @@
-//! The pickup calibrated against a vibrometer whose analog output is on a spare input: sensitivity and phase.
+//! The pickup calibrated against a vibrometer with its analog output on a spare input: sensitivity and phase.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -11,7 +11,7 @@ use bench_tests::session::{finish, text};
 use bench_tests::truth::Bench;
 use config::{CalibrationFile, Config, Effective};
 
-/// A pickup that lags by 8 degrees, on a card that reads its inputs one after the other, and a vibrometer on input 3.
+/// A pickup that lags by 8 degrees, on a card that samples its inputs one after the other, and a vibrometer on input 3.
 fn bench(follows: &str, per_volt: f64) -> String {
     format!(
         "[pickup]\nphase_rad = 0.139626\n[converter]\nskew_samples = [0.0, 0.25, 0.5, 0.75]\n\
@@ -46,7 +46,7 @@ fn a_vibrometer_on_an_input_gives_the_sensitivity_and_the_phase_and_z_m_comes_ou
     let truth = Bench::of(&scenario, 1);
     room.weigh();
 
-    // Nobody has compared the inputs: the amplitude is known, the phase is not.
+    // The inputs have not been compared yet: the amplitude is known, the phase is not.
     let printed = room.succeed(&DISPLACEMENT);
     assert!(printed.contains("not kept: nobody knows how"), "{printed}");
     let read = || CalibrationFile::read(&room.calibration()).unwrap().0;
@@ -66,14 +66,14 @@ fn a_vibrometer_on_an_input_gives_the_sensitivity_and_the_phase_and_z_m_comes_ou
         println!("{follows}: sensitivity off by {off:.1e}, phase {phase} off by {off_rad:.1e} rad");
         assert!(off.abs() < 3e-3 && off.abs() * scale.value < scale.half_width_95());
         assert!(off_rad.abs() < 5e-3 && off_rad.abs() < phase.half_width_95());
-        // Until the plate is calibrated the bench takes this phase.
+        // Until the plate is calibrated the bench uses this phase.
         let config = include_str!("../../../bench/mock-bench.toml");
         let config = Config::parse(config, "bench.toml").unwrap();
         let effective = Effective::under_calibration(config, &read());
         assert_eq!(effective.config().channels.pickup.phase_rad, phase.value);
     }
 
-    // The plate tells the same phase, for its force is in phase with the voltage that is read back.
+    // The plate gives the same phase, since its force is in phase with the voltage that is read back.
     room.succeed(&["plate"]);
     let calibration = read();
     let (pickup, plate) = (calibration.pickup.unwrap(), calibration.plate.unwrap());
@@ -81,7 +81,7 @@ fn a_vibrometer_on_an_input_gives_the_sensitivity_and_the_phase_and_z_m_comes_ou
     println!("force phase {force}");
     assert!(force.value.abs() < force.half_width_95(), "{force}");
 
-    // Z_m of the free plate at its resonance is b_p, by the plate's phase and by the vibrometer's alike.
+    // Z_m of the free plate at its resonance is b_p, with the plate's phase and with the vibrometer's.
     let own = pickup.phase_rad.unwrap().value;
     for phase in [plate.pickup_phase_rad.value, own] {
         room.change(|file| file.plate.as_mut().unwrap().pickup_phase_rad.value = phase);
@@ -95,7 +95,7 @@ fn a_vibrometer_on_an_input_gives_the_sensitivity_and_the_phase_and_z_m_comes_ou
     assert!((wrong.1.abs() - 0.98).abs() < 0.1, "{wrong:?}");
 }
 
-/// Z_m as `monitor` prints it, N·s/m, real and imaginary part.
+/// Returns Z_m as `monitor` prints it, N·s/m, real and imaginary part.
 fn watched(room: &Room) -> (f64, f64) {
     let words = [
         "monitor",
@@ -124,7 +124,7 @@ fn what_the_vibrometer_cannot_have_read_is_refused() {
         words[place + 1] = to;
         words
     };
-    // Nothing is on that input.
+    // That input has no signal.
     refused(
         room.calibrate(&DISPLACEMENT),
         &["input 3 (--reference-channel) reads no tone"],

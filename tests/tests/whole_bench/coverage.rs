@@ -1,5 +1,5 @@
-//! How often stated intervals hold the truth that the estimator never sees, over virtual participants on an unkind bench. The
-//! numbers stand in docs/accuracy.md; `./dev campaign coverage` runs hundreds.
+//! Coverage of stated intervals, compared with the truth that the estimator never sees, over virtual participants on an unkind
+//! bench. The results are in docs/accuracy.md; `./dev campaign coverage` runs hundreds of participants.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,20 +15,20 @@ use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 
 use crate::worlds::share_of;
 
-/// Participants in every test run; `FRICTION_BENCH_COVERAGE` asks for more.
+/// Number of participants in every test run; `FRICTION_BENCH_COVERAGE` asks for more.
 const PARTICIPANTS: usize = 4;
-/// As many show whether intervals hold to a per cent or two.
+/// Number of participants that determines coverage to a per cent or two.
 const MANY: usize = 400;
 /// Amplitudes at which the friction is compared, m.
 const AMPLITUDES_M: [f64; 3] = [0.5e-6, 1.5e-6, 3e-6];
-/// Greatest medians of relative errors over many people.
+/// Greatest allowed medians of relative errors over many people.
 const MOST_SIGMA_T: f64 = 0.015;
 const MOST_Z_T: f64 = 0.03;
 const MOST_AREA: f64 = 0.05;
-/// Quantities whose coverage is judged, of the method that assumes nothing.
+/// Quantities judged by their coverage, for the method without assumptions.
 const JUDGED: [&str; 7] = ["sigma_t", "Re Z_t", "Im Z_t", "S", "tau", "mu0", "mu"];
 
-/// An error and the standard error that was stated, both relative to the truth or to a scale of it.
+/// An error and its stated standard error, both relative to the truth or to a scale of it.
 #[derive(Clone, Copy)]
 struct Stated {
     error: f64,
@@ -48,7 +48,7 @@ impl Stated {
 #[derive(Default)]
 struct Found {
     stated: BTreeMap<(&'static str, &'static str), Vec<Stated>>,
-    /// Relative distance of the complex Z_t from the true one, by method.
+    /// Relative distance between the estimated and true complex Z_t, by method.
     z_t: BTreeMap<&'static str, Vec<f64>>,
     trials: usize,
     flagged: usize,
@@ -101,7 +101,7 @@ impl Found {
         }
     }
 
-    /// Friction at each of the [`AMPLITUDES_M`] that the instance has.
+    /// Adds the friction at each of the [`AMPLITUDES_M`] that the instance covers.
     fn friction(
         &mut self,
         method: &'static str,
@@ -121,7 +121,7 @@ impl Found {
         }
     }
 
-    /// Returns the part of the intervals of as many standard errors that hold the truth.
+    /// Returns the fraction of intervals of ± `stds` standard errors that contain the truth.
     fn holds(&self, key: (&str, &str), stds: f64) -> f64 {
         let stated = self.of(key);
         let held = stated.iter().filter(|of| of.error.abs() < stds * of.std);
@@ -139,12 +139,12 @@ impl Found {
         stated.iter().map(of).sum::<f64>() / stated.len() as f64
     }
 
-    /// RMS of error over standard error.
+    /// Returns the RMS of error over standard error.
     fn rms_z(&self, key: (&str, &str)) -> f64 {
         self.mean(key, |of| (of.error / of.std).powi(2)).sqrt()
     }
 
-    /// Median of the error's size.
+    /// Returns the median of the absolute error.
     fn median(&self, key: (&str, &str)) -> f64 {
         share_of(self.of(key).iter().map(|of| of.error.abs()).collect(), 0.5)
     }
@@ -167,7 +167,7 @@ impl Found {
     }
 }
 
-/// Runs a session of one participant, and compares what it states with what was so.
+/// Runs a session of one participant and compares its stated errors with the true ones.
 fn participant(seed: u64, folder: &Path) -> Found {
     let VirtualParticipant {
         study,
@@ -175,7 +175,7 @@ fn participant(seed: u64, folder: &Path) -> Found {
         output,
     } = VirtualParticipant::run("population-unkind", seed, folder);
     let mut found = Found::default();
-    // Somebody who never slides right leaves nothing to analyse.
+    // A participant who never slides correctly leaves no data to analyse.
     let Ok(attempts) = find::attempts(std::slice::from_ref(&study), ALL_COMPLETED) else {
         assert!(study.exists(), "seed {seed}: {}", text(&output));
         return found;
@@ -188,7 +188,7 @@ fn participant(seed: u64, folder: &Path) -> Found {
             continue;
         };
         found.trials += 1;
-        // No interval is claimed of what is flagged.
+        // No interval is claimed for a flagged trial.
         if !shared.misfit.is_empty() {
             found.flagged += 1;
             continue;
@@ -257,11 +257,11 @@ fn intervals_are_of_the_right_size_and_those_of_400_people_hold_the_truth_to_the
         );
     }
     for key in keys {
-        // A few people are few independent errors: all instances of one share most of theirs.
+        // A few people give few independent errors: all instances of one person share most of theirs.
         let rms = found.rms_z(key);
         assert!(rms < 2.5, "{}", found.line(key));
         if participants >= MANY {
-            // To the per cent that so many people tell.
+            // Rounded to a per cent, the accuracy that so many people allow.
             let percent = |stds: f64| (100.0 * found.holds(key, stds)).round();
             assert!(
                 (92.0..=98.0).contains(&percent(1.96))

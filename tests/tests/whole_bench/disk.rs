@@ -1,4 +1,5 @@
-//! A disk that has no room, stops taking bytes or loses its folders: refused before a session, in the session safe and kept.
+//! A disk that is full, stops accepting bytes or loses its folders: refused before a session; in a session, the drive stops and
+//! data is kept.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -22,11 +23,11 @@ use serde_json::Value;
 
 const MINUTE: Duration = Duration::from_secs(60);
 
-/// POSIX: `ulimit -f` counts in these, bytes.
+/// Unit of `ulimit -f` in POSIX, bytes.
 const LIMIT_UNIT: u64 = 512;
 
-/// `command` under a limit on the size of each file it writes. The shell leaves SIGXFSZ as it is, which kills whoever does
-/// not take it.
+/// Returns `command` with a limit on the size of each file it writes. The shell leaves SIGXFSZ unchanged, which kills a process
+/// that does not handle it.
 fn limited(command: &Command, units: u64) -> Command {
     let mut shell = Command::new("sh");
     shell
@@ -37,7 +38,7 @@ fn limited(command: &Command, units: u64) -> Command {
     shell
 }
 
-/// Ended by itself and not well, and said why in these words.
+/// Requires the program to have exited with an error and these words, without a panic.
 fn failed(status: ExitStatus, printed: &str, words: &[&str]) {
     assert!(
         status.code().is_some_and(|code| code != 0),
@@ -49,7 +50,7 @@ fn failed(status: ExitStatus, printed: &str, words: &[&str]) {
     }
 }
 
-/// Names of the recordings that the log calls saved.
+/// Returns the names of the recordings that the log reports as saved.
 fn saved(session: &SessionFolder) -> Vec<&str> {
     session
         .events()
@@ -57,7 +58,7 @@ fn saved(session: &SessionFolder) -> Vec<&str> {
         .collect()
 }
 
-/// A session of one trial, which takes 16 MB.
+/// Returns a session of one trial, which takes 16 MB.
 fn one_trial(study: &Path) -> Command {
     unattended(study, "sub-01", protocol("one-exploration.toml"))
 }
@@ -66,11 +67,11 @@ fn one_trial(study: &Path) -> Command {
 /// Hazard 14.
 #[test]
 fn a_file_size_limit_in_a_trial_stops_the_drive_and_keeps_what_is_recorded() {
-    // A frame of 16 bytes does not divide it.
+    // Not divisible by the frame size of 16 bytes.
     filled_up(16_001);
 }
 
-/// Full disks at random moments in every test run; `FRICTION_BENCH_FULL_DISKS` asks for more.
+/// Number of full disks at random moments in every test run; `FRICTION_BENCH_FULL_DISKS` asks for more.
 const FULL_DISKS: usize = 2;
 
 /// Fault 25.
@@ -88,7 +89,7 @@ fn a_file_size_limit_at_a_random_moment_of_a_trial_does_too() {
     campaign::found("full disks at random moments", disks, &text);
 }
 
-/// Holds a session whose files may have `limit` units to stopping and keeping what is recorded; the seconds of it.
+/// Requires a session with files limited to `limit` units to stop and keep its recording; returns the recorded seconds.
 fn filled_up(limit: u64) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
@@ -114,7 +115,7 @@ fn filled_up(limit: u64) -> f64 {
     let trial = recording.manifest.trial.as_ref().unwrap();
     assert_eq!(trial.end, Some(End::Interrupted));
     assert!(trial.interruption.as_ref().unwrap().contains("file sizes"));
-    // As many whole frames as the limit lets in.
+    // As many whole frames as the limit allows.
     let frame_bytes = 4 * recording.channels as u64;
     let bytes = broken.join(SIGNALS_FILE).metadata().unwrap().len();
     let limit_bytes = limit * LIMIT_UNIT;
@@ -128,7 +129,7 @@ fn filled_up(limit: u64) -> f64 {
     assert!(printed.contains(&said), "no `{said}` in:\n{printed}");
     force_goes_on_to(recording.duration_s(), broken);
 
-    // Without the limit the session goes on where it was.
+    // Without the limit the session can be resumed.
     let output = finish(one_trial(&study).arg("--resume"));
     assert!(output.status.success(), "{}", text(&output));
     let session = SessionFolder::read(&study, "sub-01").unwrap();
@@ -136,7 +137,7 @@ fn filled_up(limit: u64) -> f64 {
     recording.duration_s()
 }
 
-/// All rows of a recording's force can be read, and the last are of the end of its audio.
+/// Requires all force rows of a recording to be readable, and the last ones to reach the end of its audio.
 fn force_goes_on_to(end_s: f64, recording: &Path) {
     let mut rows = RecordingReader::open(recording).unwrap().force().unwrap();
     let last = rows.by_ref().map(Result::unwrap).last().unwrap();
@@ -149,7 +150,7 @@ fn force_goes_on_to(end_s: f64, recording: &Path) {
 fn a_file_size_limit_that_lets_no_session_begin() {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
-    // Too small for the lock; then for the copy of the protocol.
+    // Too small for the lock, then for the copy of the protocol.
     for limit in [0, 2] {
         let output = finish(&mut limited(&one_trial(&study), limit));
         failed(
@@ -159,7 +160,7 @@ fn a_file_size_limit_that_lets_no_session_begin() {
         );
         assert!(!text(&output).contains("trial 1"), "{}", text(&output));
     }
-    // Nothing that they left is in the way.
+    // The files left by these attempts do not prevent a session.
     let output = finish(one_trial(&study).arg("--resume"));
     assert!(output.status.success(), "{}", text(&output));
     let session = SessionFolder::read(&study, "sub-01").unwrap();
@@ -175,7 +176,7 @@ fn a_session_folder_removed_in_a_trial_stops_the_drive() {
     }
 }
 
-/// Prints of a session whose participant's folder goes amid the first trial.
+/// Runs a session and moves the participant's folder away during the first trial; returns the session's output.
 fn removed_in_a_trial(speed: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
@@ -203,10 +204,10 @@ fn removed_in_a_trial(speed: &str) -> String {
     std::fs::rename(&participant, &elsewhere).unwrap();
     let status = running.wait(MINUTE);
     let printed = running.output();
-    // Whichever of the recorder and the log asks the disk first.
+    // The message is the same whether the recorder or the log accesses the disk first.
     failed(status, &printed, &["the file or its folder does not exist"]);
     assert!(!participant.exists(), "made anew");
-    // Taken away, not lost.
+    // Moved away, not lost.
     let recording = Recording::read(&elsewhere.join("ses-01/practice-01_attempt-1"));
     assert!(recording.frames() * recording.channels * 4 > 900_000);
     printed
@@ -220,7 +221,7 @@ fn a_study_where_no_folder_can_be_made() {
     std::fs::write(&file, "kept").unwrap();
     let mut places = vec![file.join("study"), file.clone()];
     if cfg!(target_os = "linux") {
-        // No mode keeps the superuser out, but here nobody makes a folder.
+        // No permissions keep the superuser out, but no user can make a folder here.
         places.push("/proc/study".into());
     }
     for study in places {
@@ -237,7 +238,7 @@ fn a_study_where_no_folder_can_be_made() {
 fn a_session_that_does_not_fit_on_the_disk() {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
-    // As long as a protocol may be: years.
+    // The longest possible protocol: years.
     let more: String = (0..63)
         .map(|number| format!("[[conditions]]\nname = \"more-{number}\"\n\n"))
         .collect();

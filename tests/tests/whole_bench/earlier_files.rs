@@ -1,5 +1,5 @@
-//! Files that released versions wrote (tests/fixtures), read by this one: the configuration parses, the study is whole, its
-//! estimates are those of its day, and a session goes on with the calibration of its day.
+//! Files of released versions (tests/fixtures), read by this version: the configuration parses, the study is whole, its
+//! estimates are unchanged, and a session runs with the old calibration.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -15,8 +15,8 @@ use config::Config;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Greatest difference of a number from that of its day, as a share of it. Processors multiply and add in one step or in
-/// two, and the fits end where they no longer improve.
+/// Greatest relative difference of a number from its value at release. Processors may fuse multiplication and addition, and the
+/// fits stop when they no longer improve.
 const DIFFERENCE: f64 = 1e-6;
 
 /// The files of one version.
@@ -26,7 +26,7 @@ struct Files {
 }
 
 impl Files {
-    /// Unpacks those of every version.
+    /// Unpacks the files of every version.
     fn all() -> Vec<Self> {
         let fixtures = workspace().join("tests/fixtures");
         let entries = fs::read_dir(fixtures).unwrap();
@@ -63,7 +63,7 @@ impl Files {
     }
 }
 
-/// Adds what of `then` is not so in `now`; what `now` has beside it is new.
+/// Adds the values of `then` that differ in `now`; additional values of `now` are allowed.
 fn changed(then: &Value, now: Option<&Value>, place: &str, found: &mut Vec<String>) {
     let missing = Value::Null;
     let now = now.unwrap_or(&missing);

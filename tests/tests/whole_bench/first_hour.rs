@@ -1,4 +1,4 @@
-//! What a newcomer meets in the first hour: terminals of any size, pipes, slips of the pen, a bench without GPIO.
+//! A newcomer's first hour: terminals of any size, pipes, typing errors, a bench without GPIO.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -25,12 +25,12 @@ use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrat
 
 const MINUTE: Duration = Duration::from_secs(60);
 
-/// Runs `command` in a terminal of its own and returns all that it shows there.
+/// Runs `command` in a separate terminal; returns its exit status and everything it shows there.
 fn in_terminal(mut command: Command, columns: u16, rows: u16) -> (ExitStatus, String) {
     let screen = Screen::open(columns, rows);
     screen.attach(&mut command);
     let mut child = command.spawn().unwrap();
-    // The terminal closes with the program's own handles.
+    // Drop the parent's handles, so that the terminal closes with the program's own.
     drop(command);
     let status = child.wait().unwrap();
     (status, screen.to_the_end())
@@ -53,12 +53,12 @@ fn the_demo_succeeds_in_a_terminal_without_a_size() {
         assert!(demo.join(file).is_file(), "no {file}: {shown}");
     }
     require_whole(&demo.join("study"));
-    // The command that it ends with can be copied.
+    // The last line of the output is a command that can be copied.
     let last = shown.trim_end().lines().last().unwrap();
     let copied = format!("set -- {last}; shift 6; printf %s \"$1\"");
     let study = finish(Command::new("bash").args(["-c", &copied])).stdout;
     assert_eq!(OsStr::from_bytes(&study), demo.join("study"), "{last}");
-    // The folder where it was started is as it was.
+    // The working folder has no other new files.
     let beside: Vec<_> = fs::read_dir(&folder).unwrap().collect();
     assert_eq!(beside.len(), 1, "{beside:?}");
 }
@@ -82,7 +82,7 @@ fn a_demo_that_is_ended_ends_its_step_first() {
     assert!(!folder.path().join("demo/study").exists());
 }
 
-/// An optimised program tells the commit; one for debugging, which is compiled at every change, that it is one.
+/// The version of a release build includes the commit; a debug build, compiled at every change, says that it is one.
 #[test]
 fn the_version_tells_what_was_built() {
     let version = text(&finish(bench().arg("--version")));
@@ -179,7 +179,7 @@ fn a_reader_that_has_read_enough_ends_a_command_in_good_order() {
             .stderr(Stdio::piped())
             .spawn()
             .unwrap();
-        // Before anything has been written.
+        // Close the pipe before any output.
         drop(child.stdout.take());
         let output = child.wait_with_output().unwrap();
         let said = text(&output);
@@ -333,7 +333,7 @@ fn a_configuration_that_does_not_exist_is_named_and_nothing_else_is_touched() {
     assert!(!text(&output).contains("print-config"), "{}", text(&output));
     let output = finish(bench().arg("check").current_dir(&folder));
     refused(&output, &["`friction-bench init`"]);
-    // The whole template can be had in a shell, which creates the file first.
+    // The template can also be redirected by a shell, which creates the file first.
     let script = format!(
         "'{}' run --print-config > bench.toml",
         friction_bench().display()
@@ -350,7 +350,7 @@ fn a_configuration_that_does_not_exist_is_named_and_nothing_else_is_touched() {
         "{}",
         text(&output)
     );
-    // An edited file is printed as it is understood.
+    // An edited file is printed with its effective values.
     let printed = finish(bench().args(["run", "--print-config"]).current_dir(&folder));
     let printed = Config::parse(&text(&printed), "printed").unwrap();
     assert_eq!(printed, Config::read(&path).unwrap());

@@ -1,4 +1,4 @@
-//! A session from the command line to results, with each source of forces that is no plain serial line, by its `bench.toml`.
+//! Sessions from the command line to results, by `bench.toml`, with each source of forces other than a plain serial line.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -14,14 +14,14 @@ use mock_world::plant::MAKERS_MATRIX;
 use recording::manifest::ClockOf;
 use serde_json::Value;
 
-/// Runs a session of one trial on the simulated bench of `scenario` with the `bench.toml` that it prints, and analyses
-/// it; returns how the recording says its forces came.
+/// Runs and analyses a session of one trial on the simulated bench of `scenario` with the `bench.toml` that it prints; returns
+/// the interface of the force sensor according to the recording.
 fn session(scenario: &str, change: fn(&Path, String) -> String) -> String {
     let (recording, _) = results(scenario, change);
     recording.manifest.hardware.unwrap().force_sensor.unwrap()
 }
 
-/// As [`session`]; returns the recording and its results.
+/// Does the same as [`session`]; returns the recording and its results.
 fn results(scenario: &str, change: fn(&Path, String) -> String) -> (Recording, Value) {
     let room = tempfile::tempdir().unwrap();
     let folder = room.path();
@@ -99,7 +99,7 @@ fn a_session_behind_a_field_box_is_driven_while_the_switch_at_the_box_is_held() 
     });
 }
 
-/// Writes the file of the sensor's maker into a folder, and has the configuration name it in the place of the matrix.
+/// Writes the manufacturer's calibration file into a folder, and makes the configuration use it instead of the matrix.
 fn with_makers_file(folder: &Path, config: String) -> String {
     let axes = ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"]
         .iter()

@@ -1,4 +1,4 @@
-//! A bench without a force sensor: what it does, and what it says that it cannot.
+//! A bench without a force sensor: its functions, and its messages about those that need a sensor.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use bench_tests::program::bench;
 use bench_tests::session::{finish, text};
 
-/// The simulated bench without its table `[force]`.
+/// Writes the simulated bench's configuration without its table `[force]`.
 fn forceless(folder: &Path) -> PathBuf {
     let text = include_str!("../../../bench/mock-bench.toml");
     let (before, rest) = text.split_once("[force]\n").unwrap();

@@ -1,4 +1,4 @@
-//! `forget`: one participant leaves a study, and nobody else does.
+//! `forget` removes one participant from a study, and no others.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -15,11 +15,11 @@ use tempfile::TempDir;
 
 use super::refusals::refused;
 
-/// A study of three participants, one of whom has a code that begins like another's.
+/// Makes a study of three participants, two of whom have codes with the same beginning.
 fn study() -> (TempDir, PathBuf) {
     let room = tempfile::tempdir().unwrap();
     let folder = room.path().join("study");
-    // By hand: a lock of this process would be held on by the programs that other tests start at the same moment.
+    // Written by hand: a lock of this process would be inherited by programs that other tests start at the same moment.
     let mut table = "participant_id\tfirst_session_date\tprotocol\n".to_owned();
     for id in ["sub-06", "sub-07", "sub-071"] {
         let session = folder.join(id).join("ses-01");
@@ -47,7 +47,7 @@ fn forget(study: &Path, words: &[&str]) -> Output {
     )
 }
 
-/// Every path in a folder, links not followed.
+/// Returns every path in a folder, without following links.
 fn tree(folder: &Path) -> Vec<PathBuf> {
     let mut paths = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -98,7 +98,7 @@ fn one_participant_is_removed_with_every_trace() {
     assert!(date.parse::<jiff::civil::Date>().is_ok(), "{date}");
     assert_eq!(what, "a participant was removed");
 
-    // Nothing is left to remove; another one adds a line.
+    // Nothing is left to remove; removing another participant adds a line.
     let again = forget(&study, &["sub-07", "--confirm", "sub-07"]);
     refused(&again, &["holds nothing of sub-07"]);
     assert!(
@@ -107,7 +107,7 @@ fn one_participant_is_removed_with_every_trace() {
             .success()
     );
     assert_eq!(fs::read_to_string(&removals).unwrap().lines().count(), 3);
-    // The study goes on.
+    // The study can be continued.
     Study::open(&study)
         .unwrap()
         .next_session(&"sub-07".parse().unwrap())
@@ -200,7 +200,7 @@ fn what_names_the_participant_elsewhere_is_listed() {
 #[test]
 fn a_study_that_cannot_be_changed_is_left_as_it_is() {
     let (_room, study) = study();
-    // A pipe in the table's place: nothing is read of it, and nothing removed.
+    // A pipe in place of the table: it is not read, and no file is removed.
     let table = study.join("participants.tsv");
     fs::remove_file(&table).unwrap();
     let made = Command::new("mkfifo").arg(&table).status().unwrap();
@@ -213,7 +213,7 @@ fn a_study_that_cannot_be_changed_is_left_as_it_is() {
     assert_eq!(tree(&study), before);
 }
 
-/// Answers both questions on a terminal; how the command ended, and what it printed.
+/// Answers both questions on a terminal; returns the exit status of the command and its output.
 #[cfg(target_os = "linux")]
 fn answered(study: &Path, answers: &str) -> (Option<i32>, String) {
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};

@@ -1,5 +1,5 @@
-//! Recordings and files made by somebody who means harm, or has lost a disk: each is refused at once in words that name
-//! it, or read as a stream, in little memory.
+//! Recordings and files from an attacker or a damaged disk: each is refused at once by name, or read as a stream in little
+//! memory.
 #![cfg(target_os = "linux")]
 #![expect(
     clippy::unwrap_used,
@@ -21,7 +21,7 @@ use tempfile::TempDir;
 
 use super::refusals::refused;
 
-/// Most that a refusal may take.
+/// Greatest time and memory of a refusal.
 const TIME: Duration = Duration::from_secs(10);
 const MEMORY_KB: u64 = 200 * 1024;
 
@@ -47,7 +47,7 @@ end_s = 0.5
 ";
 const FILES: [&str; 4] = ["recording.toml", "signals.wav", "force.csv", "position.csv"];
 
-/// What a command printed, and what it took.
+/// Output and cost of a command.
 struct Took {
     code: Option<i32>,
     printed: String,
@@ -68,7 +68,7 @@ fn measured(command: &mut Command) -> Took {
     let status = format!("/proc/{}/status", child.id());
     let mut peak_kb = 0;
     let ended = loop {
-        // The peak itself, as the system keeps it.
+        // Peak memory as recorded by the system.
         let status = fs::read_to_string(&status).unwrap_or_default();
         let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
         let peak = peak.and_then(|peak| peak.split_whitespace().next()?.parse().ok());
@@ -91,7 +91,7 @@ fn measured(command: &mut Command) -> Took {
 }
 
 impl Took {
-    /// Requires an orderly refusal within the limits, in these words.
+    /// Requires an orderly refusal with these words, within the limits.
     fn refused(&self, words: &[&str]) {
         assert!(self.code.is_some_and(|code| code != 0), "{}", self.printed);
         self.within_limits();
@@ -115,7 +115,7 @@ impl Took {
     }
 }
 
-/// A sound recording of a second in a folder.
+/// Makes a valid recording of one second in a folder.
 fn recording() -> (TempDir, PathBuf) {
     let room = tempfile::tempdir().unwrap();
     let folder = room.path().join("recording");
@@ -142,7 +142,7 @@ fn recording() -> (TempDir, PathBuf) {
     (room, folder)
 }
 
-/// A `signals.wav` of two channels whose header declares `declared` bytes of samples, and which has `bytes`, all zero.
+/// Writes a `signals.wav` of two channels with `declared` bytes of samples according to its header, and `bytes` zeros.
 fn signals(folder: &Path, declared: u32, bytes: u64) {
     let mut file = File::create(folder.join("signals.wav")).unwrap();
     let number = |value: u32| value.to_le_bytes();
@@ -325,7 +325,7 @@ fn a_hundred_thousand_intervals_and_events_are_refused() {
         (interval, 200_000, "longer than 2097152 bytes"),
         (event, 20_000, "`events` has 20000 entries"),
         (interval, 20_000, "`intervals` has 20002 entries"),
-        // Each of them is allowed, all of them would be analysed ten thousand times.
+        // Each entry is allowed, but together they would be analysed ten thousand times.
         (INTERVALS, 4_000, "together"),
     ] {
         let (_room, folder) = recording();
@@ -355,7 +355,7 @@ fn the_most_intervals_and_events_that_are_read_are_read_in_time() {
 #[test]
 fn gigabytes_of_sound_audio_are_a_stream() {
     let (_room, folder) = recording();
-    // Five gigabytes are the same to the reader and take longer.
+    // Five gigabytes would be the same to the reader and take longer.
     const BYTES: u32 = 800_000_000;
     signals(&folder, BYTES, BYTES.into());
     let read = analyze(&folder);
@@ -372,7 +372,7 @@ fn a_header_is_judged_before_gigabytes_are_read() {
         .open(folder.join("signals.wav"))
         .unwrap();
     file.seek(SeekFrom::Start(20)).unwrap();
-    // An unknown format of the samples: the file is refused before any of them is read.
+    // An unknown sample format: the file is refused before its samples are read.
     file.write_all(&[0x55, 0]).unwrap();
     file.set_len(5 << 30).unwrap();
     analyze(&folder).refused(&["signals.wav", "0x0055"]);
@@ -413,7 +413,7 @@ fn a_recording_that_is_no_folder_is_refused() {
     );
 }
 
-/// Requires that a terminal would show what was printed and obey nothing in it.
+/// Requires the output to be free of characters that a terminal would obey; returns it.
 fn harmless(output: &std::process::Output) -> String {
     for (name, bytes) in [("output", &output.stdout), ("errors", &output.stderr)] {
         let printed = std::str::from_utf8(bytes).unwrap();

@@ -1,6 +1,6 @@
-//! The impedance of the unloaded plate under the published modulation, 6 Hz and 95 %, against the simulated plate's own.
+//! Impedance of the unloaded plate under the published modulation, 6 Hz and 95 %, compared with the simulated plate's.
 //!
-//! Measured on the nominal bench wherever the amplitude exceeds 0.1 µm, relative to |Z_p|: see `docs/performance.md`.
+//! Measured on the nominal bench where the amplitude exceeds 0.1 µm, relative to |Z_p|: see `docs/performance.md`.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -19,7 +19,7 @@ use num_complex::Complex64;
 use recording::manifest::RecordedIntervalKind;
 use serde_json::Value;
 
-/// The bench owes this accuracy, relative to the plate's true impedance, where the amplitude exceeds [`LEAST_AMPLITUDE_M`].
+/// Required accuracy, relative to the plate's true impedance, where the amplitude exceeds [`LEAST_AMPLITUDE_M`].
 const TOLERANCE: f64 = 0.005;
 const LEAST_AMPLITUDE_M: f64 = 0.1e-6;
 
@@ -30,7 +30,7 @@ fn true_z_p(truth: &Path) -> Complex64 {
     Complex64::new(part(0), part(1))
 }
 
-/// Impedance frames of a recording, by nothing but what the recording holds.
+/// Computes impedance frames from the content of a recording alone.
 fn frames(recording: &Recording) -> Vec<ZmFrame> {
     let manifest = &recording.manifest;
     let filter = Filter::new(FilterSettings {
@@ -99,7 +99,7 @@ fn the_recorded_unloaded_plate_reads_true_where_the_plain_ratio_does_not() {
         .into_iter()
         .filter(|frame| within.contains(&frame.time_s) && frame.amplitude_m > LEAST_AMPLITUDE_M)
         .collect();
-    // 2 kHz, and the amplitude goes from 0.05 to 1.95 of its mean: nearly all frames are over 0.1 µm.
+    // At 2 kHz, with the amplitude from 0.05 to 1.95 of its mean, nearly all frames are above 0.1 µm.
     assert!(seen.len() > 5_000, "{} frames", seen.len());
     assert!(
         seen.iter().all(|frame| frame.mask.is_clear()),
@@ -118,11 +118,11 @@ fn the_recorded_unloaded_plate_reads_true_where_the_plain_ratio_does_not() {
         100.0 * plain
     );
     assert!(corrected < TOLERANCE, "corrected: {corrected}");
-    // 2 m_p 2π6 · 0.95/√(1 − 0.95²) / b_p, a quarter of the plate's damping (SCIENCE.md, section 9), seen to 0.1 µm.
+    // 2 m_p 2π6 · 0.95/√(1 − 0.95²) / b_p, a quarter of the plate's damping (SCIENCE.md, section 9), visible down to 0.1 µm.
     assert!((0.15..0.30).contains(&plain), "plain: {plain}");
 }
 
-/// Real part, imaginary part, and what is left of the text.
+/// Parses the real and imaginary part; returns them with the rest of the text.
 fn complex(text: &str) -> (Complex64, &str) {
     let (re, rest) = text.trim_start().split_once(' ').unwrap();
     let (im, rest) = rest.split_once('i').unwrap();
@@ -152,7 +152,7 @@ fn the_live_unloaded_plate_reads_true() {
         .filter(|line| line.contains("Z_m"))
         .collect();
     assert_eq!(lines.len(), 5, "a line a second:\n{printed}");
-    // The nominal plate with its further mode at 41.2 kHz; the recorded test reads the same from the simulation.
+    // The nominal plate with its further mode at 41.2 kHz; the test of the recording reads the same value from the simulation.
     let z_p = Complex64::new(7.0098, -0.0122);
     for line in lines {
         let (corrected, rest) = complex(line.split_once("Z_m").unwrap().1);

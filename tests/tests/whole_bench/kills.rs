@@ -1,5 +1,5 @@
-//! Sessions killed at a hundred and fifty random moments, from the first file of the study to the last line of the log, and resumed
-//! each time until they are complete: at most a second of a recording is gone, and everything else is as if nothing had been.
+//! Sessions killed at a hundred and fifty random moments, from the first file of the study to the last line of the log, and
+//! resumed each time until complete: at most a second of a recording is lost, and all else is as without kills.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -26,26 +26,26 @@ use rustix::process::Signal;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Kills in every test run; `FRICTION_BENCH_KILLS` asks for more.
+/// Number of kills in every test run; `FRICTION_BENCH_KILLS` asks for more.
 const KILLS: usize = 30;
-/// A kill takes no more than this of a recording.
+/// Greatest part of a recording that a kill may lose, s.
 const LOSS_S: f64 = 1.0;
 const MINUTE: Duration = Duration::from_secs(60);
-/// Of the session's protocol.
+/// Number of practice trials of the session's protocol.
 const PRACTICE_TRIALS: u32 = 1;
-/// Without samples a WAV file of a recording has as many bytes.
+/// Size of a recording's WAV file without samples, bytes.
 const WAV_HEADER_BYTES: u64 = 58;
 
 #[derive(Clone, Copy, Debug)]
 enum Moment {
-    /// After so long.
+    /// Time after the start.
     After(Duration),
-    /// So long after the study got one more file or folder so many times: where a session makes something.
+    /// Number of new files or folders in the study, and a delay after the last of them.
     Made(usize, Duration),
 }
 
 impl Moment {
-    /// Up to `longest` after the start, or near something that a run makes.
+    /// Draws a time up to `longest` after the start, or one shortly after a file or folder is made.
     fn random(rng: &mut ChaCha8Rng, longest: Duration) -> Self {
         if rng.random_bool(0.7) {
             Self::After(longest.mul_f64(rng.random()))
@@ -55,7 +55,7 @@ impl Moment {
         }
     }
 
-    /// Waits for it; false when the run ends before.
+    /// Waits for the moment; returns false if the run ends first.
     fn come(self, running: &mut Running, study: &Path) -> bool {
         let begin = Instant::now();
         let mut made = 0;
@@ -76,12 +76,12 @@ impl Moment {
     }
 }
 
-/// All that is in a folder, at any depth.
+/// Returns everything in a folder, at any depth.
 fn entries(folder: &Path) -> BTreeSet<PathBuf> {
     let mut found = BTreeSet::new();
     let mut folders = vec![folder.to_owned()];
     while let Some(folder) = folders.pop() {
-        // It may not be there yet.
+        // The folder may not exist yet.
         for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
             if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
                 folders.push(entry.path());
@@ -92,7 +92,7 @@ fn entries(folder: &Path) -> BTreeSet<PathBuf> {
     found
 }
 
-/// A study to be recorded by one short session: a practice trial, a rest, two conditions in random order.
+/// A study for one short session: a practice trial, a rest, two conditions in random order.
 struct Place {
     folder: TempDir,
     study: PathBuf,
@@ -137,7 +137,7 @@ impl Place {
         SessionFolder::read(&self.study, "sub-01")
     }
 
-    /// Starts the session, or goes on with it; an operator sees which by the session's folder.
+    /// Starts or resumes the session, depending on the existence of its folder, as an operator would.
     fn start(&self) -> Running {
         let mut run = unattended(&self.study, "sub-01", &self.protocol);
         if self.study.join("sub-01/ses-01").exists() {
@@ -147,7 +147,7 @@ impl Place {
     }
 }
 
-/// What is seen of all kills.
+/// Statistics over all kills.
 #[derive(Default, Debug)]
 struct Seen {
     in_a_recording: usize,
@@ -166,7 +166,7 @@ fn kills_at_random_moments_take_at_most_a_second_each() {
     let output = finish(&mut unattended(&whole.study, "sub-01", &whole.protocol));
     assert!(output.status.success(), "{}", text(&output));
     let order = is_complete(&whole);
-    // Resumed sessions reach the rest of it.
+    // Resumed sessions reach the second half.
     let longest = begin.elapsed() / 2;
 
     let wanted = campaign::repeats("FRICTION_BENCH_KILLS", KILLS);
@@ -197,7 +197,7 @@ fn kills_at_random_moments_take_at_most_a_second_each() {
     assert!(seen.in_a_recording > wanted / 10, "{seen:?}");
 }
 
-/// Starts or resumes the session and kills it, which must leave it readable; false when it came to its end before.
+/// Starts or resumes the session and kills it; the study must remain readable. Returns false if the session ended first.
 fn killed(place: &Place, moment: Moment, seen: &Mutex<Seen>) -> bool {
     let mut running = place.start();
     if moment.come(&mut running, &place.study) {
@@ -220,7 +220,7 @@ fn killed(place: &Place, moment: Moment, seen: &Mutex<Seen>) -> bool {
             Some(End::Completed)
         );
     }
-    // That a kill is no damage is seen when `running` is dropped.
+    // Dropping `running` verifies that a kill does no damage.
     let Some(last) = newest(&session) else {
         return true;
     };
@@ -235,7 +235,7 @@ fn killed(place: &Place, moment: Moment, seen: &Mutex<Seen>) -> bool {
         && recorded.cut_off
         && let Some(began_s) = began_s
     {
-        // The log and the other files tell how far the audio had come at least.
+        // The log and the other files give a lower bound on the duration of the audio.
         let now_s = session.events().last().unwrap().audio_s - began_s;
         let loss_s = now_s.max(recorded.rows_s) - recorded.audio_s;
         assert!(
@@ -250,7 +250,7 @@ fn killed(place: &Place, moment: Moment, seen: &Mutex<Seen>) -> bool {
     true
 }
 
-/// The recording that the session's last run was about or came from.
+/// Returns the latest recording of the session.
 fn newest(session: &SessionFolder) -> Option<TrialLabel> {
     let names = session.recordings().into_iter();
     names
@@ -258,7 +258,7 @@ fn newest(session: &SessionFolder) -> Option<TrialLabel> {
         .max()
 }
 
-/// The recording of an attempt as the log names it.
+/// Returns the label of an attempt in the log.
 fn label(key: &Value) -> TrialLabel {
     TrialLabel::new(
         &serde_json::from_value(key.clone()).unwrap(),
@@ -266,7 +266,8 @@ fn label(key: &Value) -> TrialLabel {
     )
 }
 
-/// When the last run began a recording, on its audio clock, s; `None` when it is of an earlier run, or not in the log.
+/// Returns the start of a recording on the audio clock of the last run, s; `None` if it belongs to an earlier run, or is not in
+/// the log.
 fn began_s(session: &SessionFolder, of: &TrialLabel) -> Option<f64> {
     let is_start = |document: &Document| matches!(document, Document::Start(_));
     let run = session.documents.rsplit(is_start).next().unwrap();
@@ -287,7 +288,7 @@ struct Recorded {
 }
 
 impl Recorded {
-    /// `None` when nothing has been recorded yet.
+    /// Reads a recording; returns `None` if it has no samples yet.
     fn read(folder: &Path) -> Option<Self> {
         if !folder.join(MANIFEST_FILE).exists() {
             let bytes = folder
@@ -304,7 +305,7 @@ impl Recorded {
         let mut reader = RecordingReader::open(folder).unwrap_or_else(|error| panic!("{error}"));
         let cut_off = reader.manifest().trial.as_ref().unwrap().end.is_none();
         for warning in reader.warnings() {
-            // Not that the file is shorter than its header promises, nor that an interval ends after it.
+            // A kill must not leave a file shorter than its header promises, or an interval that ends after it.
             let of_a_kill = matches!(
                 warning,
                 Warning::CutOff
@@ -336,7 +337,7 @@ impl Recorded {
     }
 }
 
-/// The session is what one without kills is, but for the attempts that were cut off; its order of conditions.
+/// Requires the session to equal one without kills, except for interrupted attempts; returns its order of conditions.
 fn is_complete(place: &Place) -> Vec<String> {
     let session = place.session().unwrap();
     assert_eq!(

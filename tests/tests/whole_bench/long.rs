@@ -1,6 +1,6 @@
 //! A long free-running session at 192 kHz with 4 channels: no sample lost, and memory does not grow with its length.
 //!
-//! `docs/performance.md` has ten minutes of the same, by hand.
+//! `docs/performance.md` reports ten minutes of the same, run by hand.
 
 use std::time::{Duration, Instant};
 
@@ -10,12 +10,12 @@ use bench_tests::recorded::every_sample;
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, unattended};
 
-/// Trials of 11 s each: two and a half minutes. `FRICTION_BENCH_SOAK_TRIALS` asks for more.
+/// Number of trials of 11 s: two and a half minutes. `FRICTION_BENCH_SOAK_TRIALS` asks for more.
 const TRIALS: usize = 14;
 const MINUTE_S: f64 = 60.0;
-/// Of a minute more or less, memory is taken as the greatest in this long a stretch of simulated time, s.
+/// Simulated time on either side of a moment over which the greatest memory is taken, s.
 const STRETCH_S: f64 = 15.0;
-/// In the minute and more between, over 180 MB are recorded.
+/// Greatest growth, kB, while over 180 MB are recorded in more than a minute.
 const GROWTH_KB: i64 = 8 * 1024;
 
 #[cfg(target_os = "linux")]

@@ -1,4 +1,4 @@
-//! Sessions of early versions that go on although recordings of accepted trials are lost.
+//! Sessions of early versions, resumed after recordings of accepted trials were lost.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -15,7 +15,7 @@ use super::verify::{Copied, TRIAL};
 
 const SECOND: &str = "trial-002_attempt-1";
 
-/// Cuts the log off behind the line that settles the trial of this number in the session's order.
+/// Cuts the log off after the line that settles the trial with this number in the session's order.
 fn killed_after(study: &Copied, number: u32) {
     edit_log(study, |lines| {
         let settles = |line: &Value| {
@@ -27,7 +27,7 @@ fn killed_after(study: &Copied, number: u32) {
     });
 }
 
-/// Makes a trial one that an early version had accepted though its recording was broken off: never called saved.
+/// Turns a trial into one that an early version accepted although its recording was interrupted and never reported as saved.
 fn broken_off(study: &Copied, trial: &str) {
     edit_log(study, |lines| {
         let before = lines.len();
@@ -41,7 +41,7 @@ fn broken_off(study: &Copied, trial: &str) {
     );
 }
 
-/// Edits the log and numbers its events anew.
+/// Edits the log and renumbers its events.
 fn edit_log(study: &Copied, edit: impl Fn(&mut Vec<Value>)) {
     let log = study.session().join("events.jsonl");
     let text = fs::read_to_string(&log).unwrap();
@@ -58,7 +58,7 @@ fn edit_log(study: &Copied, edit: impl Fn(&mut Vec<Value>)) {
     fs::write(log, edited).unwrap();
 }
 
-/// Requires the study to be whole, and two trials to be accepted and analysed.
+/// Requires the study to be whole, with two trials accepted and analysed.
 fn require_two(study: &Copied) {
     let (status, printed) = study.verify();
     assert_eq!(status, 0, "{printed}");
@@ -92,7 +92,7 @@ fn the_last_accepted_trial_is_repeated_if_its_recording_is_lost() {
 /// Fault 27.
 #[test]
 fn recordings_that_were_moved_are_asked_for_and_repeated_only_by_the_operators_word() {
-    // Moved, and put back.
+    // The recordings were moved, and are moved back.
     let study = Copied::new();
     killed_after(&study, 3);
     let (there, elsewhere) = (study.session().join(TRIAL), study.study().join("moved"));
@@ -118,7 +118,7 @@ fn recordings_that_were_moved_are_asked_for_and_repeated_only_by_the_operators_w
     assert!(!text(&resumed).contains("is lost"), "{}", text(&resumed));
     require_two(&study);
 
-    // Lost: a recorder that hung.
+    // The recordings are lost, because the recorder hung.
     let study = Copied::new();
     killed_after(&study, 3);
     broken_off(&study, TRIAL);

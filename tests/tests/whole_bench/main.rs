@@ -1,4 +1,4 @@
-//! The whole bench on simulated hardware that runs free: one program of tests, so that they share the cores.
+//! The whole bench on free-running simulated hardware: one test program, so that the tests share the cores.
 
 mod blinding;
 mod calibrated_session;

@@ -1,4 +1,4 @@
-//! A plate whose resonance drifts through a session, and a carrier that follows it between trials.
+//! A plate with a resonance that drifts during a session, and a carrier that follows it between trials.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -10,7 +10,7 @@ use bench_tests::program::bench;
 use bench_tests::session::{SessionFolder, demo_with, finish, text};
 use recording::Manifest;
 
-/// Two short trials while the room moves the resonance by 30 Hz/min.
+/// Runs two short trials while the room moves the resonance by 30 Hz/min.
 fn session(new_carrier: &str) -> (SessionFolder, String, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let scenario = folder.path().join("drifts.toml");
@@ -47,7 +47,7 @@ fn run(folder: &Path, more: &[&str]) -> (SessionFolder, String) {
     (SessionFolder::read(&study, "sub-01").unwrap(), printed)
 }
 
-/// Leaves the session as a program that was killed before its second trial leaves it.
+/// Puts the session into the state that a kill before its second trial leaves.
 fn kill_before_the_second_trial(session: &Path) {
     let log = session.join("events.jsonl");
     let text = std::fs::read_to_string(&log).unwrap();
@@ -85,7 +85,7 @@ fn the_carrier_follows_the_resonance_between_trials_if_the_protocol_says_so() {
     };
     assert_eq!((first.carrier_hz, second.carrier_hz), (from_hz, to_hz));
     assert_eq!(second.plate.resonance_hz, to_hz);
-    // The drift goes on, and is counted from the new carrier.
+    // The drift continues, and is measured from the new carrier.
     let fits: Vec<_> = session.named("fit").collect();
     assert_eq!(fits.len(), 2);
     let drift_hz = fits[1].data["plate_drift_hz"].as_f64().unwrap();
@@ -95,7 +95,7 @@ fn the_carrier_follows_the_resonance_between_trials_if_the_protocol_says_so() {
         "{drift_hz} {trials_apart_s}"
     );
 
-    // Resumed, it goes on at the carrier and with the skin that it had found.
+    // When resumed, the session uses the new carrier and the skin estimated before.
     assert_eq!(fits[1].data["skin"]["trials"], 2);
     kill_before_the_second_trial(&folder.path().join("study/sub-01/ses-01"));
     let (resumed, printed) = run(folder.path(), &["--resume"]);

@@ -1,4 +1,4 @@
-//! The bench on a card of National Instruments: the program loads the simulated library as it would load NI's.
+//! The bench on a card of National Instruments: the program loads the simulated library in place of NI's.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -22,17 +22,17 @@ use recording::manifest::End;
 /// The published rig, on a USB-6211.
 const RIG: &str = include_str!("../../../bench/mock-bench-nidaqmx.toml");
 const GAUGES: &str = include_str!("../../../bench/mock-bench-channels.toml");
-/// A bench that nobody knows, whose card alone takes its inputs one after the other.
+/// An unknown bench with the card's sequential sampling of its inputs as the only skew.
 const UNKNOWN_BENCH: &str = "[jitter]\nenabled = true\nskew_samples = 0.0\n";
 
-/// A description of a bench as a file in `folder`.
+/// Writes the configuration of a bench into `folder`.
 fn written(folder: &Path, text: &str) -> PathBuf {
     let path = folder.join("bench.toml");
     fs::write(&path, text).unwrap();
     path
 }
 
-/// The rig with forces on inputs of the card, which must have a converter for each.
+/// Returns the rig with forces on inputs of the card, which must have a converter for each.
 fn with_gauges() -> String {
     let text = with(
         RIG,
@@ -62,7 +62,7 @@ fn with_gauges() -> String {
     format!("{}{gauges}\n{}", &text[..from], &text[to..])
 }
 
-/// `run` of one exploration without a calibration.
+/// Returns `run` of one exploration without a calibration.
 fn one_exploration(scenario: &str, config: &Path, study: &Path) -> Command {
     let mut run = bench();
     run.args(["run", "--speed", "max", "--headless", "--uncalibrated"])
@@ -82,7 +82,7 @@ fn session(study: &Path) -> SessionFolder {
     session
 }
 
-/// Each recording has every sample between the beginning of its trial and its verdict.
+/// Requires each recording to have every sample between the start of its trial and its verdict.
 fn assert_every_sample(session: &SessionFolder, rate_hz: f64) {
     let recordings = session.recordings();
     assert!(!recordings.is_empty());
@@ -96,7 +96,8 @@ fn assert_every_sample(session: &SessionFolder, rate_hz: f64) {
     }
 }
 
-/// The whole way of a user: channels, pickup, plate, force, check, session, analysis; at both rates that a USB-6211 can do.
+/// A user's complete procedure: channels, pickup, plate, force, check, session, analysis; at both rates that a USB-6211
+/// supports.
 #[test]
 fn the_published_rig_is_calibrated_runs_and_finds_the_participant_unattended() {
     for rate_hz in [100_000, 125_000] {
@@ -115,7 +116,8 @@ fn the_published_rig_is_calibrated_runs_and_finds_the_participant_unattended() {
         for words in [&["channels"][..], &["pickup"], &["plate"], &WEIGH] {
             on_card(room.calibrate(words));
         }
-        // One converter takes the pickup 4 µs after the drive, 50° at the carrier: none of it is left.
+        // With one converter the pickup is sampled 4 µs after the drive, 50° at the carrier; the calibration removes this
+        // completely.
         let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
         let channels = calibration.channels.unwrap();
         let delay = channels.input(1).unwrap().delay.value;
@@ -149,7 +151,7 @@ fn the_published_rig_is_calibrated_runs_and_finds_the_participant_unattended() {
     }
 }
 
-/// Forces of the same card, all inputs at one instant, at 250 kHz.
+/// Forces on the same card, with simultaneous sampling at 250 kHz.
 #[test]
 fn a_card_with_a_converter_for_each_input_reads_forces_too() {
     let folder = tempfile::tempdir().unwrap();
@@ -197,7 +199,7 @@ fn a_card_that_fails_stops_the_drive_names_itself_and_keeps_what_was_recorded() 
         (&["card-lost-input@5s"], gone, ""),
         (&["card-lost-output@5s"], gone, ""),
         (&["gpio-removed@5s"], gone, ""),
-        // Two at once.
+        // Two faults at once.
         (&["xrun@5s", "xrun-output@5s"], "the card", ""),
         (&["card-lost-input@5s", "estop@5s"], "STOPPED", ""),
         (&["xrun@5s", "force-silent@5s"], ran_over, "1 input"),
@@ -232,7 +234,7 @@ fn a_card_that_fails_stops_the_drive_names_itself_and_keeps_what_was_recorded() 
     }
 }
 
-/// What ends a card for good is no exercise on it; the rest is met as on any bench.
+/// A drill leaves out faults that make a card unusable; the others work as on any bench.
 #[test]
 fn a_drill_on_a_card_leaves_out_what_ends_the_card() {
     let folder = tempfile::tempdir().unwrap();
@@ -371,7 +373,7 @@ fn without_a_simulated_apparatus_of_its_own_the_program_runs_on_the_library_alon
             ),
             ("/dev/ttyUSB0", force.to_str().unwrap()),
             ("device = \"sim-speakers\"", "device = \"\""),
-            // It need not be in time on a busy machine.
+            // On a busy machine the program may be late.
             ("lead_s = 0.01", "lead_s = 0.05"),
             ("silence_s = 0.25", "silence_s = 0.1"),
         ],

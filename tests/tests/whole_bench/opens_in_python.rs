@@ -1,4 +1,4 @@
-//! A trial's files open with scipy and pandas alone, and hold what RECORDING.md says.
+//! A trial's files open with scipy and pandas alone, and have the content described in RECORDING.md.
 
 use std::process::Command;
 
@@ -35,7 +35,7 @@ fn a_trial_opens_in_scipy_and_pandas() {
             .args([channels.drive.index, channels.pickup.index].map(|index| index.to_string())),
     );
     assert!(output.status.success(), "{}", text(&output));
-    // A reader that does not know a chunk says so.
+    // A reader that does not know a chunk would print a warning.
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     let number = |pointer: &str| {

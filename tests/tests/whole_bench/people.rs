@@ -1,4 +1,4 @@
-//! What a study keeps of its participants, and what its analysis leaves out of them.
+//! Participants' details in a study, and exclusions from its analysis.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -70,7 +70,7 @@ fn what_was_stated_stays_and_another_answer_is_told_of() {
     assert!(table.ends_with("\t31\tn/a\tn/a\n"), "{table}");
 }
 
-/// A recording of silence.
+/// Writes a silent recording.
 fn silence(folder: &Path) {
     let text = r#"
 format = 1
@@ -201,7 +201,7 @@ fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
         verified.contains("excluded from analysis: sub-02, trial 2"),
         "{verified}"
     );
-    // Edited by hand, and wrong: nobody analyses on.
+    // An invalid edit by hand stops the analysis.
     let table = study.join("exclusions.tsv");
     let held = fs::read_to_string(&table).unwrap();
     fs::write(&table, held.replace("\t2\tthe", "\t7\tthe")).unwrap();
@@ -215,7 +215,7 @@ fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
         "{verified}"
     );
 
-    // Who leaves the study leaves this table too.
+    // Removing a participant also removes the lines of this table.
     let forgotten = command(&["forget"], &study, &["sub-02", "--confirm", "sub-02"]);
     let printed = text(&forgotten);
     assert!(printed.contains("a line in exclusions.tsv"), "{printed}");

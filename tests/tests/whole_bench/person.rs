@@ -1,5 +1,5 @@
-//! What protects the person at the plate: the driving time of an hour, the dead-man switch, the plate's temperature
-//! (FAULTS.md, row 42).
+//! Protection of the person at the plate: the hourly driving time, the dead-man switch, the plate's temperature (FAULTS.md, row
+//! 42).
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -23,7 +23,7 @@ use tui::Instruction;
 
 use super::refusals::{refused_before_anything_is_made, room};
 
-/// A bench that passes for hardware, and allows 12 s an hour; the session of one exploration wants 10.4 s.
+/// Returns a bench that passes for hardware and allows 12 s an hour; a session of one exploration needs 10.4 s.
 fn short_hour() -> Config {
     config(&[
         ("silence_s = 0.25", "silence_s = 0.05"),
@@ -42,7 +42,7 @@ fn held(study: &Path, participant: &str, config: Config, setup: Setup) -> anyhow
     held.map(|(report, _)| report)
 }
 
-/// What the session's first recording says of a dead-man switch.
+/// Returns the dead-man switch according to the session's first recording.
 fn recorded_dead_man(session: &SessionFolder) -> Option<bool> {
     let reader = RecordingReader::open(&session.recordings()[0]).unwrap();
     reader.manifest().hardware.as_ref().unwrap().dead_man
@@ -64,7 +64,7 @@ fn a_person_is_not_driven_again_by_starting_the_program_again() {
     assert_eq!(recorded_dead_man(&session), Some(false));
     let account = study.join("sub-01").join("driving.tsv");
     assert!(std::fs::read_to_string(&account).unwrap().lines().count() == 2);
-    // A wall clock that is wrong, or set meanwhile, frees nothing.
+    // A wall clock that is wrong, or changed in between, does not free driving time.
     for set in [&[][..], &[(0.0, 2)], &[(0.0, -2)], &[(0.0, 1), (0.5, 20)]] {
         let again = held(&study, "sub-01", short_hour(), real(set)).unwrap_err();
         let again = again.to_string();
@@ -77,7 +77,7 @@ fn a_person_is_not_driven_again_by_starting_the_program_again() {
             assert!(again.contains(word), "{again}");
         }
     }
-    // Another person has an hour of their own.
+    // Another person has a separate hour.
     let other = held(&study, "sub-02", short_hour(), real(&[])).unwrap();
     assert!(other.completed, "{:?}", other.reason);
 
@@ -99,7 +99,7 @@ fn simulated_time_is_on_nobodys_account() {
     assert!(!study.join("sub-01").join("driving.tsv").exists());
 }
 
-/// A switch that a hand holds.
+/// A dead-man switch in a simulated hand.
 #[derive(Clone, Default)]
 struct Switch(Arc<AtomicBool>);
 
@@ -109,7 +109,7 @@ impl InputLine for Switch {
     }
 }
 
-/// A session with a dead-man switch that is let go once the slider is past `until_m`.
+/// Runs a session with a dead-man switch that is released once the slider is past `until_m`.
 fn with_switch(study: &Path, until_m: f64) -> Report {
     let switch = Switch::default();
     let hand = switch.clone();
@@ -236,7 +236,7 @@ fn a_drive_over_its_dose_or_too_warm_says_when_to_go_on() {
         let shown = text(&output);
         assert!(!output.status.success() && shown.contains(words), "{shown}");
     }
-    // A calibration warms the plate as any other drive does.
+    // A calibration warms the plate like any other drive.
     let config = config_with(folder.path(), &heat);
     let mut calibrate = bench();
     calibrate
@@ -247,7 +247,7 @@ fn a_drive_over_its_dose_or_too_warm_says_when_to_go_on() {
     let shown = text(&finish(&mut calibrate));
     let words = "stopped the calibration: the plate is estimated at 30.0 °C";
     assert!(shown.contains(words), "{shown}");
-    // A protocol that does not fit is refused with the arithmetic.
+    // A protocol that exceeds the dose is refused with the arithmetic.
     let config = config_with(folder.path(), &dose);
     let mut run = unattended(&study, "sub-01", "demo");
     run.arg("--config").arg(&config);

@@ -1,5 +1,5 @@
-//! Virtual participants, each a session of its own: both methods against the truth that the estimator never sees. The numbers
-//! stand in docs/accuracy.md.
+//! Virtual participants, one session each: both methods compared with the truth that the estimator never sees. The results are
+//! in docs/accuracy.md.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use bench_tests::session::{ALL_COMPLETED, VirtualParticipant, text};
 use bench_tests::truth::Skin;
 use rayon::prelude::*;
 
-/// Participants in every test run; `FRICTION_BENCH_PARTICIPANTS` asks for more.
+/// Number of participants in every test run; `FRICTION_BENCH_PARTICIPANTS` asks for more.
 const PARTICIPANTS: usize = 24;
 /// Levitation lag of the simulated film at rest, s (`film.lag_s` of the scenario).
 const TAU_S: f64 = 1e-3;
@@ -25,7 +25,7 @@ struct Errors {
     z_t: f64,
     /// |τ − true|, s
     tau_s: f64,
-    /// RMS of estimated less measured friction.
+    /// RMS of estimated minus measured friction.
     mu: f64,
 }
 
@@ -42,10 +42,11 @@ impl Errors {
     }
 }
 
-/// Runs a session of one participant in a built-in scenario, and analyses it.
+/// Runs and analyses a session of one participant in a built-in scenario.
 fn session(scenario: &str, seed: u64, folder: &Path) -> (Analysed, Skin) {
     let person = VirtualParticipant::run(scenario, seed, folder);
-    // Somebody who never presses right gets no accepted trial, and exit status 1; the attempts are recorded all the same.
+    // A participant who never presses correctly gets no accepted trial, and exit status 1; the attempts are recorded all the
+    // same.
     let recordings = find::attempts(&[person.study], ALL_COMPLETED)
         .map(|found| found.recordings())
         .unwrap_or_else(|error| panic!("seed {seed}: {error}\n{}", text(&person.output)));
@@ -53,7 +54,7 @@ fn session(scenario: &str, seed: u64, folder: &Path) -> (Analysed, Skin) {
     (analysed, Skin::read(&person.truth))
 }
 
-/// Errors of `paper`, `dynamic` and `trial` over the instances of one participant.
+/// Returns the errors of `paper`, `dynamic` and `trial` over the instances of one participant.
 fn participant(seed: u64, folder: &Path) -> [Vec<Errors>; 3] {
     let (analysed, true_skin) = session("population", seed, folder);
     Method::ALL.map(|method| {
@@ -66,7 +67,7 @@ fn participant(seed: u64, folder: &Path) -> [Vec<Errors>; 3] {
     })
 }
 
-/// Median and 90th percentile.
+/// Returns the median and the 90th percentile.
 fn quantiles(errors: &[Errors], of: impl Fn(&Errors) -> f64) -> (f64, f64) {
     let mut values: Vec<f64> = errors.iter().map(of).filter(|v| v.is_finite()).collect();
     values.sort_by(f64::total_cmp);
@@ -144,7 +145,7 @@ fn both_methods_meet_their_error_quantiles_over_many_participants() {
     );
     at_most("trial, Z_t", quantiles(&trial, |e| e.z_t), (0.015, 0.06));
     at_most("trial, mu", quantiles(&trial, |e| e.mu), (0.003, 0.006));
-    // The published method's bias is its own: it must neither grow nor be mended.
+    // The bias is inherent in the published method: it must neither grow nor shrink.
     for (name, (median, _), (from, to)) in [
         ("sigma_t", quantiles(&paper, |e| e.sigma_t), (0.5, 1.0)),
         ("Z_t", quantiles(&paper, |e| e.z_t), (0.5, 0.75)),

@@ -1,4 +1,4 @@
-//! Who can read what a session leaves, and what another user cannot plant.
+//! Permissions of a session's files, and protection against files planted by another user.
 #![cfg(unix)]
 #![expect(
     clippy::unwrap_used,
@@ -16,7 +16,7 @@ use bench_tests::session::{ON_A_CARD, config_with, finish, text, unattended};
 
 use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
 
-/// The same command under a umask that keeps nothing from anybody.
+/// Returns the same command under a umask that removes no permissions.
 fn open_to_all(command: &Command) -> Command {
     let mut shell = Command::new("sh");
     shell.args(["-c", "umask 0; exec \"$@\"", "sh"]);
@@ -28,7 +28,7 @@ fn mode(path: &Path) -> u32 {
     fs::symlink_metadata(path).unwrap().permissions().mode() & 0o777
 }
 
-/// Permissions of all folders and of all files in a folder, itself included.
+/// Returns the permissions of all folders and files in a folder, itself included.
 fn modes(folder: &Path) -> (BTreeSet<u32>, BTreeSet<u32>) {
     let (mut folders, mut files) = (BTreeSet::from([mode(folder)]), BTreeSet::new());
     for entry in fs::read_dir(folder).unwrap() {
@@ -60,7 +60,7 @@ fn a_study_is_the_users_own_unless_it_is_shared() {
         modes(&study.join("sub-02")),
         ([0o777].into(), [0o666].into())
     );
-    // What existed stays as it was.
+    // Existing files keep their permissions.
     assert_eq!(mode(&study), 0o700);
     assert_eq!(
         modes(&study.join("sub-01")),
@@ -75,7 +75,7 @@ fn a_study_is_the_users_own_unless_it_is_shared() {
         modes(&study.join("sub-03")),
         ([0o700].into(), [0o600].into())
     );
-    // Removing a participant writes the table anew.
+    // Removing a participant rewrites the table.
     finished(
         bench()
             .arg("forget")
@@ -113,7 +113,7 @@ fn a_calibration_names_its_operator_to_nobody_else() {
     assert_eq!(calibrate("shared", true), [0o666].into());
 }
 
-/// The files in a folder.
+/// Returns the files in a folder.
 fn names(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap();
     entries.map(|entry| entry.unwrap().path()).collect()
@@ -163,7 +163,7 @@ fn locks_on_hardware_are_in_a_folder_of_the_users_own() {
     let locks = names(&runtime);
     assert_eq!(locks.len(), 2, "{locks:?}");
 
-    // A link in a lock's place leads nowhere.
+    // A link in place of a lock is not followed.
     let victim = room.path().join("victim");
     fs::write(&victim, "kept").unwrap();
     fs::remove_file(&locks[0]).unwrap();
@@ -172,7 +172,7 @@ fn locks_on_hardware_are_in_a_folder_of_the_users_own() {
     refused_before_anything_is_made(&mut run(), &study, &words);
     assert_eq!(fs::read_to_string(&victim).unwrap(), "kept");
 
-    // A folder that others may write to is not used.
+    // A folder that others can write to is not used.
     fs::set_permissions(&runtime, fs::Permissions::from_mode(0o777)).unwrap();
     refused_before_anything_is_made(&mut run(), &study, &absent);
 }

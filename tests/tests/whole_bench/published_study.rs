@@ -1,4 +1,4 @@
-//! What `analyze` prints and draws of a study is recomputed from its tables by pandas and scipy, with none of this project's code.
+//! Recomputation of the numbers and figures of `analyze` from its tables by pandas and scipy, without this project's code.
 
 use std::path::Path;
 use std::process::Command;
@@ -12,7 +12,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
-/// Farthest that two computations of a number may be apart, of its size.
+/// Greatest relative difference between two computations of a number.
 const APART: f64 = 1e-6;
 
 fn script(name: &str, arguments: &[&Path]) -> Value {
@@ -54,7 +54,7 @@ fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
         let output = finish(&mut command);
         assert!(output.status.success(), "{}", text(&output));
     }
-    // One of them on a plate that is taken as uneven.
+    // One of them on a plate declared as uneven.
     for recording in find::recordings(&[study.join("sub-03")], false).unwrap() {
         let manifest = recording.join("recording.toml");
         let profile =
@@ -95,7 +95,7 @@ fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
     assert!(found["apart"].as_f64().unwrap() < APART, "{found}");
 }
 
-/// Of a made-up table of 14 people with ten trials each, of whom each has a level of their own.
+/// Tests on made-up tables of 14 people with ten trials each and an individual level per person.
 #[test]
 fn every_arrangement_of_signs_gives_the_clustered_p_values() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! What the bench refuses, and in which words: a named error that says what to do, an exit status, nothing made, no panic.
+//! Refusals of the bench: a named error with the remedy, an exit status, no file made, no panic.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -20,7 +20,7 @@ use tempfile::TempDir;
 
 pub(super) const MINUTE: Duration = Duration::from_secs(60);
 
-/// A folder to try things in, with no `bench.toml`.
+/// Makes an empty folder, with no `bench.toml`; returns it with the path of a study in it.
 pub fn room() -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
@@ -47,13 +47,13 @@ pub fn refused(output: &Output, words: &[&str]) {
     }
 }
 
-/// Refused, and the study not even begun.
+/// Requires a refusal before the study is made.
 pub fn refused_before_anything_is_made(command: &mut Command, study: &Path, words: &[&str]) {
     refused(&finish(command), words);
     assert!(!study.exists(), "{} was made", study.display());
 }
 
-/// A session on what `config` describes, with all that a session needs.
+/// Returns a session on the bench of `config`, with all required options.
 pub fn uncalibrated(study: &Path, config: &Path) -> Command {
     let mut run = bench();
     run.args(["run", "--headless", "--uncalibrated"])
@@ -95,7 +95,7 @@ fn without_a_sound_card() {
         &[
             ("\"sim\"", "\"hw:CARD=Absent\""),
             ("\"sim\"", "\"hw:CARD=Absent\""),
-            // Each of these tests has a bench of its own.
+            // Each of these tests has a separate bench.
             ("/dev/ttyUSB0", "/dev/tty-absent"),
             ON_A_CARD,
         ],
@@ -133,7 +133,7 @@ fn without_consent() {
         &study,
         &["no consent", "sub-01", "--consent-by NAME"],
     );
-    // As of a shell's variable that is not set.
+    // The value of an unset shell variable.
     run.args(["--consent-by", " "]);
     refused_before_anything_is_made(&mut run, &study, &["--consent-by is empty"]);
 }
@@ -276,7 +276,7 @@ fn an_unknown_key_of_a_recording_is_named_with_its_line_and_the_nearest_known_on
     }
 }
 
-/// The demo, shortened to one trial of one exploration.
+/// Changes that shorten the demo to one trial of one exploration.
 pub(super) const ONE_TRIAL: &[(&str, &str)] = &[
     ("practice = 1", "practice = 0"),
     ("per_condition = 4", "per_condition = 1"),
@@ -382,7 +382,7 @@ fn ten_times_the_amplitude_is_refused_not_clamped() {
     let words = ["protocol.toml, line", "drive.mean_amplitude_v", "240 V"];
     refused_before_anything_is_made(&mut run, &study, &words);
 
-    // Within what any protocol may ask for, but over the configured limit at the modulation's peak.
+    // Within the limit of any protocol, but above the configured limit at the modulation's peak.
     let protocol = demo_with(
         folder.path(),
         &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 30.0")],
@@ -442,7 +442,7 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
     let after = SessionFolder::read(&study, "sub-01").unwrap();
     assert_eq!(after.documents, before.documents);
 
-    // Another session is one more folder; a trial's folder that somebody made in its way stays as it is.
+    // A new session adds a folder; an existing folder in place of a trial's is left unchanged.
     let mut run = Running::start(
         unattended(&study, "sub-01", &protocol).arg("--new-session"),
         &folder.path().join("output"),
@@ -525,7 +525,7 @@ fn monitor_drives_only_what_passes_the_preflight() {
         finish(&mut monitor)
     };
     let drive = ["--drive-v", "20"];
-    // What the sensor says cannot be read, as at a wrong baud rate.
+    // The sensor's data cannot be decoded, as at a wrong baud rate.
     let deaf = [("protocol = \"frames\"", "protocol = \"lines\"")];
     let output = monitor(&deaf, &drive);
     let words = ["FAILED  force sensor", "baud", "nothing was driven but"];
@@ -533,7 +533,7 @@ fn monitor_drives_only_what_passes_the_preflight() {
     assert_eq!(output.status.code(), Some(2), "as `run`");
     let printed = text(&output);
     assert!(!printed.contains("N·s/m"), "it watched:\n{printed}");
-    // Without a drive the same bench is watched, and it is said that nobody has checked it.
+    // Without a drive `monitor` shows the same bench, and prints that it has not been checked.
     let output = monitor(&deaf, &[]);
     let printed = text(&output);
     assert!(output.status.success(), "{printed}");

@@ -1,4 +1,4 @@
-//! Faults that are rehearsed from the command line: what is recorded says so, and what cannot be is refused.
+//! Faults rehearsed from the command line: the recording declares them, and impossible ones are refused.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -130,7 +130,7 @@ fn a_fault_comes_at_its_time_in_a_monitor_and_a_drill_ends_with_its_times() {
     let printed = text(&ended);
     assert_eq!(ended.status.code(), Some(1), "{printed}");
     assert!(printed.contains("STOPPED: e-stop pressed"), "{printed}");
-    // A line for the first second, one for the second as it stops, and none after.
+    // One line for the first second, one for the second as it stops, and no later ones.
     assert_eq!(printed.matches("Z_m").count(), 2, "{printed}");
 
     let mut drill = bench();
@@ -153,7 +153,7 @@ fn a_fault_comes_at_its_time_in_a_monitor_and_a_drill_ends_with_its_times() {
     }
 }
 
-/// Largest amplitude of the plate in these seconds of the apparatus's time, m.
+/// Returns the largest amplitude of the plate within these seconds of the apparatus's time, m.
 fn amplitude_m(truth: &str, within_s: std::ops::Range<f64>) -> f64 {
     let row = |line: &str| -> (f64, f64) {
         let cell = |at: usize| line.split(',').nth(at).unwrap().parse().unwrap();
@@ -169,15 +169,15 @@ fn amplitude_m(truth: &str, within_s: std::ops::Range<f64>) -> f64 {
 /// Hazards 3, 18, 20.
 #[test]
 fn half_the_gain_and_a_silent_force_sensor_stop_the_program_in_time() {
-    /// When the faults begin: the finger slides.
+    /// Time of the faults, s: the finger slides.
     const AT_S: f64 = 5.0;
-    /// A period of the simulation, and the plate's own decay, s.
+    /// Duration of a period of the simulation and the plate's decay, s.
     const RINGS_S: f64 = 0.02;
     let (folder, _) = room();
     let config = config_with(folder.path(), &[ON_A_CARD]);
     for (fault, words, within_s) in [
         ("amplifier-gain@5s:50", "reads back", 0.25),
-        // The silence that is allowed, what arrives in bursts, and a look of the watch.
+        // The allowed silence, plus a period of the bursts and one of the watch.
         ("force-silent@5s", "the force sensor", 0.05 + 0.02),
     ] {
         let study = folder.path().join(&fault[..5]);
@@ -229,7 +229,7 @@ fn a_calibration_with_faults_says_so_and_is_in_force_nowhere() {
             .join(format!("calibration-rehearsal-pickup.{name}"));
         assert!(beside.is_file(), "{printed}");
     }
-    // Nothing measured is added to it, and no session runs with it.
+    // No measurement is added to it, and no session uses it.
     refused(&calibrate(&[]), &["holds a rehearsal"]);
     let mut run = unattended(&study, "sub-01", "demo");
     run.arg("--calibration").arg(&calibration);
@@ -238,7 +238,7 @@ fn a_calibration_with_faults_says_so_and_is_in_force_nowhere() {
         &study,
         &["measured in a rehearsal", "button-held@1s"],
     );
-    // Nor is a rehearsal added to what was measured.
+    // Nor is a rehearsal added to a measured calibration.
     std::fs::remove_file(&calibration).unwrap();
     assert!(calibrate(&[]).status.success());
     let before = std::fs::read(&calibration).unwrap();

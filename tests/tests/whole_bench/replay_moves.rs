@@ -1,4 +1,4 @@
-//! A replay that is moved forward and back by its operator.
+//! A replay that its operator moves forward and back.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -13,14 +13,14 @@ use replay::{Options, Plan, Report, Speed};
 use tasks::StopFlag;
 use tui::{Action, Event};
 
-/// What an operator does next, and after how many turns of the replay or at which of its ends.
+/// Time of an operator's next action: after a number of polls, or once the replay finishes.
 #[derive(Clone, Copy)]
 enum When {
     Turns(usize),
     Finished,
 }
 
-/// An operator who acts by a plan, and keeps what was shown.
+/// An operator who follows a plan and records the events shown.
 struct Operator {
     plan: std::vec::IntoIter<(When, Action)>,
     next: Option<(When, Action)>,
@@ -78,7 +78,7 @@ fn crops(events: &[Event]) -> Vec<&Event> {
     crops.collect()
 }
 
-/// The numbers of trials that the skin is said to be from, in the log's words.
+/// Returns the numbers of trials behind the skin's estimates, in the log's words.
 fn counted_trials(events: &[Event]) -> Vec<&str> {
     let told = events.iter().filter_map(|event| match event {
         Event::Log { text, .. } => Some(&text[text.rfind("of ")?..]),
@@ -100,7 +100,7 @@ fn what_is_shown_rests_on_all_before_it_however_it_was_reached() {
     let (straight, straight_events) = replayed(recording, vec![(Finished, Action::Quit)]);
     assert!(straight.completed && straight.instances > 0);
 
-    // Back from the end, beyond the start, and forward beyond the end.
+    // Back from the end, past the start, and forward past the end.
     let (wandered, wandered_events) = replayed(
         recording,
         vec![
@@ -123,7 +123,7 @@ fn what_is_shown_rests_on_all_before_it_however_it_was_reached() {
         )
     };
     assert_eq!(came_to(&wandered), came_to(&straight));
-    // It was read from the start three times, and is one trial all the same.
+    // The recording was read from the start three times, but counts as one trial.
     assert!(wandered.read_s > 2.0 * straight.audio_s, "{wandered:?}");
     let speed = wandered.read_s / wandered.took_s;
     let line = format!("speed             {speed:.1} × real time");
@@ -134,7 +134,7 @@ fn what_is_shown_rests_on_all_before_it_however_it_was_reached() {
     let crop = crops(&straight_events);
     assert_eq!(crop.len(), 1);
     assert_eq!(crops(&wandered_events), vec![crop[0]; 3]);
-    // A session that goes on shows it again.
+    // A resumed session shows the crop again.
     let label = TrialLabel {
         block: TrialBlock::Main,
         number: 1,
@@ -143,7 +143,7 @@ fn what_is_shown_rests_on_all_before_it_however_it_was_reached() {
     let past = replay::past_crops(recording, label).unwrap();
     assert_eq!(vec![&Event::Crop(past[0].clone())], crop);
 
-    // Paused, it moves and stands again.
+    // A paused replay moves and pauses again.
     let (paused, _) = replayed(
         recording,
         vec![

@@ -1,4 +1,4 @@
-//! A session that was broken off goes on as it began.
+//! Resuming an interrupted session with the same protocol and order.
 
 use std::fs;
 
@@ -23,7 +23,7 @@ fn a_session_goes_on_in_its_own_order_or_not_at_all() {
     run.signal(Signal::INT);
     run.wait(MINUTE);
     let before = SessionFolder::read(&study, "sub-01").unwrap();
-    // `--protocol` is huloux2021 when it is forgotten.
+    // `--protocol` defaults to huloux2021.
     let other = finish(unattended(&study, "sub-01", "huloux2021").arg("--resume"));
     refused(
         &other,

@@ -1,4 +1,5 @@
-//! Each rig that laboratories have, from `init` to results, unattended: its twin measures the same person as the usual bench does.
+//! Each supported laboratory rig, from `init` to results, unattended: its simulation measures the same person as the usual
+//! bench.
 #![expect(
     clippy::print_stdout,
     reason = "measured numbers, for whoever asks with --nocapture"
@@ -19,12 +20,12 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 const SEED: &str = "7";
-/// The same on each rig.
+/// The same person on each rig.
 const PERSON: &str = "[participant]\nsigma_t_m = 1.7e-6\nz_t_n_s_per_m = [0.47, 3.16]\nmu0 = 0.8\n";
-/// Greatest difference of a session's median from that on the usual bench, as a share of it.
+/// Greatest relative difference of a session's median from that on the usual bench.
 const APART: f64 = 0.02;
 
-/// What a session measured of its person.
+/// Estimates of the person from one session.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Measured {
     sigma_t_m: f64,
@@ -32,11 +33,11 @@ struct Measured {
     mu0: f64,
 }
 
-/// A bench in a folder of its own.
+/// A bench in a separate folder.
 struct Rig {
     folder: tempfile::TempDir,
     scenario: String,
-    /// Its configuration; `None` for that of the simulated bench.
+    /// Its configuration; `None` for the simulated bench's.
     config: Option<PathBuf>,
 }
 
@@ -52,7 +53,8 @@ impl Rig {
         }
     }
 
-    /// The rig that `init` writes with these words, on simulated `equipment`, with what only its owner knows put in.
+    /// Returns the rig that `init` writes with these words, on simulated `equipment`, completed with values only its owner
+    /// knows.
     fn written(equipment: &str, words: &[&str], known: &[[&str; 2]]) -> Self {
         let rig = Self::new(equipment);
         let cal_file = workspace().join("bench/config/tests/data/FT09999.cal");
@@ -173,7 +175,7 @@ fn assert_alike(rig: &str, found: Measured, usual: Measured) {
     );
 }
 
-/// What the usual bench measures of the person, once for all tests of a run.
+/// Returns the usual bench's estimates of the person, computed once for all tests of a run.
 fn usual() -> Measured {
     let folder = shared("usual-rig", |folder| {
         let usual = Rig::new("");
@@ -202,7 +204,7 @@ fn a_field_box() {
 fn six_axes_in_the_network_with_a_box() {
     let equipment = "[force_sensor]\ninterface = \"netft\"\nrate_hz = 7000.0\nbox_beside = true\n";
     let words = ["--net-ft", "192.168.1.1", "--box-port", "/dev/ttyACM0"];
-    // A real one says so itself, on a page that the simulated one has not.
+    // A real sensor reports this on a web page, which the simulated one lacks.
     let known = [["#counts_per_n", "counts_per_n"]];
     let words = [&["--rig", "six-axis"][..], &words].concat();
     let rig = Rig::written(equipment, &words, &known);

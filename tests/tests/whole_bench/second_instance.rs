@@ -1,4 +1,4 @@
-//! A second instance on a study or on hardware that the first one uses: refused, and the first one goes on.
+//! A second instance on the study or hardware of a first one: it is refused, and the first one continues.
 
 use std::fs;
 use std::time::Duration;
@@ -30,7 +30,7 @@ fn a_second_instance_on_the_same_study() {
     let log = study.join("sub-01/ses-01/events.jsonl");
     let began = first.wait_for(MINUTE, || log.is_file().then_some(()));
     assert!(began.is_some(), "{}", first.output());
-    // However long the second one takes: in simulated time nobody misses the first one.
+    // Pause the first one for as long as the second takes: in simulated time no watch notices.
     first.signal(Signal::STOP);
     let second = finish(&mut unattended(&study, "sub-02", "demo"));
     refused(&second, &["in use", &first.pid().to_string()]);
@@ -55,7 +55,7 @@ fn a_second_instance_on_the_same_hardware() {
         ON_A_CARD,
     ];
     let config = config_with(folder.path(), &changes);
-    // The other instance is this test: on the same card with another sensor, then on the same sensor with another card.
+    // The test itself is the other instance: on the same card with another sensor, then on the same sensor with another card.
     let first = |changed: &str| {
         let text = fs::read_to_string(&config).unwrap();
         let other = text.replace(changed, &changed.replacen('"', "\"x", 1));
@@ -80,7 +80,7 @@ fn a_second_instance_on_the_same_hardware() {
         );
         drop(held);
     }
-    // A simulated bench is everybody's own, whatever its description names.
+    // A simulated bench is never shared, whatever devices its configuration names.
     let simulated = folder.path().join("simulated");
     fs::create_dir(&simulated).unwrap();
     let simulated = config_with(&simulated, &changes[2..3]);
@@ -95,7 +95,7 @@ fn a_second_instance_on_the_same_hardware() {
     let output = finish(&mut monitor);
     assert!(output.status.success(), "{}", text(&output));
     drop(held.unwrap());
-    // It goes with its holder.
+    // The claim ends with its holder.
     let words = ["no output device matches", "hw:CARD=Absent"];
     let mut run = uncalibrated(&study, &config);
     refused_before_anything_is_made(&mut run, &study, &words);

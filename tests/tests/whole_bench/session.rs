@@ -1,4 +1,4 @@
-//! A whole session on simulated hardware: what it prints, what it leaves on disk, and that it can be repeated to the bit.
+//! A whole session on simulated hardware: its output, its files, and its bit-for-bit reproducibility.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -79,7 +79,7 @@ fn study_files(study: &Path) {
     config::Config::parse(&hardware, "the snapshot").unwrap();
 }
 
-/// start, descriptors, events numbered without a hole, stop; as much promised as held.
+/// Requires a log of start, descriptors, events numbered without gaps, and stop, with as many events as the stop declares.
 fn log_is_in_order(session: &SessionFolder) {
     let documents = &session.documents;
     let Some(Document::Start(start)) = documents.first() else {
@@ -150,12 +150,13 @@ fn recording_is_complete(path: &Path, session: &SessionFolder, index: usize) {
     assert_eq!(wav.spec().sample_format, hound::SampleFormat::Float);
     assert_eq!(wav.duration() as usize, recording.frames(), "{at}");
 
-    // From the frame at which the trial began to the frame at which all of its data were in, as the log has them.
+    // The recording runs from the frame at which the trial began to the frame at which its data were complete, according to the
+    // log.
     let began_s = session.named("trial_began").nth(index).unwrap().audio_s;
     let ended_s = session.phases("verdict").nth(index).unwrap().audio_s;
     let frames = ((ended_s - began_s) * RATE_HZ).round() as usize;
     assert_eq!(recording.frames(), frames, "{at}");
-    // And none was lost and made up for by another.
+    // And no frame was lost and replaced by another.
     let step_rad = recording.greatest_phase_step_rad();
     assert!(step_rad < 0.01, "{at}: the carrier jumps by {step_rad} rad");
 
@@ -218,7 +219,7 @@ fn recording_is_complete(path: &Path, session: &SessionFolder, index: usize) {
     }
 }
 
-/// Every file of a study but the lock, by its path.
+/// Returns every file of a study except the lock, by its path.
 fn contents(study: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     let mut folders = vec![study.to_owned()];

@@ -1,4 +1,4 @@
-//! The hardware stops are exercised before anything drives: a bench that they do not stop is not driven.
+//! The hardware stops are tested before any drive: a bench that they do not stop is not driven.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -20,7 +20,7 @@ fn scenario(folder: &Path, text: &str) -> PathBuf {
     path
 }
 
-/// Benches that a stop does not stop, and the row that says so.
+/// Benches with a defective stop, and the row that reports it.
 const UNSTOPPABLE: [(&str, &str); 2] = [
     (
         "[amplifier]\none_shot_s = 5.0\n",
@@ -129,7 +129,7 @@ fn a_real_bench_drives_only_after_its_e_stop_was_pressed() {
         (now - hours(25), "rppal, line 13", "25.0 hours ago"),
         (now, "rppal, line 14", "was tested on rppal, line 14"),
         (now + hours(2), "rppal, line 13", "in the future"),
-        // This machine has no such line, but its press is recent.
+        // This machine has no such line, but the press is recent.
         (now - hours(1), "rppal, line 13", "Raspberry Pi"),
     ] {
         record(pressed, line);
@@ -152,6 +152,6 @@ fn a_press_is_rehearsed_on_the_simulated_bench() {
     for word in ["Press the e-stop now.", "Release it.", "The e-stop works"] {
         assert!(printed.contains(word), "{printed}");
     }
-    // It would count for the real bench that the configuration names.
+    // Such a record would count for the real bench that the configuration names.
     assert!(!folder.path().join("calibration-estop.toml").exists());
 }

@@ -1,4 +1,4 @@
-//! `verify` on studies that are whole, and on studies that something happened to.
+//! `verify` on whole and on damaged studies.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -19,7 +19,7 @@ const SESSION: &str = "sub-01/ses-01";
 pub(super) const TRIAL: &str = "trial-001_attempt-1";
 const PRACTICE: &str = "practice-01_attempt-1";
 
-/// A study of one short session: a practice trial and two others.
+/// Returns a study of one short session: a practice trial and two others.
 fn recorded() -> PathBuf {
     shared("verified-study", |folder| {
         let protocol = demo_with(
@@ -64,14 +64,14 @@ impl Copied {
         self.session().join(TRIAL).join(name)
     }
 
-    /// Exchanges part of a text file.
+    /// Replaces part of a text file.
     pub(super) fn edit(&self, file: &Path, from: &str, to: &str) {
         let text = fs::read_to_string(file).unwrap();
         assert!(text.contains(from), "no `{from}` in {text}");
         fs::write(file, text.replacen(from, to, 1)).unwrap();
     }
 
-    /// Removes the lines of the log that `of` chooses.
+    /// Removes the lines of the log selected by `of`.
     fn remove_lines(&self, of: impl Fn(&str) -> bool) {
         let log = self.session().join("events.jsonl");
         let text = fs::read_to_string(&log).unwrap();
@@ -84,20 +84,20 @@ impl Copied {
         fs::write(log, kept).unwrap();
     }
 
-    /// Goes on with the session.
+    /// Resumes the session.
     pub(super) fn resume(&self, more: &[&str]) -> Output {
         let protocol = recorded().join("protocol.toml");
         let mut run = unattended(&self.study(), "sub-01", protocol);
         finish(run.arg("--resume").args(more))
     }
 
-    /// Returns the exit status and what is printed.
+    /// Returns the exit status and the output.
     pub(super) fn verify(&self) -> (i32, String) {
         let output = finish(bench().arg("verify").arg(self.study()));
         (output.status.code().unwrap(), text(&output))
     }
 
-    /// Holds the study to be found damaged, and named in these words.
+    /// Requires `verify` to report damage in these words.
     fn require_found(&self, words: &[&str]) {
         let (status, printed) = self.verify();
         assert_eq!(status, 1, "{printed}");
@@ -135,7 +135,7 @@ fn a_whole_study_passes_with_every_sum() {
         assert!(printed.contains(line), "no `{line}` in:\n{printed}");
     }
     assert!(!printed.contains("note"), "{printed}");
-    // A part of it, and as JSON.
+    // One session of it, and as JSON.
     let output = finish(bench().args(["verify", "--json", "-"]).arg(study.session()));
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["whole"], true);
@@ -144,7 +144,7 @@ fn a_whole_study_passes_with_every_sum() {
     assert!(trials.iter().all(|trial| trial["integrity"] == "intact"));
     assert_eq!(trials[0]["name"], PRACTICE);
     assert_eq!(trials[0]["practice"], true);
-    // The sums are those that any other program computes.
+    // The checksums are those of any other program.
     let log = fs::read_to_string(study.session().join("events.jsonl")).unwrap();
     let saved: Value = log
         .lines()
@@ -201,7 +201,7 @@ fn a_missing_file_and_a_missing_folder_are_found() {
 #[test]
 fn a_truncated_wav_and_an_edited_description_are_found_also_without_sums() {
     let study = Copied::new();
-    // As recorded before there were sums.
+    // A log from before checksums were recorded.
     let log = study.session().join("events.jsonl");
     let without: String = fs::read_to_string(&log)
         .unwrap()
@@ -245,13 +245,14 @@ fn an_edited_description_has_another_sum_and_a_broken_one_is_named() {
     ]);
 }
 
-/// Trials were accepted whose recordings a hung or failing disk had broken off, "nothing is damaged or missing".
+/// Trials used to be accepted although a hung or failing disk had interrupted their recordings, and `verify` printed "nothing
+/// is damaged or missing".
 ///
 /// Fault 27.
 #[test]
 fn an_accepted_trial_without_its_whole_recording_is_found_and_missed_by_the_analysis() {
     let study = Copied::new();
-    // Without sums, as where the recording could not be read back.
+    // Without checksums, as when the recording could not be read back.
     study.remove_lines(|line| line.contains(&format!("\"saved\":\"{TRIAL}\"")));
     let manifest = study.file(MANIFEST_FILE);
     study.edit(&manifest, "end = \"completed\"", "end = \"interrupted\"");
@@ -332,7 +333,7 @@ fn a_line_that_is_removed_from_the_log_is_found() {
     let study = Copied::new();
     study.remove_lines(|line| line.contains("trial_settled") && line.contains("\"number\":2"));
     study.require_found(&["events.jsonl", "lines are missing or in another order"]);
-    // The first and the last too.
+    // The same for the first and the last line.
     for (of, word) in [
         ("\"document\":\"start\"", "before any start"),
         ("\"saved\":\"trial-002_attempt-1\"", "lines are missing"),
@@ -373,7 +374,7 @@ fn a_participant_in_another_folder_is_found() {
     ]);
 }
 
-/// Cuts the study to what a kill in its last trial leaves: neither its end nor anything after it. Returns the trial.
+/// Cuts the study to the state after a kill in its last trial: without the trial's end and all later data. Returns the trial.
 fn killed_in_the_last_trial(study: &Copied) -> String {
     let log = study.session().join("events.jsonl");
     let text = fs::read_to_string(&log).unwrap();
@@ -479,7 +480,7 @@ fn a_misspelt_folder_suggests_the_right_one() {
     assert_eq!(output.status.code(), Some(2), "{printed}");
     let meant = format!("did you mean `{}`?", study.study().display());
     assert!(printed.contains(&meant), "{printed}");
-    // Neither a recording nor something else is a study.
+    // A recording or another file is not a study.
     for (path, words) in [
         (study.session().join(TRIAL), "is a recording"),
         (study.session().join("demo.toml"), "is not a folder"),

@@ -1,4 +1,4 @@
-//! A computer whose wall clock is set while a session runs: dates are labels, and nothing else hangs on them (FAULTS.md, row 39).
+//! A wall clock that is set during a session: dates are labels, and nothing depends on them (FAULTS.md, row 39).
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -14,7 +14,7 @@ use friction_bench::run::{Plan, on_terminal, run};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;
 
-/// Holds a session and returns its folder.
+/// Runs a session and returns its folder.
 fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
     let plan = Plan::new(Effective::uncalibrated(config(&[])), &options(study)).unwrap();
     let setup = Setup {
@@ -27,7 +27,7 @@ fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
     SessionFolder::read(study, "sub-01").unwrap().path
 }
 
-/// Every file of a session by its path, and the log apart: its documents without their dates, and the dates.
+/// Every file of a session by its path, except the log; the log's documents without their dates; and the dates.
 type Left = (BTreeMap<PathBuf, Vec<u8>>, Vec<Value>, Vec<Timestamp>);
 
 fn left(session: &Path) -> Left {
@@ -64,7 +64,7 @@ fn a_wall_clock_that_is_set_during_a_session_changes_nothing_but_the_dates() {
     let (files, documents, dates) = of("steady", &[]);
     let (set_files, set_documents, set_dates) = of("set", &[(1.5, 1), (3.0, -1)]);
 
-    // An hour ahead and then an hour behind was in force, and dates that somebody wrote tell.
+    // The dates in the log show that the clock was an hour ahead, then an hour behind.
     let wrong = |hours: i64| {
         let pairs = dates.iter().zip(&set_dates);
         pairs

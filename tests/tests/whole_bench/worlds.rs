@@ -1,5 +1,5 @@
-//! Each simulated world, with what every method makes of it beside the truth that the estimator never sees: the tables of
-//! docs/accuracy.md. `./dev campaign worlds` makes them anew.
+//! Estimates of every method in each simulated world, compared with the truth that the estimator never sees: the tables of
+//! docs/accuracy.md. `./dev campaign worlds` renews them.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,16 +15,16 @@ use mock_world::scenario::built_in_names;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-/// Sessions of each world in every test run; `FRICTION_BENCH_WORLDS` asks for more.
+/// Number of sessions of each world in every test run; `FRICTION_BENCH_WORLDS` asks for more.
 const SESSIONS: usize = 1;
-/// As many show how often a world is flagged.
+/// Number of sessions that shows how often a world is flagged.
 const MANY: usize = 20;
-/// RMS of μ beyond which a method's friction is wrong.
+/// RMS error of μ above which a method's friction is wrong.
 const MOST_RMS_MU: f64 = 0.03;
-/// Relative error of σ_t beyond which another finger was found.
+/// Relative error of σ_t above which the estimate describes another finger.
 const MOST_SIGMA_T: f64 = 0.1;
 
-/// A person whose skin is drawn and who has not the area that `dynamic` assumes.
+/// A person with randomly drawn skin and a contact area other than `dynamic` assumes.
 const ANOTHER_AREA: &str =
     "purpose = \"A contact area of 220 mm2.\"\n[film]\ncontact_area_m2 = 220e-6\n";
 
@@ -134,7 +134,7 @@ impl Found {
         self.error("trial", "eta", loss_factor);
     }
 
-    /// Median and 90th percentile of each error, and how often intervals hold the truth.
+    /// Returns the median and 90th percentile of each error, and the coverage of intervals.
     fn lines(&self) -> String {
         let errors = self.errors.iter().map(|((method, quantity), values)| {
             let at = |share| share_of(values.clone(), share);
@@ -163,7 +163,7 @@ impl Found {
     }
 }
 
-/// What `trial` makes of a trial: medians over its instances.
+/// Result of `trial` for one trial: medians over its instances.
 struct OfTrial {
     sigma_t: f64,
     rms_mu: f64,
@@ -176,7 +176,7 @@ impl OfTrial {
     }
 }
 
-/// The skin and the plate during an instance.
+/// True skin and plate during an instance.
 struct TrueSkin {
     sigma_t_m: f64,
     z_t: Complex64,
@@ -199,7 +199,7 @@ impl TrueSkin {
     }
 }
 
-/// Returns the value that a share of all values does not exceed.
+/// Returns the quantile of the values at `share`.
 pub(crate) fn share_of(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     quantile(&values, share).unwrap_or(f64::NAN)
@@ -209,7 +209,7 @@ pub(crate) fn share_of(mut values: Vec<f64>, share: f64) -> f64 {
 fn session(world: &str, seed: u64, folder: &Path) -> Found {
     let person = VirtualParticipant::run(world, seed, folder);
     let mut found = Found::default();
-    // Somebody who never slides right leaves nothing to analyse.
+    // A participant who never slides correctly leaves no data to analyse.
     if let Ok(found_there) = find::attempts(std::slice::from_ref(&person.study), ALL_COMPLETED) {
         let analysed = analyse(&found_there.recordings(), &Settings::default(), |_| {});
         for recording in analysed.findings() {

@@ -1,11 +1,11 @@
-//! A calibrated bench on which something has gone wrong since: no session begins on it, and the message names what it is.
+//! A calibrated bench that has changed since: no session begins on it, and the message names the change.
 
 use std::fs;
 
 use bench_tests::program::protocol;
 use bench_tests::room::{Room, refused};
 
-/// What has gone wrong, as the simulated apparatus has it, and the words that a user needs.
+/// Changes of the bench, as simulated, with the words that a user needs.
 const WRONG: [(&str, &str, &[&str]); 11] = [
     (
         "swapped channels",

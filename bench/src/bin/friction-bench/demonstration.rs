@@ -1,4 +1,4 @@
-//! The demonstration, by this program's own file.
+//! The demonstration, run with this program's own executable.
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use demo::{Ended, Options};
 use friction_bench::verbosity::Verbosity;
 
-/// Runs the demonstration; its exit status is that of the step that failed, if one did.
+/// Runs the demonstration; returns the exit status of the step that failed, if one did.
 pub fn run(options: &Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let program = std::env::current_exe()?;
     let called = std::env::args_os().next().map(PathBuf::from);

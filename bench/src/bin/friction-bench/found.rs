@@ -1,4 +1,4 @@
-//! What hardware there is to choose from.
+//! The hardware to choose from.
 
 use std::ffi::OsStr;
 
@@ -12,7 +12,7 @@ use tasks::StopFlag;
 
 use crate::{real_gpio, simulated};
 
-/// What this computer offers, or the simulated hardware of a scenario.
+/// Returns the hardware of this computer, or the simulated hardware of a scenario.
 pub fn listing(mock: Option<&str>) -> anyhow::Result<Listing> {
     let Some(scenario) = mock else {
         return Ok(Listing {
@@ -23,7 +23,7 @@ pub fn listing(mock: Option<&str>) -> anyhow::Result<Listing> {
             ]
             .map(|(name, host)| audio(name, host.as_ref()))
             .into(),
-            // A computer without NI's driver has none.
+            // A computer without NI's driver has no cards.
             cards: daqmx::cards(None).unwrap_or_default(),
             serial_ports: serial_ports()?,
             gpio_chips: real_gpio::chips(),
@@ -43,11 +43,11 @@ pub fn listing(mock: Option<&str>) -> anyhow::Result<Listing> {
     })
 }
 
-/// What there is for a bench that is to be written.
+/// Returns the hardware for a new bench configuration.
 pub fn for_rig(options: &Options) -> anyhow::Result<Listing> {
     let mut found = listing(options.mock.as_deref())?;
     if options.mock.is_some() {
-        // In a configuration simulated hardware has the names of real one.
+        // In a configuration, simulated hardware has the names of real hardware.
         for host in &mut found.hosts {
             host.name = "native";
         }
@@ -55,7 +55,7 @@ pub fn for_rig(options: &Options) -> anyhow::Result<Listing> {
     Ok(found)
 }
 
-/// Who answers questions: a person at the terminal until a signal comes, or nobody.
+/// Returns the source of answers: a person at the terminal until a signal comes, or an unattended default.
 pub fn asked(attended: bool) -> anyhow::Result<Box<dyn Ask>> {
     if !attended {
         return Ok(Box::new(Unattended));
@@ -68,7 +68,7 @@ pub fn asked(attended: bool) -> anyhow::Result<Box<dyn Ask>> {
     })))
 }
 
-/// The words of a configuration that was written while nobody was there to permit a tone.
+/// Returns the message about a configuration that was written without a person to permit a tone.
 pub fn left_unchecked(options: &Options) -> String {
     format!(
         "check: not run, because it drives a tone and nobody is at a terminal to say that nobody touches the plate: \
@@ -77,7 +77,7 @@ pub fn left_unchecked(options: &Options) -> String {
     )
 }
 
-/// The command that checks what was written.
+/// Returns the command that checks the written configuration.
 pub fn check(options: &Options) -> Vec<&OsStr> {
     let mut words: Vec<&OsStr> = ["friction-bench", "check", "--config"]
         .map(OsStr::new)

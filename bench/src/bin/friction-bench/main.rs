@@ -1,4 +1,4 @@
-//! `friction-bench`: the composition root. Here, and nowhere else, it is decided which hardware there is.
+//! `friction-bench`: the composition root, the only place that decides which hardware there is.
 
 mod demonstration;
 mod found;
@@ -39,7 +39,7 @@ use tasks::{Schedule, SystemClock};
 use tui::{escaped, escaped_line};
 
 fn main() -> ExitCode {
-    // A file over its limit then fails to be written, which is handled, instead of killing the process.
+    // Writing beyond the file size limit then fails with an error, which is handled, instead of killing the process.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     ending::run(|| {
@@ -53,8 +53,8 @@ fn main() -> ExitCode {
     })
 }
 
-/// Prints to standard output, harmless to a terminal; a reader who closed it ends the program without complaint, see
-/// [`ending::run`].
+/// Prints to standard output, escaped for terminals; if its reader closed it, the program ends without an error message,
+/// see [`ending::run`].
 fn print(text: impl AsRef<[u8]>) -> anyhow::Result<()> {
     let mut stdout = std::io::stdout().lock();
     let text = String::from_utf8_lossy(text.as_ref());
@@ -105,12 +105,12 @@ fn dispatch(command: Command, verbosity: Verbosity) -> anyhow::Result<ExitCode> 
     }
 }
 
-/// Name of the configuration where none is given.
+/// Default name of the configuration.
 const DEFAULT_CONFIG: &str = "bench.toml";
 
-/// Returns the configuration of these options; `None` if it was to be printed, and has been.
+/// Returns the configuration of these options; `None` if it was only to be printed, and was.
 fn configuration(options: &cli::Hardware, verbosity: Verbosity) -> anyhow::Result<Option<Config>> {
-    // A misspelt scenario is reported before anything else is asked for.
+    // A misspelt scenario is reported first.
     let scenario = options.mock.as_deref().map(simulated::read).transpose()?;
     if let (None, Some(scenario)) = (&options.config, &scenario) {
         let text = simulated::config(scenario);
@@ -128,7 +128,7 @@ fn configuration(options: &cli::Hardware, verbosity: Verbosity) -> anyhow::Resul
         .config
         .as_deref()
         .unwrap_or(Path::new(DEFAULT_CONFIG));
-    // A shell creates bench.toml before this program is started to write it.
+    // A shell that redirects output to bench.toml creates the file before this program starts.
     let unwritten =
         || files::read(path, 0).map_or_else(|error| files::refusal(&error).is_none(), |_| true);
     if options.print_config && options.config.is_none() && unwritten() {
@@ -160,7 +160,7 @@ fn absent_configuration(path: &Path, named: bool) -> anyhow::Error {
     )
 }
 
-/// Returns the faults that are injected, those of the scenario and those of the command line, and warns of them.
+/// Returns the injected faults, from the scenario and the command line, and warns of them.
 fn faults(
     config: &Config,
     options: &cli::Hardware,
@@ -178,7 +178,7 @@ fn faults(
     Ok(faults)
 }
 
-/// Returns those of `faults` that what precedes a session or a calibration meets too.
+/// Returns the faults that also affect the steps before a session or a calibration.
 fn from_the_start(faults: &[RehearsedFault]) -> Vec<RehearsedFault> {
     let early = faults.iter().filter(|fault| fault.from_the_start());
     early.copied().collect()
@@ -200,7 +200,7 @@ fn apparatus(
     }
 }
 
-/// The hardware of this computer.
+/// Opens the hardware of this computer.
 fn real(config: &Config, options: &cli::Hardware) -> anyhow::Result<Apparatus> {
     let claim = Claim::take(config)?;
     let lines = real_gpio::open(&config.gpio)?;
@@ -238,7 +238,7 @@ fn real(config: &Config, options: &cli::Hardware) -> anyhow::Result<Apparatus> {
     })
 }
 
-/// Returns the bench of these options, and notes where its constants come from.
+/// Returns the bench of these options, and notes the source of its constants.
 fn effective(
     config: Config,
     options: &cli::Hardware,
@@ -286,7 +286,7 @@ fn require_ready(
     Ok(ready.table)
 }
 
-/// Requires the hardware stops to stop a bench that is about to be calibrated, and prints what they did if not.
+/// Requires the hardware stops to stop a bench that is about to be calibrated; prints their results if they fail.
 fn require_stops(
     config: &Config,
     measure: &cli::Measure,
@@ -306,7 +306,7 @@ fn require_stops(
     anyhow::bail!("the bench cannot be stopped as it must be: nothing was calibrated")
 }
 
-/// Opens the streams a few times; returns the loop's delay at each, s, up to the first at which nothing shows it.
+/// Opens the streams a few times; returns the loop's delay at each, s, up to the first at which no delay is found.
 fn loop_delays(
     bench: &Effective,
     measure: &cli::Measure,
@@ -336,7 +336,7 @@ fn loop_delays(
     Ok(delays_s)
 }
 
-/// Requires a recent press of the e-stop; asks for it unless nobody is there.
+/// Requires a recent press of the e-stop; asks for it unless `headless`.
 fn require_estop(config: &Config, options: &cli::Hardware, headless: bool) -> anyhow::Result<()> {
     let open = || apparatus(config, options, Speed::Real, None, &[]);
     estop::require(config, options, !headless, open)
@@ -384,7 +384,7 @@ fn run(options: &Run, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let (report, kept_up) = run::run(plan, apparatus, run::on_terminal(std::io::stdout()))?;
     let mut stdout = std::io::stdout();
     for line in run::report_lines(&report, &kept_up, &study, &participant) {
-        // The session has ended as it has, whether this is read or not.
+        // A closed output does not change the end of the session.
         let _ = writeln!(stdout, "{}", escaped_line(&line));
     }
     Ok(passed_or_failed(report.completed))
@@ -470,7 +470,7 @@ fn calibrate(options: &Calibrate, verbosity: Verbosity) -> anyhow::Result<ExitCo
     };
     let faults = faults(&config, &measure.hardware, &measure.rehearsal)?;
     let drives = !matches!(options, Calibrate::Force(_));
-    // Opened once all that was typed is known to be in order.
+    // Opened once all typed values have been checked.
     let open = |config: &Config| {
         if drives {
             require_stops(config, measure, &faults)?;
@@ -559,7 +559,7 @@ fn check(options: &Check, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     Ok(passed_or_failed(table.passed()))
 }
 
-/// Writes a new bench's configuration, checks it, and says what to do next.
+/// Writes a new bench's configuration, checks it, and prints the next steps.
 fn init(options: &setup::Options, verbosity: Verbosity) -> anyhow::Result<ExitCode> {
     let attended = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let listing = found::for_rig(options)?;
@@ -571,7 +571,7 @@ fn init(options: &setup::Options, verbosity: Verbosity) -> anyhow::Result<ExitCo
     print(&written.text)?;
     let faint =
         "Check it now? By these numbers it drives a tone of 2 V at most: nobody touches the plate.";
-    // Uncalibrated it is not ready; what there is to see is what else is wrong.
+    // An uncalibrated bench is never ready; the check shows any other faults.
     let simulated = options.mock.is_some();
     let checks = !attended && simulated || ask.confirm(faint)?;
     drop(ask);

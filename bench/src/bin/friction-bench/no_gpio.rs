@@ -1,16 +1,16 @@
-//! Digital lines where the system has none that this program knows.
+//! Digital lines on a system without a supported GPIO interface.
 
 use anyhow::bail;
 use config::{Gpio, GpioBackend};
 use sources::Lines;
 
-/// Nothing to take.
+/// Returns no lines.
 ///
 /// # Errors
-/// When a backend is asked for: they exist on Linux only.
+/// When a GPIO backend is requested: backends exist on Linux only.
 pub fn open(gpio: &Gpio) -> anyhow::Result<Lines> {
     match gpio.backend {
-        // The lines of a field box are taken with it, and those of an NI card with the card.
+        // The lines of a field box are opened with it, and those of an NI card with the card.
         GpioBackend::None | GpioBackend::FieldBox | GpioBackend::Nidaqmx => Ok(Lines::default()),
         GpioBackend::Rppal | GpioBackend::Gpiocdev => {
             bail!("gpio.backend works on Linux only; use \"field-box\" or \"none\" here")
@@ -18,7 +18,7 @@ pub fn open(gpio: &Gpio) -> anyhow::Result<Lines> {
     }
 }
 
-/// None.
+/// Returns no chips.
 pub fn chips() -> Vec<std::path::PathBuf> {
     Vec::new()
 }

@@ -19,13 +19,13 @@ pub fn open(options: &Participant) -> anyhow::Error {
     participant_window::launch::launch(&own, options).into()
 }
 
-/// There is no window on this system.
+/// Fails: this system has no participant's window.
 #[cfg(not(unix))]
 pub fn open(_: &Participant) -> anyhow::Error {
     anyhow::anyhow!("the participant's window needs Linux or macOS")
 }
 
-/// Opens the displays of a session; what the operator must do for that is printed.
+/// Opens the displays of a session; prints the steps that the operator must take for that.
 pub fn displays(
     options: &Run,
     texts: &Texts,

@@ -7,7 +7,7 @@ use anyhow::Context;
 use clap::CommandFactory;
 use friction_bench::cli::{Cli, Command};
 
-/// Returns what such a command prints; empty for another one, or where it wrote files instead.
+/// Returns the text that `command` prints; empty for other commands, or if it wrote files instead.
 ///
 /// # Errors
 /// When no message has the words asked for, or a file cannot be written.
@@ -18,7 +18,7 @@ pub fn text(command: &Command) -> anyhow::Result<Vec<u8>> {
             let schema = name.as_deref().and_then(schemas::text_of);
             text = schema.unwrap_or_else(schemas::list).into();
         }
-        // The generators panic where they cannot write.
+        // The generators panic if they cannot write.
         Command::Completions { shell } => {
             clap_complete::generate(*shell, &mut Cli::command(), "friction-bench", &mut text);
         }

@@ -1,4 +1,4 @@
-//! Real digital lines, on Linux. Levels are defined without a wire: inputs are pulled down, so that an open loop reads low.
+//! Real digital lines, on Linux. Inputs are pulled down, so that their levels are defined and an open loop reads low.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,13 +10,13 @@ use gpiocdev_uapi as uapi;
 use safety::{InputLine, OutputLine, input, output};
 use sources::{LineSource, Lines, take_lines};
 
-/// Takes the lines that `[gpio]` names.
+/// Opens the lines that `[gpio]` names.
 ///
 /// # Errors
 /// When the backend or a line is missing, busy or forbidden.
 pub fn open(gpio: &Gpio) -> anyhow::Result<Lines> {
     match gpio.backend {
-        // The lines of a field box are taken with it, and those of an NI card with the card.
+        // The lines of a field box are opened with it, and those of an NI card with the card.
         GpioBackend::None | GpioBackend::FieldBox | GpioBackend::Nidaqmx => Ok(Lines::default()),
         GpioBackend::Rppal => {
             let header = match rppal::gpio::Gpio::new() {
@@ -38,11 +38,11 @@ pub fn open(gpio: &Gpio) -> anyhow::Result<Lines> {
     }
 }
 
-/// Beginning of the labels of the chips behind a Raspberry Pi's header: `pinctrl-bcm2835`, `pinctrl-bcm2711`, `pinctrl-rp1`. Their
-/// numbers depend on the board and on the kernel.
+/// Prefix of the labels of the chips behind a Raspberry Pi's header: `pinctrl-bcm2835`, `pinctrl-bcm2711`, `pinctrl-rp1`.
+/// Their numbers depend on the board and on the kernel.
 const HEADER: &str = "pinctrl-";
 
-/// GPIO character devices of this computer, that of a Raspberry Pi's header first.
+/// Returns the GPIO character devices of this computer, the chip of a Raspberry Pi's header first.
 pub fn chips() -> Vec<PathBuf> {
     header_first(gpiocdev::chip::chips().unwrap_or_default(), |chip| {
         let chip = gpiocdev::Chip::from_path(chip).ok()?;
@@ -138,7 +138,7 @@ impl LineSource for CharacterDevice<'_> {
     }
 }
 
-/// The operating system's error behind one of the library.
+/// Returns the operating system's error behind an error of the library.
 fn system_error(error: gpiocdev::Error) -> io::Error {
     use gpiocdev::chip::ErrorKind;
     match &error {
@@ -181,7 +181,7 @@ mod tests {
         let label = |chip: &Path| match chip.to_str()? {
             "gpiochip4" => Some("pinctrl-rp1".to_owned()),
             "gpiochip0" => Some("gpio-brcmstb@107d508500".to_owned()),
-            // May not be opened.
+            // A chip that may not be opened.
             _ => None,
         };
         let sorted = header_first(chips.to_vec(), label);

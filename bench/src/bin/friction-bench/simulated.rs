@@ -1,4 +1,4 @@
-//! The simulated apparatus in the place of hardware.
+//! Simulated apparatus in place of hardware.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -30,21 +30,21 @@ use safety::{input, output};
 use sources::{Lines, Place};
 use tasks::{Clock, Schedule, SystemClock, later};
 
-/// Configuration of a bench with the simulated hardware's usual force sensor. It says what the bench assumes; the
-/// truth of a scenario differs from it where that of real hardware would.
+/// Configuration of a bench with the simulated hardware's usual force sensor. It states the assumptions of the bench; the
+/// truth of a scenario differs from them where that of real hardware would.
 const CONFIG: &str = include_str!("../../../mock-bench.toml");
-/// The lines of [`CONFIG`] that describe the force sensor's format, and the same for a sensor that sends lines of text.
+/// Lines of [`CONFIG`] for the force sensor's format, and their replacement for a sensor that sends lines of text.
 const FRAMES: &str =
     "protocol = \"frames\"                # or lines, see docs/force-protocol.md\nbaud = 2000000\n";
 const LINES: &str =
     "protocol = \"lines\"                 # or frames, see docs/force-protocol.md\nbaud = 115200\n";
 
-/// The line of [`CONFIG`] with which its force sensor begins and that with which it ends, and the same for others.
+/// Start and end of the force sensor's lines in [`CONFIG`], and the lines for other sensors.
 const SERIAL: [&str; 2] = ["port = ", "\n\n[encoder]"];
 const NETFT: &str = include_str!("../../../mock-bench-netft.toml");
 const GAUGES: &str = include_str!("../../../mock-bench-channels.toml");
 const FIELD_BOX: &str = include_str!("../../../mock-bench-field-box.toml");
-/// Lines of [`CONFIG`] where it has what a field box reads and drives, and the same behind one.
+/// Lines of [`CONFIG`] about the encoder and the digital lines, and their replacements behind a field box.
 const BEHIND_BOX: [[&str; 2]; 2] = [
     ["[encoder]\n", "[encoder]\nsource = \"field-box\"\n"],
     ["backend = \"none\" ", "backend = \"field-box\" "],
@@ -74,13 +74,13 @@ fn with_sensor(sensor: &str) -> String {
     format!("{}{}{}", &CONFIG[..from], sensor.trim_end(), &CONFIG[to..])
 }
 
-/// A bench on the simulated card of National Instruments.
+/// Configuration of a bench on the simulated National Instruments card.
 const NI_CARD: &str = include_str!("../../../mock-bench-nidaqmx.toml");
 
-/// Returns the cards of the simulated library of National Instruments; none where it was not built.
+/// Returns the cards of the simulated National Instruments library; empty if it was not built.
 ///
 /// # Errors
-/// When the apparatus behind it cannot be built.
+/// When the apparatus behind the library cannot be built.
 pub fn cards(scenario: &str) -> anyhow::Result<Vec<daqmx::Card>> {
     let Some(library) = rack::library() else {
         return Ok(Vec::new());
@@ -93,16 +93,16 @@ pub fn cards(scenario: &str) -> anyhow::Result<Vec<daqmx::Card>> {
 /// Number of openings of simulated streams so far.
 static OPENINGS: AtomicU64 = AtomicU64::new(0);
 
-/// Variable of the environment with the file of an oscilloscope on the simulated drive, see `mock_hw::oscilloscope`.
+/// Environment variable with the file of an oscilloscope on the simulated drive, see `mock_hw::oscilloscope`.
 const OSCILLOSCOPE: &str = "FRICTION_BENCH_OSCILLOSCOPE";
 
-/// A free-running apparatus lives on this date, so that the same seed gives the same files.
+/// Date of a free-running apparatus, fixed so that the same seed gives the same files.
 const FREE_RUNNING_DATE: &str = "2026-01-01T09:00:00Z";
 
-/// Builds an apparatus into which `faults` are injected, and gives it the place of the hardware that `bench` names.
+/// Builds an apparatus with `faults` injected, in place of the hardware that `bench` names.
 ///
 /// # Errors
-/// When the scenario cannot be read or the apparatus not be built.
+/// When the scenario cannot be read or the apparatus cannot be built.
 pub fn apparatus(
     scenario: &str,
     seed: u64,
@@ -188,7 +188,7 @@ pub fn apparatus(
                 Box::new(()),
             )
         }
-        // It advances by itself, for as long as it lives.
+        // The apparatus advances on its own as long as it exists.
         Speed::Real => (
             Arc::new(SystemClock::start()),
             Schedule::Threads,
@@ -225,7 +225,7 @@ pub fn apparatus(
     })
 }
 
-/// The hand at the switch of a person who does what the participant's screen says.
+/// Returns the hand at the dead-man switch of a person who follows the participant's screen.
 fn holder(hand: DeadManHand) -> Watcher {
     Box::new(move |view, _, _| {
         use tui::Instruction::{Finished, HoldSwitch, Paused, ReleaseSwitch, Rest, SwitchReleased};
@@ -237,7 +237,7 @@ fn holder(hand: DeadManHand) -> Watcher {
     })
 }
 
-/// The hand of a person who is asked for a press of the e-stop.
+/// Returns the hand of a person who presses and releases the e-stop when asked.
 fn estop_hand(faults: FaultPanel) -> Box<dyn FnOnce() + Send> {
     Box::new(move || {
         std::thread::spawn(move || {
@@ -249,7 +249,7 @@ fn estop_hand(faults: FaultPanel) -> Box<dyn FnOnce() + Send> {
     })
 }
 
-/// Brings the faults of a drill over the apparatus.
+/// Returns the hand that injects a drill's faults into the apparatus.
 fn fault_hand(hand: RehearsalHand) -> FaultHand {
     Box::new(move |deed| match deed {
         Deed::Begin(fault) => hand.begin(fault, None),
@@ -260,7 +260,7 @@ fn fault_hand(hand: RehearsalHand) -> FaultHand {
 /// Reads a built-in scenario by its name, or any other by its path.
 ///
 /// # Errors
-/// An unknown name suggests the nearest one; a file's error has its line.
+/// An unknown name suggests the nearest one; an error in a file includes its line.
 pub fn read(name: &str) -> anyhow::Result<Scenario> {
     let path = Path::new(name);
     let is_built_in = path.starts_with("laws") && !path.exists();
@@ -279,7 +279,7 @@ pub fn read(name: &str) -> anyhow::Result<Scenario> {
     }
 }
 
-/// Lets the simulated person see and hear what the participant does.
+/// Passes the participant's view, button and tones to the simulated person.
 fn participant(senses: Senses) -> Watcher {
     Box::new(move |view, button, tone| {
         let instruction = match view.instruction {
@@ -313,7 +313,7 @@ fn participant(senses: Senses) -> Watcher {
     })
 }
 
-/// Does at the apparatus what a calibration asks of its operator.
+/// Returns the hands that perform a calibration's requests to its operator at the apparatus.
 fn hands(masses: MassSet, patchbay: Patchbay, senses: Senses, aim: VibrometerAim) -> Hands {
     Box::new(move |request| match *request {
         Request::Load { axis, mass_kg } => {

@@ -1,4 +1,4 @@
-//! Calibration by the commands, compared with the truth of fifty simulated benches, and refused where it does not apply.
+//! Calibration by the commands, compared with the truth of simulated benches, and refused where it does not apply.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"

@@ -1,4 +1,4 @@
-//! Calibration of the force sensor by known masses, compared with the truth of fifty simulated benches, and carried through to
+//! Calibration of the force sensor by known masses, compared with the truth of simulated benches, and carried through to
 //! a session's files.
 #![expect(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! Sessions killed at a hundred and fifty random moments, from the first file of the study to the last line of the log, and
+//! Sessions killed at random moments, from the first file of the study to the last line of the log, and
 //! resumed each time until complete: at most a second of a recording is lost, and all else is as without kills.
 #![expect(
     clippy::unwrap_used,

@@ -77,7 +77,7 @@ impl Canvas {
         *pixel = of(16) | of(8) | of(0);
     }
 
-    /// Fills a rectangle whose edges may lie between pixels.
+    /// Fills a rectangle; its edges may lie between pixels.
     pub fn rectangle(&mut self, (x0, y0): (f64, f64), (x1, y1): (f64, f64), colour: Colour) {
         if !(x0 < x1 && y0 < y1) {
             return;

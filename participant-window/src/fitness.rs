@@ -80,8 +80,9 @@ impl Fitness {
         };
     }
 
-    /// Returns a report if it differs from the last one. Slow frames of a virtual display, which nobody sees, are
-    /// reported but
+    /// Returns a report if it differs from the last one. Slow frames of a virtual display are reported but do not stop
+    /// the
+    /// session.
     /// do not stop the session.
     pub fn news(&mut self, now_s: f64, virtual_display: bool) -> Option<FromWindow> {
         let last_slow_s = self.slow_s.back().copied();

@@ -172,7 +172,7 @@ fn lines(
     baseline
 }
 
-/// Draws the mean force on a bar whose middle is the band.
+/// Draws the mean force on a bar, with the band in its middle.
 fn feedback(canvas: &mut Canvas, face: &Typeface, on: Geometry, shown: &Feedback) {
     let (middle, height) = (on.width / 2.0, on.height);
     face.write(

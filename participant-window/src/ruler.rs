@@ -19,7 +19,7 @@ pub struct Ruler {
 }
 
 impl Ruler {
-    /// Returns a page `width` pixels wide, whose line is as long as the card if a pixel is `pixel_m` wide.
+    /// Returns a page `width` pixels wide, with a line as long as the card if a pixel is `pixel_m` wide.
     #[must_use]
     pub fn new(width: u32, pixel_m: f64) -> Self {
         let longest = width.saturating_sub(20).max(SHORTEST);

@@ -12,7 +12,7 @@ const PIXEL_M: (f64, f64) = (1e-5, 2e-3);
 /// Size limit of the file, bytes.
 const LIMIT_BYTES: u64 = 1 << 20;
 
-/// A monitor whose scale is known.
+/// A monitor with a known scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Monitor {

@@ -50,7 +50,7 @@ impl Stage {
         self.finger_m = beat.finger_m;
     }
 
-    /// Notes that there is no session, or that it ended without a message.
+    /// Notes that no session is connected, or that it ended without a message.
     pub fn lost(&mut self, why: &str) {
         if self.running || self.shown.title.is_empty() {
             self.shown = Shown {

@@ -95,7 +95,7 @@ fn short_name(key: &str, name: &str) -> Checked {
 /// and of the calibration, and the manifest, which marks a folder as a recording.
 const OTHER_FILES: [&str; 3] = ["bench", "calibration", "recording"];
 
-/// Requires a name whose file differs from all others in a session's folder, also on disks that ignore case.
+/// Requires a file name that differs from all others in a session's folder, also on disks that ignore case.
 fn file_name(key: &str, name: &str) -> Checked {
     if OTHER_FILES
         .iter()

@@ -4,10 +4,9 @@ use std::collections::VecDeque;
 
 use crate::message::Beat;
 
-/// Window over which beats count, s: long enough to include one without delay, short enough for clock drift not to
-/// matter.
+/// Window over which beats count, s: long enough to include one without delay, short enough for clock drift not to matter.
 const WINDOW_S: f64 = 10.0;
-/// Difference between two beats that is taken for a restart of the bench's clock, s.
+/// Change of the clocks' offset above which the bench's clock is taken to have restarted, s.
 const LEAP_S: f64 = 0.5;
 /// Longest silence during which the clock keeps running, s.
 pub const LONGEST_SILENCE_S: f64 = 1.0;
@@ -67,8 +66,7 @@ impl BenchClock {
         self.latest_s = Some(beat.shared_s);
     }
 
-    /// Returns the time on the bench's clock, s; `None` before the first beat and after a silence of
-    /// [`LONGEST_SILENCE_S`].
+    /// Returns the time on the bench's clock, s; `None` before the first beat and after a silence of [`LONGEST_SILENCE_S`].
     #[must_use]
     pub fn audio_s(&self, shared_s: f64) -> Option<f64> {
         let (offset_s, _) = self.offsets.front()?;
@@ -121,7 +119,7 @@ mod tests {
     }
 
     proptest! {
-        /// Beats that are late by up to 80 ms give the time as well as the earliest of them.
+        /// Beats that are late by up to 80 ms give the time as accurately as the promptest of them.
         #[test]
         fn lateness_does_not_move_the_clock(late in prop::collection::vec(0.0..0.08f64, 20..400)) {
             let mut clock = BenchClock::default();

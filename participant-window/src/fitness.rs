@@ -81,9 +81,7 @@ impl Fitness {
     }
 
     /// Returns a report if it differs from the last one. Slow frames of a virtual display are reported but do not stop
-    /// the
-    /// session.
-    /// do not stop the session.
+    /// the session.
     pub fn news(&mut self, now_s: f64, virtual_display: bool) -> Option<FromWindow> {
         let last_slow_s = self.slow_s.back().copied();
         if last_slow_s.is_none_or(|last_s| now_s - last_s > WITHIN_S) {

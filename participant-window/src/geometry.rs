@@ -29,8 +29,7 @@ impl Geometry {
         length_m / self.pixel_m
     }
 
-    /// Returns the horizontal position of a point of the plate, pixels from the left; the plate is centred on the
-    /// screen.
+    /// Returns the horizontal position of a point of the plate, pixels from the left; the plate is centred on the screen.
     #[must_use]
     pub fn x(&self, track: &Track, place_m: f64) -> f64 {
         let from_middle_m = (place_m - track.plate_m / 2.0) * self.fitting(track);

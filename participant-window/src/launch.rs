@@ -34,8 +34,7 @@ pub enum LaunchError {
 }
 
 /// Replaces this process by the window's program, from the folder of `own` (this process's program) or else from the
-/// PATH.
-/// The terminal, signals and the exit status then belong to the window. Returns only on failure.
+/// PATH. The terminal, signals and the exit status then belong to the window. Returns only on failure.
 pub fn launch(own: &Path, options: &Participant) -> LaunchError {
     let folder = own.parent().unwrap_or(Path::new("."));
     let beside = folder.join(PROGRAM);

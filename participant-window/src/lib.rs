@@ -1,16 +1,13 @@
 //! The participant's window: true to the millimetre, a separate process, connected to the session by a local socket.
 //!
 //! - [`message`], [`motion`], [`bench_clock`]: the messages between session and window, and the slider's position
-//!   between two
-//! messages.
+//!   between two messages.
 //! - `seat` (Unix): the session's end of the socket, which never blocks.
 //! - [`page`] on a [`canvas`], with a [`geometry`] and a [`lettering`]; [`ruler`], [`scales`]: the picture, without a
-//!   display,
-//! and the width of a pixel.
+//!   display, and the width of a pixel.
 //! - [`frame_log`]: presentation times of the frames, and the slider's deviation from its ideal position.
 //! - [`fitness`]: checks whether a finger can follow the window.
-//! - [`participant_options`], `launch` (Unix): the start of `friction-bench-participant`, which opens the window on a
-//!   screen.
+//! - [`participant_options`], `launch` (Unix): the start of `friction-bench-participant`, which opens the window on a screen.
 
 pub mod bench_clock;
 pub mod canvas;

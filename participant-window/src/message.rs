@@ -170,8 +170,7 @@ pub struct FrameReport {
     /// Monitor refreshes without a new frame.
     pub dropped: u32,
     /// Median over the frames of the largest distance between the drawn and the ideal position of the slider during the
-    /// frame,
-    /// m.
+    /// frame, m.
     pub slider_error_p50_m: f64,
     /// Maximum of these distances, m.
     pub slider_error_max_m: f64,

@@ -69,8 +69,7 @@ impl Page {
     }
 
     /// Draws the page at a time on the bench's clock, `None` while the bench is silent. Returns the picture, and
-    /// whether more of
-    /// it has changed than the rows of slider and finger.
+    /// whether more of it has changed than the rows of slider and finger.
     pub fn draw(&mut self, shown: &Shown, audio_s: Option<f64>, moving: Moving) -> (&Canvas, bool) {
         let still = Still {
             shown: shown.clone(),

@@ -16,7 +16,7 @@ pub enum TrialOutcome {
         /// Why the verdict rejected it.
         reasons: Vec<RedoReason>,
     },
-    /// To be repeated. `reasons` is empty when the verdict was good and the operator asked for the repetition.
+    /// To be repeated. `reasons` is empty if the verdict was good and the operator asked for the repetition.
     Redo {
         /// Why the verdict rejected it.
         reasons: Vec<RedoReason>,
@@ -26,7 +26,7 @@ pub enum TrialOutcome {
         /// Why the verdict rejected it.
         reasons: Vec<RedoReason>,
     },
-    /// Cut short; to be repeated without counting against the redo limits.
+    /// Interrupted; to be repeated without counting against the redo limits.
     Interrupted {
         /// The cause of the interruption.
         #[serde(flatten)]

@@ -46,8 +46,8 @@ pub struct SelectionRules {
 }
 
 impl SelectionRules {
-    /// Returns the published rules (60 mm, 50 mm/s, 60 ms) for a plate with its centre at `centre_m`; the tolerance
-    /// of ±25 % and the contact force of 0.1 N are this project's.
+    /// Returns the published rules (60 mm, 50 mm/s, 60 ms) for a plate with its centre at `centre_m`; the tolerance of
+    /// ±25 % and the contact force of 0.1 N are this project's.
     pub fn published(centre_m: f64) -> Self {
         Self {
             centre_m,

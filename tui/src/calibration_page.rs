@@ -1,6 +1,6 @@
 //! Contents of a calibration's page: one instruction, the current readings, the points measured so far.
 //!
-//! Fields are in the SI unit that they name. A typed number has the unit of its question.
+//! Fields are in the SI unit of their name. A typed number has the unit of its question.
 
 use serde::{Deserialize, Serialize};
 
@@ -115,7 +115,7 @@ pub struct CalibrationReadings {
     pub amplitude_m: Option<f64>,
     /// Peak amplitude by the reference instrument, m.
     pub known_m: Option<f64>,
-    /// Reading of the voltmeter, V.
+    /// Reading of the meter as displayed, V.
     #[serde(default)]
     pub known_v: Option<f64>,
     /// Largest sample of any input, as a fraction of full scale.

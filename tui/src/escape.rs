@@ -5,8 +5,7 @@ use std::borrow::Cow;
 use ratatui::buffer::{Buffer, Cell};
 
 /// Returns `text` with all control characters escaped, such as the start of a terminal command, and all marks that
-/// change
-/// the writing direction. They become `\u001b` and the like, as in JSON and TOML. Line ends and tabs stay.
+/// change the writing direction. They become `\u001b` and the like, as in JSON and TOML. Line ends and tabs stay.
 ///
 /// ```
 /// assert_eq!(tui::escaped("sub-01\n"), "sub-01\n");

@@ -1,5 +1,4 @@
-//! Messages from the bench to the screen. They determine all contents of the screen, so a stored stream replays the
-//! session.
+//! Messages from the bench to the screen. They determine all contents of the screen, so a stored stream replays the session.
 //!
 //! Fields are in the SI unit of their name. Amplitudes are peak values; impedances follow exp(+iωt).
 //! `None` means *not measured now* and is drawn as a gap; values that are not finite count as `None`.
@@ -210,7 +209,7 @@ impl PhaseView {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PhaseKind {
-    /// Nothing runs; [`Action::Start`](crate::Action::Start) starts a session.
+    /// No session runs; [`Action::Start`](crate::Action::Start) starts one.
     Idle,
     /// The session waits until consent is recorded.
     Consent,
@@ -296,7 +295,7 @@ pub enum Masked {
     Lost,
 }
 
-/// The crop of an exploration: evenly spaced series over its duration, and its stretches with their verdicts.
+/// The crop of an exploration: evenly spaced series over its duration, and its stretches with their outcomes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Crop {
     /// Number of the trial.

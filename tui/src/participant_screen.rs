@@ -267,7 +267,7 @@ fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buff
     let first_rows = words.len();
     words.extend(then.into_iter().flat_map(|then| wrap(then, area.width)));
     let words_rows = u16::try_from(words.len()).unwrap_or(u16::MAX);
-    // The following instruction is emphasised once it applies.
+    // The following instruction is emphasised when it applies.
     let words: Vec<Line> = words
         .into_iter()
         .enumerate()

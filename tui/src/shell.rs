@@ -1,8 +1,7 @@
 //! The operator's terminal: set up, drawn at most 30 times a second, read for keys, and restored.
 //!
 //! One thread draws and another reads the keys. Neither waits for the terminal, for a file, or for the other longer
-//! than
-//! an access to the state takes: a stop key acts on the thread that read it.
+//! than an access to the state takes: a stop key acts on the thread that read it.
 
 use std::io::{self, Write};
 use std::mem::ManuallyDrop;
@@ -40,24 +39,20 @@ const ENDING: &str = "ending: waits until everything is on the disk; Ctrl-C agai
 /// Time between two rings of the bell while the bench is tripped and no key was pressed, s.
 const BELL_S: f64 = 5.0;
 
-/// Shows the dashboard on this process's terminal. Returns at [`Event::Close`], when all senders of events are dropped,
-/// or
-/// when the receiver of actions is dropped. Blocks the calling thread, which must not be the one that drives the plate.
+/// Shows the dashboard on this process's terminal. Returns at [`Event::Close`], or when all senders of events or the
+/// receiver of actions are dropped. Blocks the calling thread, which must not be the one that drives the plate.
 ///
 /// A separate thread reads the keys and calls `act` with each action before it sends it to `actions`: a stop in `act`
 /// waits for no screen, file or bench. If no key comes, it calls `act` with `None`, at least every 33 ms, as a sign
-/// that
-/// keys are read. A closed terminal is treated as [`Action::Interrupt`].
+/// that keys are read. A closed terminal is treated as [`Action::Interrupt`].
 ///
 /// `events` should be bounded (`sync_channel` and `try_send`), so that a terminal that blocks costs no memory.
-/// `NO_COLOR` takes precedence over [`choose_theme`](crate::choose_theme); a locale without UTF-8 is shown in ASCII.
-/// The
+/// `NO_COLOR` takes precedence over [`choose_theme`](crate::choose_theme); a locale without UTF-8 is shown in ASCII. The
 /// terminal is restored on return, on error and when this thread panics; see [`crate::install_panic_hook`] for panics
-/// elsewhere and [`crate::restore`] for signals. While the terminal blocks, nothing is drawn, but keys are still
-/// handled.
+/// elsewhere and [`crate::restore`] for signals. While the terminal blocks, nothing is drawn, but keys are still handled.
 ///
 /// # Errors
-/// [`TerminalError::NoTerminal`] when standard input or output is not a terminal, [`TerminalError::Terminal`] when it fails
+/// [`TerminalError::NoTerminal`] if standard input or output is not a terminal, [`TerminalError::Terminal`] if it fails
 /// later. The caller should treat the latter as the operator's absence and stop in an orderly way.
 pub fn run_operator(
     events: &Receiver<Event>,
@@ -70,8 +65,8 @@ pub fn run_operator(
     let terminal =
         Terminal::with_options(CrosstermBackend::new(writer), TerminalOptions { viewport });
     let terminal = terminal.map_err(TerminalError::failed("reading its size"))?;
-    // Never dropped: its drop prints to standard error if the cursor cannot be shown, and panics if standard error
-    // is the closed terminal.
+    // Never dropped: its drop prints to standard error if the cursor cannot be shown, and panics if standard error is
+    // the closed terminal.
     let mut terminal = ManuallyDrop::new(terminal);
     let mut state = State::new(theme());
     state.ui.ascii = is_ascii(|name| std::env::var_os(name));
@@ -101,8 +96,7 @@ fn leave(desk: &Desk, reader: &thread::JoinHandle<()>) -> Result<(), TerminalErr
 }
 
 /// State of the screen, shared by the drawing thread and the thread that reads keys. Its lock is held while a key or an
-/// event
-/// is applied or a frame is laid out, never across a call that can block.
+/// event is applied or a frame is laid out, never across a call that can block.
 struct Desk {
     state: Mutex<State>,
     /// Whether the whole screen must be redrawn.

@@ -150,8 +150,7 @@ pub struct LogLine {
     pub count: u32,
 }
 
-/// The operator's view settings. Keys change them; the only events that do are a calibration's requests to the
-/// operator.
+/// The operator's view settings. Keys change them; the only events that do are a calibration's requests to the operator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ui {
     /// Page shown.
@@ -364,8 +363,8 @@ impl State {
         calibration.filter(|_| self.ui.page == Page::Run)
     }
 
-    /// Returns the point of a calibration to remeasure, counted from 0: the selected one, else the one with
-    /// the largest residual, else the last.
+    /// Returns the point of a calibration to remeasure, counted from 0: the selected one, else the one with the largest
+    /// residual, else the last.
     #[must_use]
     pub fn chosen_point(&self) -> Option<usize> {
         let points = &self.calibration.as_ref()?.points;

@@ -124,8 +124,7 @@ impl Strip {
 }
 
 /// Returns mean, minimum and maximum of a value over the last half second, updated four times a second so that it can
-/// be
-/// read. `None` if it was not measured then.
+/// be read. `None` if it was not measured then.
 pub(crate) fn read(history: &VecDeque<Live>, select: Select) -> Option<(f64, f64, f64)> {
     let last_s = history.back()?.t_s;
     let first_s = history.front()?.t_s;

@@ -14,8 +14,7 @@ pub(crate) fn render_line(line: Line, area: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Breaks `text` at spaces into lines of at most `columns` characters. A longer word is not broken; its area cuts it
-/// off.
+/// Breaks `text` at spaces into lines of at most `columns` characters. A longer word is not broken; its area cuts it off.
 pub(crate) fn wrap(text: &str, columns: u16) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {

@@ -83,7 +83,7 @@ fn a_question_about_the_participant_takes_digits_and_leaves_the_rest_to_the_dash
     assert_eq!(press(&mut state, "4"), []);
     assert_eq!(tap(&mut state, KeyCode::Up), answer(Reply::Redo(0)));
     assert_eq!(state.ui.typed, "");
-    // Nothing can begin meanwhile; a session can still be stopped or ended.
+    // No session or trial can begin meanwhile; the session can still be stopped or ended.
     assert_eq!(press(&mut state, " sc"), []);
     assert!(state.ui.note.is_some());
     assert_eq!(press(&mut state, "e"), [Action::EmergencyStop]);

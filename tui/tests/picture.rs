@@ -1,6 +1,5 @@
 //! A screen as a picture and as text: both contain every cell, the document stays valid for any text, and the same
-//! cells
-//! make the same bytes.
+//! cells make the same bytes.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"

@@ -186,7 +186,7 @@ impl App {
                 events.exit()
             }
             (Key::Character(letter), None) if control && letter.eq_ignore_ascii_case("r") => {
-                // The session is not shown during the ruler page.
+                // The ruler page is shown without a session.
                 self.link.leave();
                 self.stage.lost("");
                 self.ruler = Some(Ruler::new(screen.display.width_px, screen.display.pixel_m));

@@ -1,8 +1,7 @@
 //! `friction-bench-participant`: the participant's window on a screen, which `friction-bench participant` starts.
 //!
 //! It is a separate program because display libraries are loaded into a process before its first instruction: the
-//! process that
-//! watches the emergency stop must not contain them.
+//! process that watches the emergency stop must not contain them.
 
 #[cfg(unix)]
 mod app;

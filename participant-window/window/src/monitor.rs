@@ -32,8 +32,7 @@ pub fn refresh_s(monitor: &MonitorHandle) -> f64 {
 }
 
 /// Returns whether outputs of this name have no monitor behind them, as with Xvfb, VNC servers, dummy drivers and
-/// remote
-/// desktops.
+/// remote desktops.
 pub fn is_virtual(name: &str) -> bool {
     let name = name.to_lowercase();
     name == "screen"

@@ -9,7 +9,7 @@ pub struct Options {
     pub socket: PathBuf,
     /// File of the monitors' scales.
     pub scales: PathBuf,
-    /// Name or number of the monitor [default: the last, usually next to the operator's].
+    /// Name or number of the monitor; by default the last one, usually next to the operator's.
     pub monitor: Option<String>,
     /// Whether to begin with the ruler page even if the monitor's scale is known.
     pub ruler: bool,

@@ -91,8 +91,7 @@ fn short_name(key: &str, name: &str) -> Checked {
 }
 
 /// Names of `.toml` files that a session or a recording contains in addition to its protocol: the copies of the
-/// hardware file
-/// and of the calibration, and the manifest, which marks a folder as a recording.
+/// hardware file and of the calibration, and the manifest, which marks a folder as a recording.
 const OTHER_FILES: [&str; 3] = ["bench", "calibration", "recording"];
 
 /// Requires a file name that differs from all others in a session's folder, also on disks that ignore case.

@@ -26,7 +26,7 @@ pub struct Protocol {
     pub name: String,
     /// Purpose, for the reader.
     pub description: String,
-    /// Publication that describes it; may be empty.
+    /// Source publication; may be empty.
     pub citation: String,
     /// Language of the participant's screen.
     pub language: Language,
@@ -42,7 +42,7 @@ pub struct Protocol {
     pub exploration: Exploration,
     /// Durations of the steps of a trial.
     pub timing: Timing,
-    /// Normal forces that the participant is asked for.
+    /// Band of the normal force asked of the participant.
     pub force: ForceBand,
     /// Breaks between trials.
     pub rest: Rest,

@@ -64,8 +64,7 @@ fn reserved(name: &str) -> BrokenRule {
     }
 }
 
-/// Returns for each rule a line, an accepted and a rejected replacement of it, and the rule that the rejected one
-/// breaks.
+/// Returns for each rule a line, an accepted and a rejected replacement of it, and the rule that the rejected one breaks.
 fn rules() -> Vec<(&'static str, &'static str, &'static str, BrokenRule)> {
     vec![
         (

@@ -5,13 +5,12 @@
 //! points, which this project decides:
 //!
 //! - A *rising stretch* runs from a local minimum of the vibration amplitude to the next local maximum, both found in
-//! the amplitude itself, independent of the modulation's phase.
-//!   Under noise of 1 % of the mean amplitude, for modulations of 1 to 50 Hz and any phase, its ends lie within 3 % of
-//!   the modulation's period and 0.5 ms of the true ones (test `the_rises_found_are_those_of_the_modulation`).
+//!   the amplitude itself, independent of the modulation's phase. Under noise of 1 % of the mean amplitude, for
+//!   modulations of 1 to 50 Hz and any phase, its ends lie within 3 % of the modulation's period and 0.5 ms of the true
+//!   ones (test `the_rises_found_are_those_of_the_modulation`).
 //! - The *instance* is the middle 60 ms of a rising stretch, so every condition applies to those 60 ms alone.
 //! - Speed is judged on its running mean over 20 ms: a step of the differentiated encoder signal is not a change of
-//!   the
-//! finger's velocity.
+//!   the finger's velocity.
 
 mod explore;
 mod rising;

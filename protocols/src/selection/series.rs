@@ -54,9 +54,7 @@ pub enum SelectionError {
         /// Length of `time_s`.
         expected: usize,
     },
-    /// A time that is not finite or does not follow the previous one by the frames' spacing. Lost samples count as
-    /// frames,
-    /// too.
+    /// A time that is not finite or does not follow the previous one by the frames' spacing. Lost samples count as frames, too.
     #[error("`time_s` is not evenly spaced at frame {frame}")]
     Time {
         /// Index of the later frame.

@@ -340,8 +340,7 @@ fn the_means_of_an_exploration_are_of_its_centre() {
 
 proptest! {
     /// For any modulation, phase and noise (1 % of the mean amplitude, rms 0.6 %), the rises found are the
-    /// modulation's, their
-    /// turning points within 3 % of its period and 0.5 ms.
+    /// modulation's, their turning points within 3 % of its period and 0.5 ms.
     #[test]
     fn the_rises_found_are_those_of_the_modulation(
         modulation_hz in 1.0..50.0f64, index in 0.3..1.0f64, phase_rad in 0.0..TAU, seed: u64,

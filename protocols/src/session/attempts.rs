@@ -85,8 +85,7 @@ impl Attempts {
     }
 
     /// Withdraws the outcome of an attempt that settled its trial, so that the trial is repeated; returns the attempt
-    /// as it
-    /// counts now, or `None` if no such attempt settled its trial.
+    /// as it counts now, or `None` if no such attempt settled its trial.
     pub(super) fn withdraw(
         &mut self,
         key: &TrialKey,
@@ -129,9 +128,7 @@ impl Attempts {
         self.cursor == self.plan.len()
     }
 
-    /// Returns the number of the next or running trial, and of the one after it; past the end, the number after the
-    /// last
-    /// trial.
+    /// Returns the number of the next or running trial, and of the one after it; past the end, the number after the last trial.
     pub(super) fn next_numbers(&self) -> (u32, u32) {
         let after = (self.cursor + 1..self.plan.len()).find(|&index| !self.settled[index]);
         let after = after.unwrap_or(self.plan.len());

@@ -229,8 +229,7 @@ impl Session {
         Ok(())
     }
 
-    /// Returns a halted state with its timeout restarted. Pauses prolong neither a break nor the recorder's time to
-    /// save.
+    /// Returns a halted state with its timeout restarted. Pauses prolong neither a break nor the recorder's time to save.
     fn restarted(&self, mut state: State) -> State {
         if let State::Analysing { since_s, .. } | State::Judged { since_s, .. } = &mut state {
             *since_s = self.now_s;

@@ -55,8 +55,7 @@ pub enum SessionEventKind {
         /// The interval.
         interval: Interval,
     },
-    /// An attempt was settled, or a later part of the session withdrew its outcome: the last event of an attempt
-    /// counts.
+    /// An attempt was settled, or a later part of the session withdrew its outcome: the last event of an attempt counts.
     TrialSettled {
         /// The attempt and its outcome.
         record: TrialRecord,
@@ -127,8 +126,7 @@ pub enum SessionOutcome {
 }
 
 /// Returns the attempts in an event log, from which to resume the session. An attempt that was never settled, because
-/// the
-/// program ended, becomes an interrupted one; one whose outcome was withdrawn occurs twice.
+/// the program ended, becomes an interrupted one; an attempt with a withdrawn outcome occurs twice.
 pub fn records_from_events<'a>(
     events: impl IntoIterator<Item = &'a SessionEventKind>,
 ) -> Vec<TrialRecord> {

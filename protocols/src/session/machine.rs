@@ -23,10 +23,8 @@ const OVERRULE_REJECTED_S: f64 = 6.0;
 ///
 /// The drive is requested only within a trial, and no trial begins before the consent is recorded. A trial is accepted
 /// only when its recording is saved. Interruptions (pause, safety, timeouts, recordings that are not saved) repeat the
-/// trial
-/// without limit, since each needs the operator; repetitions because of a verdict are limited by the protocol. A
-/// practice
-/// trial is judged, but only the operator repeats it.
+/// trial without limit, since each needs the operator; repetitions because of a verdict are limited by the protocol. A
+/// practice trial is judged, but only the operator repeats it.
 ///
 /// ```
 /// use protocols::{Observation, OperatorCommand, Phase, Protocol, Session, built_in};
@@ -70,7 +68,7 @@ pub struct Session {
     pub(super) pausing: bool,
     /// Time after which the hour's driving time allows another trial, s.
     pub(super) drive_wait_s: f64,
-    /// Attempt whose analysis is awaited.
+    /// Attempt with an analysis under way.
     pub(super) awaited: Option<TrialKey>,
     /// Its analysis, after it has arrived.
     pub(super) analysis: Option<TrialAnalysis>,
@@ -78,7 +76,7 @@ pub struct Session {
     pub(super) recorded: Option<RecordingOutcome>,
     /// Audio that is not on the disk yet, or time since the recorder last answered, s.
     pub(super) recorder_lag_s: f64,
-    /// Whether a step was made.
+    /// Whether the first step was made.
     pub(super) started: bool,
     pub(super) state: State,
 }
@@ -137,17 +135,14 @@ impl Session {
     }
 
     /// Skips the attempts up to `attempt` at trial `number`, because recordings of them exist, even if the event log
-    /// does not
-    /// contain them.
+    /// does not contain them.
     pub fn leave_out(&mut self, number: u32, attempt: u32) {
         self.attempts.leave_out(number, attempt);
     }
 
     /// Withdraws the outcome of an attempt of an earlier part because its recording is lost: the attempt counts as
-    /// interrupted
-    /// and the trial is repeated. Returns the attempt for the event log, where a later part of the session reads it;
-    /// `None` if no
-    /// such attempt settled its trial.
+    /// interrupted and the trial is repeated. Returns the attempt for the event log, where a later part of the session
+    /// reads it; `None` if no such attempt settled its trial.
     pub fn withdraw(&mut self, number: u32, attempt: u32, reason: String) -> Option<TrialRecord> {
         let mut records = self.records().iter();
         let made = records.find(|made| (made.key.number, made.key.attempt) == (number, attempt))?;
@@ -171,8 +166,7 @@ impl Session {
         self.state.judged().is_some()
     }
 
-    /// Returns the time until the verdict stands, s; `None` without a verdict, and if only the operator can end the
-    /// wait.
+    /// Returns the time until the verdict stands, s; `None` without a verdict, and if only the operator can end the wait.
     pub fn verdict_left_s(&self) -> Option<f64> {
         match &self.state {
             State::Judged {
@@ -195,15 +189,13 @@ impl Session {
     }
 
     /// Returns the number of the trial that is next, running or judged, and of the one after it, from 1 with practice;
-    /// past the
-    /// end, the number after the last trial.
+    /// past the end, the number after the last trial.
     pub fn next_numbers(&self) -> (u32, u32) {
         self.attempts.next_numbers()
     }
 
     /// Returns the number of repetitions by verdicts left for the trial that is next, running or judged, and for all
-    /// trials
-    /// together.
+    /// trials together.
     pub fn repetitions_left(&self) -> (u32, u32) {
         let (number, _) = self.next_numbers();
         self.attempts.redos_left(number, self.protocol.redo)
@@ -253,8 +245,7 @@ impl Session {
         (self.protocol.rest.min_s - self.elapsed_s(since_s)).max(0.0)
     }
 
-    /// Returns the time in which a verdict can be overruled, s: with an operator, long enough to read it and press a
-    /// key.
+    /// Returns the time in which a verdict can be overruled, s: with an operator, long enough to read it and press a key.
     pub(super) fn verdict_s(&self, reasons: &[RedoReason]) -> f64 {
         let shortest_s = match (self.attended, reasons.is_empty()) {
             (false, _) => 0.0,

@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 /// State of the bench at one moment; unknown values are `None`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Observation {
-    /// Time on the audio clock, s. A time that is not finite or before an earlier observation counts as the earlier
-    /// time.
+    /// Time on the audio clock, s. A time that is not finite or before an earlier observation counts as the earlier time.
     pub t_s: f64,
     /// Latest normal force, N; `None` (or NaN) without a recent one: the finger then counts as neither on nor off
     /// the plate, and no baseline completes.

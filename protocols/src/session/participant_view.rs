@@ -21,7 +21,7 @@ pub enum Instruction {
     SwitchReleased,
     /// Take the finger off the plate.
     LiftFinger,
-    /// Put the finger where the slider stands and press the button.
+    /// Put the finger at the slider and press the button.
     PlaceFinger,
     /// The slider is about to move.
     GetReady,

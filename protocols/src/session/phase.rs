@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
-    /// The consent is awaited; nothing is driven before it is recorded.
+    /// The session waits for the consent; nothing is driven before it is recorded.
     Consent,
     /// The participant is welcomed.
     Welcome,

@@ -61,8 +61,7 @@ impl Session {
     }
 
     /// Records an attempt and begins the next step: a break, a trial or the end. An attempt that settles its trial is
-    /// recorded
-    /// only after its recording is saved.
+    /// recorded only after its recording is saved.
     pub(super) fn settle(
         &mut self,
         key: TrialKey,
@@ -148,8 +147,7 @@ impl Session {
     }
 
     /// Interrupts the current attempt, also of a halted session, if its recording has failed; returns whether that
-    /// completed
-    /// the step.
+    /// completed the step.
     pub(super) fn recording_failed(&mut self, out: &mut StepActions) -> bool {
         let Some(RecordingOutcome::Failed(reason)) = &self.recorded else {
             return false;

@@ -145,8 +145,7 @@ impl State {
         self.reasons().and(self.current())
     }
 
-    /// Returns the reasons for which the open verdict rejects its attempt, also of a halted state; empty if it accepts
-    /// it.
+    /// Returns the reasons for which the open verdict rejects its attempt, also of a halted state; empty if it accepts it.
     pub(super) fn reasons(&self) -> Option<&[RedoReason]> {
         match self {
             Self::Judged { reasons, .. } => Some(reasons),

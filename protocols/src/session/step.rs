@@ -67,7 +67,7 @@ impl Session {
         self.recorder_lag_s = observation.recorder_lag_s;
         if let Some((key, outcome)) = &observation.recording
             && self.current() == Some(key)
-            // A failed recording stays failed, whatever is reported later.
+            // A failed recording stays failed; later reports do not change that.
             && !matches!(self.recorded, Some(RecordingOutcome::Failed(_)))
         {
             self.recorded = Some(outcome.clone());

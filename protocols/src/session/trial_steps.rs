@@ -14,8 +14,7 @@ use crate::trial::{Interruption, Interval, IntervalKind, TrialEnd, TrialKey};
 const MAX_RECORDER_LAG_S: f64 = 2.0;
 
 /// Time after which the operator is informed that a trial waits for the recorder, s; long enough to leave out the end
-/// of a
-/// recording that was just interrupted.
+/// of a recording that was just interrupted.
 const TELL_BEHIND_S: f64 = 0.5;
 
 /// Continuation after a step of a trial.

@@ -56,8 +56,7 @@ pub fn judge(analysis: &TrialAnalysis, rules: &VerdictRules) -> Verdict {
     }
 }
 
-/// Returns the value if it is finite: NaN is not a measurement, and JSON, the format of the event log, cannot represent
-/// it.
+/// Returns the value if it is finite: NaN is not a measurement, and JSON, the format of the event log, cannot represent it.
 fn finite(measured: Option<f64>) -> Option<f64> {
     measured.filter(|x| x.is_finite())
 }

@@ -1,6 +1,5 @@
 //! Drawing on a screen of cells: braille curves over value axes, styles by meaning, large digits, ASCII replacements
-//! for
-//! other characters, and pictures of a drawn screen.
+//! for other characters, and pictures of a drawn screen.
 
 pub mod braille;
 pub mod digits;

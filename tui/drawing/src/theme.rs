@@ -1,5 +1,4 @@
-//! Styles by meaning. They keep the terminal's own foreground and background, and never convey a meaning by colour
-//! alone.
+//! Styles by meaning. They keep the terminal's own foreground and background, and never convey a meaning by colour alone.
 
 use ratatui::style::{Color, Modifier, Style};
 use serde::{Deserialize, Serialize};

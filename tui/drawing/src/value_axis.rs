@@ -46,8 +46,7 @@ impl ValueAxis {
     }
 
     /// Returns an axis around the bulk of `values` and all of `always`: a spike does not flatten the rest, and
-    /// variations
-    /// below `floor` are not magnified. `None` without a finite value.
+    /// variations below `floor` are not magnified. `None` without a finite value.
     pub fn robust(mut values: Vec<f64>, always: &[f64], floor: f64) -> Option<Self> {
         values.retain(|v| v.is_finite() && v.abs() < 1e12);
         values.sort_by(f64::total_cmp);

@@ -6,7 +6,7 @@ pub enum DisplayLoss {
     /// The terminal was closed.
     #[error("the terminal has gone")]
     Gone,
-    /// The terminal does not read its input, for example after Ctrl-S.
+    /// The terminal no longer accepts output, for example after Ctrl-S.
     #[error("the terminal stands still (Ctrl-Q lets it go on)")]
     Stuck,
 }

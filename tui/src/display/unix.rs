@@ -61,8 +61,9 @@ impl ParticipantDisplay {
     /// Opens the terminal device at `path` and starts drawing on it.
     ///
     /// # Errors
-    /// [`DisplayError::Open`] when the device cannot be opened, [`DisplayError::NotATerminal`] when it is not a terminal,
-    /// [`DisplayError::Own`] when it is the terminal of this process's output, [`DisplayError::Thread`] when the system refuses a thread.
+    /// [`DisplayError::Open`] if the device cannot be opened, [`DisplayError::NotATerminal`] if it is not a terminal,
+    /// [`DisplayError::Own`] if it is the terminal of this process's output, [`DisplayError::Thread`] if the system cannot
+    /// start a thread.
     pub fn open(path: &Path, theme: Theme) -> Result<Self, DisplayError> {
         // A device that is not a terminal, such as a pipe without a reader, must not block the caller.
         let flags = i32::try_from((OFlags::NOCTTY | OFlags::NONBLOCK).bits()).unwrap_or_default();
@@ -106,7 +107,7 @@ impl ParticipantDisplay {
         })
     }
 
-    /// Shows `view` as soon as the terminal reads it; an older view not yet drawn is dropped.
+    /// Shows `view` as soon as the terminal accepts it; an older view not yet drawn is dropped.
     pub fn show(&self, view: ParticipantView) {
         self.latest.update(|pending| pending.view = Some(view));
     }
@@ -184,8 +185,7 @@ fn draw_until_closed(device: File, latest: &LatestView, theme: Theme) -> io::Res
 }
 
 /// The terminal's contents. Not a [`ratatui::Terminal`], which queries the operator's terminal for its size and cursor,
-/// and
-/// prints errors there when the participant's terminal is gone.
+/// and prints errors there when the participant's terminal is gone.
 struct Screen {
     out: CrosstermBackend<BufWriter<File>>,
     drawn: Buffer,

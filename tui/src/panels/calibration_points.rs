@@ -38,7 +38,7 @@ pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf
     rows(findings, foot, buf);
     let chosen = state.chosen_point().unwrap_or_default();
     let room = usize::from(list.height);
-    // The selected point is always shown; otherwise the last points are.
+    // Shows the last points, or starts at the selected one if it is earlier.
     let first = calibration.points.len().saturating_sub(room).min(chosen);
     let chooses = matches!(
         calibration.asked,

@@ -1,5 +1,4 @@
-//! Progress of the session: the present step, the instruction to the participant, the next step, and the time and
-//! trials left.
+//! Progress of the session: the present step, the instruction to the participant, the next step, and the time and trials left.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;

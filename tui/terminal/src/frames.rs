@@ -60,7 +60,7 @@ impl FrameWriter {
 }
 
 impl Frames {
-    /// Whether all frames are written. Another frame before that would only be delayed.
+    /// Whether all frames are written. Another frame before that would only add to the delay.
     #[must_use]
     pub fn are_written(&self) -> bool {
         self.0.lock().unwritten == 0

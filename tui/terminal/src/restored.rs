@@ -32,8 +32,7 @@ pub fn size() -> Option<(u16, u16)> {
 }
 
 /// Restores the operator's terminal and prints the reports that waited for it. Harmless if called twice, from any
-/// thread, or
-/// if the dashboard was never shown. Errors are ignored: the terminal is the only place to report them.
+/// thread, or if the dashboard was never shown. Errors are ignored: the terminal is the only place to report them.
 pub fn restore() {
     if SHOWN.swap(false, Ordering::SeqCst) {
         let _ = terminal::disable_raw_mode();
@@ -50,11 +49,10 @@ pub fn restore() {
 
 /// Reports a panic in any thread in `words`, in place of the hook installed before. While the dashboard is shown, the
 /// report waits for [`restore`]: the terminal is restored last, at the end of the dashboard, after an orderly end of
-/// the
-/// bench. Only a panic of the main thread, which waits for the dashboard, restores it at once.
+/// the bench. Only a panic of the main thread, which waits for the dashboard, restores it at once.
 ///
-/// Call it once, early. Hooks that make a bench safe are installed after it and so run before it: writing to a
-/// terminal can block.
+/// Call it once, early. Hooks that make a bench safe are installed after it and so run before it: writing to a terminal
+/// can block.
 pub fn install_panic_hook(words: impl Fn(&PanicHookInfo<'_>) -> String + Send + Sync + 'static) {
     std::panic::set_hook(Box::new(move |info| {
         let line = words(info);
@@ -149,7 +147,7 @@ fn output() -> io::Result<impl Write + Send + 'static> {
     return Ok(io::stdout());
 }
 
-/// Discards output that the terminal has not read, and resumes it.
+/// Discards output that the terminal has not accepted, and resumes it.
 fn discard() {
     #[cfg(unix)]
     {

@@ -193,7 +193,7 @@ fn a_finished_session_cannot_be_gone_beyond() {
     );
 }
 
-/// Returns a resumed session whose log withdraws the acceptance of these trials.
+/// Returns a resumed session after the log withdrew the acceptance of these trials.
 fn lost(rig: &Rig, lost: &[u32]) -> (Session, Vec<SessionEventKind>) {
     let mut events = rig.events();
     let records = records_from_events(&events);

@@ -74,10 +74,10 @@ pub(super) struct Rig {
     pub(super) presses: bool,
     pub(super) analyses: bool,
     pub(super) normal_n: f64,
-    /// Attempt whose recording has ended but is not reported yet.
+    /// Attempt with a recording that has ended but is not reported yet.
     pub(super) to_save: Option<TrialKey>,
     pub(super) saves: bool,
-    /// Attempts whose recordings were reported as saved.
+    /// Attempts with recordings reported as saved.
     pub(super) saved: HashSet<TrialKey>,
 }
 

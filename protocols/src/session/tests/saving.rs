@@ -1,11 +1,11 @@
-//! Trials whose recordings are saved late or never.
+//! Trials with recordings that are saved late or never.
 
 use super::rig::*;
 use crate::record::TrialOutcome;
 use crate::session::*;
 use crate::trial::*;
 
-/// Returns a session whose first trial waits in `phase` for its recording, without any report.
+/// Returns a session in `phase` of its first trial, without a report from the recorder.
 fn unsaved_in(phase: Phase) -> (Rig, TrialKey) {
     let mut rig = Rig::new(demo()).consented();
     rig.saves = false;

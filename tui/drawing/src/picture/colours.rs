@@ -1,4 +1,4 @@
-//! The terminal's colours in a picture.
+//! Fixed colours for pictures, in place of the terminal's choice.
 
 use ratatui::buffer::Cell;
 use ratatui::style::{Color, Modifier};
@@ -7,7 +7,7 @@ use ratatui::style::{Color, Modifier};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Ink(pub(super) u8, pub(super) u8, pub(super) u8);
 
-/// The terminal colours of a picture.
+/// Colour scheme of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Paper {
     /// Light characters on a dark background.

@@ -1,10 +1,8 @@
 //! A drawn screen as a picture (SVG) and as plain text, for manuals, reports and bug reports. The same cells yield the
-//! same
-//! bytes.
+//! same bytes.
 //!
 //! Lines, blocks and braille dots are drawn as shapes, so that curves look the same in all fonts; text stays text,
-//! which can
-//! be searched and copied.
+//! which can be searched and copied.
 
 mod colours;
 mod shapes;

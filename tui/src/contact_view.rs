@@ -72,6 +72,6 @@ pub enum NoEstimate {
     NoForce,
     /// The impedance is masked.
     Masked,
-    /// The measured impedance is outside the model's range.
+    /// The measurement is outside the range of the model.
     OffModel,
 }

@@ -191,6 +191,7 @@ pub fn to_tsv<'a>(list: impl IntoIterator<Item = &'a Exclusion>) -> String {
 
 /// Adds an exclusion to the table of the study in `folder`; the file is replaced as a whole.
 ///
+/// # Errors
 /// The study does not have the named participant, session or trial, the exclusion exists already, or the disk
 /// refused; the table is then unchanged.
 pub fn add(

@@ -1,5 +1,4 @@
-//! Opens only regular files and reads them up to a limit, so that a folder from somebody else is refused before it
-//! costs
+//! Opens only regular files and reads them up to a limit, so that a folder from somebody else is refused before it costs
 //! time or memory.
 
 mod cell;

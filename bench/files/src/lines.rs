@@ -39,8 +39,7 @@ impl<R: BufRead> BoundedLines<R> {
         self.read_bytes
     }
 
-    /// Returns the next line; `None` at the end. A line without an end within `most_bytes` is returned as read so far
-    /// and
+    /// Returns the next line; `None` at the end. A line without an end within `most_bytes` is returned as read so far and
     /// continues as the next one.
     ///
     /// # Errors

@@ -13,8 +13,7 @@ pub const TEXT_LIMIT_BYTES: u64 = 1 << 20;
 /// Opens a regular file for reading; symbolic links are followed.
 ///
 /// # Errors
-/// [`Refusal::NotRegular`] inside the error for any other file, without waiting for it; otherwise the operating
-/// system's
+/// [`Refusal::NotRegular`] inside the error for any other file, without waiting for it; otherwise the operating system's
 /// reason.
 pub fn open(path: &Path) -> io::Result<File> {
     // Opening a device may already affect it, such as rewind a tape or reset a board.

@@ -20,7 +20,7 @@ pub struct MessageGroup {
     pub sources: Vec<(String, String)>,
     /// Folder of the sources that these rows of `check` come from.
     pub rows: Option<String>,
-    /// The messages, in the order in which they are shown.
+    /// Messages in the order in which they are shown.
     #[serde(rename = "message")]
     pub messages: Vec<ProgramMessage>,
 }

@@ -39,9 +39,9 @@ impl fmt::Display for Integrity {
 /// Findings of one attempt at a trial.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrialFindings {
-    /// The attempt, which names its folder.
+    /// Attempt, which names its folder.
     pub label: TrialLabel,
-    /// What became of it.
+    /// Standing of the attempt.
     pub standing: Standing,
     /// Integrity of its recording.
     pub integrity: Integrity,

@@ -83,8 +83,7 @@ impl SessionHistory {
         reading.history
     }
 
-    /// Returns whether the log should call an attempt saved: it does so for other attempts of that time, and the
-    /// program
+    /// Returns whether the log should call an attempt saved: it does so for other attempts of that time, and the program
     /// continued after this attempt or stopped in good order.
     #[must_use]
     pub fn should_be_saved(&self, attempt: &Attempt) -> bool {

@@ -21,7 +21,7 @@ pub struct LostRecording {
     pub label: TrialLabel,
     /// Defect of its recording.
     pub because: RecordingDefect,
-    /// Whether no trial was accepted after it.
+    /// Whether no later trial was accepted.
     pub is_last: bool,
 }
 

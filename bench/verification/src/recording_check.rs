@@ -15,7 +15,7 @@ use recording::{FORCE_FILE, POSITION_FILE};
 const BLOCK_FRAMES: usize = 1 << 14;
 /// Longest gap in the readings of a continuously sending sensor within an exploration, s.
 const LONGEST_GAP_S: f64 = 0.5;
-/// Bytes summed at a time.
+/// Bytes hashed per read.
 const SUM_BYTES: usize = 1 << 24;
 
 /// Result of checking a recording's files.

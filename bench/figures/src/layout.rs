@@ -1,4 +1,4 @@
-//! Lays out panels, ticks and keys by what has to be written beside them.
+//! Lays out panels, ticks and keys by the size of their labels.
 
 use crate::font::Typeface;
 use crate::key::{above, within};
@@ -125,7 +125,7 @@ pub(super) fn lay_out(figure: &Figure, typeface: &Typeface) -> Layout {
         }
         Key::InPanels => (None, 0.0),
     };
-    // The width of a frame decides its ticks and their labels its width: a first guess is near enough for the ticks.
+    // The width of a frame decides its ticks, and their labels its width; a first guess is accurate enough for the ticks.
     let frame_width = 0.8 * width / figure.columns.max(1) as f64;
     let frame_height = figure.panel_height_mm * UNITS_PER_MM;
     let (extents, margins): (Vec<Extents>, Vec<Margins>) = figure

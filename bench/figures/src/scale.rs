@@ -72,8 +72,7 @@ impl AxisExtent {
         }
     }
 
-    /// Returns the place of a value: 0 at the low end, 1 at the high end; not finite if the scale does not include the
-    /// value.
+    /// Returns the place of a value: 0 at the low end, 1 at the high end; not finite for a value that the scale cannot show.
     pub(super) fn place(&self, value: f64) -> f64 {
         let (low, high, value) = match self.scale {
             Scale::Linear => (self.low, self.high, value),

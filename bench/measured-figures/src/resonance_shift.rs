@@ -13,7 +13,7 @@ use crate::elements::{ink, name_of, points};
 
 /// Maximum number of panels of a figure; further sessions go to another figure.
 const PANELS: usize = 12;
-/// Longest time axis in seconds, s.
+/// Longest time axis with the second as its unit, s.
 const IN_SECONDS_S: f64 = 300.0;
 const S_PER_MIN: f64 = 60.0;
 /// Intervals of more than this many times the median one extend beyond the frame, so that they do not flatten the others.

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::selection::{Excluded, Selection};
 use crate::table::to_tsv;
 
-/// File of the exclusions, in the folder of tables and figures; only a header if there were none.
+/// File of the exclusions, in the folder of tables and figures; without exclusions it has only a header.
 const FILE: &str = "excluded.tsv";
 
 impl Selection {
@@ -52,7 +52,7 @@ impl Selection {
         json_of(&self.excluded)
     }
 
-    /// Returns the overridden exclusions as `exclusions_overridden` of the results; `None` if there were none.
+    /// Returns the overridden exclusions as `exclusions_overridden` of the results; `None` without overridden exclusions.
     ///
     /// # Errors
     /// Never fails for exclusions.

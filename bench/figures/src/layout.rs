@@ -11,7 +11,7 @@ use crate::style::{LABEL_PT, LETTER_PT, TICK_PT, UNITS_PER_MM, UNITS_PER_PT};
 /// Height of capitals and figures over the em.
 pub(super) const CAPITAL_EM: f64 = 0.73;
 pub(super) const TICK_LENGTH_PT: f64 = 2.5;
-/// Distances from the frame to its tick labels, beside and below it, pt.
+/// Distances from the frame to the tick labels on its left and below it, pt.
 pub(super) const TICK_GAP_PT: (f64, f64) = (2.5, 3.5);
 /// Distance from tick labels to the axis's label, pt.
 const LABEL_GAP_PT: f64 = 3.0;

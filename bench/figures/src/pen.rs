@@ -129,7 +129,7 @@ impl<B: DrawingBackend> Pen<'_, B> {
         }
     }
 
-    /// Draws a line of text whose baseline starts, has its middle or ends at the position.
+    /// Draws a line of text with the start, middle or end of its baseline at the position.
     pub(super) fn text(
         &mut self,
         text: &str,

@@ -2,7 +2,7 @@
 
 use crate::spec::{Axis, Scale, Span};
 
-/// Axis whose ends are known.
+/// Axis with known ends.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AxisExtent {
     scale: Scale,

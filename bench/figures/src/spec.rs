@@ -13,7 +13,7 @@ pub struct Figure {
     pub caption: String,
     /// Printed width.
     pub width: Width,
-    /// Number of panels beside each other.
+    /// Number of panels in a row.
     pub columns: usize,
     /// Height of a panel's frame, mm.
     pub panel_height_mm: f64,
@@ -32,7 +32,7 @@ pub enum Key {
     Above,
 }
 
-/// Pair of axes with what is drawn on them.
+/// Pair of axes with their series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
     /// Horizontal axis.

@@ -60,7 +60,7 @@ pub fn read(path: &Path, limit_bytes: u64) -> io::Result<Vec<u8>> {
 /// [`Refusal::TooLong`] inside the error for a longer source; otherwise the source's reason.
 pub fn read_limited(source: impl Read, limit_bytes: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    // Not by the file's stated length: the file may grow, and some files state none.
+    // Not by the file's stated length: the file may grow, and some files do not state one.
     source
         .take(limit_bytes.saturating_add(1))
         .read_to_end(&mut bytes)?;

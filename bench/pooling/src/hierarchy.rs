@@ -19,8 +19,7 @@ pub struct Hierarchy {
     /// Standard deviation between the members of a group beyond their errors, common to all groups without a separate
     /// one; `None` if no group has two members, and then the groups' intervals include only the members' errors.
     pub between_members_std: Option<f64>,
-    /// Fraction of the variance of the members' errors that a group's members share; 0 if there is no evidence of
-    /// sharing.
+    /// Fraction of the variance of the members' errors that a group's members share; 0 without evidence of sharing.
     pub shared_error: f64,
     /// Groups in the given order; `None` without members.
     pub groups: Vec<Option<Group>>,

@@ -9,7 +9,7 @@ use crate::disk::OnPath;
 
 /// Outcome of trying to take a lock.
 ///
-/// On platforms without file locks, such as WebAssembly, every attempt fails with an error that says so.
+/// On platforms without file locks, such as WebAssembly, every attempt fails with an error that names the reason.
 #[derive(Debug)]
 pub enum Lock {
     /// The lock is held until the file is dropped; the operating system releases it when the process ends for any reason.

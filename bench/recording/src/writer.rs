@@ -96,7 +96,7 @@ pub struct Unfinished {
 pub enum Ending {
     /// The trial is complete.
     Completed,
-    /// The trial was broken off.
+    /// The trial was interrupted.
     Interrupted {
         /// Reason.
         reason: String,

@@ -45,7 +45,7 @@ pub(crate) fn bench() -> Reader {
     channels["audio"]["input_channels"] = Value::Integer(4);
     let mut card = with_source("serial");
     if let Some(audio) = card["audio"].as_table_mut() {
-        // Three blocks are ahead of the converter, so they must not be long.
+        // Three blocks are queued before the converter, so they must not be long.
         audio.remove("buffer_frames");
         audio.extend(table(
             "host = \"nidaqmx\"\noutput_device = \"Dev1\"\ninput_device = \"Dev1\"\nsample_format = \"f32\"\noutput_channels = 1\n\

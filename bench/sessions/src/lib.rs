@@ -20,7 +20,7 @@ pub struct Sessions {
 }
 
 impl Sessions {
-    /// Reads the logs of the sessions that contain these recording folders. Recordings outside a session have none.
+    /// Reads the logs of the sessions that contain these recording folders. Recordings outside a session are skipped.
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a Path>) -> Self {
         let mut sessions = Self::default();
         for recording in recordings {

@@ -17,7 +17,7 @@ const LONGEST_S: f64 = 31.0 * 86_400.0;
 /// History of a session by its log.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Session {
-    /// First start; `None` if the log has none.
+    /// First start; `None` if it is missing.
     pub start: Option<Start>,
     /// Number of resumptions.
     pub resumed: usize,
@@ -25,7 +25,7 @@ pub struct Session {
     pub end: SessionEnd,
     /// Planned trials, without practice; `None` if the log does not say.
     pub planned: Option<usize>,
-    /// Attempts at trials, in the order in which they began.
+    /// Attempts at trials, in the order of their starts.
     pub attempts: Vec<Attempt>,
 }
 
@@ -56,7 +56,7 @@ pub struct Attempt {
     pub marked: Vec<Interval>,
     /// Whether the log calls its recording saved.
     pub saved: bool,
-    /// Whether the log calls its recording broken off.
+    /// Whether the log calls its recording interrupted.
     pub interrupted: bool,
     /// Sums of its recording's files.
     pub sums: Option<Sums>,

@@ -105,8 +105,8 @@ pub struct OfPerson {
     pub mean: Ranged,
     /// Number of trials in the mean; trials that do not constrain the parameter are excluded.
     pub n_trials: usize,
-    /// Standard deviation of the logarithm between the trials, beyond their errors, as used in the interval; `None` if
-    /// nobody has two trials.
+    /// Standard deviation of the logarithm between the trials, beyond their errors, as used in the interval; `None` if no
+    /// participant has two trials.
     pub between_trials_ln_std: Option<f64>,
     /// Mean shrunken towards that of all participants; `None` with fewer than four of them.
     pub shrunken: Option<Ranged>,
@@ -138,7 +138,7 @@ pub struct OfStudy {
     /// Its 95 % interval.
     pub between_participants_ln_std_interval95: Option<[f64; 2]>,
     /// Pooled standard deviation of the logarithm between a participant's trials, except participants with significantly
-    /// larger scatter; `None` if nobody has two trials.
+    /// larger scatter; `None` if no participant has two trials.
     pub between_trials_ln_std: Option<f64>,
     /// Fraction of the variance of the trials' errors that a participant's trials share, as estimated from their scatter;
     /// included in every interval above the trial level.

@@ -59,7 +59,7 @@ impl Unreadable<'_> {
     }
 }
 
-/// Finds the value around `offset`, where a parser stopped. `None` if there is no value.
+/// Finds the value around `offset`, where a parser stopped. `None` if no value is found.
 pub(crate) fn unreadable(text: &str, offset: usize) -> Option<Unreadable<'_>> {
     let before = text.get(..offset)?;
     let line_start = before.rfind('\n').map_or(0, |at| at + 1);

@@ -46,10 +46,10 @@ pub enum RecordingDefect {
     /// The log calls the trial saved or settled, but its description has no `end`.
     #[error("recording.toml has no `end`, though the log says that the trial ended")]
     NoEnd,
-    /// The log calls the trial broken off, but its description calls it complete.
+    /// The log calls the trial interrupted, but its description calls it complete.
     #[error("recording.toml says that the trial is complete, and the log that it was broken off")]
     OtherEnd,
-    /// The log calls the trial accepted, but its recording was broken off.
+    /// The log calls the trial accepted, but its recording was interrupted.
     #[error(
         "the log says that the trial was accepted, and recording.toml that its recording was broken off"
     )]

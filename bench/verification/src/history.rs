@@ -32,7 +32,7 @@ pub struct SessionHistory {
     pub start: Option<Start>,
     /// Events out of order.
     pub defects: Vec<SessionDefect>,
-    /// Parts of the session whose log has a stop after the last attempt, so everything was written.
+    /// Parts of the session with a stop after the last attempt, which shows that everything was written.
     stopped: BTreeSet<usize>,
 }
 
@@ -376,7 +376,7 @@ mod tests {
         assert!(order(&defects(&[&saved(1, FIRST)])));
     }
 
-    /// Lines of a log by an early version, whose window read the audio clock separately.
+    /// Lines of a log by an early version, in which the window read the audio clock separately.
     ///
     /// Fault 27.
     #[test]
@@ -413,7 +413,7 @@ mod tests {
         alarmed(&after, 3);
     }
 
-    /// A resumed session revokes the acceptance of a trial whose recording it did not find.
+    /// A resumed session revokes the acceptance of a trial with a missing recording.
     ///
     /// Fault 27.
     #[test]
@@ -443,7 +443,7 @@ mod tests {
         assert!(order(log(&[start, &settled(4, 1)])), "to nothing else");
     }
 
-    /// The log continues as if a recording had been saved, but never says so.
+    /// The log continues as after a saved recording, but never calls it saved.
     ///
     /// Fault 27.
     #[test]

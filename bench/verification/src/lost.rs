@@ -1,4 +1,4 @@
-//! Accepted trials whose recordings are missing or damaged on disk.
+//! Accepted trials with missing or damaged recordings.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -14,7 +14,7 @@ use recording::{DiskError, RecordingReader};
 use crate::defect::RecordingDefect;
 use crate::session_check::recordings;
 
-/// Accepted trial whose recording is incomplete on disk or has no samples.
+/// Accepted trial with a recording that is incomplete on disk or has no samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LostRecording {
     /// The attempt.
@@ -25,8 +25,8 @@ pub struct LostRecording {
     pub is_last: bool,
 }
 
-/// Returns the accepted trials whose recordings are lost, in the order of the log `content`. Practice trials are not
-/// data and are not checked.
+/// Returns the accepted trials with lost recordings, in the order of the log `content`. Practice trials are not data and
+/// are not checked.
 ///
 /// # Errors
 /// The folder cannot be listed.

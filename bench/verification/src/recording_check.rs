@@ -100,7 +100,7 @@ impl RecordingCheck {
                 // The sensor was absent, or did not know its position for a while.
                 Warning::NoRows { .. } | Warning::NotFinite { .. } => continue,
                 Warning::TimeDisorder { .. } => !marked(EventKind::TimeDisorder),
-                // Broken off before any data arrived, or before the end of a marked interval.
+                // Interrupted before any data arrived, or before the end of a marked interval.
                 Warning::Signals(WavWarning::Empty) | Warning::IntervalBeyondEnd { .. } => {
                     end == Some(End::Completed)
                 }

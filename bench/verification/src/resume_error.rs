@@ -1,8 +1,8 @@
-//! Reasons not to resume a session whose log can be read.
+//! Reasons not to resume a session with a readable log.
 
 use std::path::PathBuf;
 
-/// Reason not to resume a session whose log can be read.
+/// Reason not to resume a session with a readable log.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ResumeError {
     /// The protocol was edited since the last part.

@@ -81,7 +81,7 @@ pub fn session(folder: &Path, mut done: impl FnMut()) -> Result<SessionFindings,
     Ok(found)
 }
 
-/// Verifies the last attempt of a session whose log is `content`; `None` if there was no attempt.
+/// Verifies the last attempt of a session with the log `content`; `None` if there was no attempt.
 ///
 /// # Errors
 /// The folder cannot be listed.

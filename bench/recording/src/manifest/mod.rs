@@ -97,9 +97,9 @@ pub struct Manifest {
     pub events: Vec<RecordingEvent>,
 }
 
-/// Time before the report of an output xrun in which the drive may have a gap, s.
+/// Time by which a gap in the drive may precede the report of its output xrun, s.
 pub const BEFORE_REPORT_S: f64 = 0.1;
-/// Time after the report, s: the loop's delay and the gap itself.
+/// Time by which it may follow the report, s: the loop's delay plus the gap itself.
 pub const AFTER_REPORT_S: f64 = 0.25;
 
 impl Manifest {

@@ -61,7 +61,7 @@ pub enum RecorderNotice {
         on_disk: OnDisk,
         /// Sums of its files; `None` if the recorder ended before reading them.
         sums: Option<Sums>,
-        /// Whether the trial was broken off.
+        /// Whether the trial was interrupted.
         interrupted: bool,
     },
     /// The recording failed; later data up to the next `Begin` are discarded.

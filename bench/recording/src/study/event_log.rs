@@ -215,7 +215,7 @@ pub struct EventLog {
     /// Length of the complete lines, bytes.
     bytes: u64,
     events: u64,
-    /// Whether the last line may be torn or not on disk; another line after it would make the log unreadable.
+    /// Whether the last line may be torn or not on disk; a further line would make the log unreadable.
     spoilt: bool,
 }
 

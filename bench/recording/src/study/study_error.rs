@@ -85,7 +85,7 @@ pub enum StudyError {
         /// Process that holds the lock, if known.
         holder: Option<u32>,
     },
-    /// The session was held already.
+    /// The session exists already.
     #[error(
         "{} exists already and is never overwritten; go on with it by `--resume`, or begin session {next} by `--new-session`",
         path.display()

@@ -1,17 +1,17 @@
-//! The bench's clock, as the window knows it from the session's beats.
+//! The bench's clock, estimated from the session's beats.
 
 use std::collections::VecDeque;
 
 use crate::message::Beat;
 
-/// Beats that still count, s: long enough for one that came without delay, short enough for the clocks to stay together.
+/// Window over which beats count, s: long enough to include one without delay, short enough for clock drift not to matter.
 const WINDOW_S: f64 = 10.0;
-/// Beats that the clock has leapt at: a bench that begins anew.
+/// Change of the clocks' offset above which the bench's clock is taken to have restarted, s.
 const LEAP_S: f64 = 0.5;
-/// Longest silence over which the clock goes on by itself, s.
+/// Longest silence during which the clock keeps running, s.
 pub const LONGEST_SILENCE_S: f64 = 1.0;
 
-/// The bench's clock, known from beats that are late by as much as they please, but never early.
+/// The bench's clock, estimated from beats that may arrive late by any time, but never early.
 ///
 /// ```
 /// use participant_window::bench_clock::BenchClock;
@@ -26,13 +26,13 @@ pub const LONGEST_SILENCE_S: f64 = 1.0;
 /// ```
 #[derive(Debug, Default)]
 pub struct BenchClock {
-    /// Shared time less audio time of beats, each less than all after it, s; with the shared time of the beat.
+    /// Shared time minus audio time of beats, each smaller than all after it, s, and the shared time of the beat.
     offsets: VecDeque<(f64, f64)>,
     latest_s: Option<f64>,
 }
 
 impl BenchClock {
-    /// Takes a beat. One that is no number, or older than the last, is left out.
+    /// Takes a beat; ignores one that is not finite or is older than the last.
     pub fn take(&mut self, beat: &Beat) {
         let offset_s = beat.shared_s - beat.audio_s;
         let newer = self
@@ -66,7 +66,7 @@ impl BenchClock {
         self.latest_s = Some(beat.shared_s);
     }
 
-    /// Returns the time on the bench's clock, s; `None` before the first beat, and once the bench has been silent.
+    /// Returns the time on the bench's clock, s; `None` before the first beat and after a silence of [`LONGEST_SILENCE_S`].
     #[must_use]
     pub fn audio_s(&self, shared_s: f64) -> Option<f64> {
         let (offset_s, _) = self.offsets.front()?;
@@ -119,7 +119,7 @@ mod tests {
     }
 
     proptest! {
-        /// Beats that come late by up to 80 ms tell the time as well as the promptest among them.
+        /// Beats that are late by up to 80 ms give the time as accurately as the promptest of them.
         #[test]
         fn lateness_does_not_move_the_clock(late in prop::collection::vec(0.0..0.08f64, 20..400)) {
             let mut clock = BenchClock::default();

@@ -1,9 +1,9 @@
-//! Pixels, and what is drawn into them: rectangles and rings whose edges lie between pixels too.
+//! A canvas of pixels, and anti-aliased rectangles and rings on it.
 
 /// A colour, 0x00RRGGBB.
 pub type Colour = u32;
 
-/// A picture of pixels, 0x00RRGGBB, row by row from the top.
+/// A picture in pixels, 0x00RRGGBB, row by row from the top.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Canvas {
     width: usize,
@@ -12,7 +12,7 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// A picture of one colour.
+    /// Returns a picture filled with one colour.
     #[must_use]
     pub fn new(width: usize, height: usize, colour: Colour) -> Self {
         Self {
@@ -34,12 +34,12 @@ impl Canvas {
         &self.pixels
     }
 
-    /// Makes all pixels one colour.
+    /// Fills the picture with one colour.
     pub fn clear(&mut self, colour: Colour) {
         self.pixels.fill(colour);
     }
 
-    /// Takes rows over from a picture of the same size.
+    /// Copies rows from a picture of the same size.
     pub fn copy_rows(&mut self, from: &Self, rows: std::ops::Range<usize>) {
         let (first, last) = (rows.start.min(self.height), rows.end.min(self.height));
         let pixels = first * self.width..last * self.width;
@@ -50,13 +50,13 @@ impl Canvas {
         }
     }
 
-    /// Returns the colour of a pixel; `None` outside.
+    /// Returns the colour of a pixel; `None` outside the picture.
     #[must_use]
     pub fn at(&self, x: usize, y: usize) -> Option<Colour> {
         (x < self.width).then(|| self.pixels.get(y * self.width + x).copied())?
     }
 
-    /// Lays a colour over a pixel, as much of it as `coverage` says.
+    /// Blends a colour into a pixel by `coverage`, 0 to 1.
     pub fn blend(&mut self, x: i64, y: i64, colour: Colour, coverage: f64) {
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else {
             return;
@@ -91,7 +91,7 @@ impl Canvas {
         }
     }
 
-    /// Draws a ring, or a disc if it is as thick as its radius.
+    /// Draws a ring, or a disc if `thickness` equals the radius.
     pub fn ring(&mut self, (x0, y0): (f64, f64), radius: f64, thickness: f64, colour: Colour) {
         let reach = radius + 1.0;
         if !(reach.is_finite() && x0.is_finite() && y0.is_finite()) {
@@ -112,16 +112,16 @@ impl Canvas {
     }
 }
 
-/// Returns the pixels that a stretch touches, of so many.
+/// Returns the pixels that an interval touches, among the first `count`.
 fn within(from: f64, to: f64, count: usize) -> std::ops::Range<i64> {
     let count = count as f64;
-    // What is no number is nowhere.
+    // NaN becomes 0.
     let from = if from >= 0.0 { from.min(count) } else { 0.0 };
     let to = if to >= 0.0 { to.min(count) } else { 0.0 };
     from.floor() as i64..to.ceil() as i64
 }
 
-/// Returns how much of a pixel lies within a stretch.
+/// Returns the fraction of a pixel that lies within an interval.
 fn overlap(pixel: i64, from: f64, to: f64) -> f64 {
     let pixel = pixel as f64;
     (to.min(pixel + 1.0) - from.max(pixel)).clamp(0.0, 1.0)

@@ -1,17 +1,17 @@
-//! Whether a finger can follow what the window shows: frames that come in time, on the monitor that was chosen.
+//! Checks whether a finger can follow the window: frames in time, on the chosen monitor.
 
 use std::collections::VecDeque;
 
 use crate::message::FromWindow;
 
-/// A frame that stays for longer than this is seen to stop, s.
+/// Duration above which a frame is slow enough to be seen, s.
 const SLOW_S: f64 = 0.05;
-/// More of them than this are too many …
+/// Number of slow frames allowed …
 const MOST_SLOW: usize = 5;
-/// … within this time, s; and after as long without one the window is fit again.
+/// … within this time, s; the window is fit again after as long without a slow frame.
 const WITHIN_S: f64 = 10.0;
 
-/// A monitor, as far as the slider depends on it.
+/// A monitor, by the properties that the slider depends on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OnMonitor {
     /// Its name.
@@ -20,21 +20,21 @@ pub struct OnMonitor {
     pub size_px: (u32, u32),
 }
 
-/// What speaks against the window.
+/// Reasons why a finger cannot follow the window.
 #[derive(Debug, Default)]
 pub struct Fitness {
-    /// When the last frame came of a slider that moves, s.
+    /// Time of the last frame with a moving slider, s.
     last_s: Option<f64>,
-    /// When the last slow frames ended, s, one more than may be.
+    /// End times of the last slow frames, s, one more than is allowed.
     slow_s: VecDeque<f64>,
     is_slow: bool,
     astray: Option<String>,
-    /// What the session was told.
+    /// Reason reported to the session last.
     told: Option<String>,
 }
 
 impl Fitness {
-    /// Takes a frame of a slider that moves, presented at a time that goes forward.
+    /// Takes a frame with a moving slider; `presented_s` never decreases.
     pub fn moved(&mut self, presented_s: f64) {
         let before_s = self.last_s.replace(presented_s);
         if before_s.is_none_or(|before_s| presented_s - before_s <= SLOW_S) {
@@ -48,12 +48,12 @@ impl Fitness {
         self.is_slow |= self.slow_s.len() > MOST_SLOW && presented_s - first_s <= WITHIN_S;
     }
 
-    /// The slider stands: the next frame may come when it likes.
+    /// Notes that the slider stands still, so that the time to the next frame does not count.
     pub fn stands(&mut self) {
         self.last_s = None;
     }
 
-    /// Takes the monitor that the window was put on, and the one that it is on; `None` if nobody knows.
+    /// Compares the chosen monitor with the present one, `None` if it is unknown.
     pub fn on(&mut self, chosen: &OnMonitor, now: Option<&OnMonitor>) {
         self.astray = now.filter(|now| *now != chosen).map(|now| {
             if now.name == chosen.name {
@@ -72,7 +72,7 @@ impl Fitness {
         });
     }
 
-    /// Another session is there, which has been told nothing.
+    /// Forgets all reports, for a new session.
     pub fn forget(&mut self) {
         *self = Self {
             astray: self.astray.take(),
@@ -80,8 +80,8 @@ impl Fitness {
         };
     }
 
-    /// Returns what there is to say, if it is not what was said last. Frames of a virtual display, which nobody sees, are
-    /// told of, but are no reason to stop.
+    /// Returns a report if it differs from the last one. Slow frames of a virtual display are reported but do not stop
+    /// the session.
     pub fn news(&mut self, now_s: f64, virtual_display: bool) -> Option<FromWindow> {
         let last_slow_s = self.slow_s.back().copied();
         if last_slow_s.is_none_or(|last_s| now_s - last_s > WITHIN_S) {
@@ -110,7 +110,7 @@ impl Fitness {
 mod tests {
     use super::*;
 
-    /// Frames at 60 Hz for a time, of which some take longer, s.
+    /// Shows frames at 60 Hz for a time; every `slow_every_s`, one takes `slow_s`.
     fn run(fitness: &mut Fitness, from_s: f64, to_s: f64, slow_every_s: f64, slow_s: f64) {
         let (mut at_s, mut slow_at_s) = (from_s, from_s + slow_every_s);
         while at_s < to_s {

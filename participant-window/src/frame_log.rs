@@ -1,9 +1,9 @@
-//! When the frames of an exploration came, and how far the slider on them was from its ideal.
+//! Presentation times of an exploration's frames, and the slider's deviation from its ideal position.
 
 use crate::message::FrameReport;
 use crate::motion::Motion;
 
-/// Most frames of an exploration that are kept: ten minutes at 240 Hz.
+/// Maximum number of frames kept from an exploration: ten minutes at 240 Hz.
 const MOST_FRAMES: usize = 144_000;
 
 /// The frames of one exploration.
@@ -11,12 +11,12 @@ const MOST_FRAMES: usize = 144_000;
 pub struct FrameLog {
     motion: Motion,
     refresh_s: f64,
-    /// When each frame was presented, on the bench's clock, s, and where its slider was, m.
+    /// Presentation time of each frame on the bench's clock, s, and its slider's position, m.
     frames: Vec<(f64, f64)>,
 }
 
 impl FrameLog {
-    /// A log of an exploration, on a monitor with a picture every `refresh_s`.
+    /// Returns an empty log of an exploration, on a monitor that refreshes every `refresh_s`.
     #[must_use]
     pub fn new(motion: Motion, refresh_s: f64) -> Self {
         Self {
@@ -26,20 +26,20 @@ impl FrameLog {
         }
     }
 
-    /// Returns the slider's way of which these are the frames.
+    /// Returns the slider's motion in these frames.
     #[must_use]
     pub fn motion(&self) -> &Motion {
         &self.motion
     }
 
-    /// Takes a frame, presented at a time on the bench's clock, with the slider where it was drawn.
+    /// Adds a frame presented at `presented_s` on the bench's clock, with the slider drawn at `drawn_m`.
     pub fn take(&mut self, presented_s: f64, drawn_m: f64) {
         if self.frames.len() < MOST_FRAMES && presented_s.is_finite() {
             self.frames.push((presented_s, drawn_m));
         }
     }
 
-    /// Returns what there is to say of the frames; `None` of fewer than three.
+    /// Returns the report on the frames; `None` for fewer than three.
     #[must_use]
     pub fn report(&self) -> Option<FrameReport> {
         let start_s = self.motion.starts_s?;
@@ -51,7 +51,7 @@ impl FrameLog {
         for pair in self.frames.windows(2) {
             let [(from_s, drawn_m), (to_s, _)] = [pair[0], pair[1]];
             intervals_s.push(to_s - from_s);
-            // The ideal goes one way, so it is farthest at one of the ends.
+            // The ideal position is monotone in time, so the deviation is largest at an end.
             let error_m = |at_s: f64| (drawn_m - self.motion.at_m(at_s)).abs();
             errors_m.push(error_m(from_s).max(error_m(to_s)));
         }
@@ -77,7 +77,7 @@ impl FrameLog {
     }
 }
 
-/// Returns a quantile of sorted values: the nearest rank.
+/// Returns a quantile of sorted values, by the nearest rank.
 fn quantile(sorted: &[f64], part: f64) -> f64 {
     let last = sorted.len().saturating_sub(1);
     let rank = (part * last as f64).ceil() as usize;
@@ -96,7 +96,7 @@ mod tests {
     };
     const REFRESH_S: f64 = 1.0 / 60.0;
 
-    /// Frames drawn for the middle of their time on the screen, without those that `dropped` names.
+    /// Returns the report on frames drawn for the middle of their time on the screen, with some frames dropped.
     fn log(dropped: impl Fn(u32) -> bool) -> FrameReport {
         let mut log = FrameLog::new(MOTION, REFRESH_S);
         for i in (0..100).filter(|i| !dropped(*i)) {

@@ -1,4 +1,4 @@
-//! Where things are on the screen: along the plate true to the millimetre, the rest by the screen's height.
+//! Positions on the screen: true to the millimetre along the plate, otherwise relative to the screen's height.
 
 use crate::message::Track;
 
@@ -6,12 +6,12 @@ use crate::message::Track;
 const SLIDER_HEIGHT_M: f64 = 0.024;
 /// Width of the slider, m.
 pub const SLIDER_WIDTH_M: f64 = 0.003;
-/// Radius of what stands for a fingertip, m.
+/// Radius of the disc that stands for a fingertip, m.
 const FINGERTIP_M: f64 = 0.008;
-/// Place of the plate, as a part of the screen's height.
+/// Vertical position of the plate, as a fraction of the screen's height.
 const PLATE_DOWN: f64 = 0.74;
 
-/// A screen, and how large its pixels are.
+/// A screen and the size of its pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geometry {
     /// Width, pixels.
@@ -23,29 +23,29 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Returns the pixels of a length.
+    /// Converts a length to pixels.
     #[must_use]
     pub fn pixels(&self, length_m: f64) -> f64 {
         length_m / self.pixel_m
     }
 
-    /// Returns where a place along the plate is, pixels from the left: the plate's middle is the screen's.
+    /// Returns the horizontal position of a point of the plate, pixels from the left; the plate is centred on the screen.
     #[must_use]
     pub fn x(&self, track: &Track, place_m: f64) -> f64 {
         let from_middle_m = (place_m - track.plate_m / 2.0) * self.fitting(track);
         self.width / 2.0 + self.pixels(from_middle_m)
     }
 
-    /// Returns whether the whole plate is on the screen.
+    /// Returns whether the whole plate fits on the screen.
     #[must_use]
     pub fn holds(&self, track: &Track) -> bool {
         self.fitting(track) == 1.0
     }
 
-    /// Returns by how much a plate must shrink to be on the screen: 1 if it need not.
+    /// Returns the factor by which the plate is shrunk to fit on the screen; 1 if it fits.
     fn fitting(&self, track: &Track) -> f64 {
         let room_m = (self.width - 2.0) * self.pixel_m;
-        // Only what is longer is shrunk, and of no length there is nothing to shrink.
+        // Only a plate that is too long is shrunk; this also avoids a division by zero.
         if track.plate_m > room_m {
             room_m / track.plate_m
         } else {
@@ -79,7 +79,7 @@ impl Geometry {
         self.pixels(FINGERTIP_M).clamp(4.0, self.height * 0.06)
     }
 
-    /// Returns the rows within which anything moves.
+    /// Returns the rows that slider and finger can touch.
     #[must_use]
     pub fn moving_rows(&self) -> std::ops::Range<usize> {
         let top = self.plate_y() - self.slider_height() - self.fingertip() - 2.0;

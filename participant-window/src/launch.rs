@@ -1,4 +1,4 @@
-//! The start of the window's program, in place of the program that was asked for the window.
+//! The start of the window's program in place of the present process.
 
 use std::io::ErrorKind;
 use std::os::unix::process::CommandExt;
@@ -13,13 +13,13 @@ pub const PROGRAM: &str = "friction-bench-participant";
 /// Why the window's program did not start.
 #[derive(Debug, thiserror::Error)]
 pub enum LaunchError {
-    /// There is no such program.
+    /// The program was not found.
     #[error(
         "the participant's window is a program of its own, friction-bench-participant, which is neither in {folder} nor on \
          the PATH: install it there, or build it with `cargo build --release -p friction-bench-participant`"
     )]
     Missing {
-        /// Folder of the program that looked for it.
+        /// Folder of the program that searched for it.
         folder: PathBuf,
     },
     /// The system refused to run it.
@@ -33,8 +33,8 @@ pub enum LaunchError {
     },
 }
 
-/// Replaces this process by the window's program, from the folder of `own`, this process's program, or else from the PATH.
-/// Terminal, signals and exit status are from then on the window's. Returns only if that fails.
+/// Replaces this process by the window's program, from the folder of `own` (this process's program) or else from the
+/// PATH. The terminal, signals and the exit status then belong to the window. Returns only on failure.
 pub fn launch(own: &Path, options: &Participant) -> LaunchError {
     let folder = own.parent().unwrap_or(Path::new("."));
     let beside = folder.join(PROGRAM);

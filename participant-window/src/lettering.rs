@@ -1,4 +1,4 @@
-//! Letters: DejaVu Sans, which is compiled in, or a font of the laboratory's.
+//! Text in DejaVu Sans, which is compiled in, or in a font of the laboratory.
 
 use ab_glyph::{Font, FontArc, FontRef, FontVec, PxScale, ScaleFont};
 
@@ -14,7 +14,7 @@ pub struct NoFont;
 pub struct Typeface(FontArc);
 
 impl Typeface {
-    /// Returns DejaVu Sans: Latin, Greek, Cyrillic and more, in their order from left to right.
+    /// Returns DejaVu Sans: Latin, Greek, Cyrillic and other scripts written from left to right.
     ///
     /// # Errors
     /// Never, unless the program was damaged.
@@ -32,14 +32,14 @@ impl Typeface {
         Ok(Self(FontArc::new(font)))
     }
 
-    /// Returns the first letter that the font has not.
+    /// Returns the first character of `text` that the font does not cover.
     #[must_use]
     pub fn lacks(&self, text: &str) -> Option<char> {
         let missing = |c: &char| !c.is_whitespace() && self.0.glyph_id(*c).0 == 0;
         text.chars().find(missing)
     }
 
-    /// Returns the scale for ab_glyph, which goes by the height from ascent to descent.
+    /// Returns the scale for ab_glyph, which is the height from ascent to descent.
     fn scale(&self, em: f64) -> PxScale {
         let per_em = self.0.units_per_em().unwrap_or(1.0);
         PxScale::from(em as f32 * self.0.height_unscaled() / per_em)
@@ -53,7 +53,7 @@ impl Typeface {
         f64::from(advances.sum::<f32>())
     }
 
-    /// Breaks a text into lines of at most `width`; a longer word stays whole.
+    /// Breaks a text into lines of at most `width`; a longer word is not broken.
     #[must_use]
     pub fn wrapped(&self, text: &str, em: f64, width: f64) -> Vec<String> {
         let mut lines: Vec<String> = Vec::new();
@@ -69,7 +69,7 @@ impl Typeface {
         lines
     }
 
-    /// Writes a line about the middle `x`, with its baseline at `y`.
+    /// Writes a line centred on `x`, with its baseline at `y`.
     pub fn write(
         &self,
         canvas: &mut Canvas,

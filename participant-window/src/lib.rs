@@ -1,12 +1,12 @@
-//! The participant's window: true to the millimetre, a process of its own, fed by the session through a local socket.
+//! The participant's window: true to the millimetre, a separate process, connected to the session by a local socket.
 //!
-//! - [`message`], [`motion`], [`bench_clock`]: what session and window say to each other, and how the window knows where the
-//!   slider is between two messages.
-//! - `seat` (Unix): the session's end of the socket, which never waits.
-//! - [`page`] on a [`canvas`], by a [`geometry`] and in a [`lettering`]; [`ruler`], [`scales`]: the picture, without any
+//! - [`message`], [`motion`], [`bench_clock`]: the messages between session and window, and the slider's position
+//!   between two messages.
+//! - `seat` (Unix): the session's end of the socket, which never blocks.
+//! - [`page`] on a [`canvas`], with a [`geometry`] and a [`lettering`]; [`ruler`], [`scales`]: the picture, without a
 //!   display, and the width of a pixel.
-//! - [`frame_log`]: when the frames came, and how far the slider was from its ideal.
-//! - [`fitness`]: whether a finger can follow what the window shows.
+//! - [`frame_log`]: presentation times of the frames, and the slider's deviation from its ideal position.
+//! - [`fitness`]: checks whether a finger can follow the window.
 //! - [`participant_options`], `launch` (Unix): the start of `friction-bench-participant`, which opens the window on a screen.
 
 pub mod bench_clock;

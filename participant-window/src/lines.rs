@@ -1,4 +1,4 @@
-//! Lines of JSON over a socket, in either direction, without ever waiting.
+//! Lines of JSON over a socket, in both directions, without blocking.
 
 use std::io::{ErrorKind, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -8,21 +8,21 @@ use serde::de::DeserializeOwned;
 
 /// Longest line.
 const LONGEST_LINE_BYTES: usize = 16 << 10;
-/// Most that waits for a reader that stands still.
+/// Limit of the bytes that wait for a peer that does not read.
 const MOST_WAITING_BYTES: usize = 256 << 10;
-/// Most that is read at a time: a flood waits in the socket, and holds up its sender alone.
+/// Limit of the bytes read at a time: the rest of a flood stays in the socket and delays only its sender.
 const MOST_READ_BYTES: usize = 64 << 10;
 
-/// Why a connection has come to its end.
+/// Why a connection has ended.
 #[derive(Debug, thiserror::Error)]
 pub enum Ended {
     /// The other end closed it.
     #[error("it was closed")]
     Closed,
-    /// The other end takes nothing any more.
+    /// The other end no longer reads.
     #[error("it takes nothing any more")]
     Stuck,
-    /// What came is none of our messages.
+    /// The other end sent an invalid message.
     #[error("what it sent is no message: {0}")]
     Garbage(String),
     /// The socket failed.
@@ -42,7 +42,7 @@ impl Lines {
     /// Takes over a connected socket.
     ///
     /// # Errors
-    /// The system's reason why it cannot be used without waiting.
+    /// Returns the system's error if the socket cannot be made non-blocking.
     pub fn new(stream: UnixStream) -> std::io::Result<Self> {
         stream.set_nonblocking(true)?;
         Ok(Self {
@@ -52,7 +52,7 @@ impl Lines {
         })
     }
 
-    /// Sends a message, as soon as the other end takes it.
+    /// Sends a message, now or as soon as the other end reads.
     ///
     /// # Errors
     /// [`Ended`].
@@ -62,7 +62,7 @@ impl Lines {
         self.flush()
     }
 
-    /// Sends what still waits.
+    /// Sends the bytes that still wait.
     ///
     /// # Errors
     /// [`Ended`].
@@ -83,10 +83,10 @@ impl Lines {
         Ok(())
     }
 
-    /// Returns the messages that have come, at most so many; more are left for the next time.
+    /// Returns at most `most` received messages; the others are left for the next call.
     ///
     /// # Errors
-    /// [`Ended`], once all that came before was returned.
+    /// [`Ended`], once all messages received before it have been returned.
     pub fn receive<T: DeserializeOwned>(&mut self, most: usize) -> Result<Vec<T>, Ended> {
         let ended = self.read();
         let mut messages = Vec::new();

@@ -1,4 +1,4 @@
-//! What session and window say to each other: one JSON document a line.
+//! Messages between session and window: one JSON document per line.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,19 +11,19 @@ pub const FORMAT: u32 = 1;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ToWindow {
-    /// The window is taken as this session's.
+    /// The session accepts the window.
     Welcome {
         /// Version of the messages.
         format: u32,
     },
-    /// The window is not wanted.
+    /// The session rejects the window.
     Refused {
-        /// Why.
+        /// The reason.
         why: String,
     },
-    /// What is to be seen from now on.
+    /// Contents of the window from now on.
     Show(Box<Shown>),
-    /// The bench's clock and the finger, many times a second.
+    /// The bench's clock and the finger's position, many times a second.
     Beat(Beat),
     /// The session is over.
     Bye,
@@ -33,20 +33,20 @@ pub enum ToWindow {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum FromWindow {
-    /// The window, which is ready.
+    /// The window is ready.
     Ready(Display),
-    /// The window is alive, whether there is anything to say or not.
+    /// Sign of life, sent regularly.
     Alive,
-    /// How an exploration was shown.
+    /// Report on the frames of an exploration.
     Explored(FrameReport),
-    /// What the operator should know.
+    /// A warning for the operator.
     Trouble {
-        /// In words.
+        /// The text.
         text: String,
     },
-    /// Whether the participant can follow it.
+    /// Whether the participant can follow the window.
     Unfit {
-        /// Why not, in words; `None` when they can again.
+        /// The reason why not; `None` when they can again.
         why: Option<String>,
     },
 }
@@ -65,14 +65,14 @@ pub struct Display {
     pub height_px: u32,
     /// Width of a pixel, m, as matched on the ruler page.
     pub pixel_m: f64,
-    /// Time between two pictures of the monitor, s.
+    /// Refresh period of the monitor, s.
     pub refresh_s: f64,
-    /// Whether nobody can see it: the picture goes to memory, and its times say nothing of a monitor's.
+    /// Whether the display is virtual: the picture goes to memory, and frame times say nothing about a monitor.
     pub virtual_display: bool,
 }
 
 impl Display {
-    /// Returns the display in words, for the operator.
+    /// Describes the display for the operator.
     #[must_use]
     pub fn in_words(&self) -> String {
         let kind = if self.virtual_display {
@@ -91,37 +91,37 @@ impl Display {
     }
 }
 
-/// The bench's clock at a moment, and the finger.
+/// The bench's clock and the finger's position at one moment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Beat {
     /// Time on the bench's clock, s.
     pub audio_s: f64,
-    /// The same moment, or a little later, on the clock that all processes of this computer share, s.
+    /// The same moment, or a little later, on the clock shared by all processes of this computer, s.
     pub shared_s: f64,
-    /// Where the finger is along the plate, m; `None` if the participant is not to see it.
+    /// Position of the finger along the plate, m; `None` if the participant is not to see it.
     pub finger_m: Option<f64>,
 }
 
-/// What is to be seen.
+/// Contents of the window.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shown {
     /// The instruction.
     pub title: String,
-    /// What comes after it.
+    /// The instruction that follows it.
     pub then: Option<String>,
-    /// Whether it is time for that.
+    /// Whether the following instruction applies now.
     pub now: bool,
-    /// Which trial of how many.
+    /// Number of the trial and of all trials, in words.
     pub progress: Option<String>,
-    /// Time on the bench's clock that is counted down to, s.
+    /// End of the countdown on the bench's clock, s.
     pub until_s: Option<f64>,
     /// The mean force of an exploration.
     pub feedback: Option<Feedback>,
     /// The plate with its marks and the slider.
     pub track: Option<Track>,
-    /// What is shown instead when the session falls silent.
+    /// Text shown instead when the session falls silent.
     pub silent: String,
 }
 
@@ -145,7 +145,7 @@ pub struct Feedback {
 pub struct Track {
     /// Length of the plate, m.
     pub plate_m: f64,
-    /// The slider's way.
+    /// The slider's motion.
     pub motion: Motion,
     /// Words at the marks of start and end.
     pub marks: (String, String),
@@ -153,13 +153,13 @@ pub struct Track {
     pub place: bool,
 }
 
-/// How an exploration was shown.
+/// Report on the frames of an exploration.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FrameReport {
     /// Time on the bench's clock at which the slider left its start, s.
     pub start_s: f64,
-    /// Number of frames while it moved.
+    /// Number of frames during the motion.
     pub frames: u32,
     /// Median time between two frames, s.
     pub interval_p50_s: f64,
@@ -167,13 +167,13 @@ pub struct FrameReport {
     pub interval_p99_s: f64,
     /// Longest time between two frames, s.
     pub interval_max_s: f64,
-    /// Pictures of the monitor that showed no new frame.
+    /// Monitor refreshes without a new frame.
     pub dropped: u32,
-    /// Median over the frames of the greatest distance between the slider on the screen and where it ought to have been at
-    /// any moment of the frame, m.
+    /// Median over the frames of the largest distance between the drawn and the ideal position of the slider during the
+    /// frame, m.
     pub slider_error_p50_m: f64,
-    /// The greatest of these, m.
+    /// Maximum of these distances, m.
     pub slider_error_max_m: f64,
-    /// The slider's way during one picture of the monitor, m.
+    /// Distance that the slider moves during one refresh of the monitor, m.
     pub frame_m: f64,
 }

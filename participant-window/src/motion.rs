@@ -1,8 +1,8 @@
-//! The slider's way, by which it is drawn at any moment.
+//! The slider's motion, which gives its position at any time.
 
 use serde::{Deserialize, Serialize};
 
-/// The slider's way: at rest at its start, then at one speed to its end, where it rests again.
+/// The slider's motion: at rest at its start, then at constant speed to its end, where it rests again.
 ///
 /// ```
 /// use participant_window::motion::Motion;
@@ -15,36 +15,36 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Motion {
-    /// Where it starts along the plate, m.
+    /// Start position along the plate, m.
     pub from_m: f64,
-    /// Where it ends, m.
+    /// End position, m.
     pub to_m: f64,
-    /// Its speed, m/s, positive either way.
+    /// Speed, m/s, positive in either direction.
     pub speed_m_per_s: f64,
-    /// Time on the bench's clock at which it leaves its start, s; `None` while that is not decided.
+    /// Time on the bench's clock at which the slider leaves its start, s; `None` while it is not decided.
     pub starts_s: Option<f64>,
 }
 
 impl Motion {
-    /// Returns how long it moves, s.
+    /// Returns the duration of the motion, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         (self.to_m - self.from_m).abs() / self.speed_m_per_s
     }
 
-    /// Returns where it is at a time on the bench's clock, m.
+    /// Returns the position at a time on the bench's clock, m.
     #[must_use]
     pub fn at_m(&self, audio_s: f64) -> f64 {
         let Some(starts_s) = self.starts_s else {
             return self.from_m;
         };
         let part = (audio_s - starts_s) / self.duration_s();
-        // Also what is no number rests at the start.
+        // NaN, too, rests at the start.
         let part = if part > 0.0 { part.min(1.0) } else { 0.0 };
         (1.0 - part) * self.from_m + part * self.to_m
     }
 
-    /// Returns whether it moves at a time on the bench's clock.
+    /// Returns whether the slider moves at a time on the bench's clock.
     #[must_use]
     pub fn moves(&self, audio_s: f64) -> bool {
         let moving = |starts_s: f64| (starts_s..starts_s + self.duration_s()).contains(&audio_s);

@@ -1,30 +1,30 @@
-//! What the participant sees, drawn: a still picture for as long as nothing but slider and finger change, and these over it.
+//! The participant's page: a still picture, drawn anew only when it changes, with slider and finger drawn over it.
 
 use crate::canvas::{Canvas, Colour};
 use crate::geometry::Geometry;
 use crate::lettering::Typeface;
 use crate::message::{Feedback, Shown, Track};
 
-/// Colour of the ground.
+/// Colour of the background.
 pub const GROUND: Colour = 0x0010_1418;
-/// Colour of what is to be read.
+/// Colour of the main text.
 pub const INK: Colour = 0x00f2_f2f2;
-/// Colour of what is beside the point.
+/// Colour of secondary text.
 pub const FAINT: Colour = 0x0090_989e;
 /// Colour of the plate.
 pub const PLATE: Colour = 0x0058_6068;
-/// Colour of the slider, and of nothing else.
+/// Colour of the slider, used for nothing else.
 pub const SLIDER: Colour = 0x00ff_b000;
 /// Colour of a force within the band.
 pub const GOOD: Colour = 0x0040_c060;
 /// Colour of the finger.
 pub const FINGER: Colour = 0x0060_d0ff;
 
-/// What of a page stands still: as long as it is equal, so is the picture.
+/// Contents of the still picture, which is drawn anew only when they change.
 #[derive(Clone, Debug, PartialEq)]
 struct Still {
     shown: Shown,
-    /// Seconds that are counted down, in words.
+    /// Countdown, in words.
     count: Option<String>,
 }
 
@@ -38,17 +38,17 @@ pub struct Page {
     frame: Canvas,
 }
 
-/// What is drawn over the still picture.
+/// Slider and finger, drawn over the still picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moving {
-    /// Where the slider is along the plate, m.
+    /// Position of the slider along the plate, m.
     pub slider_m: Option<f64>,
-    /// Where the finger is along the plate, m.
+    /// Position of the finger along the plate, m.
     pub finger_m: Option<f64>,
 }
 
 impl Page {
-    /// An empty page of a screen.
+    /// Returns an empty page for a screen.
     #[must_use]
     pub fn new(face: Typeface, geometry: Geometry) -> Self {
         // The casts saturate.
@@ -62,14 +62,14 @@ impl Page {
         }
     }
 
-    /// Returns the screen that this is a page of.
+    /// Returns the screen's geometry.
     #[must_use]
     pub fn geometry(&self) -> Geometry {
         self.geometry
     }
 
-    /// Draws what is shown at a time on the bench's clock; `None` while the bench is silent. Returns the picture, and whether
-    /// more of it has changed than the rows in which things move.
+    /// Draws the page at a time on the bench's clock, `None` while the bench is silent. Returns the picture, and
+    /// whether more of it has changed than the rows of slider and finger.
     pub fn draw(&mut self, shown: &Shown, audio_s: Option<f64>, moving: Moving) -> (&Canvas, bool) {
         let still = Still {
             shown: shown.clone(),
@@ -95,7 +95,7 @@ impl Page {
     }
 }
 
-/// Returns seconds left as they are shown: whole ones that have begun, with minutes from one on.
+/// Returns the time left in words: whole seconds, rounded up, with minutes from one minute on.
 fn counted(left_s: f64) -> String {
     // The cast saturates.
     let seconds = left_s.max(0.0).ceil() as u64;
@@ -147,7 +147,7 @@ fn still_picture(canvas: &mut Canvas, face: &Typeface, on: Geometry, still: &Sti
     }
 }
 
-/// Writes a text in as many lines as it takes; returns where the next one may begin.
+/// Writes a text on as many lines as it needs; returns the vertical position below it.
 fn lines(
     canvas: &mut Canvas,
     face: &Typeface,
@@ -157,7 +157,7 @@ fn lines(
 ) -> f64 {
     let mut baseline = top;
     for line in face.wrapped(text, em, on.width * 0.9) {
-        // A word wider than the screen is made to fit.
+        // A word wider than the screen is shrunk to fit.
         let fitting = (on.width * 0.96 / face.width(&line, em)).min(1.0);
         face.write(
             canvas,
@@ -207,7 +207,7 @@ fn feedback(canvas: &mut Canvas, face: &Typeface, on: Geometry, shown: &Feedback
     }
 }
 
-/// Draws the plate with its marks, the way that the slider goes, and where the finger is to rest.
+/// Draws the plate with its marks, the slider's path, and the place for the finger.
 fn plate(canvas: &mut Canvas, face: &Typeface, on: Geometry, track: &Track) {
     let y = on.plate_y();
     let (left, right) = (on.x(track, 0.0), on.x(track, track.plate_m));

@@ -1,4 +1,4 @@
-//! Options of `friction-bench participant`, which the program of the window has too.
+//! Options of `friction-bench participant`, shared with the window's program.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -23,10 +23,10 @@ pub struct Participant {
 }
 
 impl Participant {
-    /// Returns the arguments that are read as these options.
+    /// Returns the command-line arguments that parse to these options.
     #[must_use]
     pub fn arguments(&self) -> Vec<OsString> {
-        // One word each, so that a value that begins with a hyphen remains a value.
+        // One argument each, so that a value that begins with a hyphen remains a value.
         let option = |name: &str, value: OsString| {
             let mut word = OsString::from(name);
             word.push(value);

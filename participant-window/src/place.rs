@@ -1,4 +1,4 @@
-//! Where session and window meet: a socket in a folder that is this user's alone.
+//! The socket where session and window meet, in a folder private to the user.
 
 use std::fs::{self, DirBuilder};
 use std::io;
@@ -12,7 +12,7 @@ const SOCKET: &str = "participant.sock";
 /// Why session and window cannot meet.
 #[derive(Debug, thiserror::Error)]
 pub enum PlaceError {
-    /// The folder can be entered by others.
+    /// The folder is open to other users.
     #[error(
         "{folder} is open to other users of this computer: give a socket in a folder of your own (chmod 700 {folder})"
     )]
@@ -20,13 +20,13 @@ pub enum PlaceError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The folder or the socket is somebody else's.
+    /// The folder or the socket belongs to another user.
     #[error("{path} belongs to another user: give a socket in a folder of your own")]
     Foreign {
         /// Folder or socket.
         path: PathBuf,
     },
-    /// Another session has the socket.
+    /// The socket is in use by another session.
     #[error(
         "another session has the participant's window at {path}: end it, or give this one a socket of its own"
     )]
@@ -34,13 +34,13 @@ pub enum PlaceError {
         /// The socket.
         path: PathBuf,
     },
-    /// There is something else at this path.
+    /// The path exists and is not a socket.
     #[error("{path} is no socket: give another path")]
     NoSocket {
         /// The path.
         path: PathBuf,
     },
-    /// The system refused.
+    /// The system returned an error.
     #[error("{path}: {source}")]
     System {
         /// Folder or socket.
@@ -51,7 +51,7 @@ pub enum PlaceError {
     },
 }
 
-/// Returns the socket of a user, by the environment: in the user's runtime directory, or else in a folder of `temporary`.
+/// Returns a user's socket: in the runtime directory `runtime`, or else in a folder of `temporary`.
 #[must_use]
 pub fn socket(runtime: Option<PathBuf>, temporary: &Path) -> PathBuf {
     let folder = match runtime.filter(|runtime| runtime.is_absolute()) {
@@ -61,7 +61,7 @@ pub fn socket(runtime: Option<PathBuf>, temporary: &Path) -> PathBuf {
     folder.join(SOCKET)
 }
 
-/// Returns the socket of this process's user, where session and window meet when none is named.
+/// Returns the default socket of this process's user.
 #[must_use]
 pub fn default_socket() -> PathBuf {
     let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
@@ -77,7 +77,7 @@ fn system(path: &Path) -> impl FnOnce(io::Error) -> PlaceError {
     move |source| PlaceError::System { path, source }
 }
 
-/// Requires a folder that is this user's alone.
+/// Requires a folder that only this user can enter.
 fn require_private(folder: &Path) -> Result<(), PlaceError> {
     let found = fs::symlink_metadata(folder).map_err(system(folder))?;
     let folder = folder.to_owned();
@@ -97,7 +97,7 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Returns the folder of a socket, made for this user alone if it does not exist.
+/// Returns the folder of a socket; creates it, private to this user, if it does not exist.
 fn make_private(path: &Path) -> Result<&Path, PlaceError> {
     let folder = folder_of(path);
     match DirBuilder::new().mode(0o700).create(folder) {
@@ -109,7 +109,7 @@ fn make_private(path: &Path) -> Result<&Path, PlaceError> {
     Ok(folder)
 }
 
-/// Opens the socket for this session; one that a killed session left is replaced.
+/// Opens the socket for this session; replaces one left by a killed session.
 ///
 /// # Errors
 /// [`PlaceError`].
@@ -134,7 +134,7 @@ pub fn listen(path: &Path) -> Result<UnixListener, PlaceError> {
     Ok(listener)
 }
 
-/// Returns the lock of the one window of a socket; `None` if another window has it.
+/// Returns the lock that limits a socket to one window; `None` if another window holds it.
 ///
 /// # Errors
 /// [`PlaceError`].
@@ -149,10 +149,10 @@ pub fn only_window(path: &Path) -> Result<Option<fs::File>, PlaceError> {
     }
 }
 
-/// Connects to the session's socket; `None` if there is no session.
+/// Connects to the session's socket; `None` without a session.
 ///
 /// # Errors
-/// [`PlaceError`] if folder or socket are not this user's alone.
+/// [`PlaceError`] if the folder or the socket is not private to this user.
 pub fn connect(path: &Path) -> Result<Option<UnixStream>, PlaceError> {
     let found = match fs::symlink_metadata(path) {
         Ok(found) => found,
@@ -172,13 +172,13 @@ pub fn connect(path: &Path) -> Result<Option<UnixStream>, PlaceError> {
     }
     match UnixStream::connect(path) {
         Ok(stream) => Ok(Some(stream)),
-        // A session that was killed leaves its socket.
+        // A killed session leaves its socket.
         Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => Ok(None),
         Err(error) => Err(system(path)(error)),
     }
 }
 
-/// Returns whether the process at the other end is this user's, where the system tells.
+/// Returns whether the peer process belongs to this user, as far as the system can tell.
 #[must_use]
 pub fn is_ours(stream: &UnixStream) -> bool {
     #[cfg(target_os = "linux")]
@@ -192,7 +192,7 @@ pub fn is_ours(stream: &UnixStream) -> bool {
     }
 }
 
-/// Returns the time on the clock that all processes of this computer share, s.
+/// Returns the time on the clock shared by all processes of this computer, s.
 #[must_use]
 pub fn shared_s() -> f64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);

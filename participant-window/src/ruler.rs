@@ -1,4 +1,4 @@
-//! The ruler page: a line that the operator matches with a bank card, and so the width of a pixel.
+//! The ruler page: the operator matches a line with a bank card, which gives the width of a pixel.
 
 use crate::canvas::Canvas;
 use crate::lettering::Typeface;
@@ -6,9 +6,9 @@ use crate::page::{FAINT, GROUND, INK, SLIDER};
 
 /// Length of the line: the width of every bank card (ISO/IEC 7810, ID-1), m.
 pub const LINE_M: f64 = 0.0856;
-/// Shortest line, pixels: below, a pixel would be larger than any monitor's.
+/// Shortest line, pixels; a shorter one would mean pixels larger than any monitor's.
 const SHORTEST: u32 = 80;
-/// What a monitor is taken for until its line was matched: 96 pixels to the inch, m.
+/// Width of a pixel assumed for a monitor that was not matched: 96 pixels to the inch, m.
 pub const ASSUMED_PIXEL_M: f64 = 0.0254 / 96.0;
 
 /// The ruler page.
@@ -19,7 +19,7 @@ pub struct Ruler {
 }
 
 impl Ruler {
-    /// A line on a screen so many pixels wide, as long as a pixel of that width makes it.
+    /// Returns a page `width` pixels wide, with a line as long as the card if a pixel is `pixel_m` wide.
     #[must_use]
     pub fn new(width: u32, pixel_m: f64) -> Self {
         let longest = width.saturating_sub(20).max(SHORTEST);
@@ -31,7 +31,7 @@ impl Ruler {
         }
     }
 
-    /// Makes the line longer or shorter, by pixels.
+    /// Lengthens or shortens the line by pixels.
     pub fn adjust(&mut self, by: i32) {
         self.line = self
             .line

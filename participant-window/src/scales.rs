@@ -1,4 +1,4 @@
-//! The width of each monitor's pixels, as matched on the ruler page, kept in the user's configuration directory.
+//! Widths of the monitors' pixels, as matched on the ruler page, stored in the user's configuration directory.
 
 use std::fs;
 use std::io::{self, Write};
@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use strict::TomlError;
 
-/// Narrowest and widest pixel that a monitor has, m.
+/// Plausible range of a pixel's width, m.
 const PIXEL_M: (f64, f64) = (1e-5, 2e-3);
-/// Most bytes of the file.
+/// Size limit of the file, bytes.
 const LIMIT_BYTES: u64 = 1 << 20;
 
-/// A monitor whose scale is known.
+/// A monitor with a known scale.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Monitor {
@@ -22,7 +22,7 @@ struct Monitor {
     pixel_m: f64,
 }
 
-/// The file.
+/// Contents of the file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Monitors {
@@ -30,10 +30,10 @@ struct Monitors {
     monitors: Vec<Monitor>,
 }
 
-/// Why the scales cannot be read or kept.
+/// Why the scales cannot be read or stored.
 #[derive(Debug, thiserror::Error)]
 pub enum ScalesError {
-    /// The file is not one of these.
+    /// The file is not a file of scales.
     #[error("{0}; delete the file, and match the ruler page anew")]
     Toml(#[from] TomlError),
     /// A pixel is wider or narrower than any monitor's.
@@ -57,7 +57,7 @@ pub enum ScalesError {
         #[source]
         source: io::Error,
     },
-    /// There is no place for it.
+    /// The user has no configuration directory.
     #[error(
         "neither XDG_CONFIG_HOME nor HOME is set: there is no place to keep a monitor's scale; set one"
     )]
@@ -71,7 +71,7 @@ pub struct Scales {
     monitors: Monitors,
 }
 
-/// Returns the file of the scales, by the environment.
+/// Returns the path of the file, from the environment's `XDG_CONFIG_HOME` and `HOME`.
 ///
 /// # Errors
 /// [`ScalesError::NoHome`].
@@ -85,7 +85,7 @@ pub fn path(config_home: Option<PathBuf>, home: Option<PathBuf>) -> Result<PathB
 }
 
 impl Scales {
-    /// Reads them; there are none yet if there is no file.
+    /// Reads the scales; empty if the file does not exist.
     ///
     /// # Errors
     /// [`ScalesError`], which names the file and the line.
@@ -111,7 +111,7 @@ impl Scales {
         })
     }
 
-    /// Returns the width of a monitor's pixels, m; `None` of one that was never matched at this resolution.
+    /// Returns the width of a monitor's pixels, m; `None` if it was never matched at this resolution.
     #[must_use]
     pub fn pixel_m(&self, name: &str, (width_px, height_px): (u32, u32)) -> Option<f64> {
         let of = |monitor: &&Monitor| {
@@ -124,7 +124,7 @@ impl Scales {
             .map(|monitor| monitor.pixel_m)
     }
 
-    /// Keeps the width of a monitor's pixels: the new file takes the place of the old one whole.
+    /// Stores the width of a monitor's pixels; the file is replaced as a whole.
     ///
     /// # Errors
     /// [`ScalesError::File`].

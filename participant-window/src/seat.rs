@@ -1,4 +1,4 @@
-//! The session's end of the socket: one window at a time, which is never waited for.
+//! The session's end of the socket: one window at a time, which never blocks the session.
 
 use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
@@ -7,31 +7,31 @@ use crate::lines::{Ended, Lines};
 use crate::message::{Beat, Display, FORMAT, FrameReport, FromWindow, Shown, ToWindow};
 use crate::place::{self, PlaceError};
 
-/// A window that says nothing for this long hangs, s.
+/// Silence after which a window counts as hung, s.
 const LONGEST_SILENCE_S: f64 = 2.0;
-/// Most messages of a window within a second: those of a flood are not read.
+/// Maximum number of messages from a window per second; a window that sends more is dismissed.
 const MOST_A_SECOND: u32 = 200;
 
-/// What has become of the window.
+/// Event of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SeatEvent {
-    /// A window is there.
+    /// A window has connected.
     Taken(Display),
-    /// It is gone.
+    /// The window is gone.
     Left {
-        /// Why, in words.
+        /// The reason.
         why: String,
     },
-    /// How it has shown an exploration.
+    /// Report on the frames of an exploration.
     Explored(FrameReport),
-    /// What the operator should know.
+    /// A warning for the operator.
     Trouble {
-        /// In words.
+        /// The text.
         text: String,
     },
-    /// Whether the participant can follow it.
+    /// Whether the participant can follow the window.
     Unfit {
-        /// Why not, in words; `None` when they can again.
+        /// The reason why not; `None` when they can again.
         why: Option<String>,
     },
 }
@@ -51,7 +51,7 @@ struct Window {
     lines: Lines,
     ready: bool,
     heard_s: f64,
-    /// Messages since a moment, s.
+    /// Start of the current second, s, and the messages since.
     counted: (f64, u32),
 }
 
@@ -75,7 +75,7 @@ impl Seat {
         &self.path
     }
 
-    /// Shows something else from now on.
+    /// Sets the contents of the window.
     pub fn show(&mut self, shown: Shown) {
         if self.shown.as_ref() != Some(&shown) {
             self.send(&ToWindow::Show(Box::new(shown.clone())));
@@ -83,19 +83,19 @@ impl Seat {
         }
     }
 
-    /// Tells the window the bench's clock.
+    /// Sends the bench's clock to the window.
     pub fn beat(&mut self, beat: Beat) {
         self.send(&ToWindow::Beat(beat));
     }
 
     fn send(&mut self, message: &ToWindow) {
         if let Some(window) = self.window.as_mut().filter(|window| window.ready) {
-            // What comes of it is seen at the next look.
+            // An error is seen at the next look.
             let _ = window.lines.send(message);
         }
     }
 
-    /// Looks who has come and what was said; returns it. `now_s` is any clock that goes forward.
+    /// Accepts a window and reads its messages; returns the events. `now_s` is on any clock that never goes back.
     pub fn look(&mut self, now_s: f64) -> Vec<SeatEvent> {
         let mut events = Vec::new();
         let ended = self
@@ -120,7 +120,7 @@ impl Seat {
         events
     }
 
-    /// Lets the window go, with a word to it.
+    /// Dismisses the window and tells it why.
     fn dismiss(&mut self, why: &str, events: &mut Vec<SeatEvent>) {
         if let Some(mut window) = self.window.take() {
             let why = why.to_owned();
@@ -158,7 +158,7 @@ impl Seat {
 impl Drop for Seat {
     fn drop(&mut self) {
         self.send(&ToWindow::Bye);
-        // It is this session's until here: nobody else could bind it.
+        // The socket is still this session's: nobody else could bind it.
         let _ = std::fs::remove_file(&self.path);
     }
 }
@@ -168,7 +168,7 @@ impl Window {
         !self.counted.0.is_nan()
     }
 
-    /// Takes what the window says.
+    /// Reads the window's messages.
     fn hear(&mut self, now_s: f64, events: &mut Vec<SeatEvent>) -> Result<(), Ended> {
         self.lines.flush()?;
         for message in self.lines.receive::<FromWindow>(16)? {
@@ -217,7 +217,7 @@ impl Window {
     }
 }
 
-/// Requires a display that there can be.
+/// Requires plausible properties of a display.
 fn require(display: &Display) -> Result<(), Ended> {
     let can_be = display.format == FORMAT
         && display.width_px > 0

@@ -33,10 +33,10 @@ const REACTION_S: f64 = 0.5;
 const FRAME_HZ: f64 = 2000.0;
 /// Mean of the synthetic vibration amplitude, m.
 const AMPLITUDE_M: f64 = 2e-6;
-/// Longest session, s; a longer one waits for something that never comes.
+/// Longest session, s; a longer one waits for an event that never comes.
 const LONGEST_S: f64 = 24.0 * 3600.0;
 
-/// Why there is no dry run.
+/// Why the dry run failed.
 #[derive(Debug, thiserror::Error)]
 enum DryRunError {
     #[error("{USAGE}")]
@@ -62,7 +62,7 @@ enum DryRunError {
 }
 
 impl DryRunError {
-    /// Whether the reader of the output, such as `head`, has seen enough.
+    /// Whether the reader of the output, such as `head`, has closed the pipe.
     fn is_closed_pipe(&self) -> bool {
         matches!(self, Self::Output(error) if error.kind() == io::ErrorKind::BrokenPipe)
     }
@@ -81,7 +81,7 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if error.is_closed_pipe() => ExitCode::SUCCESS,
         Err(error) => {
-            // Nothing is left to report to if standard error is closed, too.
+            // If standard error is closed, too, the error is lost.
             let _ = writeln!(io::stderr(), "error: {error}");
             ExitCode::FAILURE
         }
@@ -138,7 +138,7 @@ struct DryRun {
     drive: Option<Drive>,
     analysis: Option<TrialAnalysis>,
     recording: Option<(TrialKey, RecordingOutcome)>,
-    /// Phase and instruction printed last.
+    /// Phase and instruction last printed.
     printed: Option<(Phase, Instruction)>,
 }
 
@@ -163,7 +163,7 @@ impl DryRun {
             self.t_s = step as f64 * STEP_S;
             let observation = self.observe();
             let actions = self.session.step(&observation);
-            // The view comes last; each line is printed with the instruction that holds from this step on.
+            // The view comes last; each line is printed with the instruction that applies from this step on.
             if let Some(Action::Show(view)) = actions.last() {
                 self.show(view.clone());
             }
@@ -184,7 +184,7 @@ impl DryRun {
         Err(DryRunError::Endless)
     }
 
-    /// What the bench observes of the participant, who does as the screen says.
+    /// Returns the bench's observation of the participant, who follows the screen.
     fn observe(&mut self) -> Observation {
         let reacted = self.t_s - self.instructed_s >= REACTION_S;
         let mut button_pressed = false;
@@ -223,7 +223,7 @@ impl DryRun {
         self.view = Some(view);
     }
 
-    /// Does what the session asks of the bench, and prints it.
+    /// Carries out an action and prints it.
     fn act(&mut self, action: Action, out: &mut impl Write) -> Result<(), DryRunError> {
         match action {
             Action::BeginTrial { key, drive, .. } => {
@@ -296,7 +296,7 @@ impl DryRun {
         Ok(())
     }
 
-    /// Prints a line of the timeline; phase and instruction only where they changed.
+    /// Prints a line of the timeline, with phase and instruction if they changed.
     fn print(&mut self, out: &mut impl Write, what: &str) -> io::Result<()> {
         let phase = self.session.phase();
         let shown = self
@@ -316,7 +316,7 @@ impl DryRun {
         writeln!(out, "{}", line.trim_end())
     }
 
-    /// Analyses a trial whose finger was always where the slider was.
+    /// Analyses a trial in which the finger was exactly at the slider.
     fn analyse(
         &self,
         key: TrialKey,
@@ -373,7 +373,7 @@ impl DryRun {
     }
 }
 
-/// A trial in a line of the timeline.
+/// A trial in one line of the timeline.
 struct Trial<'a>(&'a TrialKey);
 
 impl fmt::Display for Trial<'_> {
@@ -460,7 +460,7 @@ mod tests {
         ));
     }
 
-    /// A pipe whose reader is gone.
+    /// A pipe closed by its reader.
     struct Closed;
 
     impl Write for Closed {

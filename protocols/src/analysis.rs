@@ -1,10 +1,10 @@
-//! What the bench measured in an attempt at a trial.
+//! Results of the measurements in an attempt at a trial.
 
 use crate::stretch::Stretch;
 use crate::trial::{Direction, TrialKey};
 use serde::{Deserialize, Serialize};
 
-/// What was measured in one exploration.
+/// Results of one exploration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExplorationAnalysis {
     /// Direction in which the finger slid.
@@ -27,7 +27,7 @@ impl ExplorationAnalysis {
     }
 }
 
-/// What was measured in one attempt.
+/// Results of one attempt.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrialAnalysis {
     /// The attempt.
@@ -36,13 +36,13 @@ pub struct TrialAnalysis {
     pub explorations: Vec<ExplorationAnalysis>,
     /// Mean normal force of the baseline, when no finger should be on the plate, N; `None` if it was not measured.
     pub unloaded_mean_normal_n: Option<f64>,
-    /// Input frames at the converter's limit.
+    /// Input frames at the limit of the converter's range.
     pub clipped_frames: u64,
     /// Input frames lost, written as NaN.
     pub lost_frames: u64,
-    /// Overruns of the input that cost frames, or may have.
+    /// Input overruns that lost frames, or may have.
     pub input_xruns: u64,
-    /// Underruns of the output that cost frames, or may have.
+    /// Output underruns that lost frames, or may have.
     pub output_xruns: u64,
 }
 

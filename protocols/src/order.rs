@@ -5,10 +5,10 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
-/// Returns the indices of the conditions in `blocks` blocks, each of which holds every condition once.
+/// Returns the indices of the conditions in `blocks` blocks, each with every condition once.
 ///
-/// `participant` selects the row of a counterbalanced design; `stream` keeps participants of one seed apart in a
-/// randomised one.
+/// `participant` selects the row of a counterbalanced design; `stream` gives participants with the same seed different
+/// randomised orders.
 pub(crate) fn conditions(
     order: Order,
     conditions: usize,

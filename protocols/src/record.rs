@@ -1,11 +1,11 @@
-//! How attempts at trials were settled, as the event log keeps them.
+//! Records of settled attempts, as written to the event log.
 
 use crate::analysis::TrialAnalysis;
 use crate::redo_reason::RedoReason;
 use crate::trial::{Interruption, TrialKey};
 use serde::{Deserialize, Serialize};
 
-/// How an attempt was settled.
+/// Outcome of an attempt.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "outcome", rename_all = "snake_case")]
 pub enum TrialOutcome {
@@ -16,7 +16,7 @@ pub enum TrialOutcome {
         /// Why the verdict rejected it.
         reasons: Vec<RedoReason>,
     },
-    /// To be repeated. `reasons` is empty when the verdict was good and the operator asked for the repetition.
+    /// To be repeated. `reasons` is empty if the verdict was good and the operator asked for the repetition.
     Redo {
         /// Why the verdict rejected it.
         reasons: Vec<RedoReason>,
@@ -26,9 +26,9 @@ pub enum TrialOutcome {
         /// Why the verdict rejected it.
         reasons: Vec<RedoReason>,
     },
-    /// Cut short; to be repeated without counting against the redo limits.
+    /// Interrupted; to be repeated without counting against the redo limits.
     Interrupted {
-        /// What cut it short.
+        /// The cause of the interruption.
         #[serde(flatten)]
         interruption: Interruption,
     },
@@ -44,13 +44,13 @@ impl TrialOutcome {
     }
 }
 
-/// One attempt as the event log keeps it; the records of a session are enough to resume it.
+/// Record of one attempt in the event log; the records of a session suffice to resume it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrialRecord {
     /// The attempt.
     pub key: TrialKey,
-    /// How it was settled.
+    /// Outcome of the attempt.
     pub outcome: TrialOutcome,
-    /// What the bench measured; `None` when the attempt was not analysed.
+    /// Results of the measurements; `None` if the attempt was not analysed.
     pub analysis: Option<TrialAnalysis>,
 }

@@ -20,7 +20,7 @@ pub enum RedoReason {
         /// Upper end of the band, N.
         max_n: f64,
     },
-    /// The mean speed of an exploration was not the slider's.
+    /// The mean speed of an exploration differed too much from the slider's.
     #[error(
         "exploration {exploration}: mean speed {:.0} mm/s, outside {:.0} to {:.0} mm/s",
         .speed_m_per_s * 1e3,
@@ -43,7 +43,7 @@ pub enum RedoReason {
         /// The exploration, from 1.
         exploration: usize,
     },
-    /// An input reached the converter's limit.
+    /// An input reached the limit of the converter's range.
     #[error("{frames} clipped frames, {limit} allowed: lower the input gain or the amplitude")]
     Clipped {
         /// Number of clipped frames.
@@ -69,7 +69,7 @@ pub enum RedoReason {
         /// Allowed number of both together.
         limit: u64,
     },
-    /// A trial holds too few instances to estimate from.
+    /// A trial has too few instances for an estimate.
     #[error(
         "{found} instances, {needed} needed{}",
         .mostly.as_ref().map(|m| format!("; most other stretches: {m}")).unwrap_or_default()
@@ -82,14 +82,14 @@ pub enum RedoReason {
         /// Most frequent reason among the rejected stretches.
         mostly: Option<String>,
     },
-    /// A finger lay on the plate during the baseline.
+    /// A finger was on the plate during the baseline.
     #[error(
         "finger on the plate during the baseline: mean normal force {mean_n:.2} N, less than {limit_n:.2} N needed"
     )]
     FingerOnPlate {
         /// Mean normal force of the baseline, N.
         mean_n: f64,
-        /// Force that it must stay below, N.
+        /// Upper limit of this force, N.
         limit_n: f64,
     },
     /// The baseline's force was not measured.

@@ -1,4 +1,4 @@
-//! The limits that explorations are selected and trials judged by.
+//! Limits for the selection from explorations and for the verdicts on trials.
 
 use serde::{Deserialize, Serialize};
 
@@ -28,12 +28,12 @@ pub struct Quality {
     pub max_xruns: u64,
 }
 
-/// Conditions under which a rising stretch holds an instance.
+/// Conditions under which a rising stretch contains an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SelectionRules {
     /// Position of the plate's centre, m.
     pub centre_m: f64,
-    /// Length about the centre that is kept, m.
+    /// Length of the central part of the plate that is used, m.
     pub central_m: f64,
     /// The slider's speed, m/s.
     pub speed_m_per_s: f64,
@@ -46,8 +46,8 @@ pub struct SelectionRules {
 }
 
 impl SelectionRules {
-    /// Returns the published rules (60 mm, 50 mm/s, 60 ms) for a plate whose centre lies at `centre_m`; the tolerance
-    /// of ±25 % and the contact force of 0.1 N are this project's.
+    /// Returns the published rules (60 mm, 50 mm/s, 60 ms) for a plate with its centre at `centre_m`; the tolerance of
+    /// ±25 % and the contact force of 0.1 N are this project's.
     pub fn published(centre_m: f64) -> Self {
         Self {
             centre_m,
@@ -59,13 +59,13 @@ impl SelectionRules {
         }
     }
 
-    /// Whether `position_m` lies in the central part that is kept.
+    /// Whether `position_m` lies in the central part of the plate.
     pub(crate) fn is_central(&self, position_m: f64) -> bool {
         (position_m - self.centre_m).abs() <= self.central_m / 2.0
     }
 }
 
-/// Limits that a trial is judged by.
+/// Limits for the verdict on a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VerdictRules {
     /// Band of the mean normal force, and the contact force.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The part of a rising stretch that impedance is estimated from.
+/// The part of a rising stretch that is used for an estimate of impedance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Instance {
     /// Start, s.
@@ -11,7 +11,7 @@ pub struct Instance {
     pub end_s: f64,
 }
 
-/// Why a rising stretch holds no instance.
+/// Why a rising stretch contains no instance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "reason", rename_all = "snake_case")]
 pub enum Rejection {
@@ -24,7 +24,7 @@ pub enum Rejection {
     /// The exploration began or ended within the stretch.
     #[error("cut off by the start or end of the exploration")]
     CutOff,
-    /// The amplitude rose for less than an instance.
+    /// The stretch was shorter than an instance.
     #[error("too short: {:.1} ms of {:.1} ms needed", .duration_s * 1e3, .needed_s * 1e3)]
     TooShort {
         /// Length of the stretch, s.
@@ -44,13 +44,13 @@ pub enum Rejection {
         /// Number of such frames.
         frames: usize,
     },
-    /// The output lost frames, so that the drive was broken off.
+    /// The output lost frames, which interrupted the drive.
     #[error("drive broken off by an output xrun in {frames} frames")]
     DriveGap {
         /// Number of such frames.
         frames: usize,
     },
-    /// An axis of the force sensor was at the end of its range.
+    /// An axis of the force sensor was saturated.
     #[error("force sensor saturated in {frames} frames")]
     ForceSaturated {
         /// Number of such frames.
@@ -88,7 +88,7 @@ pub enum Rejection {
         .max_m_per_s * 1e3
     )]
     Speed {
-        /// The speed farthest from the slider's, m/s.
+        /// Speed farthest from the slider's, m/s.
         speed_m_per_s: f64,
         /// Smallest speed allowed, m/s.
         min_m_per_s: f64,
@@ -117,11 +117,11 @@ impl Rejection {
     }
 }
 
-/// Whether a rising stretch holds an instance.
+/// Whether a rising stretch contains an instance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StretchOutcome {
-    /// The stretch holds this instance.
+    /// The stretch contains this instance.
     Accepted(Instance),
     /// The stretch was rejected for this reason.
     Rejected(Rejection),

@@ -1,10 +1,10 @@
-//! A session in numbers.
+//! Summary of a session in numbers.
 
 use crate::record::{TrialOutcome, TrialRecord};
 use serde::{Deserialize, Serialize};
 
-/// Counts and means over the attempts of a session. Practice trials count in `practice` and among the lost frames,
-/// clipped frames and xruns, nowhere else.
+/// Counts and means over the attempts of a session. Practice trials count only in `practice` and in the lost frames,
+/// clipped frames and xruns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SessionSummary {
     /// Trials in the protocol, practice not counted.
@@ -17,19 +17,19 @@ pub struct SessionSummary {
     pub accepted_anyway: u32,
     /// Trials given up at the redo limit.
     pub given_up: u32,
-    /// Repetitions because of a verdict or asked for by the operator at one.
+    /// Repetitions because of a verdict, or by the operator after one.
     pub redone: u32,
-    /// Attempts cut short.
+    /// Interrupted attempts.
     pub interrupted: u32,
     /// Instances in accepted and kept trials.
     pub instances: u64,
-    /// Mean normal force of the explorations of accepted and kept trials, N; `None` without one.
+    /// Mean normal force of the explorations of accepted and kept trials, N; `None` if there is no such exploration.
     pub mean_normal_n: Option<f64>,
     /// Lost frames in all analysed attempts.
     pub lost_frames: u64,
     /// Clipped frames in all analysed attempts.
     pub clipped_frames: u64,
-    /// Input and output xruns that cost frames, or may have, in all analysed attempts.
+    /// Input and output xruns that lost frames, or may have, in all analysed attempts.
     pub xruns: u64,
 }
 
@@ -79,7 +79,7 @@ mod tests {
     use crate::stretch::{Instance, Stretch, StretchOutcome};
     use crate::trial::{Direction, Interruption, TrialKey};
 
-    /// Two explorations of six instances each.
+    /// Returns an analysis of two explorations with six instances each.
     fn measured() -> TrialAnalysis {
         let stretch = Stretch {
             start_s: 1.0,

@@ -1,4 +1,4 @@
-//! The names of trials, the intervals marked in them, and how their recordings end.
+//! Keys of trials, the intervals marked in them, and the ends of their recordings.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -33,12 +33,12 @@ impl fmt::Display for Direction {
     }
 }
 
-/// One attempt at one trial. `number` and `attempt` together occur once in a session.
+/// Key of one attempt at one trial. The pair of `number` and `attempt` is unique in a session.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct TrialKey {
     /// Position in the session's order, from 1, practice trials first.
     pub number: u32,
-    /// Attempt at this trial, from 1; grows with each repetition, whatever its cause.
+    /// Attempt at this trial, from 1; increases with each repetition for any cause.
     pub attempt: u32,
     /// Whether this is a practice trial.
     pub practice: bool,
@@ -46,11 +46,11 @@ pub struct TrialKey {
     pub condition: String,
 }
 
-/// What the finger does in an interval of a recording.
+/// Kind of an interval of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum IntervalKind {
-    /// Drive on and settled, finger off the plate: Z_p is measured here.
+    /// The drive has settled and the finger is off the plate: Z_p is measured here.
     Unloaded,
     /// The slider moves and the finger follows.
     Exploration {
@@ -62,7 +62,7 @@ pub enum IntervalKind {
 /// A marked interval, in seconds of the audio clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
-    /// What happens in it.
+    /// Kind of interval.
     #[serde(flatten)]
     pub kind: IntervalKind,
     /// Start, s.
@@ -87,13 +87,13 @@ pub enum Interruption {
     /// A safety device tripped.
     #[error("safety tripped: {reason}")]
     Safety {
-        /// What tripped, as the safety watch reports it.
+        /// The cause, as reported by the safety watch.
         reason: String,
     },
     /// The participant's display was lost.
     #[error("the participant's display was lost: {reason}")]
     DisplayLost {
-        /// Which display, and what became of it.
+        /// The display that was lost, and the cause.
         reason: String,
     },
     /// The finger stayed on the plate when it should have been off.
@@ -102,10 +102,10 @@ pub enum Interruption {
     /// The finger was not placed, or the ready button not pressed, in time.
     #[error("finger not placed or ready button not pressed in time")]
     FingerNotPlaced,
-    /// The recording was not saved, so that nothing of the trial can be counted on.
+    /// The recording was not saved, so that the trial cannot be used.
     #[error("not saved: {reason}")]
     NotSaved {
-        /// What became of the recording.
+        /// The reason.
         reason: String,
     },
     /// The program ended during the trial.
@@ -113,15 +113,15 @@ pub enum Interruption {
     Crash,
 }
 
-/// How the recording of a trial ended.
+/// End of a trial's recording.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(tag = "end", rename_all = "snake_case")]
 pub enum TrialEnd {
     /// Every exploration was made; the trial can be analysed.
     Completed,
-    /// It was cut short and will be repeated.
+    /// The trial was interrupted and will be repeated.
     Interrupted {
-        /// What cut it short.
+        /// The cause of the interruption.
         #[serde(flatten)]
         interruption: Interruption,
     },

@@ -1,4 +1,4 @@
-//! Trials whose verdict is known.
+//! Trials with a known verdict.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -56,7 +56,7 @@ fn good() -> TrialAnalysis {
     }
 }
 
-/// The verdict's reasons against a good trial with a change.
+/// Returns the verdict's reasons for a good trial with one change.
 fn reasons(change: impl FnOnce(&mut TrialAnalysis)) -> Vec<RedoReason> {
     let mut analysis = good();
     change(&mut analysis);

@@ -1,4 +1,4 @@
-//! Requests of the operator to the bench: the screen's only effects.
+//! Requests of the operator to the bench, the only effects of the screen.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::calibration_page::Reply;
 
-/// The attempt that a request is about, so that it never falls on the next one.
+/// The attempt named in a request, so that the request never applies to the next one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AttemptName {
     /// Number of the trial, from 1. Practice trials are numbered separately.
@@ -28,7 +28,7 @@ impl fmt::Display for AttemptName {
     }
 }
 
-/// One request of the operator. The bench decides whether it is granted.
+/// One request of the operator. The bench decides whether to grant it.
 ///
 /// ```
 /// use tui::Action;
@@ -45,13 +45,13 @@ pub enum Action {
     Start,
     /// Record that the participant has given consent. Needs confirmation.
     Consent,
-    /// Continue: the participant is in place. Also ends a rest, and says that a drill's fault was seen.
+    /// Continue: the participant is in place. Also ends a rest, and acknowledges a drill's fault.
     Ready,
-    /// Pause: at once where no attempt would be lost, else at the end of the attempt.
+    /// Pause: at once if no attempt would be lost, else at the end of the attempt.
     Pause,
     /// Pause at once; this attempt is lost. Needs confirmation.
     PauseNow(AttemptName),
-    /// Resume the paused session, with the participant's display if it was lost; that needs confirmation.
+    /// Resume the paused session and reopen the participant's display if it was lost, which needs confirmation.
     Resume,
     /// Repeat the trial of this attempt. Needs confirmation while it runs.
     Redo(AttemptName),
@@ -61,13 +61,13 @@ pub enum Action {
     Abort,
     /// Reply to a calibration's question.
     Answer(Reply),
-    /// Take the proposed carrier from the next trial on.
+    /// Use the proposed carrier from the next trial on.
     TakeCarrier,
     /// Keep the present carrier.
     KeepCarrier,
     /// Move a replay.
     Seek {
-        /// By how much; negative goes back, s.
+        /// Distance in time; negative goes back, s.
         by_s: f64,
     },
     /// Stop the drive at once, without confirmation.

@@ -1,4 +1,4 @@
-//! The keys while a question about the participant waits for an answer.
+//! Keys while a question about the participant waits for an answer.
 
 use ratatui::crossterm::event::KeyCode;
 
@@ -7,10 +7,10 @@ use crate::calibration_page::Reply;
 use crate::key_table::{KeyRow, Meaning, Press};
 use crate::state::{State, Ui};
 
-/// Largest number of digits.
+/// Maximum number of digits.
 const LONGEST: usize = 3;
 
-/// The keys that the question takes; the others are the dashboard's.
+/// Keys of the question; all other keys are the dashboard's.
 pub(crate) const ASKED: &[KeyRow] = &[
     KeyRow {
         presses: DIGITS,

@@ -1,11 +1,11 @@
-//! What the operator should know of the bench itself: calibrations, lines, sources, limits.
+//! Facts about the bench for the operator: calibrations, lines, sources, limits.
 
 use serde::{Deserialize, Serialize};
 
 /// Calibrations, lines and limits of the bench.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BenchFacts {
-    /// The plate, in words.
+    /// Description of the plate.
     pub plate: String,
     /// The calibrations, measured or missing.
     pub calibrations: Vec<CalibrationFact>,
@@ -13,22 +13,22 @@ pub struct BenchFacts {
     pub parts: Vec<PartFact>,
     /// Limits that are looser than their defaults.
     pub loosened: Vec<String>,
-    /// What nobody has measured although the bench's safety rests on it.
+    /// Safety-relevant properties that have not been measured.
     pub unverified: Vec<String>,
 }
 
 /// One calibration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationFact {
-    /// What was calibrated.
+    /// Name of the calibration.
     pub name: String,
-    /// Date of the measurement; `None` if it was never made.
+    /// Date of the measurement; `None` if the calibration was never made.
     pub date: Option<String>,
-    /// Age, days; `None` where it is not known, as for a calibration dated by a simulated clock.
+    /// Age, days; `None` if it is not known, as for a calibration dated by a simulated clock.
     pub age_days: Option<f64>,
-    /// Who measured.
+    /// Name of the operator who measured.
     pub operator: String,
-    /// What came out.
+    /// The result.
     pub value: String,
 }
 
@@ -37,16 +37,16 @@ pub struct CalibrationFact {
 pub struct PartFact {
     /// Name of the part.
     pub name: String,
-    /// What it is, or how it is.
+    /// Description or state.
     pub words: String,
-    /// Whether it is as it should be.
+    /// Whether its state is normal.
     pub well: bool,
-    /// The line whose level is shown beside the words.
+    /// Line with a level that is shown after the text.
     #[serde(default)]
     pub line: Option<BenchLine>,
 }
 
-/// A line whose level the operator may want to see.
+/// A line with a level that the operator may want to see.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BenchLine {

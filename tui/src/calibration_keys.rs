@@ -1,4 +1,4 @@
-//! The keys of a calibration: those of its own page, and those that turn to the bench and the log.
+//! Keys of a calibration: on its own page, on the bench's and on the log.
 
 use ratatui::crossterm::event::KeyCode;
 
@@ -11,10 +11,10 @@ use crate::page::Page;
 use crate::session_keys::rearm;
 use crate::state::{State, Ui};
 
-/// Largest number of characters of a typed number.
+/// Maximum length of a typed number, characters.
 const LONGEST: usize = 12;
 
-/// The keys of a calibration; those that answer it work on its own page alone.
+/// Keys of a calibration; the keys that answer it work only on its own page.
 pub(crate) const CALIBRATION: &[KeyRow] = &[
     KeyRow {
         presses: DIGITS,
@@ -108,7 +108,7 @@ pub(crate) const CALIBRATION: &[KeyRow] = &[
     },
 ];
 
-/// The keys that turn pages, where no number is typed.
+/// Keys that turn pages while no number is typed.
 pub(crate) const BESIDE: &[KeyRow] = &[
     KeyRow {
         presses: &[Press::key(KeyCode::Tab)],
@@ -143,7 +143,7 @@ fn turn(_: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
     None
 }
 
-/// Whether a number is asked for on the page that is shown.
+/// Whether the shown page asks for a number.
 fn types(state: &State) -> bool {
     let asked = state.guided().map(|page| &page.asked);
     matches!(asked, Some(Some(Question::Number { .. })))
@@ -178,7 +178,7 @@ fn redo(state: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
     Some(Action::Answer(Reply::Redo(point)))
 }
 
-/// Replies to the calibration's question with what is typed.
+/// Replies to the calibration's question with the typed text.
 fn enter(state: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
     let answer = match state.calibration.as_ref()?.asked.as_ref()? {
         Question::Done | Question::Review => Reply::Ready,
@@ -203,7 +203,7 @@ fn enter(state: &State, ui: &mut Ui, _: KeyCode) -> Option<Action> {
     Some(Action::Answer(answer))
 }
 
-/// Whether [`Reply::Redo`] is possible on the page that is shown.
+/// Whether [`Reply::Redo`] is possible on the shown page.
 fn can_redo(state: &State) -> bool {
     let asked = state.guided().map(|page| &page.asked);
     let asked = matches!(

@@ -1,10 +1,10 @@
-//! The page of a calibration: one instruction, the current readings, the points measured so far.
+//! Contents of a calibration's page: one instruction, the current readings, the points measured so far.
 //!
-//! Fields are in the SI unit that they name. A typed number has the unit of its question.
+//! Fields are in the SI unit of their name. A typed number has the unit of its question.
 
 use serde::{Deserialize, Serialize};
 
-/// What the page of a calibration shows: its progress, and its question to the operator.
+/// Contents of a calibration's page: its progress, and its question to the operator.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationPage {
     /// Name of the calibration, such as `calibrate pickup`.
@@ -13,13 +13,13 @@ pub struct CalibrationPage {
     pub step: u32,
     /// Number of steps; 0 hides them.
     pub steps: u32,
-    /// What the operator should do now, or what the bench is doing; after a failure, its cause.
+    /// Instruction to the operator, or the bench's current activity; after a failure, its cause.
     pub instruction: String,
-    /// Why the question is repeated, or another remark.
+    /// Reason why the question is repeated, or another remark.
     pub note: Option<String>,
     /// The question to the operator; `None` while the bench works without one.
     pub asked: Option<Question>,
-    /// The reading that is shown large.
+    /// The reading shown in large digits.
     pub watched: MainReading,
     /// The points measured so far.
     pub points: Vec<PointLine>,
@@ -32,7 +32,7 @@ pub struct CalibrationPage {
 }
 
 impl CalibrationPage {
-    /// Whether the page calls for the operator, by a question or a failure that was not shown `before`.
+    /// Whether the page needs the operator, for a question or a failure that the page `before` did not show.
     pub(crate) fn calls(&self, before: Option<&Self>) -> bool {
         let called = |page: &Self| {
             let words = (page.instruction.clone(), page.note.clone());
@@ -42,7 +42,7 @@ impl CalibrationPage {
     }
 }
 
-/// What the calibration asks for.
+/// Question of a calibration to the operator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Question {
@@ -61,7 +61,7 @@ pub enum Question {
     Review,
 }
 
-/// The reading that is shown large.
+/// The reading shown in large digits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MainReading {
@@ -79,9 +79,9 @@ pub enum MainReading {
 /// One measured point, as text.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PointLine {
-    /// Where the point was taken, with its unit.
+    /// Position of the point, with its unit.
     pub at: String,
-    /// What was measured, with its unit.
+    /// The measured value, with its unit.
     pub value: String,
     /// Residual of the fit, with its unit.
     pub residual: Option<String>,
@@ -115,7 +115,7 @@ pub struct CalibrationReadings {
     pub amplitude_m: Option<f64>,
     /// Peak amplitude by the reference instrument, m.
     pub known_m: Option<f64>,
-    /// Reading of the meter, in the volts that it reads, V.
+    /// Reading of the meter as displayed, V.
     #[serde(default)]
     pub known_v: Option<f64>,
     /// Largest sample of any input, as a fraction of full scale.

@@ -1,10 +1,10 @@
-//! What is known of the finger's contact: the fit of a trial, the last period of the modulation, why nothing is known.
+//! Estimates of the finger's contact: the fit of a trial, the last modulation period, or why they are missing.
 
 use serde::{Deserialize, Serialize};
 
 use crate::impedance_value::{ComplexImpedance, ValueAndStd};
 
-/// What the fit of a trial gave.
+/// Result of a trial's fit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FitView {
     /// Number of the trial.
@@ -19,7 +19,7 @@ pub struct FitView {
     pub mu0: Option<ValueAndStd>,
     /// Drift of the plate's resonance after the trial, Hz.
     pub drift_hz: Option<ValueAndStd>,
-    /// Why there is no fit.
+    /// Why the fit is missing.
     pub no_fit: Option<String>,
     /// The fitted contact as curves.
     pub curves: Option<ContactCurves>,
@@ -28,15 +28,15 @@ pub struct FitView {
 /// A fitted contact as curves over the vibration amplitude.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactCurves {
-    /// Normal force that the curves hold for, N.
+    /// Normal force of the curves, N.
     pub normal_n: f64,
-    /// Impedance of the plate that was fitted.
+    /// Fitted impedance of the plate.
     pub z_p_n_s_per_m: ComplexImpedance,
     /// Z_m, from small to large amplitudes.
     pub locus: Vec<ComplexImpedance>,
-    /// Amplitude, m, and friction coefficient by the fit.
+    /// Amplitude, m, and fitted friction coefficient.
     pub friction: Vec<(f64, f64)>,
-    /// Amplitude, m, and friction coefficient as measured in the trial's instances: medians of equal parts.
+    /// Amplitude, m, and friction coefficient measured in the trial's instances, as medians of equal parts.
     pub measured: Vec<(f64, f64)>,
 }
 
@@ -52,7 +52,7 @@ pub struct PeriodTrace {
 }
 
 impl PeriodTrace {
-    /// Returns the part of the period that is masked, 0 to 1.
+    /// Returns the masked fraction of the period, 0 to 1.
     #[must_use]
     pub fn masked(&self) -> f64 {
         let masked = self.z_m_n_s_per_m.iter().filter(|z| z.is_none()).count();
@@ -72,6 +72,6 @@ pub enum NoEstimate {
     NoForce,
     /// The impedance is masked.
     Masked,
-    /// The model has no gap for what was measured.
+    /// The measurement is outside the range of the model.
     OffModel,
 }

@@ -1,4 +1,4 @@
-//! The layouts of the operator's screen.
+//! Layouts of the operator's screen.
 
 use ratatui::Frame;
 use ratatui::buffer::Buffer;
@@ -18,12 +18,12 @@ use crate::state::State;
 use crate::strip::Strip;
 use drawing::plain_signs::plain_signs;
 
-/// Smallest columns and rows for two columns of panels; a smaller screen shows a list.
+/// Minimum columns and rows for two columns of panels; a smaller screen shows a list.
 pub const TWO_COLUMNS: (u16, u16) = (78, 22);
 
 /// Draws the operator's screen, a pure function of `state`.
 ///
-/// The first row always shows the safety state, at any size that has a row.
+/// The first row always shows the safety state, at any size with at least one row.
 ///
 /// ```
 /// use ratatui::{Terminal, backend::TestBackend};
@@ -73,7 +73,7 @@ fn draw(state: &State, area: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Draws what the participant sees.
+/// Draws a preview of the participant's screen.
 fn preview(state: &State, body: Rect, buf: &mut Buffer) {
     match &state.participant {
         Some(shown) => participant_screen::view(shown, state.ui.theme, body, buf),
@@ -84,7 +84,7 @@ fn preview(state: &State, body: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Draws the page that is chosen: its tabs, where the session stands, its panels.
+/// Draws the selected page: its tabs, the session's progress and its panels.
 fn page(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
     let room = Room::of(area.width, area.height);
     let air = u16::from(room != Room::Little);
@@ -92,7 +92,7 @@ fn page(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
         Room::Little => stage::ROWS.0,
         Room::Some | Room::Much => stage::ROWS.1,
     };
-    // Where nobody takes part, there is nothing to say.
+    // The progress is shown only with a participant.
     let stands = state.session.protocol.is_some() || state.outlook.is_some();
     let stage_rows = match in_place_of_phase(state, body.width) {
         Some(lines) => u16::try_from(lines.len())
@@ -126,7 +126,7 @@ fn page(state: &State, area: Rect, body: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Draws the log, and what a finished session came to.
+/// Draws the log, and the summary of a finished session.
 fn logged(state: &State, area: Rect, buf: &mut Buffer) {
     let ended = state.summary.as_ref();
     let ended_rows = ended
@@ -140,13 +140,13 @@ fn logged(state: &State, area: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Returns the rows of the phase: one, or as many of `most` as a drill's instruction or a question takes.
+/// Returns the height of the phase: one row, or up to `most` for a drill's instruction or a question.
 fn phase_rows(state: &State, columns: u16, most: u16) -> u16 {
     let lines = in_place_of_phase(state, columns).map_or(1, |lines| lines.len());
     u16::try_from(lines).unwrap_or(most).max(1).min(most)
 }
 
-/// Draws the phase, or what is in its place.
+/// Draws the phase, or the text shown in its place.
 fn phase(state: &State, area: Rect, buf: &mut Buffer) {
     match in_place_of_phase(state, area.width) {
         Some(lines) => rows(lines, area, buf),
@@ -154,7 +154,7 @@ fn phase(state: &State, area: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Returns a calibration's or a drill's instruction, a question or a proposal, which are shown in place of the phase.
+/// Returns the text shown in place of the phase: a calibration's or a drill's instruction, a question or a proposal.
 fn in_place_of_phase(state: &State, columns: u16) -> Option<Vec<Line<'_>>> {
     if let Some(calibrated) = &state.calibration {
         return Some(calibration_layout::beside(state, calibrated, columns));
@@ -167,7 +167,7 @@ fn in_place_of_phase(state: &State, columns: u16) -> Option<Vec<Line<'_>>> {
     }
 }
 
-/// Draws the log or the bench's health below what a calibration asks for.
+/// Draws the log or the bench's health below the calibration's request.
 fn beside(state: &State, body: Rect, buf: &mut Buffer) {
     let phase_rows = phase_rows(state, body.width, body.height.min(4));
     let [stand, rest] =
@@ -179,7 +179,7 @@ fn beside(state: &State, body: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Draws the dashboard as a list, the most important first; what does not fit is left out.
+/// Draws the dashboard as a list, the most important first, as far as it fits.
 fn list(state: &State, body: Rect, buf: &mut Buffer) {
     let phase_rows = phase_rows(state, body.width, body.height.min(4));
     let strip_rows = if body.width >= 30 && body.height > phase_rows + readings::ROWS + 4 {

@@ -1,4 +1,4 @@
-//! What a drill shows on the dashboard: the exercise, what is asked of the operator, and how those before were met.
+//! Contents of a drill on the dashboard: the exercise, the request to the operator, and the results so far.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,44 +19,44 @@ pub struct DrillView {
     pub exercise: u32,
     /// Number of exercises.
     pub exercises: u32,
-    /// What the operator should do now, or what the bench is doing.
+    /// Instruction to the operator, or the bench's current activity.
     pub instruction: String,
     /// Remark on the last key.
     pub note: Option<String>,
-    /// What the operator is asked for.
+    /// Step requested of the operator.
     pub asked: DrillStep,
-    /// Exercises that are over.
+    /// Results of the finished exercises.
     pub results: Vec<DrillResult>,
 }
 
-/// What the operator of a drill is asked for.
+/// Step requested of the operator in a drill.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DrillStep {
-    /// To watch: a fault may come.
+    /// Watch: a fault may occur.
     #[default]
     Watch,
-    /// To do something at the bench.
+    /// Act at the bench.
     Act,
-    /// To say that the fault was seen: [`Action::Ready`](crate::Action::Ready).
+    /// Acknowledge the fault: [`Action::Ready`](crate::Action::Ready).
     Acknowledge,
-    /// To re-arm: [`Action::Rearm`](crate::Action::Rearm).
+    /// Re-arm: [`Action::Rearm`](crate::Action::Rearm).
     Rearm,
-    /// To resume: [`Action::Resume`](crate::Action::Resume).
+    /// Resume: [`Action::Resume`](crate::Action::Resume).
     Resume,
-    /// To repeat the trial: [`Action::Redo`](crate::Action::Redo).
+    /// Repeat the trial: [`Action::Redo`](crate::Action::Redo).
     Repeat,
-    /// To end the program: [`Action::Quit`](crate::Action::Quit).
+    /// End the program: [`Action::Quit`](crate::Action::Quit).
     Quit,
 }
 
-/// How one exercise was met.
+/// Result of one exercise.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DrillResult {
     /// Name of the fault.
     pub fault: String,
-    /// Whether bench and operator met it in time.
+    /// Whether bench and operator responded in time.
     pub met: bool,
-    /// Its times, or what was missed.
+    /// Its times, or the missed step.
     pub words: String,
 }

@@ -1,12 +1,11 @@
-//! Text of somebody else's files and devices, made harmless before it reaches a terminal.
+//! Escaping of untrusted text from files and devices before it reaches a terminal.
 
 use std::borrow::Cow;
 
 use ratatui::buffer::{Buffer, Cell};
 
-/// Returns `text` with every character escaped that a terminal would obey instead of showing it: controls, such as the
-/// one that begins a command to the terminal, and marks that turn the direction of writing. They become `\u001b` and
-/// the like, as JSON and TOML write them. Line ends and tabs stay.
+/// Returns `text` with all control characters escaped, such as the start of a terminal command, and all marks that
+/// change the writing direction. They become `\u001b` and the like, as in JSON and TOML. Line ends and tabs stay.
 ///
 /// ```
 /// assert_eq!(tui::escaped("sub-01\n"), "sub-01\n");
@@ -27,7 +26,7 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// Returns `text` as a single line: as [`escaped`], and line ends and tabs escaped too.
+/// Returns `text` as a single line: as [`escaped`], and with line ends and tabs escaped, too.
 ///
 /// ```
 /// assert_eq!(tui::escaped_line("a\tb\n"), r"a\tb\n");
@@ -46,11 +45,11 @@ fn is_obeyed(c: char) -> bool {
     turns || matches!(c, '\u{2028}' | '\u{2029}') || (c.is_control() && c != '\n' && c != '\t')
 }
 
-/// Replaces what a terminal would obey in every cell of a screen that is drawn.
+/// Replaces control characters in every cell of a drawn screen.
 pub(crate) fn clean(buf: &mut Buffer) {
     minus_signs(buf);
     for cell in &mut buf.content {
-        // Most cells are a blank or a letter.
+        // Fast path: most cells are a blank or a letter.
         if let [byte] = cell.symbol().as_bytes()
             && (b' '..=b'~').contains(byte)
         {
@@ -63,13 +62,13 @@ pub(crate) fn clean(buf: &mut Buffer) {
         {
             cell.set_symbol("\u{fffd}");
         } else if cell.symbol() == "\u{b5}" {
-            // One character for micro and for friction, whoever wrote it.
+            // One character for micro and for friction, from any source.
             cell.set_symbol("\u{3bc}");
         }
     }
 }
 
-/// Makes a minus of every hyphen that stands before a number.
+/// Replaces every hyphen before a number by a minus sign.
 fn minus_signs(buf: &mut Buffer) {
     let is_number = |cell: Option<&Cell>| {
         cell.is_some_and(|cell| cell.symbol().starts_with(|c: char| c.is_ascii_digit()))

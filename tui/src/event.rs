@@ -1,6 +1,6 @@
-//! Messages from the bench to the screen. Everything shown comes from them, so a stored stream replays the session.
+//! Messages from the bench to the screen. They determine all contents of the screen, so a stored stream replays the session.
 //!
-//! Fields are in the SI unit that they name. Amplitudes are peak values; impedances follow exp(+iωt).
+//! Fields are in the SI unit of their name. Amplitudes are peak values; impedances follow exp(+iωt).
 //! `None` means *not measured now* and is drawn as a gap; values that are not finite count as `None`.
 
 use serde::{Deserialize, Serialize};
@@ -29,7 +29,7 @@ use crate::participant_screen::ParticipantView;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event {
-    /// The screen's clock, sent by the shell. Ages are counted on it.
+    /// The screen's clock, sent by the shell. Ages are relative to it.
     Tick {
         /// Monotonic time from any origin, s.
         now_s: f64,
@@ -38,7 +38,7 @@ pub enum Event {
     Session(SessionHeader),
     /// The current phase of the session.
     Phase(PhaseView),
-    /// The normal force that the participant should keep.
+    /// The band of the normal force for the participant.
     ForceBand {
         /// Lower limit, N.
         min_n: f64,
@@ -51,9 +51,9 @@ pub enum Event {
     Crop(Crop),
     /// The verdict on a trial.
     Verdict(TrialVerdict),
-    /// What is left of the session, and what comes next.
+    /// Time and trials left in the session, and the next steps.
     Outlook(Outlook),
-    /// What the fit of a trial gave.
+    /// Result of a trial's fit.
     Fit(FitView),
     /// The impedance over the last period of the modulation.
     Period(PeriodTrace),
@@ -61,11 +61,11 @@ pub enum Event {
     Bench(BenchFacts),
     /// The system's health, about once a second.
     Health(SystemHealth),
-    /// The safety watch's state, on every change and at least once a second.
+    /// State of the safety watch, on every change and at least once a second.
     Safety {
         /// State of the safety watch.
         state: SafetyState,
-        /// Cause of the state, where it has one.
+        /// Cause of the state, if any.
         reason: Option<String>,
     },
     /// A line for the operator.
@@ -75,14 +75,14 @@ pub enum Event {
         /// Text of one line.
         text: String,
     },
-    /// What the participant's screen shows.
+    /// Contents of the participant's screen.
     Participant(ParticipantView),
-    /// Whether the participant sees what is shown.
+    /// Whether the participant can see the screen.
     ParticipantDisplay {
-        /// Which display is lost and what became of it; `None` while each is seen.
+        /// The lost display and the cause; `None` if all displays are seen.
         lost: Option<String>,
     },
-    /// The page of a calibration, in place of the dashboard's first; the bench and the log stay beside it.
+    /// The page of a calibration, in place of the dashboard's first; the pages of the bench and the log stay available.
     Calibration(CalibrationPage),
     /// The current readings of a calibration.
     CalibrationReadings(CalibrationReadings),
@@ -90,10 +90,10 @@ pub enum Event {
     Drill(DrillView),
     /// A question about the participant.
     Asked {
-        /// The question; `None` once nothing is asked.
+        /// The question; `None` once it is answered or withdrawn.
         detail: Option<AskedDetail>,
     },
-    /// A new carrier for the trials to come, which waits for the operator's decision.
+    /// A proposal for a new carrier for the next trials, which waits for the operator's decision.
     NewCarrier {
         /// The proposal; `None` once it is decided or withdrawn.
         proposal: Option<CarrierProposal>,
@@ -103,27 +103,27 @@ pub enum Event {
         /// Lines of the summary.
         summary: Vec<String>,
     },
-    /// The screen closes.
+    /// Close the screen.
     Close,
 }
 
-/// A question about the participant, which may stay without an answer.
+/// A question about the participant, which may stay unanswered.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AskedDetail {
-    /// What is asked for.
+    /// Text of the question.
     pub question: String,
-    /// Answers to choose from, by their number from 1; none if a number is asked for.
+    /// Answers to choose from, by number from 1; empty for a question about a number.
     pub choices: Vec<String>,
     /// Why the question is repeated.
     pub note: Option<String>,
 }
 
-/// A carrier that would be back at the plate's resonance.
+/// Proposal of a new carrier, at the plate's resonance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CarrierProposal {
-    /// Carrier now, Hz.
+    /// Present carrier, Hz.
     pub from_hz: f64,
-    /// Carrier proposed, Hz.
+    /// Proposed carrier, Hz.
     pub to_hz: f64,
     /// Drift of the resonance, Hz.
     pub drift_hz: ValueAndStd,
@@ -144,7 +144,7 @@ pub struct SessionHeader {
     pub uncalibrated: bool,
     /// Whether the hardware is simulated.
     pub simulated: bool,
-    /// Whether a recording is replayed: nothing is driven, and nobody takes part.
+    /// Whether a recording is replayed, without drive and participant.
     #[serde(default)]
     pub replayed: bool,
     /// Length of the plate, m.
@@ -209,7 +209,7 @@ impl PhaseView {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PhaseKind {
-    /// Nothing runs; [`Action::Start`](crate::Action::Start) starts.
+    /// No session runs; [`Action::Start`](crate::Action::Start) starts one.
     Idle,
     /// The session waits until consent is recorded.
     Consent,
@@ -272,7 +272,7 @@ pub struct Live {
     /// Standard deviation of one component of the corrected Z_m, N·s/m: its noise floor.
     #[serde(default)]
     pub z_m_std_n_s_per_m: Option<f64>,
-    /// Z_p, the plate's own impedance, as it is tracked.
+    /// Tracked Z_p, the plate's own impedance.
     #[serde(default)]
     pub z_p_n_s_per_m: Option<ComplexImpedance>,
     /// Why Z_m is masked.
@@ -287,7 +287,7 @@ pub struct Live {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Masked {
-    /// The amplitude drowns in its noise.
+    /// The amplitude is below its noise.
     BelowNoise,
     /// Samples were clipped.
     Clipped,
@@ -295,7 +295,7 @@ pub enum Masked {
     Lost,
 }
 
-/// The crop of an exploration: evenly spaced series over its duration, and its stretches with their judgement.
+/// The crop of an exploration: evenly spaced series over its duration, and its stretches with their outcomes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Crop {
     /// Number of the trial.
@@ -310,9 +310,9 @@ pub struct Crop {
     pub leftwards: bool,
     /// Start of the series on the audio clock, s.
     pub start_s: f64,
-    /// Duration that the series span, s.
+    /// Duration of the series, s.
     pub duration_s: f64,
-    /// Smallest and largest peak amplitude, m, within each of evenly spaced cells.
+    /// Minimum and maximum peak amplitude, m, in each of evenly spaced cells.
     pub amplitude_m: Vec<Option<(f64, f64)>>,
     /// Normal force, N, evenly spaced.
     pub normal_n: Vec<Option<f64>>,
@@ -326,18 +326,18 @@ pub struct Crop {
     pub stretches: Vec<CropStretch>,
 }
 
-/// One stretch of an exploration that the selection kept or rejected.
+/// One stretch of an exploration, kept or rejected by the selection.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CropStretch {
-    /// Start, counted from the start of the crop's series, s.
+    /// Start, relative to the start of the crop's series, s.
     pub start_s: f64,
-    /// End, counted from the start of the crop's series, s.
+    /// End, relative to the start of the crop's series, s.
     pub end_s: f64,
     /// Whether the stretch is kept as an instance.
     pub accepted: bool,
     /// Why the stretch is rejected.
     pub reason: Option<String>,
-    /// The kind of rejection, without its numbers.
+    /// Kind of rejection, without its numbers.
     #[serde(default)]
     pub kind: Option<String>,
 }
@@ -353,7 +353,7 @@ pub struct TrialVerdict {
     pub attempt: u32,
     /// Whether the trial is accepted; a rejected trial is repeated.
     pub accepted: bool,
-    /// Whether the attempt was broken off: there is nothing to accept or reject.
+    /// Whether the attempt was interrupted, so that there is nothing to accept or reject.
     #[serde(default)]
     pub interrupted: bool,
     /// Why the trial is rejected.
@@ -365,7 +365,7 @@ pub struct TrialVerdict {
     /// Mean normal force of each exploration, N.
     #[serde(default)]
     pub normal_n: Vec<Option<f64>>,
-    /// How the attempt was settled, where it was not as the verdict says.
+    /// Outcome of the attempt, if it differs from the verdict.
     #[serde(default)]
     pub settled: Option<String>,
     /// Condition under test.
@@ -384,10 +384,10 @@ pub struct SystemHealth {
     pub ring_fill: f64,
     /// Drift of the force sensor's clock relative to the audio clock, ppm; `None` until estimated.
     pub clock_drift_ppm: Option<f64>,
-    /// Time by which the force sensor's readings arrive from where its clock places them, s; `None` until known.
+    /// Residual of the arrival times of the force sensor's readings from its clock, s; `None` until known.
     #[serde(default)]
     pub clock_residual_s: Option<f64>,
-    /// Whether a sensor's readings may be placed wrongly: its clock drifts or departs further than is followed.
+    /// Whether a sensor's times may be wrong: its clock drifts or deviates by more than can be tracked.
     #[serde(default)]
     pub clock_off: bool,
     /// Time by which the recorder lags the audio, s.
@@ -402,30 +402,30 @@ pub struct SystemHealth {
     pub speed: f64,
     /// Free space on the study's disk, bytes; `None` when nothing is recorded.
     pub disk_free_bytes: Option<u64>,
-    /// Number of sessions of this protocol that the disk has room for.
+    /// Number of sessions of this protocol that fit on the disk.
     #[serde(default)]
     pub disk_sessions: Option<u64>,
     /// Readings of the force sensor that were lost, corrupt, repeated or out of order.
     #[serde(default)]
     pub force_faults: u64,
-    /// Readings of the encoder that had missed a state.
+    /// Encoder readings that missed a state.
     #[serde(default)]
     pub encoder_skipped: u64,
     /// Processor time of this program per second of the clock, in cores.
     #[serde(default)]
     pub cores: Option<f64>,
-    /// How the bench's lines are now.
+    /// State of the bench's lines.
     #[serde(default)]
     pub lines: LineStates,
 }
 
-/// How the bench's lines are now; `None` for one that is not wired, or not known.
+/// State of the bench's lines; `None` for a line that is not wired or not known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LineStates {
     /// Whether the e-stop's loop is open: pressed or cut.
     pub estop_open: Option<bool>,
-    /// Whether the heartbeat beats.
+    /// Whether the heartbeat is running.
     pub heartbeat_beats: Option<bool>,
     /// Whether the participant's button is pressed.
     pub button_pressed: Option<bool>,
@@ -438,7 +438,7 @@ pub struct LineStates {
 }
 
 impl LineStates {
-    /// Returns in words how `line` is, or is and was, and whether it is as it may be while the plate is driven.
+    /// Describes the present and the last state of `line`; also returns whether the plate may be driven in that state.
     #[must_use]
     pub fn of(&self, line: BenchLine) -> Option<(String, bool)> {
         let presses = match self.button_presses {
@@ -465,7 +465,7 @@ impl LineStates {
     }
 }
 
-/// Returns a time in the past in words.
+/// Describes a time in the past.
 fn ago(s: f64) -> String {
     match s {
         ..1.0 => "just now".to_owned(),

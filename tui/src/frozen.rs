@@ -1,4 +1,4 @@
-//! The strips, held still.
+//! Frozen strips.
 
 use std::collections::VecDeque;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::event::Live;
 
-/// Live values as they were when the operator held the strips, with two cursors.
+/// Live values at the time when the operator froze the strips, with two cursors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frozen {
     /// Live values, oldest first.
@@ -15,11 +15,11 @@ pub struct Frozen {
     pub cursors: [f64; 2],
 }
 
-/// How far a key moves a cursor.
+/// Step of a cursor per key press.
 const STEP: f64 = 0.01;
 
 impl Frozen {
-    /// Holds `history`, which has at least one value.
+    /// Freezes `history`, which must have at least one value.
     #[must_use]
     pub fn new(history: VecDeque<Live>) -> Self {
         Self {
@@ -28,14 +28,14 @@ impl Frozen {
         }
     }
 
-    /// Moves a cursor by steps.
+    /// Moves a cursor by a number of steps.
     pub fn step(&mut self, cursor: usize, steps: f64) {
         if let Some(at) = self.cursors.get_mut(cursor) {
             *at = (*at + steps * STEP).clamp(0.0, 1.0);
         }
     }
 
-    /// Returns the times of the cursors where the strips span `window_s`, s.
+    /// Returns the times of the cursors on strips that span `window_s`, s.
     #[must_use]
     pub fn times_s(&self, window_s: f64) -> [f64; 2] {
         let last_s = self.history.back().map_or(0.0, |live| live.t_s);

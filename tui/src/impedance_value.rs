@@ -1,4 +1,4 @@
-//! Numbers that belong together: an impedance, an estimate with its error.
+//! Numbers of two parts: a complex impedance, and an estimate with its standard deviation.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ pub struct ComplexImpedance {
     pub im_n_s_per_m: f64,
 }
 
-/// An estimate with its standard deviation, in the unit that the field's name gives.
+/// An estimate with its standard deviation, in the unit of the field's name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ValueAndStd {
     /// Estimated value.

@@ -1,11 +1,11 @@
-//! Keys as a table: what dispatches a key also lists it in the help and on the last row.
+//! The table of keys, which dispatches them and lists them in the help and on the last row.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use crate::action::Action;
 use crate::state::{State, Ui};
 
-/// One press of a key, without case.
+/// A key press, ignoring case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Press {
     /// The key.
@@ -36,7 +36,7 @@ impl Press {
         }
     }
 
-    /// Returns the press that an event tells of; `None` with Alt, which no key here takes.
+    /// Returns the press of an event; `None` with Alt, which is not used.
     pub(crate) fn told(event: KeyEvent) -> Option<Self> {
         let code = match event.code {
             KeyCode::Char(c) => KeyCode::Char(c.to_ascii_lowercase()),
@@ -49,52 +49,52 @@ impl Press {
     }
 }
 
-/// A row of the table: keys that do the same.
+/// A row of the table: keys with the same meaning.
 pub(crate) struct KeyRow {
     /// The keys.
     pub(crate) presses: &'static [Press],
     /// Their name in the help.
     pub(crate) shown: &'static str,
-    /// What they do in a state; `None` where they have no meaning.
+    /// Their meaning in a state; `None` if they have no meaning there.
     pub(crate) here: fn(&State) -> Option<Meaning>,
 }
 
-/// What a key does in the present state.
+/// Meaning of a key in the present state.
 pub(crate) struct Meaning {
-    /// What happens.
+    /// The effect.
     pub(crate) effect: Effect,
-    /// The help's words for it.
+    /// Its description in the help.
     pub(crate) help: &'static str,
-    /// The last row's word for it; `None` leaves it to the help.
+    /// Its word on the last row; `None` to list it in the help only.
     pub(crate) hint: Option<&'static str>,
 }
 
-/// What happens when a key is pressed.
+/// Effect of a key press.
 pub(crate) enum Effect {
-    /// The bench is asked at once.
+    /// A request to the bench, at once.
     Do(Action),
-    /// The bench is asked after confirmation.
+    /// A request to the bench, after confirmation.
     Ask(Action),
-    /// The view changes, or the bench is asked for what was typed.
+    /// A change of the view, or a request with the typed text to the bench.
     Apply(fn(&State, &mut Ui, KeyCode) -> Option<Action>),
-    /// The screen is drawn anew.
+    /// A complete redraw of the screen.
     Redraw,
-    /// Nothing: these words say why.
+    /// No effect; the text gives the reason.
     Explain(&'static str),
 }
 
 impl Meaning {
-    /// Returns the meaning of a key that asks the bench at once.
+    /// Returns the meaning of a key that sends a request to the bench at once.
     pub(crate) fn doing(action: Action, help: &'static str, hint: &'static str) -> Option<Self> {
         Self::with(Effect::Do(action), help, Some(hint))
     }
 
-    /// Returns the meaning of a key that asks the bench after confirmation.
+    /// Returns the meaning of a key that sends a request to the bench after confirmation.
     pub(crate) fn asking(action: Action, help: &'static str, hint: &'static str) -> Option<Self> {
         Self::with(Effect::Ask(action), help, Some(hint))
     }
 
-    /// Returns the meaning of a key without effect that says why.
+    /// Returns the meaning of a key without effect, with the reason.
     pub(crate) fn explaining(why: &'static str) -> Option<Self> {
         Self::with(Effect::Explain(why), "", None)
     }
@@ -117,13 +117,13 @@ impl Meaning {
         Some(Self { effect, help, hint })
     }
 
-    /// Whether the key does something here.
+    /// Whether the key has an effect here.
     pub(crate) fn works(&self) -> bool {
         !matches!(self.effect, Effect::Explain(_))
     }
 }
 
-/// Returns the rows that have a meaning in `state`, with it; of rows with the same keys, the first.
+/// Returns the rows with a meaning in `state`, and that meaning; for rows with the same keys, only the first.
 pub(crate) fn meanings<'a>(
     state: &'a State,
     rows: impl Iterator<Item = &'static KeyRow> + 'a,

@@ -17,7 +17,7 @@ pub struct Reaction {
     pub ui: Ui,
     /// Request to the bench.
     pub action: Option<Action>,
-    /// Whether the whole screen is to be drawn anew.
+    /// Whether the whole screen must be redrawn.
     pub redraw: bool,
 }
 
@@ -60,12 +60,12 @@ pub fn key(state: &State, key: KeyEvent) -> Reaction {
     match effect {
         Some(Effect::Redraw) => reaction.redraw = true,
         Some(Effect::Do(action @ Action::EmergencyStop)) => {
-            // A stop answers no question.
+            // A stop does not answer the question.
             ui.confirm = None;
             reaction.action = Some(action);
         }
         Some(Effect::Do(action @ Action::Interrupt)) => reaction.action = Some(action),
-        // A key held down must neither answer the question that it raised nor toggle pause.
+        // A key held down must neither answer its own question nor toggle pause.
         _ if press.control || key.kind == KeyEventKind::Repeat => {}
         _ if ui.confirm.is_some() => reaction.action = answer(ui, press.code),
         _ if ui.help => ui.help = false,
@@ -78,7 +78,7 @@ pub fn key(state: &State, key: KeyEvent) -> Reaction {
     reaction
 }
 
-/// Returns the action of a key that means the same whatever the screen shows: the stop, and the end.
+/// Returns the action of a key with the same meaning on every page: the stop, and the end.
 #[must_use]
 pub(crate) fn at_once(key: KeyEvent) -> Option<Action> {
     let press = Press::told(key).filter(|_| key.kind != KeyEventKind::Release)?;
@@ -102,7 +102,7 @@ fn answer(ui: &mut Ui, code: KeyCode) -> Option<Action> {
     }
 }
 
-/// Returns the rows of the table for what the screen shows.
+/// Returns the rows of the table for the shown page.
 fn rows(state: &State) -> impl Iterator<Item = &'static KeyRow> {
     let asked: &[KeyRow] = if state.asked.is_some() { ASKED } else { &[] };
     let pages: &[&[KeyRow]] = if state.calibration.is_some() {
@@ -116,13 +116,13 @@ fn rows(state: &State) -> impl Iterator<Item = &'static KeyRow> {
         .chain(pages.iter().copied().flatten())
 }
 
-/// Returns what `press` means in `state`.
+/// Returns the meaning of `press` in `state`.
 fn meaning(state: &State, press: Press) -> Option<Meaning> {
     let mut all = rows(state).filter(|row| row.presses.contains(&press));
     all.find_map(|row| (row.here)(state))
 }
 
-/// Returns each key that works in `state`: its name, and what it does.
+/// Returns each row that works in `state`, with its meaning.
 pub(crate) fn working(state: &State) -> impl Iterator<Item = (&'static KeyRow, Meaning)> + '_ {
     meanings(state, rows(state)).filter(|(_, meaning)| meaning.works())
 }

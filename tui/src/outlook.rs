@@ -1,8 +1,8 @@
-//! What is left of a session, and what comes next.
+//! Time and trials left in a session, and the next steps.
 
 use serde::{Deserialize, Serialize};
 
-/// What is left of a session.
+/// Time and trials left in a session, and the next steps.
 ///
 /// ```
 /// use tui::event::Outlook;
@@ -18,12 +18,12 @@ pub struct Outlook {
     pub left_s: f64,
     /// Number of trials that are not settled, practice included.
     pub trials_left: u32,
-    /// Repetitions that a verdict may still ask for of the present trial.
+    /// Repetitions by verdicts left for the present trial.
     pub repetitions_of_trial: u32,
-    /// Repetitions that verdicts may still ask for in the session.
+    /// Repetitions by verdicts left in the session.
     pub repetitions_in_session: u32,
-    /// What follows the present step.
+    /// Step after the present one.
     pub next: Option<String>,
-    /// What follows that.
+    /// Step after that.
     pub then: Option<String>,
 }

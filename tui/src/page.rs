@@ -1,4 +1,4 @@
-//! The pages of the operator's screen, and the time that its strips span.
+//! Pages of the operator's screen, and the time span of its strips.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ pub const HISTORY_S: f64 = 10.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Page {
-    /// The experiment at a glance, or what a calibration asks for.
+    /// The experiment at a glance, or the calibration.
     Run,
     /// The impedance in the complex plane, and friction against amplitude.
     Impedance,
@@ -19,12 +19,12 @@ pub enum Page {
     Bench,
     /// The log.
     Log,
-    /// What the participant's screen shows.
+    /// Preview of the participant's screen.
     Participant,
 }
 
 impl Page {
-    /// Returns its name in the names of files.
+    /// Returns the page's name in file names.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Run => "run",
@@ -48,7 +48,7 @@ impl Page {
     }
 }
 
-/// Time that the strip charts span.
+/// Time span of the strip charts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Window {

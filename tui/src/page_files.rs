@@ -1,4 +1,4 @@
-//! A page as files: a picture and plain text, in the folder that the program was started in.
+//! A page as files: a picture and plain text, in the program's working directory.
 
 use std::fs::OpenOptions;
 use std::io::{self, Write};
@@ -9,13 +9,13 @@ use ratatui::buffer::Buffer;
 use drawing::picture::{self, Paper};
 use drawing::theme::Theme;
 
-/// Most pages that are written into one folder.
+/// Maximum number of pages per folder.
 const MOST: u32 = 9999;
 
-/// Writes what is drawn into `folder` as the page of that name, never over another file. Returns the picture's name.
+/// Writes the drawn screen into `folder` under the page's name without overwriting a file. Returns the picture's name.
 ///
 /// # Errors
-/// When the files cannot be written.
+/// An error if the files cannot be written.
 pub(crate) fn write(folder: &Path, name: &str, theme: Theme, drawn: &Buffer) -> io::Result<String> {
     let paper = match theme {
         Theme::Light => Paper::Light,

@@ -43,18 +43,18 @@ pub enum Instruction {
     Rest,
     /// Lift the finger: the session is paused.
     Paused,
-    /// Nothing more: the session has finished.
+    /// The session has finished.
     Finished,
 }
 
 impl Instruction {
-    /// Returns the words on the screen, in English.
+    /// Returns the text of the instruction, in English.
     #[must_use]
     pub fn words(self) -> &'static str {
         self.text(Texts::of(Language::En), true)
     }
 
-    /// Returns the words on the screen; `button` says whether the bench has one.
+    /// Returns the text of the instruction; `button` says whether the bench has a button.
     #[must_use]
     pub fn text(self, texts: &Texts, button: bool) -> &str {
         match self {
@@ -76,7 +76,7 @@ impl Instruction {
     }
 }
 
-/// What happens to the trial just made, when it is repeated.
+/// Why the trial just made is repeated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Repeat {
@@ -88,12 +88,12 @@ pub enum Repeat {
     TooLight,
     /// The finger pressed too much.
     TooHard,
-    /// The participant had no part in it.
+    /// The participant was not the cause.
     Other,
 }
 
 impl Repeat {
-    /// Returns the words on the screen.
+    /// Returns the text on the screen.
     #[must_use]
     pub fn text(self, texts: &Texts) -> &str {
         match self {
@@ -106,7 +106,7 @@ impl Repeat {
     }
 }
 
-/// The content of the participant's screen.
+/// Contents of the participant's screen.
 ///
 /// ```
 /// use ratatui::{buffer::Buffer, layout::Rect};
@@ -132,30 +132,30 @@ impl Repeat {
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParticipantView {
-    /// Instruction in words.
+    /// The instruction.
     pub instruction: Instruction,
     /// Position of the slider along the plate, m; `None` hides the slider.
     pub slider_m: Option<f64>,
     /// Length of the plate, m.
     pub plate_m: f64,
-    /// Position where the exploration starts, m.
+    /// Start of the exploration, m.
     pub start_m: f64,
-    /// Position where the exploration ends, m; below `start_m` when it goes from right to left.
+    /// End of the exploration, m; below `start_m` if it goes from right to left.
     pub end_m: f64,
     /// Seconds until the start.
     pub countdown: Option<u32>,
     /// Mean normal force of the last exploration, N; shown only under [`Instruction::Feedback`].
     pub mean_force_n: Option<f64>,
-    /// Limits of the normal force that the participant should keep, N.
+    /// Band of the normal force for the participant, N.
     pub force_band_n: Option<(f64, f64)>,
     /// Number of the trial, from 1; 0 hides it.
     pub trial: u32,
     /// Number of trials.
     pub trials: u32,
-    /// Whether the trials counted are practice.
+    /// Whether these are practice trials.
     #[serde(default)]
     pub practice: bool,
-    /// Time left of the break, s.
+    /// Remaining time of the break, s.
     pub rest_s: Option<f64>,
     /// Why the trial just made is repeated; `None` if it is not.
     #[serde(default)]
@@ -163,10 +163,10 @@ pub struct ParticipantView {
     /// Whether the session waits for the participant's button.
     #[serde(default)]
     pub button: bool,
-    /// Whether the bench has no button, and a finger at rest says "ready".
+    /// Whether the bench has no button, so that a finger at rest means "ready".
     #[serde(default)]
     pub touch: bool,
-    /// Time on the bench's clock at which this holds, s.
+    /// Time of this view on the bench's clock, s.
     #[serde(default)]
     pub audio_s: f64,
     /// Time on the bench's clock at which the slider leaves its start, s; known from the countdown on.
@@ -178,7 +178,7 @@ pub struct ParticipantView {
     /// Whether the protocol lets the participant see the finger.
     #[serde(default)]
     pub show_finger: bool,
-    /// The words, in the protocol's language or the laboratory's own.
+    /// Texts in the protocol's language or the laboratory's own.
     #[serde(skip)]
     pub texts: Arc<Texts>,
 }
@@ -211,7 +211,7 @@ impl Default for ParticipantView {
 }
 
 impl ParticipantView {
-    /// Returns the words of the instruction, and those that follow it.
+    /// Returns the text of the instruction, and the text that follows it.
     #[must_use]
     pub fn sentences(&self) -> (&str, Option<&str>) {
         let texts = &*self.texts;
@@ -240,7 +240,7 @@ pub fn view(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer)
         Constraint::Length(TRACK_ROWS.min(area.height.saturating_sub(2))),
     ])
     .areas(area);
-    // One row or two hold the instruction alone.
+    // A screen of one or two rows shows the instruction alone.
     let [progress, middle] = if area.height < 3 {
         [Rect::ZERO, area]
     } else {
@@ -267,7 +267,7 @@ fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buff
     let first_rows = words.len();
     words.extend(then.into_iter().flat_map(|then| wrap(then, area.width)));
     let words_rows = u16::try_from(words.len()).unwrap_or(u16::MAX);
-    // What comes next stands out once it is time for it.
+    // The following instruction is emphasised when it applies.
     let words: Vec<Line> = words
         .into_iter()
         .enumerate()
@@ -309,7 +309,7 @@ fn instruction(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buff
     }
 }
 
-/// Returns the seconds that are counted down under the instruction, if any.
+/// Returns the countdown below the instruction, if any, s.
 fn seconds(shown: &ParticipantView) -> Option<u32> {
     match shown.instruction {
         Instruction::GetReady => shown.countdown,
@@ -322,10 +322,10 @@ fn seconds(shown: &ParticipantView) -> Option<u32> {
     }
 }
 
-/// Rows of the plate with its slider.
+/// Height of the plate with its slider, rows.
 const TRACK_ROWS: u16 = 5;
 
-/// Draws seconds in large digits, or in one row where these do not fit.
+/// Draws seconds in large digits, or in one row if these do not fit.
 fn number(seconds: u32, theme: Theme, area: Rect, buf: &mut Buffer) {
     let words = seconds.to_string();
     let columns = digits::columns(&words);
@@ -342,7 +342,7 @@ fn number(seconds: u32, theme: Theme, area: Rect, buf: &mut Buffer) {
     digits::render(&words, theme.strong(), middle, buf);
 }
 
-/// Draws the mean force with its judgement, and a bar with the band where it fits.
+/// Draws the mean force with its judgement, and a bar with the band if it fits.
 fn feedback(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
     let Some(mean_n) = shown.mean_force_n.filter(|n| n.is_finite()) else {
         Line::styled(shown.texts.not_measured.as_ref(), theme.faint())
@@ -428,7 +428,7 @@ fn slider(shown: &ParticipantView, theme: Theme, area: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Writes a word about a column, within the area.
+/// Writes a word centred on a column, within the area.
 fn centred(word: &str, x: u16, y: u16, area: Rect, style: Style, buf: &mut Buffer) {
     let columns = u16::try_from(word.chars().count()).unwrap_or(u16::MAX);
     let word_x = x
@@ -438,7 +438,7 @@ fn centred(word: &str, x: u16, y: u16, area: Rect, style: Style, buf: &mut Buffe
     buf.set_stringn(word_x, y, word, usize::from(area.width), style);
 }
 
-/// Writes the scale of the plate, mm: every ten or twenty where there is room.
+/// Writes the scale of the plate, mm: every ten or twenty as the room allows.
 fn millimetres(
     plate_m: f64,
     at: impl Fn(f64) -> u16,
@@ -461,10 +461,10 @@ fn millimetres(
     }
 }
 
-/// Parts of a cell that are filled from the left, in eighths.
+/// Blocks that fill a cell from the left, in eighths.
 const EIGHTHS: [&str; 9] = [" ", "▏", "▎", "▍", "▌", "▋", "▊", "▉", "█"];
 
-/// Draws a bar three columns wide, so many eighths of a column right of a cell.
+/// Draws a bar three columns wide, shifted right by `eighths` of a column.
 fn bar(buf: &mut Buffer, (left, y): (u16, u16), eighths: u16, style: Style) {
     let (whole, part) = (eighths / 8, usize::from(eighths % 8));
     let x = left + whole;
@@ -472,7 +472,7 @@ fn bar(buf: &mut Buffer, (left, y): (u16, u16), eighths: u16, style: Style) {
         buf.set_string(x, y, "███", style);
         return;
     }
-    // Filled from the right: the cell that is filled from the left, reversed.
+    // The last cell is a block filled from the left, with its colours reversed.
     let reversed = style.add_modifier(Modifier::REVERSED);
     put(buf, (x, y), EIGHTHS[part], reversed);
     put(buf, (x + 1, y), EIGHTHS[8], style);

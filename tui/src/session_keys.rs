@@ -1,4 +1,4 @@
-//! The keys of the dashboard, in a session, a drill, while monitoring and while a recording is replayed.
+//! Keys of the dashboard in a session, a drill, while monitoring and during a replay.
 
 use ratatui::crossterm::event::KeyCode;
 
@@ -8,10 +8,10 @@ use crate::key_table::{Effect, KeyRow, Meaning, Press};
 use crate::page::Page;
 use crate::state::State;
 
-/// How far one press moves a replay, s.
+/// Step of a replay per key press, s.
 const SEEK_S: f64 = 5.0;
 
-/// The keys that work on every page.
+/// Keys that work on every page.
 pub(crate) const EVERYWHERE: &[KeyRow] = &[
     KeyRow {
         presses: &[Press::of('e')],
@@ -42,7 +42,7 @@ pub(crate) const EVERYWHERE: &[KeyRow] = &[
     },
 ];
 
-/// The key of the help.
+/// Key of the help.
 pub(crate) const HELP: &[KeyRow] = &[KeyRow {
     presses: &[Press::of('?'), Press::of('h')],
     shown: "?",
@@ -55,7 +55,7 @@ pub(crate) const HELP: &[KeyRow] = &[KeyRow {
     },
 }];
 
-/// The keys of the dashboard, the most urgent first.
+/// Keys of the dashboard, the most urgent first.
 pub(crate) const DASHBOARD: &[KeyRow] = &[
     KeyRow {
         presses: &[Press::of('t')],
@@ -146,7 +146,7 @@ pub(crate) const DASHBOARD: &[KeyRow] = &[
                 Some(Action::Seek { by_s })
             };
             let help = "back or forward by five seconds";
-            // They move something else there.
+            // The same keys have another meaning there.
             let taken = state.ui.frozen.is_some() || state.ui.page == Page::Trials;
             (state.session.replayed && !taken)
                 .then(|| Meaning::viewing(seek, help, Some("seek")))?
@@ -185,7 +185,7 @@ pub(crate) fn rearm() -> Option<Meaning> {
     Meaning::asking(Action::Rearm, "re-arm after a trip", "re-arm")
 }
 
-/// Returns the attempt that the phase is about.
+/// Returns the attempt of the present phase.
 fn named(state: &State) -> AttemptName {
     let phase = &state.phase;
     AttemptName {
@@ -195,7 +195,7 @@ fn named(state: &State) -> AttemptName {
     }
 }
 
-/// Whether an attempt runs that a pause would throw away.
+/// Whether an attempt runs that a pause would discard.
 fn attempt_runs(state: &State) -> bool {
     let runs = matches!(
         state.phase.kind,
@@ -282,7 +282,7 @@ fn repeat(state: &State) -> Option<Meaning> {
         return None;
     }
     if state.phase.overrulable {
-        // The window is the question, and its time runs.
+        // The time to overrule the verdict already serves as the question.
         let help = if is_accepted(state) {
             "repeat the trial although it is accepted"
         } else {

@@ -1,7 +1,7 @@
-//! The operator's terminal: set up, drawn to at most 30 times a second, read for keys, and restored.
+//! The operator's terminal: set up, drawn at most 30 times a second, read for keys, and restored.
 //!
-//! One thread draws and another reads the keys. Neither waits for the terminal, for a file, or for the other beyond the
-//! moment in which it looks at the state: a key that stops acts on the thread that read it.
+//! One thread draws and another reads the keys. Neither waits for the terminal, for a file, or for the other longer
+//! than an access to the state takes: a stop key acts on the thread that read it.
 
 use std::io::{self, Write};
 use std::mem::ManuallyDrop;
@@ -28,31 +28,31 @@ use crate::page_files;
 use crate::state::State;
 use crate::terminal_kind::{is_ascii, theme};
 
-/// Time between two drawings.
+/// Time between two frames.
 const FRAME: Duration = Duration::from_millis(33);
-/// Longest wait for a key before the reader looks whether the screen is still shown.
+/// Longest wait for a key before the reader checks whether the screen is still shown.
 const LOOK: Duration = Duration::from_millis(33);
-/// Longest wait for the reader of the keys at the end: it may hang in the terminal.
+/// Longest wait for the key reader at the end: it may be blocked by the terminal.
 const LAST_KEY: Duration = Duration::from_millis(100);
-/// Remark from the key that ends the bench on.
+/// Remark shown after the key that ends the bench.
 const ENDING: &str = "ending: waits until everything is on the disk; Ctrl-C again ends at once";
 /// Time between two rings of the bell while the bench is tripped and no key was pressed, s.
 const BELL_S: f64 = 5.0;
 
-/// Shows the dashboard on this process's terminal. Returns when [`Event::Close`] comes, when all senders of events are
-/// gone, or when nothing receives actions. Blocks the calling thread: what drives the plate must not wait for it.
+/// Shows the dashboard on this process's terminal. Returns at [`Event::Close`], or when all senders of events or the
+/// receiver of actions are dropped. Blocks the calling thread, which must not be the one that drives the plate.
 ///
-/// A thread of its own reads the keys and calls `act` with each action before it sends it to `actions`: a stop in `act`
-/// waits for no screen, file or bench. At each look without a key it calls it with `None`, at least every 33 ms: keys are read.
-/// A terminal that is gone is acted upon as [`Action::Interrupt`].
+/// A separate thread reads the keys and calls `act` with each action before it sends it to `actions`: a stop in `act`
+/// waits for no screen, file or bench. If no key comes, it calls `act` with `None`, at least every 33 ms, as a sign
+/// that keys are read. A closed terminal is treated as [`Action::Interrupt`].
 ///
 /// `events` should be bounded (`sync_channel` and `try_send`), so that a terminal that blocks costs no memory.
-/// `NO_COLOR` is respected, then [`choose_theme`](crate::choose_theme); a locale without UTF-8 is shown ASCII alone. The terminal is restored on return, on error and when this thread panics; see
-/// [`crate::install_panic_hook`] for panics elsewhere and [`crate::restore`] for signals. While the terminal stands
-/// still nothing is drawn, and keys are served all the same.
+/// `NO_COLOR` takes precedence over [`choose_theme`](crate::choose_theme); a locale without UTF-8 is shown in ASCII. The
+/// terminal is restored on return, on error and when this thread panics; see [`crate::install_panic_hook`] for panics
+/// elsewhere and [`crate::restore`] for signals. While the terminal blocks, nothing is drawn, but keys are still handled.
 ///
 /// # Errors
-/// [`TerminalError::NoTerminal`] when standard input or output is not a terminal, [`TerminalError::Terminal`] when it fails
+/// [`TerminalError::NoTerminal`] if standard input or output is not a terminal, [`TerminalError::Terminal`] if it fails
 /// later. The caller should treat the latter as the operator's absence and stop in an orderly way.
 pub fn run_operator(
     events: &Receiver<Event>,
@@ -60,13 +60,13 @@ pub fn run_operator(
     act: impl Fn(Option<&Action>) + Send + 'static,
 ) -> Result<(), TerminalError> {
     let (screen, writer) = OperatorScreen::enter()?;
-    // Fixed, and followed by hand: a full screen opens the terminal anew for its size at every frame.
+    // Fixed, and resized by this code: a full-screen viewport opens the terminal for its size at every frame.
     let viewport = Viewport::Fixed(Rect::ZERO);
     let terminal =
         Terminal::with_options(CrosstermBackend::new(writer), TerminalOptions { viewport });
     let terminal = terminal.map_err(TerminalError::failed("reading its size"))?;
-    // Never dropped: its drop prints to standard error when the cursor cannot be shown, and panics where standard error
-    // is the terminal that was closed.
+    // Never dropped: its drop prints to standard error if the cursor cannot be shown, and panics if standard error is
+    // the closed terminal.
     let mut terminal = ManuallyDrop::new(terminal);
     let mut state = State::new(theme());
     state.ui.ascii = is_ascii(|name| std::env::var_os(name));
@@ -82,10 +82,10 @@ pub fn run_operator(
     operated
 }
 
-/// Leaves the screen, once the keys have been looked at for the last time.
+/// Leaves the screen after a last check for keys.
 ///
 /// # Errors
-/// [`TerminalError::Terminal`] when the terminal was gone by then.
+/// [`TerminalError::Terminal`] if the terminal is already gone.
 fn leave(desk: &Desk, reader: &thread::JoinHandle<()>) -> Result<(), TerminalError> {
     desk.leave();
     let waited = Instant::now();
@@ -95,19 +95,19 @@ fn leave(desk: &Desk, reader: &thread::JoinHandle<()>) -> Result<(), TerminalErr
     desk.lost().map_or(Ok(()), Err)
 }
 
-/// State of the screen, between the thread that draws it and the one that reads the keys. Its lock is held for as long as
-/// a key or an event is applied or a frame is laid out, never across a call that can wait.
+/// State of the screen, shared by the drawing thread and the thread that reads keys. Its lock is held while a key or an
+/// event is applied or a frame is laid out, never across a call that can block.
 struct Desk {
     state: Mutex<State>,
-    /// The whole screen is to be drawn anew.
+    /// Whether the whole screen must be redrawn.
     anew: AtomicBool,
-    /// A key was pressed since the bell rang.
+    /// Whether a key was pressed since the bell rang.
     heard: AtomicBool,
-    /// The screen is not shown any more.
+    /// Whether the screen was closed.
     left: AtomicBool,
-    /// A page is being written.
+    /// Whether a page is being written.
     writing: AtomicBool,
-    /// Why no further key is read.
+    /// Error that ended the reading of keys.
     gone: Mutex<Option<TerminalError>>,
 }
 
@@ -124,7 +124,7 @@ impl Desk {
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        // A panic elsewhere ends the bench; until then the screen shows what it can.
+        // A panic elsewhere ends the bench; until then the screen goes on with the state as it is.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -147,7 +147,7 @@ impl Desk {
             .take()
     }
 
-    /// Applies `pressed`, and returns the action that it asks for.
+    /// Applies `pressed`, and returns its action.
     fn press(&self, pressed: KeyEvent) -> Option<Action> {
         self.heard.store(true, Ordering::Relaxed);
         let mut state = self.state();
@@ -179,7 +179,7 @@ fn read_keys(
     let reader = thread::Builder::new().name("keys".to_owned());
     let started = reader.spawn(move || {
         loop {
-            // One look more once the screen is left: a signal that a closed terminal sent may have ended the bench first.
+            // One more check after the screen is left: a closed terminal's signal may have ended the bench first.
             let is_last = desk.is_left();
             let pressed = match keys.next(LOOK) {
                 Ok(pressed) if is_last => return act(pressed.and_then(at_once).as_ref()),
@@ -193,7 +193,7 @@ fn read_keys(
                     return desk.lose(TerminalError::failed("reading keys")(error));
                 }
             };
-            // Before the state is looked at, which the thread that draws may hold.
+            // Before access to the state, since the drawing thread may hold its lock.
             let urgent = at_once(pressed);
             if let Some(action) = &urgent {
                 act(Some(action));
@@ -212,7 +212,7 @@ fn read_keys(
     started.map_err(TerminalError::failed("starting the thread that reads keys"))
 }
 
-/// Applies events and draws until the bench closes the screen or is gone, or nobody takes actions any more.
+/// Applies events and draws until the bench closes the screen or is gone, or the receiver of actions is dropped.
 ///
 /// # Errors
 /// [`TerminalError::Terminal`] when drawing or reading keys fails.
@@ -248,14 +248,14 @@ fn operate<B: Backend<Error = io::Error> + Write>(
             return Ok(());
         }
         if rings {
-            // With the next frame; nobody waits for it.
+            // Sent with the next frame.
             let _ = terminal.backend_mut().write_all(b"\x07");
         }
         if shown.are_written() {
             let now = size().map_or(area, |(width, height)| Rect::new(0, 0, width, height));
             if desk.anew.swap(false, Ordering::Relaxed) || now != area {
                 area = now;
-                // Not `clear`, which asks the terminal where its cursor is and waits for the answer.
+                // Not `clear`, which queries the terminal for its cursor and waits for the answer.
                 let resized = terminal.resize(area);
                 resized.map_err(TerminalError::failed("drawing"))?;
             }
@@ -265,8 +265,8 @@ fn operate<B: Backend<Error = io::Error> + Write>(
     }
 }
 
-/// Applies the events that have come, and returns whether their senders are gone. Bounded: a sender that is faster than
-/// this must not keep the screen from being drawn.
+/// Applies the events that have arrived, and returns whether their senders are dropped. Bounded in time: a fast sender
+/// must not keep the screen from being drawn.
 fn apply(state: &mut State, events: &Receiver<Event>, from: Instant) -> bool {
     while from.elapsed() < FRAME / 2 {
         match events.try_recv() {
@@ -278,7 +278,7 @@ fn apply(state: &mut State, events: &Receiver<Event>, from: Instant) -> bool {
     false
 }
 
-/// Draws the state, and has the page written into a file if that was asked for.
+/// Draws the state, and writes the page to files if that was requested.
 ///
 /// # Errors
 /// [`TerminalError::Terminal`].
@@ -306,7 +306,7 @@ fn draw<B: Backend<Error = io::Error>>(
     Ok(())
 }
 
-/// Writes a page on a thread of its own, since a disk may hang, and notes what came of it.
+/// Writes a page on a separate thread, since a disk may hang, and reports the result in a remark.
 fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, drawn: Buffer) {
     let note = |desk: &Desk, text| desk.state().ui.note = Some(text);
     if desk.writing.swap(true, Ordering::AcqRel) {
@@ -329,10 +329,10 @@ fn write_page(desk: &Arc<Desk>, name: &'static str, theme: Theme, drawn: Buffer)
     }
 }
 
-/// The bell: at each trip, and again until somebody presses a key.
+/// The bell, which rings at each trip and again until a key is pressed.
 #[derive(Debug, Default)]
 struct Bell {
-    /// When it rings next, s; `None` while nothing is wrong.
+    /// Time of the next ring, s; `None` without a trip.
     due_s: Option<f64>,
     heard: bool,
 }
@@ -367,7 +367,7 @@ mod tests {
     use super::*;
     use crate::event::{PhaseKind, PhaseView};
 
-    /// Types one key after the other, then none.
+    /// A source of keys that types one after the other, then none.
     struct Typed(std::vec::IntoIter<char>);
 
     impl Keys for Typed {
@@ -404,7 +404,7 @@ mod tests {
         .unwrap()
     }
 
-    /// Shows a screen before somebody who presses `keys`, until it ends; returns its last state.
+    /// Shows a screen, presses `keys` until it ends, and returns its last state.
     fn shown(
         keys: impl Keys + Send + 'static,
         events: &Receiver<Event>,
@@ -548,7 +548,7 @@ mod tests {
         assert_eq!(acts.try_recv(), Ok(Action::Interrupt));
     }
 
-    /// A signal that the closed terminal sent ends the bench before its end is read.
+    /// A signal from the closed terminal ends the bench before the reader notices that the terminal is gone.
     #[test]
     fn a_terminal_that_goes_away_as_the_bench_closes_is_an_error_too() {
         struct GoneAfter(Sender<Event>);

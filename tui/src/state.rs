@@ -20,15 +20,15 @@ use crate::strip::{STRIPS, Strip};
 use drawing::theme::Theme;
 use drawing::value_axis::ValueAxis;
 
-/// Largest number of live values kept: bounds memory at any rate.
+/// Maximum number of live values kept: bounds memory at any rate.
 const HISTORY_MAX: usize = 4000;
-/// Largest number of log lines kept.
+/// Maximum number of log lines kept.
 const LOG_MAX: usize = 2000;
-/// Largest number of crops kept: all of a long session.
+/// Maximum number of crops kept: enough for a long session.
 const CROPS_MAX: usize = 400;
-/// Time between two looks at the strips' axes, s.
+/// Time between two updates of the strips' axes, s.
 const AXES_EVERY_S: f64 = 0.25;
-/// Age from which live values are shown as stale, s.
+/// Age above which live values are shown as stale, s.
 pub const STALE_AFTER_S: f64 = 1.0;
 
 /// The state of the screen: the fold of the events, and the operator's view settings.
@@ -52,7 +52,7 @@ pub const STALE_AFTER_S: f64 = 1.0;
 pub struct State {
     /// Time on the screen's clock, from [`Event::Tick`], s.
     pub now_s: f64,
-    /// Time of the first tick, s: ages count from it until an event comes.
+    /// Time of the first tick, s: reference for ages until an event arrives.
     pub began_s: Option<f64>,
     /// Time of the last event of any kind, s.
     pub heard_s: Option<f64>,
@@ -62,30 +62,30 @@ pub struct State {
     pub session: SessionHeader,
     /// The current phase of the session.
     pub phase: PhaseView,
-    /// Limits of the normal force that the participant should keep, N.
+    /// Band of the normal force for the participant, N.
     pub force_band_n: Option<(f64, f64)>,
     /// Live values of the last [`HISTORY_S`], oldest first.
     pub history: VecDeque<Live>,
-    /// Attempts at trials so far, in the order in which they began.
+    /// Attempts at trials so far, in order of their start.
     pub trials: Vec<TrialLine>,
     /// Crops of the explorations, oldest first.
     pub crops: VecDeque<Crop>,
-    /// What the fits gave, oldest first.
+    /// Results of the fits, oldest first.
     #[serde(default)]
     pub fits: Vec<FitView>,
-    /// What is left of the session.
+    /// Time and trials left in the session.
     #[serde(default)]
     pub outlook: Option<Outlook>,
     /// The impedance over the last period.
     #[serde(default)]
     pub period: Option<PeriodTrace>,
-    /// What is known of the bench.
+    /// Facts about the bench.
     #[serde(default)]
     pub bench: Option<BenchFacts>,
-    /// Axes of the strips, which stay while they suit.
+    /// Axes of the strips, kept while they are suitable.
     #[serde(default)]
     pub axes: [Option<ValueAxis>; STRIPS],
-    /// Time of the last look at the axes, on the audio clock, s.
+    /// Time of the last update of the axes, on the audio clock, s.
     #[serde(default)]
     axes_s: Option<f64>,
     /// Verdict on the last trial.
@@ -98,9 +98,9 @@ pub struct State {
     pub safety_reason: Option<String>,
     /// Log lines, oldest first.
     pub log: VecDeque<LogLine>,
-    /// What the participant's screen shows.
+    /// Contents of the participant's screen.
     pub participant: Option<ParticipantView>,
-    /// Which participant's display is lost and what became of it.
+    /// The lost display of the participant and the cause.
     #[serde(default)]
     pub display_lost: Option<String>,
     /// Page of the running calibration.
@@ -146,42 +146,42 @@ pub struct LogLine {
     pub level: LogLevel,
     /// Text of the line.
     pub text: String,
-    /// Number of times in a row that the line came.
+    /// Number of consecutive occurrences of the line.
     pub count: u32,
 }
 
-/// The operator's view settings. Keys change them; of the events, only a calibration's that calls for the operator.
+/// The operator's view settings. Keys change them; the only events that do are a calibration's requests to the operator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ui {
     /// Page shown.
     pub page: Page,
-    /// Whether the help lies over the page.
+    /// Whether the help covers the page.
     pub help: bool,
     /// Action that waits for confirmation.
     pub confirm: Option<Action>,
-    /// Time that the strip charts span.
+    /// Time span of the strip charts.
     pub window: Window,
-    /// Digits typed so far of the number that is asked for.
+    /// Digits typed so far.
     pub typed: String,
     /// Selected point of a calibration, counted from 0.
     pub chosen: Option<usize>,
-    /// Why the last key had no effect.
+    /// Remark on the last key, such as why it had no effect.
     pub note: Option<String>,
-    /// Colours, or none.
+    /// Colour theme.
     pub theme: Theme,
-    /// Whether the terminal shows ASCII alone.
+    /// Whether the terminal shows only ASCII.
     #[serde(default)]
     pub ascii: bool,
-    /// Panel that is enlarged, from 1; 0 for the whole page.
+    /// Enlarged panel, from 1; 0 for the whole page.
     #[serde(default)]
     pub zoom: u8,
     /// Rows by which a list is scrolled.
     #[serde(default)]
     pub scroll: u16,
-    /// Attempt that is chosen, counted from 0; `None` follows the newest.
+    /// Selected attempt, counted from 0; `None` follows the newest.
     #[serde(default)]
     pub trial: Option<usize>,
-    /// The strips while they are held still.
+    /// The strips while they are frozen.
     #[serde(default)]
     pub frozen: Option<Box<Frozen>>,
     /// Whether the page is to be written to files.
@@ -190,12 +190,12 @@ pub struct Ui {
 }
 
 impl Ui {
-    /// Turns to a page, whole and from its beginning.
+    /// Turns to a page, not enlarged and not scrolled.
     pub(crate) fn turn_to(&mut self, page: Page) {
         (self.page, self.zoom, self.scroll) = (page, 0, 0);
     }
 
-    /// Turns to the first page, with nothing over it.
+    /// Turns to the first page and closes the help.
     fn uncover(&mut self) {
         self.turn_to(Page::Run);
         self.help = false;
@@ -278,7 +278,7 @@ impl State {
             Event::Crop(crop) => self.push_crop(crop),
             Event::Outlook(outlook) => self.outlook = Some(outlook.clone()),
             Event::Fit(fit) => {
-                // A replay that is wound back fits an attempt again.
+                // A replay that was moved back fits an attempt again.
                 let of = |fit: &FitView| (fit.trial, fit.practice, fit.attempt);
                 self.fits.retain(|known| of(known) != of(fit));
                 self.fits.push(fit.clone());
@@ -322,7 +322,7 @@ impl State {
         self.history.back()
     }
 
-    /// Returns the age of the live values in s once it is above [`STALE_AFTER_S`].
+    /// Returns the age of the live values in s if it is above [`STALE_AFTER_S`].
     #[must_use]
     pub fn live_stale_s(&self) -> Option<f64> {
         let stands = matches!(self.phase.kind, PhaseKind::Paused | PhaseKind::Finished);
@@ -332,7 +332,7 @@ impl State {
         self.stale_since(self.live_heard_s)
     }
 
-    /// Returns the time since the last event in s once it is above [`STALE_AFTER_S`].
+    /// Returns the time since the last event in s if it is above [`STALE_AFTER_S`].
     #[must_use]
     pub fn silent_s(&self) -> Option<f64> {
         self.stale_since(self.heard_s)
@@ -363,8 +363,8 @@ impl State {
         calibration.filter(|_| self.ui.page == Page::Run)
     }
 
-    /// Returns the point of a calibration that would be remeasured, counted from 0: the selected one, else the one with
-    /// the largest residual, else the last.
+    /// Returns the point of a calibration to remeasure, counted from 0: the selected one, else the one with the largest
+    /// residual, else the last.
     #[must_use]
     pub fn chosen_point(&self) -> Option<usize> {
         let points = &self.calibration.as_ref()?.points;
@@ -373,13 +373,13 @@ impl State {
         Some(self.ui.chosen.or(worst).unwrap_or(last).min(last))
     }
 
-    /// Returns the age of something last heard at `heard_s`, once it is stale.
+    /// Returns the time since `heard_s` if it is stale.
     fn stale_since(&self, heard_s: Option<f64>) -> Option<f64> {
         let age_s = self.now_s - heard_s.or(self.began_s)?;
         (age_s > STALE_AFTER_S).then_some(age_s)
     }
 
-    /// Enters a phase, and lists its attempt when it is new.
+    /// Enters a phase, and lists its attempt if it is new.
     fn enter(&mut self, phase: &PhaseView) {
         self.phase = phase.clone();
         if phase.kind != PhaseKind::Finished {
@@ -392,7 +392,7 @@ impl State {
         }
     }
 
-    /// Lists an attempt, unless it is listed.
+    /// Adds an attempt to the list unless it is there.
     fn list(&mut self, trial: u32, practice: bool, attempt: u32, condition: Option<String>) {
         let listed =
             self.trials.iter().rev().any(|line| {
@@ -409,7 +409,7 @@ impl State {
         }
     }
 
-    /// Attaches a verdict to its attempt, and lists the attempt when it was never announced.
+    /// Attaches a verdict to its attempt, which is listed if it was never announced.
     fn judge(&mut self, verdict: &TrialVerdict) {
         let same = |line: &&mut TrialLine| {
             (line.trial, line.practice, line.attempt)
@@ -440,7 +440,7 @@ impl State {
             return;
         }
         self.live_heard_s = Some(self.now_s);
-        // A replay that starts over, or another session: the old curve does not belong on the new axis.
+        // After a restart of a replay or a new session, the old curve does not belong on the new axis.
         if self.history.back().is_some_and(|last| last.t_s > live.t_s) {
             self.history.clear();
         }
@@ -465,7 +465,7 @@ impl State {
         }
     }
 
-    /// Keeps a crop, in place of an earlier one of the same exploration.
+    /// Stores a crop; replaces an earlier one of the same exploration.
     fn push_crop(&mut self, crop: &Crop) {
         let of = |crop: &Crop| (crop.trial, crop.practice, crop.attempt, crop.exploration);
         match self
@@ -483,7 +483,7 @@ impl State {
         }
     }
 
-    /// Returns the live values that the strips show: those held still, or the newest.
+    /// Returns the live values of the strips: the frozen ones, or the newest.
     #[must_use]
     pub fn shown_history(&self) -> &VecDeque<Live> {
         self.ui
@@ -492,7 +492,7 @@ impl State {
             .map_or(&self.history, |frozen| &frozen.history)
     }
 
-    /// Returns the attempt that is chosen, or the newest of which something is known.
+    /// Returns the selected attempt, or the newest with a verdict or a crop.
     #[must_use]
     pub fn chosen_trial(&self) -> Option<&TrialLine> {
         let told =

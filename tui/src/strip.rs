@@ -1,11 +1,11 @@
-//! The strips: which live values they show, on which axis.
+//! The strips: their live values and their axes.
 
 use std::collections::VecDeque;
 
 use crate::event::{ComplexImpedance, Live};
 use drawing::value_axis::ValueAxis;
 
-/// One strip. All share their time axis.
+/// One strip. All strips share a time axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Strip {
     Amplitude,
@@ -15,7 +15,7 @@ pub(crate) enum Strip {
     Gap,
 }
 
-/// How a series is drawn.
+/// Style of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Weight {
     First,
@@ -28,11 +28,11 @@ pub(crate) type Select = fn(&Live) -> Option<f64>;
 
 /// Number of strips.
 pub(crate) const STRIPS: usize = 5;
-/// Values are read as means over this time, s: longer than a period of the modulation.
+/// Time over which displayed values are averaged, s: longer than a period of the modulation.
 const READ_OVER_S: f64 = 0.5;
-/// They are read anew this often, Hz.
+/// Update rate of displayed values, Hz.
 const READ_HZ: f64 = 4.0;
-/// Half the width of a 95 % interval in standard deviations.
+/// Half-width of a 95 % confidence interval in standard deviations.
 const INTERVAL: f64 = 1.96;
 
 impl Strip {
@@ -44,7 +44,7 @@ impl Strip {
         Self::Gap,
     ];
 
-    /// Returns the series, those drawn first in front.
+    /// Returns the series; earlier ones are drawn in front.
     pub(crate) fn series(self) -> &'static [(Select, Weight)] {
         match self {
             Self::Amplitude => &[(|l| l.amplitude_m.map(micro), Weight::First)],
@@ -82,7 +82,7 @@ impl Strip {
         }
     }
 
-    /// Returns the values that the axis always holds.
+    /// Returns the values that the axis always includes.
     fn always(self, force_band_n: Option<(f64, f64)>) -> Vec<f64> {
         match self {
             Self::Amplitude | Self::Friction => vec![0.0],
@@ -101,7 +101,7 @@ impl Strip {
         }
     }
 
-    /// Returns the axis for `history`: `used`, as long as it suits.
+    /// Returns the axis for `history`: `used`, as long as it is suitable.
     pub(crate) fn axis(
         self,
         history: &VecDeque<Live>,
@@ -109,7 +109,7 @@ impl Strip {
         used: Option<ValueAxis>,
     ) -> Option<ValueAxis> {
         let of = |live| {
-            // An interval may be wide, and the plain ratio runs away: what they belong to has the axis.
+            // Intervals may be wide, and the plain ratio may diverge: only the main series determine the axis.
             let told = self.series().iter().filter(|(_, w)| *w != Weight::Faint);
             told.filter_map(move |(select, _)| select(live))
         };
@@ -123,8 +123,8 @@ impl Strip {
     }
 }
 
-/// Mean, smallest and largest of a value over the last half second, read anew four times a second: a number that can be
-/// read. `None` if nothing was measured then.
+/// Returns mean, minimum and maximum of a value over the last half second, updated four times a second so that it can
+/// be read. `None` if it was not measured then.
 pub(crate) fn read(history: &VecDeque<Live>, select: Select) -> Option<(f64, f64, f64)> {
     let last_s = history.back()?.t_s;
     let first_s = history.front()?.t_s;

@@ -1,26 +1,26 @@
-//! What the operator's terminal can show.
+//! Capabilities of the operator's terminal: theme and character set.
 
 use std::ffi::{OsStr, OsString};
 use std::sync::OnceLock;
 
 use drawing::theme::Theme;
 
-/// The theme that was asked for.
+/// The chosen theme.
 static ASKED: OnceLock<Theme> = OnceLock::new();
 
-/// Asks for a theme; the first call holds. `NO_COLOR` comes before it.
+/// Chooses a theme; only the first call has an effect. `NO_COLOR` takes precedence.
 pub fn choose_theme(theme: Theme) {
     let _ = ASKED.set(theme);
 }
 
-/// Returns the theme in force.
+/// Returns the effective theme.
 #[must_use]
 pub fn theme() -> Theme {
     let asked = ASKED.get().copied().unwrap_or(Theme::Colour);
     asked.under_no_color(std::env::var_os("NO_COLOR").as_deref())
 }
 
-/// Whether the locale has ASCII alone, by `LC_ALL`, `LC_CTYPE` and `LANG`, the first that is set.
+/// Whether the locale is ASCII, from `LC_ALL`, `LC_CTYPE` and `LANG`, the first that is set.
 pub(crate) fn is_ascii(variable: impl Fn(&str) -> Option<OsString>) -> bool {
     if cfg!(not(unix)) {
         return false;

@@ -1,4 +1,4 @@
-//! The keys that change what is seen, and nothing else.
+//! Keys that change only the view.
 
 use ratatui::crossterm::event::KeyCode;
 
@@ -8,10 +8,10 @@ use crate::key_table::{KeyRow, Meaning, Press};
 use crate::page::Page;
 use crate::state::{State, Ui};
 
-/// Rows by which a page key scrolls.
+/// Rows scrolled by a page key.
 const PAGE_ROWS: u16 = 10;
 
-/// The keys, those that belong to what is shown first.
+/// Keys of the view, those for the current page first.
 pub(crate) const VIEW: &[KeyRow] = &[
     KeyRow {
         presses: &[Press::key(KeyCode::Left), Press::key(KeyCode::Right)],
@@ -63,7 +63,7 @@ pub(crate) const VIEW: &[KeyRow] = &[
     },
 ];
 
-/// The keys that turn pages, and the time that the strips span.
+/// Keys that turn pages and change the time span of the strips.
 pub(crate) const PAGES: &[KeyRow] = &[
     KeyRow {
         presses: &[
@@ -80,7 +80,7 @@ pub(crate) const PAGES: &[KeyRow] = &[
         presses: &[Press::key(KeyCode::Tab)],
         shown: "tab",
         here: |state| {
-            // They are read there.
+            // The question is not shown on the participant's page.
             if state.asked.is_some() || state.new_carrier.is_some() {
                 return Meaning::explaining("answer the question first");
             }
@@ -98,7 +98,7 @@ pub(crate) const PAGES: &[KeyRow] = &[
     },
 ];
 
-/// The keys that scroll a list.
+/// Keys that scroll a list.
 pub(crate) const SCROLL: &[KeyRow] = &[KeyRow {
     presses: &[
         Press::of('j'),
@@ -115,7 +115,7 @@ pub(crate) const SCROLL: &[KeyRow] = &[KeyRow {
     },
 }];
 
-/// The key that keeps what is shown, on a calibration's page too.
+/// Key that writes the page to files, also on a calibration's page.
 pub(crate) const WRITE: &[KeyRow] = &[KeyRow {
     presses: &[Press::of('w')],
     shown: "w",
@@ -193,7 +193,7 @@ fn scroll(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
     None
 }
 
-/// Chooses the next or the previous attempt; after the last, the newest is followed.
+/// Selects the next or the previous attempt; after the last, the selection follows the newest.
 fn choose_trial(state: &State, ui: &mut Ui, code: KeyCode) -> Option<Action> {
     let last = state.trials.len().checked_sub(1)?;
     let shown = state.chosen_trial()?;

@@ -5,7 +5,7 @@ use ratatui::layout::Rect;
 use ratatui::text::Line;
 use ratatui::widgets::Widget;
 
-/// Draws `line` into the first row of `area`, with an ellipsis at the end of a line that is cut.
+/// Draws `line` into the first row of `area`, with an ellipsis if it is cut off.
 pub(crate) fn render_line(line: Line, area: Rect, buf: &mut Buffer) {
     let cut = line.width() > area.width.into();
     line.render(area, buf);
@@ -14,8 +14,7 @@ pub(crate) fn render_line(line: Line, area: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Breaks `text` at spaces into lines of at most `columns` characters. A longer word stays whole; the area that it is
-/// drawn into cuts it.
+/// Breaks `text` at spaces into lines of at most `columns` characters. A longer word is not broken; its area cuts it off.
 pub(crate) fn wrap(text: &str, columns: u16) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {

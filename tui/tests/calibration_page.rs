@@ -1,4 +1,4 @@
-//! A calibration's page: what it shows at two sizes and in every kind of state, and what each key does there.
+//! A calibration's page: its contents at two sizes and in every kind of state, and its keys.
 
 use proptest::prelude::*;
 use ratatui::Terminal;
@@ -10,7 +10,7 @@ use tui::calibration_page::{
 use tui::event::{LogLevel, SafetyState, SessionHeader, SystemHealth};
 use tui::{Action, Event, Page, State, Theme, key, view};
 
-/// Levels, V, known amplitudes, μm, and what they depart from their line by, nm, of a ladder of six.
+/// Levels, V, known amplitudes, μm, and their residuals from the fitted line, nm, of a ladder of six.
 const LADDER: [(f64, f64, f64); 6] = [
     (5.07, 0.3372, 0.12),
     (12.66, 0.8430, -0.31),
@@ -244,11 +244,11 @@ fn small_terminals_keep_the_instruction_and_the_answer() {
 #[test]
 fn every_small_size_in_every_state_is_drawn_with_the_instruction() {
     let states = states();
-    // States within a size, because a layout once solved is remembered.
+    // States in the inner loop, because a solved layout is cached.
     for (columns, rows) in (0..=60).flat_map(|c| (0..=30).map(move |r| (c, r))) {
         for (name, state) in &states {
             let screen = drawn(state, columns, rows);
-            // The help lies over the instruction on a small screen.
+            // The help covers the instruction on a small screen.
             if columns < 15 || rows < 8 || state.ui.help {
                 continue;
             }
@@ -338,7 +338,7 @@ fn code(letter: char) -> KeyCode {
     }
 }
 
-/// Presses the keys one after the other; the actions asked for.
+/// Presses the keys one after the other; returns the requested actions.
 fn press(state: &mut State, keys: &str) -> Vec<Action> {
     let mut actions = Vec::new();
     for letter in keys.chars() {
@@ -454,7 +454,7 @@ fn the_bench_and_the_log_are_looked_at_and_nothing_is_answered_there() {
         }
         let shown: String = (0..24).map(|y| row(&state, 80, 24, y)).collect();
         assert!(shown.contains("1 turns back"), "{shown}");
-        // The points are not seen here, nor is what is typed.
+        // The points and the typed text are not shown here.
         assert_eq!(press(&mut state, "\n"), []);
         assert!(row(&state, 80, 24, 23).contains("turn back"));
         assert_eq!(press(&mut state, "r.\n7\n"), []);
@@ -518,7 +518,7 @@ fn a_calibration_that_calls_for_its_operator_brings_its_page_back() {
         ..working.clone()
     };
     assert!(!called(&[page(next)]), "it works on");
-    // Whoever turns away from a question may go on looking until something new is asked.
+    // An operator who turns away from a question may stay on another page until the next question.
     let mut state = looking();
     state.apply(&page(typing()));
     press(&mut state, "\t");

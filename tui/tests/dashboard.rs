@@ -1,4 +1,4 @@
-//! What the operator sees, at two sizes and in every kind of state; colours are asserted on the buffer.
+//! The operator's screen at two sizes and in every kind of state; colours are asserted on the buffer.
 
 #[path = "../examples/dashboard/synthetic.rs"]
 mod synthetic;
@@ -23,7 +23,7 @@ mod crossterm_key {
     }
 }
 
-/// The made-up session, played until `wanted` holds for the first time.
+/// Plays the synthetic session until `wanted` is true for the first time.
 fn played_until(wanted: impl Fn(&State) -> bool) -> State {
     let mut state = State::new(Theme::Colour);
     for (at_s, event) in synthetic::session() {
@@ -101,7 +101,7 @@ fn row(buffer: &Buffer, y: u16) -> String {
         .collect()
 }
 
-/// The cells where `words` stand.
+/// Returns the cells that contain `words`.
 fn cells<'a>(buffer: &'a Buffer, words: &str) -> Vec<&'a Cell> {
     for y in 0..buffer.area.height {
         let symbols: Vec<&str> = (0..buffer.area.width)
@@ -157,7 +157,7 @@ fn small_terminals_keep_what_matters() {
     }
 }
 
-/// A drill in which the third fault was just shown.
+/// Returns a drill in which the third fault was just shown.
 fn drilled(asked: DrillStep, instruction: &str) -> State {
     let mut state = State::new(Theme::Colour);
     let result = |fault: &str, met, words: &str| DrillResult {
@@ -376,11 +376,11 @@ fn every_small_size_in_every_state_is_drawn_with_the_safety_word_first() {
     let mut states = states();
     states.push(("preview", preview));
     for (_, state) in &mut states {
-        // A second of curves: ten take much longer to draw and prove no more.
+        // One second of curves: ten seconds take much longer to draw and prove nothing else.
         let old = state.history.len().saturating_sub(100);
         state.history.drain(..old);
     }
-    // States within a size, because a layout once solved is remembered.
+    // States in the inner loop, because a solved layout is cached.
     for (columns, rows) in (0..=60).flat_map(|c| (0..=30).map(move |r| (c, r))) {
         for (name, state) in &states {
             let screen = drawn(state, columns, rows);

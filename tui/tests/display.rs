@@ -1,4 +1,4 @@
-//! The participant's screen on a terminal of its own.
+//! The participant's screen on a separate terminal.
 
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
@@ -38,7 +38,7 @@ fn it_draws_on_its_terminal_follows_its_size_and_puts_it_back() {
     let display = ParticipantDisplay::open(&screen.path, Theme::Mono).unwrap();
     screen.wait_for("\x1b[?1049h");
     display.show(shown(Instruction::Wait));
-    // In the middle of 60 columns, then of 100.
+    // Centred in 60 columns, then in 100.
     screen.wait_for(&(" ".repeat(24) + "Please wait"));
     screen.resize(100, 30);
     screen.wait_for(&(" ".repeat(44) + "Please wait"));
@@ -66,7 +66,7 @@ fn a_terminal_that_stands_still_never_holds_the_caller() {
         display.show(shown(Instruction::Rest));
         thread::sleep(Duration::from_millis(20));
     }
-    // Returning at all is the test: the thread behind may be held for ever.
+    // The test is that this returns: the thread may be blocked forever.
     drop(display);
 }
 
@@ -104,7 +104,7 @@ fn what_is_no_terminal_is_refused_by_name() {
     assert!(matches!(file, Err(DisplayError::NotATerminal { .. })));
 }
 
-/// A pipe that nobody reads would keep a plain `open` waiting for ever.
+/// A pipe without a reader would block a plain `open` forever.
 #[test]
 fn what_is_no_terminal_is_refused_at_once() {
     use rustix::fs::{CWD, FileType, Mode, mknodat};

@@ -1,4 +1,4 @@
-//! What each key does where the session stands.
+//! The effect of each key in each phase.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use tui::action::AttemptName;
@@ -37,7 +37,7 @@ fn state(kind: PhaseKind, safety: SafetyState, trial: u32) -> State {
     state
 }
 
-/// The attempt of the states here.
+/// Returns the attempt of the states here.
 fn second() -> AttemptName {
     AttemptName {
         trial: 2,
@@ -50,7 +50,7 @@ fn plain(code: KeyCode) -> KeyEvent {
     KeyEvent::new(code, KeyModifiers::NONE)
 }
 
-/// Presses the keys one after the other; the actions asked for.
+/// Presses the keys one after the other; returns the requested actions.
 fn press(state: &mut State, keys: &str) -> Vec<Action> {
     let mut actions = Vec::new();
     for code in keys.chars() {
@@ -83,7 +83,7 @@ fn a_question_about_the_participant_takes_digits_and_leaves_the_rest_to_the_dash
     assert_eq!(press(&mut state, "4"), []);
     assert_eq!(tap(&mut state, KeyCode::Up), answer(Reply::Redo(0)));
     assert_eq!(state.ui.typed, "");
-    // Nothing begins meanwhile; what stops or ends a session does.
+    // No session or trial can begin meanwhile; the session can still be stopped or ended.
     assert_eq!(press(&mut state, " sc"), []);
     assert!(state.ui.note.is_some());
     assert_eq!(press(&mut state, "e"), [Action::EmergencyStop]);
@@ -110,9 +110,9 @@ fn a_new_carrier_is_taken_or_kept_while_it_is_proposed() {
     });
     assert_eq!(press(&mut state, "T"), [Action::TakeCarrier]);
     assert_eq!(press(&mut state, "n"), [Action::KeepCarrier]);
-    // What stops the drive does so at once.
+    // The stop key acts at once.
     assert_eq!(press(&mut state, "e"), [Action::EmergencyStop]);
-    // The keys of the view ask for nothing.
+    // The keys of the view send no request.
     assert_eq!(press(&mut state, "fjkzw12345"), []);
     state.apply(&Event::NewCarrier { proposal: None });
     assert_eq!(press(&mut state, "tn"), []);
@@ -330,7 +330,7 @@ fn an_open_verdict_is_overruled_both_ways_without_a_question_while_its_time_runs
     }
 }
 
-/// The question is about the trial in which it was asked.
+/// The question belongs to the trial in which it was asked.
 #[test]
 fn a_question_answered_in_the_next_trial_is_about_the_trial_before() {
     let mut state = state(PhaseKind::Exploration, SafetyState::Driving, 2);
@@ -352,7 +352,7 @@ fn a_pause_waits_and_throws_nothing_away_before_it_is_confirmed() {
     assert_eq!(press(&mut state, "py"), [Action::PauseNow(second())]);
 }
 
-/// Its name may belong to another window by now.
+/// The name may belong to another window by now.
 #[test]
 fn a_lost_terminal_is_opened_again_only_when_confirmed() {
     let mut state = state(PhaseKind::Paused, SafetyState::Armed, 0);

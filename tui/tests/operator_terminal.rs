@@ -1,4 +1,4 @@
-//! The operator's terminal is put back however the dashboard ends. Each case runs in a process of its own, because a
+//! The operator's terminal is restored however the dashboard ends. Each case runs in a separate process, because a
 //! terminal and a panic hook belong to a process: the test starts itself again, on a pseudo-terminal.
 
 #![cfg(unix)]
@@ -17,10 +17,10 @@ use pty::{PATIENCE, Screen};
 use rustix::termios::{LocalModes, tcgetattr};
 use tui::{Action, Event};
 
-/// Set in the process that a test starts.
+/// Environment variable set in the process started by a test.
 const PART: &str = "TUI_TEST_PART";
 
-/// The process started by a test; it does not outlive it.
+/// The process started by a test; killed on drop.
 struct Part(Child);
 
 impl Part {
@@ -35,7 +35,7 @@ impl Part {
 
 impl Drop for Part {
     fn drop(&mut self) {
-        // Fails when it has ended already, as it should have.
+        // Fails if it has already ended, as expected.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
@@ -58,7 +58,7 @@ fn on_a_terminal(test: &str) -> (Screen, Part) {
     (screen, Part(child))
 }
 
-/// A new terminal is not: its echo and line editing are the shell's.
+/// Returns whether the terminal is in raw mode; a new one is not, since it has echo and line editing.
 fn is_raw(screen: &Screen) -> bool {
     let modes = tcgetattr(&screen.controller).unwrap().local_modes;
     !modes.intersects(LocalModes::ICANON | LocalModes::ECHO)
@@ -116,7 +116,7 @@ fn a_panic_elsewhere_makes_safe_then_puts_back_then_speaks() {
     let (mut screen, mut part) = on_a_terminal(name);
     screen.wait_for("UNKNOWN");
     assert!(is_raw(&screen));
-    // The thread that panics is the one that reads what the operator asks for: with it the dashboard ends.
+    // The panic is in the thread that receives the actions: the dashboard ends with it.
     screen.controller.write_all(b"e").unwrap();
     screen.wait_for("<made safe>");
     screen.wait_for("\x1b[?1049l");

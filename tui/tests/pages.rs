@@ -1,4 +1,4 @@
-//! Every page in every kind of state at the three sizes that it is laid out for, and any events at any size.
+//! Every page in every kind of state at the three sizes of its layouts, and any events at any size.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -35,7 +35,7 @@ fn played_until(wanted: impl Fn(&State) -> bool) -> State {
     panic!("the session never gets there");
 }
 
-/// In the second exploration of a trial that was rejected once.
+/// Returns the second exploration of a trial that was rejected once.
 fn normal() -> State {
     played_until(|state| {
         let at = &state.phase;
@@ -202,7 +202,7 @@ fn one_sign_for_mu_and_one_for_minus() {
             state.ui.page = page;
             let shown = lines(&state, 200, 60);
             assert!(!shown.contains('\u{b5}'), "{name} {page:?}");
-            // A hyphen before a digit would be a minus that is none; dates and names have theirs within a word.
+            // A hyphen before a digit would be a wrong minus sign; dates and names have hyphens within a word.
             let hyphens = shown.split_whitespace().filter(|word| {
                 word.starts_with('-') && word[1..].starts_with(|c: char| c.is_ascii_digit())
             });
@@ -267,7 +267,7 @@ fn press() -> impl Strategy<Value = KeyCode> {
 }
 
 thread_local! {
-    /// One of every kind, few of the frequent ones.
+    /// One event of every kind, few of the frequent ones.
     static EVENTS: Vec<Event> = {
         let all = synthetic::session().into_iter().map(|(_, event)| event);
         let rare = all.enumerate().filter(|(i, event)| {
@@ -344,7 +344,7 @@ fn a_line_says_how_it_is_and_how_it_was_last() {
     ] {
         assert_eq!(state.of(line), Some((words.to_owned(), well)));
     }
-    // It stands on the page, and is not cut there.
+    // The text appears on the page and is not cut off.
     let mut state = normal();
     let mut health = state.health.unwrap();
     health.lines = levels(false, 3, 150.0);

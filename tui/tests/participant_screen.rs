@@ -1,4 +1,4 @@
-//! What the participant sees, and what not.
+//! Contents of the participant's screen, and information that must not be on it.
 
 use std::sync::Arc;
 
@@ -78,7 +78,7 @@ fn a_small_screen_still_instructs() {
 /// Fault 37.
 #[test]
 fn every_small_size_shows_the_instruction() {
-    // Instructions within a size, because a layout once solved is remembered.
+    // Instructions in the inner loop, because a solved layout is cached.
     for (columns, rows) in (0..=60).flat_map(|c| (0..=30).map(move |r| (c, r))) {
         for instruction in ALL {
             let screen = drawn(&shown(instruction), columns, rows);
@@ -165,7 +165,7 @@ fn the_slider_keeps_to_its_place() {
 #[test]
 fn the_slider_moves_by_eighths_of_a_column_in_the_terminals_own_foreground() {
     let eighths = " ▏▎▍▌▋▊▉█";
-    // Left edge of what is filled in the slider's first row, in eighths of a column.
+    // Left edge of the slider in its first row, in eighths of a column.
     let edge = |slider_m: f64| {
         let view = ParticipantView {
             slider_m: Some(slider_m),
@@ -192,7 +192,7 @@ fn the_slider_moves_by_eighths_of_a_column_in_the_terminals_own_foreground() {
         assert!(contiguous, "{slider_m}: {filled:?}");
         filled[0]
     };
-    // 105 mm are 75 columns: 1.4 mm a column, 0.175 mm an eighth.
+    // 105 mm are 75 columns: 1.4 mm per column, 0.175 mm per eighth.
     let edges: Vec<usize> = (0..100).map(|i| edge(0.02 + 1e-4 * f64::from(i))).collect();
     assert!(edges.windows(2).all(|pair| pair[1] - pair[0] <= 1));
     assert!(edges[99] - edges[0] >= 55);

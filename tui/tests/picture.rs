@@ -1,5 +1,5 @@
-//! A screen as a picture and as text: every cell is in both, nothing breaks the document, and the same cells make the
-//! same bytes.
+//! A screen as a picture and as text: both contain every cell, the document stays valid for any text, and the same
+//! cells make the same bytes.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -36,7 +36,7 @@ fn one_row(text: &str, style: Style) -> Buffer {
     screen
 }
 
-/// The words of a picture with their left edges and lengths in cells.
+/// Returns the words of a picture with their left edges and lengths in cells.
 fn words(picture: &str) -> Vec<(String, u32, u32)> {
     let document = Document::parse(picture).unwrap();
     let number =

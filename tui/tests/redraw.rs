@@ -1,4 +1,4 @@
-//! What the dashboard costs while a session runs, at its largest size: bytes to the terminal, and time to draw.
+//! Cost of the dashboard during a session at its largest size: bytes to the terminal, and time to draw.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -18,14 +18,14 @@ use ratatui::layout::Rect;
 use ratatui::{Terminal, TerminalOptions, Viewport};
 use tui::{Event, Page, State, Theme, view};
 
-/// Frames a second.
+/// Frame rate, Hz.
 const FRAME_HZ: f64 = 30.0;
-/// Part of the session that is played, s: with a rejected trial's crops.
+/// Duration of the part of the session that is played, s; it includes a rejected trial's crops.
 const PLAYED_S: f64 = 24.0;
-/// What a terminal over ssh takes without falling behind, bytes a second.
+/// Data rate that a terminal over ssh can follow, bytes per second.
 const MOST_BYTES_PER_S: f64 = 300e3;
 
-/// A terminal that counts.
+/// A terminal that counts the bytes written.
 struct Counted(Rc<Cell<usize>>);
 
 impl io::Write for Counted {
@@ -39,7 +39,7 @@ impl io::Write for Counted {
     }
 }
 
-/// Plays the made-up session; returns bytes and time to draw, each per second of the session.
+/// Plays the synthetic session; returns bytes and time to draw, each per second of the session.
 fn cost(page: Page) -> (f64, f64) {
     let options = TerminalOptions {
         viewport: Viewport::Fixed(Rect::new(0, 0, 200, 60)),

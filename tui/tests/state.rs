@@ -54,7 +54,7 @@ fn drawn(state: &State) -> Buffer {
     terminal.backend().buffer().clone()
 }
 
-/// A replay is wound back and played again.
+/// A replay that is moved back and played again.
 #[test]
 fn a_trial_that_is_fitted_again_has_one_fit() {
     let fit = |trial, no_fit: &str| {
@@ -117,7 +117,7 @@ fn values_grow_stale_by_the_screens_clock_not_by_their_own() {
     assert_eq!(fresh.live_stale_s(), None);
     let stale = after([tick(100.0), live(3.0), tick(102.5)]);
     assert_eq!(stale.live_stale_s(), Some(2.5));
-    // The bench still speaks, only the values have stopped.
+    // The bench still sends events, only live values are missing.
     let mut speaking = stale;
     speaking.apply(&Event::Log {
         level: LogLevel::Warning,
@@ -125,7 +125,7 @@ fn values_grow_stale_by_the_screens_clock_not_by_their_own() {
     });
     assert_eq!(speaking.silent_s(), None);
     assert_eq!(speaking.live_stale_s(), Some(2.5));
-    // A bench that never says a word is silent too.
+    // A bench that never sends an event counts as silent, too.
     assert_eq!(after([tick(7.0), tick(9.0)]).silent_s(), Some(2.0));
 }
 

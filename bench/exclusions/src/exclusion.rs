@@ -1,4 +1,4 @@
-//! One exclusion: of whom, of what, why and by whom.
+//! One exclusion: its recordings, the reason and the author.
 
 use std::fmt;
 use std::str::FromStr;
@@ -16,7 +16,7 @@ pub enum Part<T: Copy + fmt::Display> {
     One(T),
 }
 
-/// A trial of a session, all attempts at it included.
+/// Trial of a session, with all attempts at it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Trial {
     /// Part of the session.
@@ -25,25 +25,25 @@ pub struct Trial {
     pub number: u32,
 }
 
-/// Recordings that are left out, and why.
+/// Recordings that are excluded, and the reason.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Exclusion {
-    /// Whose recordings.
+    /// Participant.
     pub participant: ParticipantId,
-    /// Of which session.
+    /// Session.
     pub session: Part<u32>,
-    /// Which trials.
+    /// Trials.
     pub trial: Part<Trial>,
-    /// Why.
+    /// Reason.
     pub reason: String,
-    /// Who decided it.
+    /// Person who decided it.
     pub by: String,
-    /// When, as a date; `None` if it is not stated.
+    /// Date; `None` if it is not stated.
     pub date: Option<String>,
 }
 
 impl Exclusion {
-    /// Returns whether it leaves out this trial.
+    /// Returns whether the exclusion covers this trial.
     #[must_use]
     pub fn covers(&self, participant: &str, session: Option<u32>, trial: Option<Trial>) -> bool {
         let session_is = match self.session {
@@ -77,7 +77,7 @@ impl fmt::Display for Exclusion {
     }
 }
 
-/// The word for all of something.
+/// Cell that stands for all sessions or trials.
 pub(crate) const ALL: &str = "all";
 const PRACTICE: &str = "practice-";
 
@@ -114,7 +114,7 @@ impl From<TrialLabel> for Trial {
     }
 }
 
-/// Returns a number from 1, written in digits alone.
+/// Parses a number from 1 that consists of digits only.
 pub(crate) fn number(text: &str) -> Option<u32> {
     let digits = text.bytes().all(|byte| byte.is_ascii_digit());
     text.parse().ok().filter(|number| digits && *number >= 1)

@@ -1,17 +1,17 @@
-//! Why a table of exclusions cannot be used.
+//! Errors of a table of exclusions.
 
 use std::path::PathBuf;
 
 use recording::DiskError;
 
-/// Why a table of exclusions cannot be used. Lines count from 1, the header.
+/// Error of a table of exclusions. Lines count from 1, the header.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExclusionsError {
     /// The disk refused.
     #[error(transparent)]
     Disk(#[from] DiskError),
-    /// The file is no text.
+    /// The file is not text.
     #[error("{}: it is not UTF-8 text; save it as tab-separated text", path.display())]
     NoText {
         /// The file.
@@ -29,7 +29,7 @@ pub enum ExclusionsError {
         /// The column.
         column: &'static str,
     },
-    /// The header names a column that is none, or names it twice.
+    /// The header names an unknown column, or one column twice.
     #[error(
         "{}: `{column}` is not a column, or is there twice{}",
         path.display(),
@@ -38,21 +38,21 @@ pub enum ExclusionsError {
     UnknownColumn {
         /// The file.
         path: PathBuf,
-        /// What the header says.
+        /// Name in the header.
         column: String,
-        /// The column that was probably meant.
+        /// Column with the most similar name.
         nearest: Option<String>,
     },
-    /// A line has another number of cells than the header.
+    /// The number of cells in a line differs from that of the header.
     #[error("{}, line {line}: {cells} cells where the header has {columns}; tabs part them", path.display())]
     Cells {
         /// The file.
         path: PathBuf,
         /// The line.
         line: usize,
-        /// Its cells.
+        /// Number of its cells.
         cells: usize,
-        /// Those of the header.
+        /// Number of cells in the header.
         columns: usize,
     },
     /// A cell cannot be read.
@@ -66,7 +66,7 @@ pub enum ExclusionsError {
         column: &'static str,
         /// The cell.
         value: String,
-        /// What is allowed.
+        /// Reason.
         why: String,
     },
     /// The study has no such participant, session or trial.
@@ -77,50 +77,50 @@ pub enum ExclusionsError {
         what.words()
     )]
     Unknown {
-        /// The file, or the study for an exclusion that is about to be added.
+        /// The file, or the study for an exclusion that is being added.
         path: PathBuf,
-        /// The line; `None` for an exclusion that is about to be added.
+        /// The line; `None` for an exclusion that is being added.
         line: Option<usize>,
-        /// What is not there.
+        /// Missing participant, session or trial.
         what: Unknown,
     },
-    /// The same is excluded already.
+    /// The same exclusion exists already.
     #[error("{} leaves it out already: {held}; edit that line to change the reason", path.display())]
     Already {
         /// The file.
         path: PathBuf,
-        /// What it says.
+        /// Existing exclusion.
         held: String,
     },
 }
 
-/// What a study does not have.
+/// Participant, session or trial that a study does not have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Unknown {
     /// A participant.
     Participant {
-        /// Who was named.
+        /// Given participant.
         participant: String,
-        /// Who was probably meant.
+        /// Participant with the most similar name.
         nearest: Option<String>,
     },
     /// A session.
     Session {
-        /// Whose.
+        /// Participant of the session.
         participant: String,
-        /// Which was named.
+        /// Given session.
         session: u32,
-        /// Those that there are.
+        /// Existing sessions.
         known: Vec<u32>,
     },
     /// A trial.
     Trial {
-        /// Whose.
+        /// Participant of the trial.
         participant: String,
-        /// Which was named.
+        /// Given trial.
         trial: String,
-        /// Those that were recorded.
+        /// Recorded trials.
         known: Vec<String>,
     },
 }

@@ -1,4 +1,5 @@
-//! Which participants, sessions and trials a study has, so that a slip of the pen leaves nothing out unnoticed.
+//! Check that a study has the participants, sessions and trials that an exclusion names, so that a typing error is
+//! noticed.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,7 +14,7 @@ use crate::exclusions_error::Unknown;
 const PARTICIPANT: &str = "sub-";
 const SESSION: &str = "ses-";
 
-/// Returns what `exclusion` names and the study in `folder` does not have; `None` if it has all of it.
+/// Returns the part of `exclusion` that the study in `folder` does not have; `None` if it has all of it.
 pub(crate) fn unknown(folder: &Path, exclusion: &Exclusion) -> Result<Option<Unknown>, DiskError> {
     let participant = exclusion.participant.as_str().to_owned();
     let of_participant = folder.join(&participant);

@@ -1,7 +1,7 @@
-//! Trials that a study leaves out of its analysis, and why.
+//! Exclusion of trials from the analysis of a study.
 //!
-//! [`read`] reads a study's [`EXCLUSIONS_FILE`], [`add`] appends to it, [`select`] parts recordings into those that are
-//! analysed and those that are left out.
+//! [`read`] reads a study's [`EXCLUSIONS_FILE`], [`add`] appends to it, and [`select`] splits recordings into analysed
+//! and excluded ones.
 
 mod exclusion;
 mod exclusions_error;

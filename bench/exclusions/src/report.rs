@@ -1,4 +1,4 @@
-//! What was left out of an analysis, for a person and beside the results.
+//! Report of the exclusions, as text and with the results.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::selection::{Excluded, Selection};
 use crate::table::to_tsv;
 
-/// File of what was left out, beside tables and figures; without a line if nothing was.
+/// File of the exclusions, in the folder of tables and figures; without exclusions it has only a header.
 const FILE: &str = "excluded.tsv";
 
 impl Selection {
@@ -19,7 +19,7 @@ impl Selection {
         lines(&self.excluded)
     }
 
-    /// Returns the lines under a heading; nothing if nothing was left out.
+    /// Returns the lines under a heading; an empty text if nothing was excluded.
     #[must_use]
     pub fn to_text(&self) -> String {
         if !self.overridden.is_empty() {
@@ -44,26 +44,26 @@ impl Selection {
         text
     }
 
-    /// Returns what was left out as `excluded` of the results.
+    /// Returns the exclusions as `excluded` of the results.
     ///
     /// # Errors
-    /// Never for exclusions.
+    /// Never fails for exclusions.
     pub fn to_json(&self) -> serde_json::Result<Value> {
         json_of(&self.excluded)
     }
 
-    /// Returns what was analysed all the same as `exclusions_overridden` of the results; `None` if nothing was.
+    /// Returns the overridden exclusions as `exclusions_overridden` of the results; `None` without overridden exclusions.
     ///
     /// # Errors
-    /// Never for exclusions.
+    /// Never fails for exclusions.
     pub fn overridden_to_json(&self) -> serde_json::Result<Option<Value>> {
         let some = !self.overridden.is_empty();
         some.then(|| json_of(&self.overridden)).transpose()
     }
-    /// Writes what was left out into a folder of results.
+    /// Writes the exclusions into a folder of results.
     ///
     /// # Errors
-    /// The disk refused.
+    /// The file cannot be written.
     pub fn write_beside(&self, folder: &Path) -> Result<(), DiskError> {
         let list = self.excluded.iter().map(|out| &out.exclusion);
         disk::replace_file(&folder.join(FILE), to_tsv(list).as_bytes())
@@ -78,7 +78,7 @@ fn lines(of: &[Excluded]) -> Vec<String> {
             1 => "1 recording".to_owned(),
             n => format!("{n} recordings"),
         };
-        // `sub-01` of two studies is two people.
+        // The same `sub-01` in two studies is two people.
         let study = out.study.file_name().filter(|_| several);
         let study = study.map(|name| format!("{}/", name.to_string_lossy()));
         format!("{}{}, {n}", study.unwrap_or_default(), out.exclusion)

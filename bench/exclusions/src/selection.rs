@@ -1,4 +1,4 @@
-//! Recordings that are analysed, and those that are left out.
+//! Selection of the recordings to analyse.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,36 +13,36 @@ use crate::table::{self, Exclusions};
 /// Levels of folders between a study and a recording.
 const DEPTH: usize = 3;
 
-/// Recordings parted into those that are analysed and those that are left out.
+/// Recordings split into analysed and excluded ones.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Selection {
-    /// Folders that are analysed, in the given order.
+    /// Folders to analyse, in the given order.
     pub kept: Vec<PathBuf>,
-    /// What was left out.
+    /// Exclusions that apply.
     pub excluded: Vec<Excluded>,
-    /// What would have been left out, and is analysed all the same.
+    /// Exclusions that were overridden: their recordings are analysed.
     pub overridden: Vec<Excluded>,
 }
 
-/// An exclusion and the recordings that it leaves out of these.
+/// Exclusion with the recordings that it covers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Excluded {
-    /// Folder of the study whose exclusion it is.
+    /// Study that the exclusion belongs to.
     pub study: PathBuf,
     /// The exclusion.
     pub exclusion: Exclusion,
-    /// The recordings' folders, at least one.
+    /// Folders of the recordings, at least one.
     pub recordings: Vec<PathBuf>,
 }
 
 impl Selection {
-    /// Returns the number of recordings that are left out.
+    /// Returns the number of excluded recordings.
     #[must_use]
     pub fn left_out(&self) -> usize {
         self.excluded.iter().map(|out| out.recordings.len()).sum()
     }
 
-    /// Analyses all the same what the exclusions leave out; `all` are the recordings in their order.
+    /// Overrides the exclusions; `all` are the recordings in their order.
     #[must_use]
     pub fn overridden(self, all: Vec<PathBuf>) -> Self {
         Self {
@@ -53,11 +53,10 @@ impl Selection {
     }
 }
 
-/// Parts `folders` by the exclusions of the studies that they lie in. A recording that several lines leave out counts
-/// under the first.
+/// Splits `folders` by the exclusions of their studies. A recording that several lines exclude counts under the first.
 ///
 /// # Errors
-/// A study's table cannot be read, or names what the study does not have.
+/// The table of a study cannot be read, or names a participant, session or trial that the study does not have.
 pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
     let mut studies: BTreeMap<PathBuf, Exclusions> = BTreeMap::new();
     let mut selection = Selection::default();
@@ -80,7 +79,7 @@ pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
         match covering {
             None => selection.kept.push(folder),
             Some(exclusion) => {
-                // `sub-01` of two studies is two people.
+                // The same `sub-01` in two studies is two people.
                 let same = |out: &&mut Excluded| out.study == study && out.exclusion == *exclusion;
                 match selection.excluded.iter_mut().find(same) {
                     Some(out) => out.recordings.push(folder),
@@ -96,8 +95,8 @@ pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
     Ok(selection)
 }
 
-/// Returns the study that a recording, session, participant or study folder lies in, by its description or its
-/// exclusions; `None` if it lies in none.
+/// Returns the study that contains a recording, session, participant or study folder, recognised by its description
+/// or its exclusions; `None` if it is in no study.
 #[must_use]
 pub fn study_of(folder: &Path) -> Option<PathBuf> {
     let folder = canonical(folder)?;
@@ -110,7 +109,7 @@ pub fn study_of(folder: &Path) -> Option<PathBuf> {
     above.find(is_study).map(Path::to_owned)
 }
 
-/// Returns a folder's own path, also if a recording's folder itself is not there.
+/// Returns the canonical path of a folder, even if a recording's folder does not exist.
 fn canonical(folder: &Path) -> Option<PathBuf> {
     let beside = || {
         let parent = folder.parent()?.canonicalize().ok()?;
@@ -119,8 +118,8 @@ fn canonical(folder: &Path) -> Option<PathBuf> {
     folder.canonicalize().ok().or_else(beside)
 }
 
-/// Returns the first line that leaves out the recording in `folder`, which is known by the names of its folders, or else
-/// by its description.
+/// Returns the first exclusion of the recording in `folder`, which is identified by the names of its folders, or
+/// else by its description.
 fn covering<'a>(exclusions: &'a Exclusions, folder: &Path) -> Option<&'a Exclusion> {
     let folder = canonical(folder)?;
     let names: Vec<String> = folder

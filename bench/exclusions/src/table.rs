@@ -1,4 +1,4 @@
-//! The table: a line for each exclusion, cells parted by tabs.
+//! Table of exclusions: a line for each, with tabs between cells.
 //!
 //! Tabs, line ends and backslashes within a cell are written `\t`, `\n`, `\r`, `\\`.
 
@@ -13,7 +13,7 @@ use crate::exclusions_error::ExclusionsError;
 use crate::known;
 
 const COLUMNS: [&str; 6] = ["participant_id", "session", "trial", "reason", "by", "date"];
-/// Columns that a table may leave out.
+/// Columns that a table may omit.
 const OPTIONAL: [&str; 2] = ["session", "date"];
 const NOT_STATED: &str = "n/a";
 
@@ -24,15 +24,15 @@ pub struct Exclusions {
     pub study: PathBuf,
     /// Exclusions in the order of their lines.
     pub list: Vec<Exclusion>,
-    /// Line of each.
+    /// Line number of each exclusion.
     lines: Vec<usize>,
 }
 
 impl Exclusions {
-    /// Requires every participant, session and trial that is named to be in the study.
+    /// Requires every named participant, session and trial to be in the study.
     ///
     /// # Errors
-    /// [`ExclusionsError::Unknown`] names the line, and what was probably meant.
+    /// [`ExclusionsError::Unknown`] names the line, and the most similar name.
     pub fn require_known(&self) -> Result<(), ExclusionsError> {
         for (exclusion, line) in self.list.iter().zip(&self.lines) {
             if let Some(what) = known::unknown(&self.study, exclusion)? {
@@ -47,10 +47,10 @@ impl Exclusions {
     }
 }
 
-/// Reads the exclusions of the study in `folder`; a study without the table has none.
+/// Reads the exclusions of the study in `folder`; a missing table means no exclusions.
 ///
 /// # Errors
-/// The table cannot be read: names line, column and cell.
+/// The table cannot be read; the error names line, column and cell.
 pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
     let path = folder.join(EXCLUSIONS_FILE);
     let bytes = match files::read(&path, files::TEXT_LIMIT_BYTES) {
@@ -63,7 +63,7 @@ pub fn read(folder: &Path) -> Result<Exclusions, ExclusionsError> {
 fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
     let path = || folder.join(EXCLUSIONS_FILE);
     let text = std::str::from_utf8(bytes).map_err(|_| ExclusionsError::NoText { path: path() })?;
-    // Spreadsheets mark their UTF-8 so.
+    // Spreadsheets begin UTF-8 files with this mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut found = Exclusions {
         study: folder.to_owned(),
@@ -102,7 +102,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
     Ok(found)
 }
 
-/// Returns where each of [`COLUMNS`] is in the header.
+/// Returns the index of each of [`COLUMNS`] in the header.
 fn places(
     columns: &[&str],
     path: &impl Fn() -> PathBuf,
@@ -132,7 +132,7 @@ fn places(
     Ok(places)
 }
 
-/// Returns the exclusion of a line; what is wrong with it is told with the index of its column.
+/// Parses the exclusion of a line; an error carries the index of its column.
 fn exclusion<'a>(cell: impl Fn(usize) -> &'a str) -> Result<Exclusion, (usize, String)> {
     let participant = cell(0)
         .parse()
@@ -189,10 +189,11 @@ pub fn to_tsv<'a>(list: impl IntoIterator<Item = &'a Exclusion>) -> String {
     text
 }
 
-/// Adds an exclusion to the table of the study in `folder`, which is replaced as a whole.
+/// Adds an exclusion to the table of the study in `folder`; the file is replaced as a whole.
 ///
 /// # Errors
-/// What is named is not in the study, is excluded already, or the disk refused; the table is then as it was.
+/// The study does not have the named participant, session or trial, the exclusion exists already, or the disk
+/// refused; the table is then unchanged.
 pub fn add(
     storage: &dyn Storage,
     folder: &Path,
@@ -226,12 +227,12 @@ pub fn add(
     Ok(disk::replace_file_on(storage, &path, text.as_bytes())?)
 }
 
-/// Returns a text as one cell, which is no formula.
+/// Returns a text as one cell that a spreadsheet does not read as a formula.
 fn cell(text: &str) -> String {
     files::to_cell(&escaped(text))
 }
 
-/// Returns a text without what would end its cell.
+/// Escapes the characters that would end a cell.
 fn escaped(text: &str) -> String {
     let mut cell = String::new();
     for c in text.trim().chars() {
@@ -246,7 +247,7 @@ fn escaped(text: &str) -> String {
     cell
 }
 
-/// Returns a space for a character that no cell shows: other line ends, as Unicode and terminals have them.
+/// Replaces a character that a cell cannot show with a space: control characters and Unicode line ends.
 fn shown(c: char) -> char {
     if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') {
         ' '
@@ -255,7 +256,7 @@ fn shown(c: char) -> char {
     }
 }
 
-/// Returns the text of a cell, as it would be written again; a backslash before any other character is itself.
+/// Reverses `escaped`; a backslash before any other character stands for itself.
 fn unescaped(cell: &str) -> String {
     let mut text = String::new();
     let mut chars = cell.chars();
@@ -419,7 +420,7 @@ mod tests {
         ));
     }
 
-    /// A reason that begins with `=` was a formula in whatever opened the table.
+    /// A reason that begins with `=` must not become a formula in a spreadsheet.
     #[test]
     fn no_cell_is_a_formula_and_each_reads_back() {
         for text in [
@@ -437,7 +438,7 @@ mod tests {
             assert!(!line.split('\t').any(begins), "{line}");
             assert_eq!(parsed(&table).unwrap().list, [exclusion]);
         }
-        // By hand, as before.
+        // Edited by hand.
         let by_hand = parsed("participant_id\ttrial\treason\tby\nsub-07\tall\t=1+1\t'N. H.'\n");
         let read = by_hand.unwrap().list.remove(0);
         assert_eq!(

@@ -1,7 +1,7 @@
 //! Bitmap backend with round-jointed lines and properly spaced text.
 //!
-//! Plotters draws a thick line as one polygon, whose crossings come out white, and sets glyphs without their side
-//! bearings. Both are replaced here; everything else is left to Plotters.
+//! Plotters draws a thick line as one polygon, which leaves its crossings white, and sets glyphs without their side
+//! bearings. This backend replaces both and leaves everything else to Plotters.
 
 use plotters::backend::BitMapBackend;
 use plotters_backend::text_anchor::HPos;
@@ -22,7 +22,7 @@ pub(super) struct Bitmap<'a> {
 }
 
 impl<'a> Bitmap<'a> {
-    /// Draws into `buffer`, which holds 3 bytes per pixel.
+    /// Draws into `buffer`, which has 3 bytes per pixel.
     pub(super) fn new(buffer: &'a mut [u8], size: (u32, u32), typeface: &'a Typeface) -> Self {
         Self {
             pixels: BitMapBackend::with_buffer(buffer, size),

@@ -86,7 +86,7 @@ fn draw_series<B: DrawingBackend>(
                 pen.dashed(stretch, series.ink.rgb(), CURVE_PT, dash.pattern_pt())
             }),
         Mark::Points { marker, points } => {
-            // Many points form a cloud, whose shape small markers show.
+            // Small markers show the shape of a cloud of many points.
             let share = if points.len() > CROWD { 0.55 } else { 1.0 };
             points
                 .iter()

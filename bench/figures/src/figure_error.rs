@@ -1,4 +1,4 @@
-//! Why a figure cannot be made.
+//! Errors of drawing and writing figures.
 
 use std::path::PathBuf;
 

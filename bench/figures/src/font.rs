@@ -1,4 +1,4 @@
-//! The typeface, which is compiled in so that text has the same extent on every machine.
+//! Typeface, compiled in so that text has the same extent on every machine.
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 
@@ -7,7 +7,7 @@ use crate::figure_error::FigureError;
 /// Font families that an SVG names for its viewer; Verdana has the same widths as DejaVu Sans.
 pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 
-/// The typeface of all text, a TrueType font; its licence is beside it.
+/// DejaVu Sans, the TrueType typeface of all text; the licence is in the same folder.
 pub const DEJAVU_SANS: &[u8] = include_bytes!("../fonts/DejaVuSans.ttf");
 
 /// Typeface of all text.
@@ -20,8 +20,7 @@ impl Typeface {
             .map_err(|_| FigureError::Typeface)
     }
 
-    /// Returns the scale for ab_glyph, which scales by the height from ascent to descent, where typesetting goes by the
-    /// em.
+    /// Returns the scale for `ab_glyph`, which is relative to the height from ascent to descent; typesetting uses the em.
     fn scale(&self, em: f64) -> PxScale {
         let per_em = self.0.units_per_em().unwrap_or(1.0);
         PxScale::from(em as f32 * self.0.height_unscaled() / per_em)

@@ -80,7 +80,7 @@ pub(super) fn within(
     let inked = inked(panel, placed);
     let boxes = tops.iter().flat_map(|&top| lefts.map(|left| (left, top)));
     let (left, top) = boxes.min_by_key(|&(left, top)| {
-        // Among places that cover nothing, prefers one with room around it.
+        // Among places that cover no points, prefers one with room around it.
         [0.5 * inset, 2.0 * inset].map(|clearance| {
             let covered = Frame {
                 left: left - clearance,

@@ -1,4 +1,4 @@
-//! Lays out panels, ticks and keys by what has to be written beside them.
+//! Lays out panels, ticks and keys by the size of their labels.
 
 use crate::font::Typeface;
 use crate::key::{above, within};
@@ -11,7 +11,7 @@ use crate::style::{LABEL_PT, LETTER_PT, TICK_PT, UNITS_PER_MM, UNITS_PER_PT};
 /// Height of capitals and figures over the em.
 pub(super) const CAPITAL_EM: f64 = 0.73;
 pub(super) const TICK_LENGTH_PT: f64 = 2.5;
-/// Distances from the frame to its tick labels, beside and below it, pt.
+/// Distances from the frame to the tick labels on its left and below it, pt.
 pub(super) const TICK_GAP_PT: (f64, f64) = (2.5, 3.5);
 /// Distance from tick labels to the axis's label, pt.
 const LABEL_GAP_PT: f64 = 3.0;
@@ -125,7 +125,7 @@ pub(super) fn lay_out(figure: &Figure, typeface: &Typeface) -> Layout {
         }
         Key::InPanels => (None, 0.0),
     };
-    // The width of a frame decides its ticks and their labels its width: a first guess is near enough for the ticks.
+    // The width of a frame decides its ticks, and their labels its width; a first guess is accurate enough for the ticks.
     let frame_width = 0.8 * width / figure.columns.max(1) as f64;
     let frame_height = figure.panel_height_mm * UNITS_PER_MM;
     let (extents, margins): (Vec<Extents>, Vec<Margins>) = figure

@@ -1,9 +1,9 @@
 //! Figures for print: one journal column (85 mm) or two (180 mm) wide, as SVG and as PNG at 300 dpi, the same bytes on
 //! every machine.
 //!
-//! A [`Figure`] states what is shown; drawing it decides nothing about the science. Curves differ in ink (Okabe and
-//! Ito's) and in dash or marker, so that they can be distinguished without colour vision and in grey. Captions carry
-//! every assumed parameter, in the caption file and inside the SVG and the PNG.
+//! A [`Figure`] describes the content; drawing it makes no scientific choice. Curves differ in ink (Okabe and Ito's) and
+//! in dash or marker, so that they can be distinguished without colour vision and in grey. Captions name every assumed
+//! parameter, in the caption file and inside the SVG and the PNG.
 
 mod bitmap;
 mod draw;

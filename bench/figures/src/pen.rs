@@ -8,9 +8,9 @@ use crate::font::FAMILY;
 use crate::path::{Frame, Point, dashes};
 use crate::style::{Marker, UNITS_PER_PT};
 
-/// Plotters' font size over the em that its SVG backend writes.
+/// Ratio of Plotters' font size to the em that its SVG backend writes.
 pub(super) const PLOTTERS_SIZE_PER_EM: f64 = 1.24;
-/// Distance from the top anchor to the baseline over the em, as Plotters' SVG backend places text.
+/// Distance from the top anchor to the baseline, in ems, as Plotters' SVG backend places text.
 pub(super) const BASELINE_EM: f64 = 0.76;
 
 pub(super) type Rgb = (u8, u8, u8);
@@ -129,7 +129,7 @@ impl<B: DrawingBackend> Pen<'_, B> {
         }
     }
 
-    /// Draws a line of text whose baseline starts, has its middle or ends at the position.
+    /// Draws a line of text with the start, middle or end of its baseline at the position.
     pub(super) fn text(
         &mut self,
         text: &str,

@@ -52,7 +52,7 @@ pub(super) struct Legend {
 
 /// Line of a key.
 pub(super) struct LegendEntry {
-    /// Curve whose sample is shown; `None` for a note.
+    /// Curve to show a sample of; `None` for a note.
     pub(super) series: Option<Series>,
     pub(super) text: String,
     /// Start of the sample and middle of its height.

@@ -1,17 +1,18 @@
-//! The numbers that a figure shows, as a table.
+//! Data of a figure as a table.
 
 use crate::spec::{Figure, Mark};
 
 impl Figure {
-    /// Returns what is drawn as CSV: `panel` as it is lettered, `series` as it is named (empty where the key leaves it out), `x`,
-    /// `y`; a band has `y` empty, and its edges in `low` and `high`. Where a curve is broken, a row is empty after its series.
+    /// Returns the drawn data as CSV: letter of the `panel`, name of the `series` (empty if the key omits it), `x`, `y`.
+    /// A band has an empty `y` and its edges in `low` and `high`. A row that is empty after its series marks a break in a
+    /// curve.
     pub fn to_csv(&self) -> String {
         let mut rows = csv::Writer::from_writer(Vec::new());
         let number = |value: f64| match value.is_finite() {
             true => value.to_string(),
             false => String::new(),
         };
-        // Into memory, nothing fails.
+        // Writing to memory does not fail.
         let _ = rows.write_record(["panel", "series", "x", "y", "low", "high"]);
         for (panel, letter) in self.panels.iter().zip('a'..) {
             for series in &panel.series {

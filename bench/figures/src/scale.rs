@@ -2,7 +2,7 @@
 
 use crate::spec::{Axis, Scale, Span};
 
-/// Axis whose ends are known.
+/// Axis with known ends.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AxisExtent {
     scale: Scale,
@@ -20,7 +20,7 @@ pub(super) struct Tick {
 
 /// Share of the data's range left free at either end.
 const MARGIN: f64 = 0.05;
-/// Most ticks that are asked for on any axis.
+/// Maximum number of requested ticks on an axis.
 const MOST_WANTED: f64 = 16.0;
 
 impl AxisExtent {
@@ -57,7 +57,7 @@ impl AxisExtent {
                 }
             }
         };
-        // Constant data have no range of their own.
+        // Constant data have no range.
         if low < high {
             Self { scale, low, high }
         } else {
@@ -72,7 +72,7 @@ impl AxisExtent {
         }
     }
 
-    /// Returns the place of a value: 0 at the low end, 1 at the high end; not finite where the scale has none for it.
+    /// Returns the place of a value: 0 at the low end, 1 at the high end; not finite for a value that the scale cannot show.
     pub(super) fn place(&self, value: f64) -> f64 {
         let (low, high, value) = match self.scale {
             Scale::Linear => (self.low, self.high, value),
@@ -144,7 +144,7 @@ impl AxisExtent {
     }
 }
 
-/// Returns `value` as text with `decimals` decimals, with the minus sign that typesetters use and no negative zero.
+/// Returns `value` with `decimals` decimals, a typographic minus sign and no negative zero.
 pub fn written(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
     let zero = text.chars().all(|c| matches!(c, '0' | '.'));

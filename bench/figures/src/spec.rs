@@ -1,8 +1,8 @@
-//! Figures before they are drawn: what they show, in data units.
+//! Content of figures, in data units.
 
 use crate::style::{Dash, Ink, Marker, Width};
 
-/// Figure with its caption; [`Figure::to_svg`] shows how one is made.
+/// Figure with its caption; [`Figure::to_svg`] has an example.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Name of its files, without their endings.
@@ -13,26 +13,26 @@ pub struct Figure {
     pub caption: String,
     /// Printed width.
     pub width: Width,
-    /// Number of panels beside each other.
+    /// Number of panels in a row.
     pub columns: usize,
     /// Height of a panel's frame, mm.
     pub panel_height_mm: f64,
-    /// Where the curves are named.
+    /// Position of the key.
     pub key: Key,
     /// Panels, row by row.
     pub panels: Vec<Panel>,
 }
 
-/// Where the curves are named.
+/// Position of the key, which names the curves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Key {
-    /// In each panel, where it covers least.
+    /// In each panel, where it covers the fewest points.
     InPanels,
     /// Once, above the panels.
     Above,
 }
 
-/// Pair of axes with what is drawn on them.
+/// Pair of axes with their series.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
     /// Horizontal axis.
@@ -43,7 +43,7 @@ pub struct Panel {
     pub series: Vec<Series>,
     /// Ranges of x that are shaded behind the data.
     pub shaded: Vec<(f64, f64)>,
-    /// Lines of text beside the names of the curves.
+    /// Lines of text in the key.
     pub notes: Vec<String>,
 }
 
@@ -69,7 +69,7 @@ pub struct Axis {
     pub scale: Scale,
     /// Range of values.
     pub span: Span,
-    /// Whether ticks and label are written; not where the panel below repeats them.
+    /// Whether tick labels and label are written; false if the panel below repeats them.
     pub written: bool,
 }
 
@@ -108,7 +108,7 @@ impl Axis {
         }
     }
 
-    /// Spans `low` to `high`, whatever the data.
+    /// Spans `low` to `high`, regardless of the data.
     pub fn between(self, low: f64, high: f64) -> Self {
         Self {
             span: Span::Fixed(low, high),
@@ -139,15 +139,15 @@ pub enum Scale {
 pub enum Span {
     /// The data and a margin.
     Data,
-    /// The data and a margin, and this share of their range above them, for words.
+    /// The data and a margin, plus this share of their range above them, for text.
     WithHeadroom(f64),
     /// Zero to the greatest value and a margin.
     FromZero,
-    /// The two ends given.
+    /// Given ends.
     Fixed(f64, f64),
 }
 
-/// Points that are drawn together.
+/// Points drawn together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Name in the key; `None` leaves the series out of the key.
@@ -203,7 +203,7 @@ impl Series {
         }
     }
 
-    /// Returns the points that the series' panel has to show.
+    /// Returns the points that the panel must show.
     #[must_use]
     pub fn extent(&self) -> Vec<(f64, f64)> {
         match &self.mark {
@@ -240,7 +240,7 @@ pub enum Mark {
     },
     /// Upright bars.
     Bars {
-        /// x, low, high; one that is not finite is left out.
+        /// x, low, high; bars that are not finite are omitted.
         bars: Vec<(f64, f64, f64)>,
     },
 }

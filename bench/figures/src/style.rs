@@ -33,8 +33,8 @@ impl Width {
     }
 }
 
-/// Ink of a series: those of Okabe and Ito (Color Universal Design, 2008) that keep their contrast on white paper, and
-/// a grey.
+/// Ink of a series: the colours of Okabe and Ito (Color Universal Design, 2008) that contrast with white paper, and a
+/// grey.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ink {
     /// Black.
@@ -47,7 +47,7 @@ pub enum Ink {
     Orange,
     /// Bluish green.
     Green,
-    /// Grey, for what lies behind the data.
+    /// Grey, for marks behind the data.
     Grey,
 }
 
@@ -64,7 +64,7 @@ impl Ink {
         }
     }
 
-    /// Returns `share` of the ink on white: opaque, so that order alone decides what covers what.
+    /// Returns `share` of the ink on white: opaque, so that the drawing order alone decides which parts are visible.
     pub(super) fn tint(self, share: f64) -> (u8, u8, u8) {
         let mix = |value: u8| (255.0 - share * (255.0 - f64::from(value))).round() as u8;
         let (red, green, blue) = self.rgb();
@@ -72,7 +72,7 @@ impl Ink {
     }
 }
 
-/// Dashes of a curve, by which it is recognised without its colour.
+/// Dashes that distinguish a curve without its colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dash {
     /// Unbroken.
@@ -86,7 +86,7 @@ pub enum Dash {
 }
 
 impl Dash {
-    /// Returns drawn and skipped lengths in turn, pt; none for an unbroken line.
+    /// Returns drawn and skipped lengths in turn, pt; empty for a solid line.
     pub(super) fn pattern_pt(self) -> &'static [f64] {
         match self {
             Self::Solid => &[],

@@ -1,12 +1,12 @@
-//! Text in the cell of a table that a spreadsheet may open.
+//! Text in table cells that a spreadsheet may open.
 
-/// First characters by which a spreadsheet takes a cell for a formula.
+/// First characters that make a spreadsheet read a cell as a formula.
 const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
-/// What is put before such a text, as spreadsheets themselves do.
+/// Prefix that keeps a cell from being read as a formula, as in spreadsheets.
 const MARK: char = '\'';
 
-/// Returns a text as a cell that no spreadsheet takes for a formula: with an apostrophe before it where one would. Numbers
-/// stay as they are. [`from_cell`] gives the text back.
+/// Returns a text as a cell that no spreadsheet reads as a formula: with an apostrophe in front where needed. Numbers
+/// are unchanged. [`from_cell`] restores the text.
 ///
 /// ```
 /// use files::{from_cell, to_cell};
@@ -26,7 +26,7 @@ pub fn to_cell(text: &str) -> String {
     }
 }
 
-/// Returns the text of a cell that [`to_cell`] made.
+/// Returns the text of a cell made by [`to_cell`].
 #[must_use]
 pub fn from_cell(cell: &str) -> &str {
     match cell.strip_prefix(MARK) {
@@ -36,12 +36,12 @@ pub fn from_cell(cell: &str) -> &str {
 }
 
 fn is_obeyed(text: &str) -> bool {
-    // Digits: spreadsheets know no `-inf`.
+    // Digits only: spreadsheets do not know `-inf`.
     let is_number = || text.parse::<f64>().is_ok_and(f64::is_finite);
     text.starts_with(FORMULA) && !is_number()
 }
 
-/// Returns whether a text would be read as marked, so that it needs a mark of its own.
+/// Returns whether a text would be read as marked, so that it needs a second mark.
 fn is_marked(text: &str) -> bool {
     text.strip_prefix(MARK)
         .is_some_and(|rest| is_obeyed(rest) || is_marked(rest))

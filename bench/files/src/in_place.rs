@@ -1,4 +1,4 @@
-//! Opening files that are written where they stand.
+//! Opening of files for writing in place.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind};
@@ -7,11 +7,11 @@ use std::path::Path;
 use crate::refusal::Refusal;
 use crate::regular::{never_wait, require_regular};
 
-/// Opens a regular file for reading and writing, or makes it if it does not exist. A symbolic link is not followed:
-/// whoever can make one in the folder could lead it to another file of this user.
+/// Opens a regular file for reading and writing, or creates it. Symbolic links are not followed: another user who can
+/// write to the folder could point one at a file of this user.
 ///
 /// # Errors
-/// [`Refusal`] inside the error for a link and for what is no regular file; otherwise the operating system's reason.
+/// [`Refusal`] inside the error for a link and for a file that is not regular; otherwise the operating system's reason.
 pub fn open_in_place(path: &Path) -> io::Result<File> {
     match fs::symlink_metadata(path) {
         Ok(metadata) if metadata.is_symlink() => return Err(Refusal::Link.into()),
@@ -22,8 +22,8 @@ pub fn open_in_place(path: &Path) -> io::Result<File> {
     let mut options = OpenOptions::new();
     options.read(true).write(true);
     never_wait(&mut options, true);
-    // Without the flag to make it first: in a folder of temporary files the system refuses that for another user's
-    // file.
+    // First without the flag that creates it: in a folder for temporary files, the system refuses that flag for another
+    // user's file.
     let file = match options.open(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => options.create(true).open(path)?,
         opened => opened?,

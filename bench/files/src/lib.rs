@@ -1,5 +1,5 @@
-//! Opens regular files only and reads them up to a limit, so that a folder made by somebody else costs neither time nor
-//! memory before it is refused.
+//! Opens only regular files and reads them up to a limit, so that a folder from somebody else is refused before it costs
+//! time or memory.
 
 mod cell;
 mod in_place;

@@ -1,19 +1,19 @@
-//! Lines of a file, of which only as much is kept as a line may have.
+//! Lines of a file, read with a limit on their length.
 
 use std::io::{self, BufRead};
 
 /// Line of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Line<'a> {
-    /// The bytes without the line's end, cut to the limit.
+    /// Bytes without the line's end, cut to the limit.
     pub bytes: &'a [u8],
     /// Whether the line is longer than the limit.
     pub cut: bool,
-    /// Whether it has an end; only the last one may lack it.
+    /// Whether the line has an end; only the last line may lack it.
     pub ended: bool,
 }
 
-/// Reads lines; of one that is longer than the limit, the rest is passed over.
+/// Reader of lines that skips the rest of a line beyond the limit.
 #[derive(Debug)]
 pub struct BoundedLines<R> {
     source: R,
@@ -39,8 +39,8 @@ impl<R: BufRead> BoundedLines<R> {
         self.read_bytes
     }
 
-    /// Returns the next line; `None` at the end. A line of which `most_bytes` are read without its end is returned as
-    /// it is then, and goes on as the next one.
+    /// Returns the next line; `None` at the end. A line without an end within `most_bytes` is returned as read so far and
+    /// continues as the next one.
     ///
     /// # Errors
     /// The operating system refused.
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn long_lines_are_cut_and_the_next_one_is_whole() {
-        // A buffer shorter than the lines.
+        // The buffer is shorter than the lines.
         let source = BufReader::with_capacity(3, &b"1234567\n\nabcd\r\ntorn"[..]);
         let mut lines = BoundedLines::new(source, 4);
         let mut read = Vec::new();

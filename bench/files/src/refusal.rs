@@ -1,19 +1,19 @@
-//! Why a file is refused.
+//! Reasons to refuse a file.
 
 use std::fmt;
 use std::fs::FileType;
 use std::io;
 
-/// Kind of something in a folder that is no regular file.
+/// Kind of a file that is not regular.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
     /// A folder.
     Folder,
-    /// A named pipe, which may wait for a writer for ever.
+    /// Named pipe, which may wait for a writer forever.
     NamedPipe,
     /// A socket.
     Socket,
-    /// A device, such as one without end.
+    /// Device, which may be endless.
     Device,
     /// Something else.
     Special,
@@ -64,19 +64,19 @@ impl fmt::Display for FileKind {
     }
 }
 
-/// Why a file that exists is not read. The message does not name the file: whoever reports the error does.
+/// Reason not to read an existing file. The message does not name the file; the caller's report does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// It is no regular file.
+    /// The file is not regular.
     #[error("it is {0}, not a regular file")]
     NotRegular(FileKind),
-    /// It is a symbolic link where one is not followed.
+    /// The file is a symbolic link where links are not followed.
     #[error("it is a symbolic link, which is not followed here")]
     Link,
-    /// It has more bytes than are read of such a file.
+    /// The file is longer than the limit.
     #[error("it is longer than {limit_bytes} bytes, the most that is read of such a file")]
     TooLong {
-        /// The most bytes that are read.
+        /// Limit, bytes.
         limit_bytes: u64,
     },
 }
@@ -92,7 +92,7 @@ impl From<Refusal> for io::Error {
     }
 }
 
-/// Returns the refusal that an error stands for, if it is one.
+/// Returns the refusal inside an error, if there is one.
 #[must_use]
 pub fn refusal(error: &io::Error) -> Option<&Refusal> {
     error.get_ref()?.downcast_ref()

@@ -1,4 +1,4 @@
-//! Opening and reading regular files.
+//! Opening and reading of regular files.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read};
@@ -6,23 +6,23 @@ use std::path::Path;
 
 use crate::refusal::{FileKind, Refusal};
 
-/// Largest text that is read whole, bytes: a hundred times the longest description of a bench, a protocol or a
+/// Size limit of a text that is read whole, bytes: a hundred times the longest description of a bench, protocol or
 /// calibration.
 pub const TEXT_LIMIT_BYTES: u64 = 1 << 20;
 
-/// Opens a regular file for reading; a symbolic link counts as what it leads to.
+/// Opens a regular file for reading; symbolic links are followed.
 ///
 /// # Errors
-/// [`Refusal::NotRegular`] inside the error for anything else, without waiting for it; otherwise the operating system's
+/// [`Refusal::NotRegular`] inside the error for any other file, without waiting for it; otherwise the operating system's
 /// reason.
 pub fn open(path: &Path) -> io::Result<File> {
-    // Opening alone may already do something to a device, such as rewind a tape or reset a board.
+    // Opening a device may already affect it, such as rewind a tape or reset a board.
     require_regular(&fs::metadata(path)?)?;
     let mut options = OpenOptions::new();
     options.read(true);
     never_wait(&mut options, false);
     let file = options.open(path)?;
-    // Another may have taken its place in the meantime.
+    // The file may have been replaced in the meantime.
     require_regular(&file.metadata()?)?;
     Ok(file)
 }
@@ -31,8 +31,8 @@ pub(crate) fn require_regular(metadata: &fs::Metadata) -> Result<(), Refusal> {
     FileKind::of(metadata.file_type()).map_or(Ok(()), |kind| Err(Refusal::NotRegular(kind)))
 }
 
-/// Lets a named pipe be opened without waiting for its writer, a terminal without belonging to it, and a link not at
-/// all if `in_place`.
+/// Sets flags to open a named pipe without waiting for its writer, a terminal without becoming its process's
+/// controlling terminal, and, if `in_place`, to refuse a symbolic link.
 #[cfg(unix)]
 pub(crate) fn never_wait(options: &mut OpenOptions, in_place: bool) {
     use rustix::fs::OFlags;
@@ -48,7 +48,7 @@ pub(crate) fn never_wait(_: &mut OpenOptions, _: bool) {}
 /// Reads a whole file of at most `limit_bytes`.
 ///
 /// # Errors
-/// [`Refusal`] inside the error for a longer one and for what is no regular file; otherwise the operating system's
+/// [`Refusal`] inside the error for a longer file and for one that is not regular; otherwise the operating system's
 /// reason.
 pub fn read(path: &Path, limit_bytes: u64) -> io::Result<Vec<u8>> {
     read_limited(open(path)?, limit_bytes)
@@ -57,10 +57,10 @@ pub fn read(path: &Path, limit_bytes: u64) -> io::Result<Vec<u8>> {
 /// Reads `source` to its end, at most `limit_bytes`.
 ///
 /// # Errors
-/// [`Refusal::TooLong`] inside the error for a longer one; otherwise the source's reason.
+/// [`Refusal::TooLong`] inside the error for a longer source; otherwise the source's reason.
 pub fn read_limited(source: impl Read, limit_bytes: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    // Not by the length that a file states: it may grow, and some files state none.
+    // Not by the file's stated length: the file may grow, and some files do not state one.
     source
         .take(limit_bytes.saturating_add(1))
         .read_to_end(&mut bytes)?;
@@ -70,10 +70,10 @@ pub fn read_limited(source: impl Read, limit_bytes: u64) -> io::Result<Vec<u8>> 
     Ok(bytes)
 }
 
-/// Reads a whole text of at most `limit_bytes`.
+/// Reads a whole text file of at most `limit_bytes`.
 ///
 /// # Errors
-/// As [`read`]; and bytes that are no UTF-8.
+/// As [`read`]; also if the bytes are not UTF-8.
 pub fn read_text(path: &Path, limit_bytes: u64) -> io::Result<String> {
     String::from_utf8(read(path, limit_bytes)?).map_err(|error| {
         let at = error.utf8_error().valid_up_to();

@@ -8,7 +8,7 @@ use analysis::statistics::r_squared;
 use figures::{Axis, Figure, Key, Panel, Series};
 use figures::{Dash, Ink, Marker, Width};
 
-/// Number of samples above which they are thinned out.
+/// Number of samples above which they are thinned.
 const DRAWN: usize = 4000;
 
 /// Measured and estimated friction of a sample.
@@ -25,7 +25,7 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
             })
             .collect()
     };
-    // As published first, whichever lies on top elsewhere.
+    // The published method first, regardless of the order in other figures.
     let methods = Method::ALL
         .into_iter()
         .filter(|m| drawn.methods.contains(m));
@@ -92,7 +92,7 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
     }
 }
 
-/// Returns the methods in words, with the letters of their panels, and how many samples those have that lack some.
+/// Returns a sentence on the methods, with the letters of their panels, and the number of samples where some are missing.
 fn by_methods(clouds: &[(Method, Vec<Pair>)]) -> String {
     let all = clouds.iter().map(|(_, samples)| samples.len()).max();
     let each = clouds.iter().zip('a'..).map(|((method, samples), letter)| {
@@ -119,7 +119,7 @@ fn by_methods(clouds: &[(Method, Vec<Pair>)]) -> String {
     }
 }
 
-/// Returns, for each instance, the mean of the samples where `paper` reads Z_m⁰.
+/// Returns, for each instance, the mean of the samples from which `paper` determines Z_m⁰.
 fn initialisation(analysed: &Analysed) -> Vec<Pair> {
     let of = |i: &InstanceAnalysis| -> Option<Pair> {
         let paper = i.estimated(Method::Paper)?;

@@ -7,9 +7,9 @@ use analysis::method::Method;
 /// Methods and instances that the figures show.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Drawn {
-    /// Methods, in the order in which they are drawn over each other: the last lies on top.
+    /// Methods in drawing order: the last lies on top.
     pub methods: Vec<Method>,
-    /// All instances of the typical trial in Fig. 13, instead of those of one exploration.
+    /// Whether Fig. 13 shows all instances of the typical trial, instead of those of one exploration.
     pub whole_trial: bool,
 }
 
@@ -23,7 +23,7 @@ impl Default for Drawn {
 }
 
 impl Drawn {
-    /// Leaves `trial` out where no recording has an estimate by it.
+    /// Omits `trial` if no recording has an estimate by it.
     pub(crate) fn found_in(&self, analysed: &Analysed) -> Self {
         let has = |method: &Method| {
             let mut instances = analysed.instances();
@@ -35,8 +35,8 @@ impl Drawn {
         }
     }
 
-    /// Returns two methods at most, for a figure that has no room for more: `trial` takes the place of `dynamic` where
-    /// it has an estimate of all these instances.
+    /// Returns at most two methods, for a figure without room for more: `trial` replaces `dynamic` if it has an estimate
+    /// of all these instances.
     pub(crate) fn two_of(&self, instances: &[InstanceAnalysis]) -> Vec<Method> {
         let whole = instances.iter().all(|of| of.trial.is_some());
         let trial = self.methods.contains(&Method::Trial) && whole;

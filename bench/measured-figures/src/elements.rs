@@ -1,4 +1,4 @@
-//! Parts that the figures of measurements share: labels, inks, and the sentence of assumed parameters.
+//! Common parts of the figures of measurements: labels, inks, and the sentence of assumed parameters.
 
 use estimation::EstimatedSeries;
 use figures::{Dash, Ink, Marker, Series};
@@ -41,7 +41,7 @@ pub(super) fn assumed(settings: &Settings, drawn: &Drawn) -> String {
     )
 }
 
-/// Returns the name of a recording: the last names of its folder, of a study's those of participant, session and trial.
+/// Returns the name of a recording: the last names of its path, in a study those of participant, session and trial.
 pub(super) fn name_of(found: &RecordingFindings) -> String {
     let of_study = found.manifest.participant.is_some() && found.manifest.trial.is_some();
     let names: Vec<_> = found.path.iter().collect();
@@ -50,7 +50,7 @@ pub(super) fn name_of(found: &RecordingFindings) -> String {
     names.collect::<Vec<_>>().join("/")
 }
 
-/// Returns what a recording's fit by `trial` found, as a sentence; nothing where it is not drawn.
+/// Returns a sentence on the result of a recording's fit by `trial`; an empty text if it is not drawn.
 pub(super) fn by_trial(found: &RecordingFindings, drawn: &Drawn) -> String {
     let shared = found.trial.as_ref();
     let usable =
@@ -71,12 +71,12 @@ pub(super) fn by_trial(found: &RecordingFindings, drawn: &Drawn) -> String {
     )
 }
 
-/// Rounds to nine decimals, which removes what a change of unit leaves of binary fractions.
+/// Rounds to nine decimals, which removes the rounding error of a change of unit.
 fn rounded(value: f64) -> f64 {
     (value * 1e9).round() / 1e9
 }
 
-/// Returns the note in a caption for a cloud of which only every `step`th sample is drawn.
+/// Returns the note in a caption for a cloud that shows only every `step`th sample.
 pub(super) fn thinned(step: usize) -> String {
     if step > 1 {
         format!(" (one in {step} drawn)")
@@ -93,7 +93,7 @@ pub(super) fn ink(method: Method) -> Ink {
     }
 }
 
-/// Returns how the model's curves lie over a method's points.
+/// Returns ink and dash of a method's model curves, which lie over its points.
 pub(super) fn model_ink(method: Method) -> (Ink, Dash) {
     match method {
         Method::Paper => (Ink::Black, Dash::Solid),

@@ -13,7 +13,7 @@ use analysis::estimate::{InstanceAnalysis, InstanceBy, Method};
 use figures::{Axis, Figure, Key, Panel, Series};
 use figures::{Dash, Ink, Marker, Width};
 
-/// Number of samples above which they are thinned out.
+/// Number of samples above which they are thinned.
 const DRAWN: usize = 400;
 
 type Value = fn(&InstanceBy<'_>, usize) -> f64;
@@ -64,7 +64,8 @@ fn quantities() -> [Quantity; 5] {
     ]
 }
 
-/// Returns the instances to be drawn: of the exploration with the most, the first of several, or of the whole trial.
+/// Returns the instances to draw: of the exploration with the most instances (the first of equals), or of the whole
+/// trial.
 fn chosen<'a>(found: &'a RecordingFindings, drawn: &Drawn) -> &'a [InstanceAnalysis] {
     if drawn.whole_trial {
         return &found.instances;
@@ -99,7 +100,7 @@ pub(super) fn figure(
         let instances = instances.iter().filter_map(|i| i.by(method));
         instances.flat_map(of).step_by(step).collect()
     };
-    // Broken between instances. Against friction, the model's impedance is over the model's own friction.
+    // Broken between instances. Against friction, the model's impedance is drawn over the model's friction.
     let curve = |y: Modelled, over_mu: bool, method: Method| -> Series {
         let mut line = Vec::new();
         for of in instances.iter().filter_map(|i| i.by(method)) {
@@ -125,13 +126,13 @@ pub(super) fn figure(
         let curves = methods
             .iter()
             .map(|&method| curve(quantity.modelled, over_mu, method));
-        // The model's own friction is the line of slope 1 against itself.
+        // Against itself, the model's friction is the line of slope 1.
         let of_friction = over_mu && quantity.axis.label == FRICTION;
         let curves = curves.filter(|_| !of_friction);
         curves.chain(clouds).collect()
     };
 
-    // One axis for each column, so that the rows stand above each other.
+    // One axis for each column, so that the rows align.
     let across = |label: &str, x: Value| {
         let each = methods.iter().flat_map(|&method| cloud(x, x, method, 1));
         let greatest = each.map(|(x, _)| x).fold(0.0, f64::max);
@@ -160,8 +161,8 @@ pub(super) fn figure(
         });
     }
     if let [.., against_amplitude, against_mu] = &mut panels[..] {
-        // Few enough that the estimates show between them; not a divisor of an instance, so that no amplitude is left
-        // out.
+        // Few enough to show the estimates between them; not a divisor of the length of an instance, so that no amplitude
+        // is left out.
         let measured = cloud(amplitude, measured_mu, Method::Paper, step * 7);
         against_amplitude
             .series
@@ -205,7 +206,7 @@ pub(super) fn figure(
     })
 }
 
-/// Returns the average σ_t of each method in words.
+/// Returns a sentence on the average σ_t of each method.
 fn averages(instance: &InstanceAnalysis, methods: &[Method]) -> String {
     let each = methods.iter().filter_map(|&method| {
         let sigma_t_m = instance.estimated(method)?.averaged.sigma_t_m;
@@ -214,7 +215,7 @@ fn averages(instance: &InstanceAnalysis, methods: &[Method]) -> String {
     each.collect::<Vec<_>>().join(" and ")
 }
 
-/// Returns the sentence on a method that gave way to another.
+/// Returns the sentence on a method that another one replaces.
 fn instead(drawn: &Drawn, methods: &[Method]) -> &'static str {
     let left = |method| drawn.methods.contains(&method) && !methods.contains(&method);
     if left(Method::Dynamic) {

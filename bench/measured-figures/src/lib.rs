@@ -1,6 +1,6 @@
-//! The figures of measurements: Huloux 2021, Figs. 11, 13, 14 and 15; and how the plate's resonance moves.
+//! Figures of measurements: Huloux 2021, Figs. 11, 13, 14 and 15, and the shift of the plate's resonance.
 //!
-//! [`measured_figures`] draws those that an analysis can give, [`write_figures`] writes them with their numbers.
+//! [`measured_figures`] draws the figures that an analysis allows, [`write_figures`] writes them with their data.
 
 mod agreement;
 mod drawn;
@@ -19,9 +19,8 @@ use sessions::Sessions;
 
 pub use drawn::Drawn;
 
-/// Returns the figures that these recordings can give: without an instance, only the trial in time; without an
-/// exploration, none. `trial` is drawn of the recordings whose fit can be used. `sessions` tell the time between
-/// recordings.
+/// Returns the figures that these recordings allow: without an instance, only the trial in time; without an exploration,
+/// no figure. `trial` is drawn for recordings with a usable fit. `sessions` gives the time between recordings.
 pub fn measured_figures(analysed: &Analysed, sessions: &Sessions, drawn: &Drawn) -> Vec<Figure> {
     let drawn = &drawn.found_in(analysed);
     let mut figures = Vec::new();
@@ -37,8 +36,8 @@ pub fn measured_figures(analysed: &Analysed, sessions: &Sessions, drawn: &Drawn)
     figures
 }
 
-/// Returns the recording whose mean σ_t by the dynamic method is the median (of two, the lower); without instances the
-/// first one that could be read.
+/// Returns the recording with the median of the mean σ_t by the dynamic method (the lower of two); without instances, the
+/// first readable recording.
 fn typical(analysed: &Analysed) -> Option<&RecordingFindings> {
     let mut by_sigma: Vec<(f64, &RecordingFindings)> = analysed
         .findings()
@@ -60,11 +59,11 @@ fn typical(analysed: &Analysed) -> Option<&RecordingFindings> {
         .or_else(|| analysed.findings().next())
 }
 
-/// Draws the figures of an analysis and writes them as [`figures::write()`] does, each with its numbers as CSV, into a
-/// folder that is made if it does not exist.
+/// Draws the figures of an analysis and writes them as [`figures::write()`] does, each with its data as CSV, into a
+/// folder, which is created if missing.
 ///
 /// # Errors
-/// If a figure cannot be drawn or a file cannot be written.
+/// A figure cannot be drawn or a file cannot be written.
 pub fn write_figures(
     analysed: &Analysed,
     sessions: &Sessions,

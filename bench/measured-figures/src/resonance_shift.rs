@@ -1,4 +1,4 @@
-//! How far the plate's resonance is from that of the unloaded plate, instance by instance over the time of a session.
+//! Shift of the plate's resonance from that of the unloaded plate, instance by instance over the time of a session.
 
 use std::path::Path;
 
@@ -11,22 +11,22 @@ use sessions::Sessions;
 use crate::drawn::Drawn;
 use crate::elements::{ink, name_of, points};
 
-/// Most panels of a figure; the sessions that follow get another one.
+/// Maximum number of panels of a figure; further sessions go to another figure.
 const PANELS: usize = 12;
-/// Longest time that is given in seconds, s.
+/// Longest time axis with the second as its unit, s.
 const IN_SECONDS_S: f64 = 300.0;
 const S_PER_MIN: f64 = 60.0;
-/// Intervals of more than this many times the median one run out of the frame, instead of flattening all others.
+/// Intervals of more than this many times the median one extend beyond the frame, so that they do not flatten the others.
 const WIDE: f64 = 10.0;
 
-/// Recordings whose times are told against each other, each with its start, s.
+/// Recordings on a common time axis, each with its start, s.
 struct Course<'a> {
     name: String,
     of_session: bool,
     recordings: Vec<(&'a RecordingFindings, f64)>,
 }
 
-/// Draws a panel for each session, or for each recording that is of none; nothing without an instance.
+/// Draws a panel for each session, or for each recording outside a session; returns no figure without an instance.
 pub(super) fn figures(analysed: &Analysed, sessions: &Sessions, drawn: &Drawn) -> Vec<Figure> {
     let follows = |of: &Method| match of {
         Method::Paper => false,
@@ -111,7 +111,7 @@ fn courses<'a>(analysed: &'a Analysed, sessions: &Sessions) -> Vec<Course<'a>> {
             Some((_, course)) => course.recordings.push((found, start_s)),
             None => {
                 let name = match &found.manifest.participant {
-                    // Of two studies, with the study's name.
+                    // If there are two studies, with the study's name.
                     Some(of) if folder.is_some() => format!(
                         "{}, session {}",
                         found.participant().unwrap_or(&of.id),
@@ -142,7 +142,7 @@ impl<'a> Course<'a> {
         each.flat_map(|&(found, start_s)| instances(found, start_s))
     }
 
-    /// Returns the shifts by a method, each with its time, s; without an error where the method's model does not hold.
+    /// Returns the shifts by a method, each with its time, s; without an error if the method's model does not fit.
     fn shifts(&self, method: Method) -> impl Iterator<Item = (f64, f64, Option<f64>)> {
         self.recordings.iter().flat_map(move |&(found, start_s)| {
             let shared = found.trial.as_ref();
@@ -208,7 +208,7 @@ impl<'a> Course<'a> {
     }
 }
 
-/// Returns the instances of a recording that began then, each with its middle, s.
+/// Returns the instances of a recording that began at `start_s`, each with its middle, s.
 fn instances(
     found: &RecordingFindings,
     start_s: f64,
@@ -217,7 +217,7 @@ fn instances(
     found.instances.iter().map(move |of| (middle(of), of))
 }
 
-/// Returns an axis that shows every value, zero, and the intervals but for the widest.
+/// Returns an axis that shows every value, zero, and all intervals but the widest.
 fn axis(values: &[Uncertain]) -> Axis {
     let stds = values.iter().map(|of| of.std);
     let mut stds: Vec<f64> = stds.filter(|std| std.is_finite()).collect();

@@ -52,7 +52,7 @@ pub(super) fn figure(
         Dash::Solid,
         measured(&exploration.amplitude_m, MICRO),
     )];
-    // `trial` reads what `dynamic` reads; both lie over each other.
+    // `trial` uses the same data as `dynamic`, and both curves coincide.
     let corrected = [Method::Dynamic, Method::Trial];
     let corrected = corrected.into_iter().find(|of| drawn.methods.contains(of));
     let by_profile = corrected.filter(|_| found.plate().profile.is_some());
@@ -78,7 +78,7 @@ pub(super) fn figure(
     let modulus: Vec<Series> = read
         .map(|method| curve(method, &|z_m, _| z_m.norm()))
         .collect();
-    // The mean of what the instances subtract: by `dynamic` and `trial` it has the plate's offset in it.
+    // Mean of the impedances that the instances subtract; for `dynamic` and `trial` it includes the plate's offset.
     let z_p = |method: Method| -> Option<Complex64> {
         let each = instances.iter().filter_map(|i| i.estimated(method));
         let each: Vec<Complex64> = each.map(|of| of.z_p_n_s_per_m).collect();

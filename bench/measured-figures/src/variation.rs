@@ -1,4 +1,4 @@
-//! Fig. 14: how much impedance, gap and estimated friction change, against how much friction changes.
+//! Fig. 14: changes of impedance, gap and estimated friction against the change of friction.
 
 use crate::drawn::Drawn;
 use crate::elements::{MICRO, assumed, points};
@@ -11,7 +11,7 @@ use figures::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 
 /// Share of the range that a line of text takes.
 const FOR_A_LINE: f64 = 0.13;
-/// Changes of more than this many times the median one run out of the frame, instead of flattening all others.
+/// Changes of more than this many times the median one lie beyond the frame, so that they do not flatten the others.
 const WIDE: f64 = 20.0;
 
 pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
@@ -96,7 +96,7 @@ pub(super) fn figure(analysed: &Analysed, drawn: &Drawn) -> Figure {
     }
 }
 
-/// Frames the points that are not far beyond all others, with room for words above, and returns how many are outside.
+/// Fits the frame to all points but far outliers, with room for text above; returns the number of points outside.
 fn frame(panel: &mut Panel, label: &str, for_words: f64) -> usize {
     let values = panel.series.iter().flat_map(Series::extent);
     let mut values: Vec<f64> = values.map(|(_, value)| value).collect();

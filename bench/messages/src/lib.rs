@@ -7,35 +7,35 @@ use serde::Deserialize;
 
 pub use printed::{Options, chapter, text};
 
-/// Messages that belong together.
+/// Group of related messages.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MessageGroup {
     /// Heading.
     pub title: String,
-    /// What they have in common.
+    /// Introduction to the group.
     pub intro: String,
-    /// Source files and types whose words these are, from the workspace's folder.
+    /// Source files and types that these messages come from, relative to the workspace's folder.
     #[serde(default)]
     pub sources: Vec<(String, String)>,
-    /// Folder of the sources whose rows of `check` these are.
+    /// Folder of the sources that these rows of `check` come from.
     pub rows: Option<String>,
-    /// The messages, in the order in which they are shown.
+    /// Messages in the order in which they are shown.
     #[serde(rename = "message")]
     pub messages: Vec<ProgramMessage>,
 }
 
-/// What the program says, and what that means.
+/// Message of the program, and its meaning.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProgramMessage {
-    /// Type, and variant if it has any, that says so; or the row of `check`.
+    /// Type, and variant if it has any, of the error; or the row of `check`.
     pub of: String,
-    /// Its words, with `…` for values.
+    /// Text, with `…` for values.
     pub says: String,
-    /// What has happened.
+    /// Meaning.
     pub means: String,
-    /// What to do.
+    /// Remedy.
     pub remedy: String,
 }
 
@@ -48,7 +48,7 @@ struct Index {
 /// Returns all messages.
 ///
 /// # Panics
-/// Never: a test reads the same text.
+/// Never: a test parses the same text.
 #[must_use]
 pub fn index() -> Vec<MessageGroup> {
     #[expect(clippy::expect_used, reason = "a test reads the same text")]

@@ -1,4 +1,4 @@
-//! The index for a terminal and as a page of the handbook.
+//! Message index for a terminal and as a chapter of the handbook.
 
 use std::fmt::Write;
 
@@ -18,7 +18,7 @@ pub struct Options {
     pub words: Vec<String>,
 }
 
-/// Returns the messages in which all `words` occur, as lines for a terminal; `None` if there is none.
+/// Returns the messages that contain all `words`, as lines for a terminal; `None` if no message does.
 ///
 /// ```
 /// let found = messages::text(&["normal force 5.30 N over".to_owned()]).unwrap();
@@ -54,7 +54,7 @@ pub fn text(words: &[String]) -> Option<String> {
     (!written.is_empty()).then(|| written.trim_end().to_owned() + "\n")
 }
 
-/// The words of a message that are the same each time: those without digits.
+/// Returns the words of a message that do not vary: those without digits.
 fn telling(text: &str) -> Vec<String> {
     let words = text.split_whitespace().map(str::to_lowercase);
     let trimmed = words.map(|word| word.trim_matches(|c: char| !c.is_alphanumeric()).to_owned());
@@ -105,7 +105,7 @@ pub fn chapter() -> String {
     page
 }
 
-/// The variant's name as words.
+/// Returns the name of the variant as words.
 fn plain(of: &str) -> String {
     let name = of.rsplit("::").next().unwrap_or(of);
     let mut words = String::new();

@@ -1,6 +1,6 @@
-//! Lines of a terminal.
+//! Line wrapping for a terminal.
 
-/// Appends `text` in lines of at most `width` characters, each behind `indent` blanks.
+/// Appends `text` in lines of at most `width` characters, each indented by `indent` spaces.
 pub(crate) fn wrapped(text: &str, width: usize, indent: usize, to: &mut String) {
     let mut column = 0;
     for word in text.split_whitespace() {

@@ -1,4 +1,4 @@
-//! The curves of all figures, and their tables.
+//! Curves of all figures, and their tables.
 
 use std::path::{Path, PathBuf};
 
@@ -11,14 +11,14 @@ use super::rows::{
     self, Balance, Friction, Gap, Impedance, ImpedanceByStiffness, Motion, Squeeze, Stiffness,
 };
 
-/// The curves of all figures.
+/// Curves of all figures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curves {
     /// Fig. 3: Z_m and |ṽ_t/ṽ_p| against k_c.
     pub impedance_by_stiffness: Vec<ImpedanceByStiffness>,
-    /// Fig. 5a: what the asperities leave to the film.
+    /// Fig. 5a: force that the asperities leave to the film.
     pub balance: Vec<Balance>,
-    /// Fig. 5a: what the film carries.
+    /// Fig. 5a: force of the film.
     pub squeeze: Vec<Squeeze>,
     /// Fig. 5b: gap against amplitude and force.
     pub gap: Vec<Gap>,
@@ -36,7 +36,7 @@ impl Curves {
     /// Computes all curves.
     ///
     /// # Errors
-    /// If a parameter has no physical meaning.
+    /// A parameter has no physical meaning.
     pub fn compute(parameters: &Parameters) -> Result<Self, ModelError> {
         Ok(Self {
             impedance_by_stiffness: rows::impedance_by_stiffness(parameters),

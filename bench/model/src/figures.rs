@@ -1,4 +1,4 @@
-//! The figures of the model alone: Huloux 2021, Figs. 3, 5, 6, 7b, 8 and 9.
+//! Figures of the model alone: Huloux 2021, Figs. 3, 5, 6, 7b, 8 and 9.
 
 use ::figures::{Axis, Dash, Figure, Ink, Key, Panel, Series, Width};
 
@@ -9,7 +9,7 @@ use super::rows::{Impedance, ImpedanceByStiffness, Motion};
 const AMPLITUDE: &str = "Vibration amplitude (µm)";
 const MICRO: f64 = 1e6;
 
-/// Inks and dashes in the order in which curves take them.
+/// Inks and dashes of successive curves.
 const STYLES: [(Ink, Dash); 4] = [
     (Ink::Black, Dash::Solid),
     (Ink::Blue, Dash::Dashed),
@@ -29,7 +29,7 @@ pub fn draw(parameters: &Parameters, curves: &Curves) -> Vec<Figure> {
     ]
 }
 
-/// One curve for each value of a condition, in the order of the rows.
+/// Returns one curve for each value of a condition, in the order of the rows.
 fn family<R>(
     rows: &[R],
     condition: impl Fn(&R) -> f64,
@@ -50,7 +50,7 @@ fn newtons(force_n: f64) -> String {
 }
 
 fn micrometres(length_m: f64) -> String {
-    // Rounded where a metre's binary fraction would show.
+    // Rounded to hide the binary fraction of a value in metres.
     format!("{} µm", (length_m * 1e9).round() / 1e3)
 }
 

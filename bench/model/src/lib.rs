@@ -1,4 +1,4 @@
-//! The published contact model as curves, without any measurement: `friction-bench model`.
+//! Curves of the published contact model, without any measurement: `friction-bench model`.
 
 mod curves;
 mod figures;
@@ -19,10 +19,10 @@ pub use rows::{
     Balance, Friction, Gap, Impedance, ImpedanceByStiffness, Motion, Squeeze, Stiffness,
 };
 
-/// Writes the curves, and unless told otherwise the figures with their captions, into a folder that is made if it is not there.
+/// Writes the curves and, unless disabled, the figures with their captions into a folder, which is created if missing.
 ///
 /// # Errors
-/// If a parameter has no physical meaning or a file cannot be written.
+/// A parameter has no physical meaning or a file cannot be written.
 pub fn run(options: &Options) -> anyhow::Result<Vec<PathBuf>> {
     let parameters = Parameters::from(&options.assume);
     let curves = Curves::compute(&parameters)?;

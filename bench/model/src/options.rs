@@ -1,4 +1,4 @@
-//! What `friction-bench model` may be told.
+//! Options of `friction-bench model`.
 
 use std::path::PathBuf;
 
@@ -74,10 +74,10 @@ fn number(text: &str, allowed: fn(f64) -> bool, limit: &str) -> Result<f64, Stri
     }
 }
 
-/// Reads a finite number above 0, for an option of a command line.
+/// Parses a finite number above 0 for a command-line option.
 ///
 /// # Errors
-/// It is none.
+/// The text is not a finite number above 0.
 pub fn positive(text: &str) -> Result<f64, String> {
     number(
         text,

@@ -1,4 +1,4 @@
-//! What the model's curves assume.
+//! Assumptions of the model's curves.
 
 use contact::harmonic::Resonator;
 use contact::{AssumedConstants, Contact, ModelError};
@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use crate::options::Assumptions;
 
-/// Everything that the model's curves assume.
+/// Parameters of the model's curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
     /// Finger and air.

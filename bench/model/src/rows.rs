@@ -1,4 +1,4 @@
-//! The curves, one row type each; a row's field names are the columns of its CSV.
+//! Curves, one row type each; a row's field names are the columns of its CSV.
 
 use contact::{ModelError, harmonic};
 use num_complex::Complex64;
@@ -14,7 +14,7 @@ const TWO_FORCES_N: [f64; 2] = [1.0, 5.0];
 const BALANCE_FORCES_N: [f64; 2] = [0.5, 1.0];
 /// Amplitudes of Fig. 5a, m.
 const BALANCE_AMPLITUDES_M: [f64; 4] = [1e-6, 2e-6, 3e-6, 5e-6];
-/// Gaps of Fig. 5a reach this far, m.
+/// Greatest gap of Fig. 5a, m.
 const BALANCE_GAP_M: f64 = 60e-6;
 /// Amplitudes of Fig. 8, m (Huloux 2021).
 const MOTION_AMPLITUDES_M: [f64; 2] = [1e-6, 10e-6];
@@ -26,7 +26,7 @@ const STIFFNESS_N_PER_M: (f64, f64) = (0.1e6, 100e6);
 /// Steps along a curve.
 const STEPS: usize = 240;
 
-/// Fig. 3: what the plate shows of a contact of given stiffness.
+/// Fig. 3: mechanical impedance at the plate of a contact of given stiffness.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ImpedanceByStiffness {
     /// η; 0 is elastic.
@@ -41,7 +41,7 @@ pub struct ImpedanceByStiffness {
     pub skin_to_plate_velocity: f64,
 }
 
-/// Fig. 5a: the force that asperities leave to the film at a gap, ⟨f_c⟩ \[1 − exp((x_t⁰ − x)/σ_t)\].
+/// Fig. 5a: force that the asperities leave to the film at a gap, ⟨f_c⟩ \[1 − exp((x_t⁰ − x)/σ_t)\].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Balance {
     /// ⟨f_c⟩, N.
@@ -52,7 +52,7 @@ pub struct Balance {
     pub left_to_film_n: f64,
 }
 
-/// Fig. 5a: the force of the film at a gap (Huloux 2021, Eq. 14).
+/// Fig. 5a: force of the film at a gap (Huloux 2021, Eq. 14).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Squeeze {
     /// Peak plate amplitude, m.
@@ -63,7 +63,7 @@ pub struct Squeeze {
     pub film_n: f64,
 }
 
-/// Fig. 5b: the gap in equilibrium (Huloux 2021, Eq. 17).
+/// Fig. 5b: equilibrium gap (Huloux 2021, Eq. 17).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gap {
     /// ⟨f_c⟩, N.
@@ -74,7 +74,7 @@ pub struct Gap {
     pub gap_m: f64,
 }
 
-/// Fig. 6: the stiffness in equilibrium (Huloux 2021, Eq. 18).
+/// Fig. 6: equilibrium contact stiffness (Huloux 2021, Eq. 18).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Stiffness {
     /// ⟨f_c⟩, N.
@@ -85,7 +85,7 @@ pub struct Stiffness {
     pub k_c_n_per_m: f64,
 }
 
-/// Fig. 7b: what the plate shows of it (Huloux 2021, Eq. 9).
+/// Fig. 7b: its mechanical impedance at the plate (Huloux 2021, Eq. 9).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Impedance {
     /// ⟨f_c⟩, N.
@@ -98,18 +98,18 @@ pub struct Impedance {
     pub z_m_im_n_s_per_m: f64,
 }
 
-/// Fig. 8: plate and skin at an instant, both from the plate's mean position.
+/// Fig. 8: positions of plate and skin at an instant, relative to the plate's mean position.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Motion {
     /// ⟨f_c⟩, N.
     pub normal_n: f64,
     /// Peak plate amplitude, m.
     pub amplitude_m: f64,
-    /// s
+    /// Time, s.
     pub time_s: f64,
     /// Position of the plate, m.
     pub plate_m: f64,
-    /// Position of the skin, m: ⟨x_t⟩ and its vibration.
+    /// Position of the skin, m: ⟨x_t⟩ plus its vibration.
     pub skin_m: f64,
 }
 
@@ -124,7 +124,7 @@ pub struct Friction {
     pub mu: f64,
 }
 
-/// `STEPS` equal steps from 0 to 1.
+/// Returns `STEPS` equal steps from 0 to 1.
 fn shares() -> impl Iterator<Item = f64> {
     (0..=STEPS).map(|step| step as f64 / STEPS as f64)
 }
@@ -134,7 +134,7 @@ fn z_m(parameters: &Parameters, k_c_n_per_m: f64, loss_factor: f64) -> Complex64
     harmonic::observed(parameters.z_p(), parameters.z_t_n_s_per_m(), z_c)
 }
 
-/// ṽ_t/ṽ_p
+/// Returns ṽ_t/ṽ_p.
 fn transmission(parameters: &Parameters, z_m: Complex64) -> Complex64 {
     let z_t = parameters.z_t_n_s_per_m();
     harmonic::skin_velocity_m_per_s(z_m, parameters.z_p(), z_t, Complex64::ONE)
@@ -180,7 +180,7 @@ pub(super) fn squeeze(parameters: &Parameters) -> Result<Vec<Squeeze>, ModelErro
     let contact = parameters.contact()?;
     let rows = BALANCE_AMPLITUDES_M.into_iter().flat_map(|amplitude_m| {
         let contact = &contact;
-        // The film's law needs a gap that the plate does not cross.
+        // The film equation requires a gap larger than the plate's amplitude.
         shares().map(move |share| {
             let gap_m = amplitude_m + share * (BALANCE_GAP_M - amplitude_m);
             Squeeze {
@@ -193,7 +193,7 @@ pub(super) fn squeeze(parameters: &Parameters) -> Result<Vec<Squeeze>, ModelErro
     Ok(rows.collect())
 }
 
-/// A row per force and amplitude; the row is made from normal force, amplitude and equilibrium gap.
+/// Returns a row for each force and amplitude; `row` makes it from normal force, amplitude and equilibrium gap.
 fn by_amplitude<R>(
     parameters: &Parameters,
     forces_n: &[f64],

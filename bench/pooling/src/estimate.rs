@@ -1,6 +1,6 @@
-//! A value and the standard error of it.
+//! Value with its standard error.
 
-/// An estimate whose standard error is known.
+/// Estimate with a known standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     value: f64,
@@ -31,17 +31,17 @@ impl Estimate {
         self.std * self.std
     }
 
-    /// Returns what the data alone said where this estimate was made with a normal `prior`; `None` where they said
-    /// nothing. For pooling: a prior that stands in every trial would otherwise be counted once for each.
+    /// Returns the estimate from the data alone if this one was made with a normal `prior`; `None` if the data contain no
+    /// information. For pooling: a prior that is used in every trial would otherwise be counted once for each.
     ///
-    /// Exact for a normal posterior, also beside other parameters: leaving the prior of one out of their common
-    /// precision takes its own precision off that of its marginal.
+    /// Exact for a normal posterior, also among other parameters: removing one parameter's prior from the joint precision
+    /// subtracts its precision from that of the marginal.
     #[must_use]
     pub fn without_prior(self, prior: Self) -> Option<Self> {
         let (whole, of_prior) = (self.variance().recip(), prior.variance().recip());
         let precision = whole - of_prior;
         let value = (self.value * whole - prior.value * of_prior) / precision;
-        // What rounding leaves of a difference says nothing.
+        // A difference within rounding error carries no information.
         let told = precision > 1e-6 * of_prior;
         Self::new(value, precision.sqrt().recip()).filter(|_| told)
     }

@@ -1,12 +1,11 @@
-//! Two levels above the estimates: members of a group (trials of a participant), groups of the whole (participants of a
-//! study).
+//! Pooling of estimates on two levels: members of a group (trials of a participant) and groups (participants of a study).
 //!
-//! A member's true value scatters about its group's with one variance in all groups, and a group's about the whole's
-//! with another, all normal. A group's interval has the degrees of freedom of all groups together, since all of them
-//! tell the variance between members; a group that scatters by more than the others can has a variance of its own.
+//! True values are normally distributed: members about their group's mean with a variance common to all groups, and group
+//! means about the overall mean with another. All groups contribute to the variance between members, so a group's
+//! interval has the degrees of freedom of all groups; a group with significantly larger scatter has a separate variance.
 //!
-//! Members that agree better than their errors allow share a part of these: a law that no trial tells is marginalised
-//! in each, and is wrong by the same in all. The mean of many has that part as one has it.
+//! Members that agree better than their errors allow share a part of these errors: a law that no trial constrains is
+//! marginalised in each trial, and its error is the same in all. Averaging does not reduce the shared part.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
@@ -14,21 +13,21 @@ use crate::estimate::Estimate;
 use crate::mean::{WITHIN_95, Weighted, between_variance, student95};
 use crate::scatter::{Scatter, bisect};
 
-/// Estimates in their groups, pooled.
+/// Pooled estimates of groups.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hierarchy {
-    /// Standard deviation between the members of a group beyond their errors, the same in all but those that differ;
-    /// `None` where no group has two, and then the groups' intervals hold the members' errors alone.
+    /// Standard deviation between the members of a group beyond their errors, common to all groups without a separate
+    /// one; `None` if no group has two members, and then the groups' intervals include only the members' errors.
     pub between_members_std: Option<f64>,
-    /// Part of the variance of the members' errors that those of a group have in common; 0 where none shows.
+    /// Fraction of the variance of the members' errors that a group's members share; 0 without evidence of sharing.
     pub shared_error: f64,
-    /// The groups, in the order in which they were given; `None` without members.
+    /// Groups in the given order; `None` without members.
     pub groups: Vec<Option<Group>>,
-    /// The whole; `None` with fewer than two groups.
+    /// All groups together; `None` with fewer than two groups.
     pub overall: Option<Overall>,
 }
 
-/// A mean with its 95 % interval.
+/// Mean with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mean {
     /// The mean.
@@ -41,24 +40,24 @@ pub struct Mean {
     pub n: usize,
 }
 
-/// A group.
+/// Group of members.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Group {
     /// Mean of its members.
     pub mean: Mean,
-    /// Standard deviation between its members beyond their errors, as its interval has it; `None` where nothing tells
-    /// it.
+    /// Standard deviation between its members beyond their errors, as used in its interval; `None` if it cannot be
+    /// estimated.
     pub between_members_std: Option<f64>,
-    /// The mean, drawn towards that of all groups; `None` with too few groups to tell by how much.
+    /// Mean shrunken towards that of all groups; `None` with too few groups to estimate the shrinkage.
     pub shrunken: Option<Shrunken>,
-    /// Its members, drawn towards its mean; `None` with too few members of all groups to tell by how much.
+    /// Members shrunken towards the group's mean; `None` with too few members in all groups to estimate the shrinkage.
     pub members: Option<Vec<Shrunken>>,
 }
 
-/// An estimate that has been drawn towards others of its kind.
+/// Estimate shrunken towards a mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shrunken {
-    /// The value.
+    /// Shrunken value.
     pub value: f64,
     /// 95 % interval.
     pub interval95: [f64; 2],
@@ -71,7 +70,7 @@ pub struct Overall {
     pub mean: Mean,
     /// Standard deviation between groups beyond the errors of their means.
     pub between_std: f64,
-    /// 95 % interval of it, by the Q profile (Viechtbauer 2007) with the quantiles of F, since the means' errors are
+    /// Its 95 % interval, by the Q profile (Viechtbauer 2007) with the quantiles of F, since the means' errors are
     /// estimated.
     pub between_std_interval95: [f64; 2],
 }
@@ -98,7 +97,7 @@ pub fn hierarchy<G: AsRef<[Estimate]>>(groups: &[G]) -> Hierarchy {
     });
     let of_group = |(of, group): (&Option<(Mean, Estimate, Scatter)>, &G)| {
         let (mean, estimate, scatter) = (*of)?;
-        // What is known with Student's distribution is taken for as much less known.
+        // A Student interval is treated as a normal one with the same width.
         let wider = scatter.deviations() / WITHIN_95;
         let estimate = Estimate::new(mean.value, wider * estimate.std())?;
         let drawn = to_whole.as_ref().and_then(|towards| towards.draw(estimate));
@@ -151,7 +150,7 @@ fn overall(groups: &[Estimate], freedom_within: usize) -> Overall {
     let between = between_variance(&[groups]).unwrap_or(0.0);
     let weighted = Weighted::new(&[groups], between);
     let of = weighted.groups[0].map_or((f64::NAN, f64::NAN), |of| (of.value, of.weights));
-    // Hartung and Knapp (2001), and never less than the errors alone allow.
+    // Hartung and Knapp (2001), but never less than the errors alone give.
     let std = (weighted.scatter().max(1.0) / of.1).sqrt();
     Overall {
         mean: Mean::within(of.0, std, student95(weighted.freedom), groups.len()),
@@ -163,22 +162,22 @@ fn overall(groups: &[Estimate], freedom_within: usize) -> Overall {
     }
 }
 
-/// Returns a quantile of the weighted squares of means about their mean: of F, as far as the means' errors are
-/// themselves estimated, with so many degrees of freedom; of χ² where they are not.
+/// Returns a quantile of the weighted squares of means about their mean, with `freedom` degrees of freedom: of F if the
+/// means' errors are themselves estimated, with `freedom_within` degrees of freedom; of χ² otherwise.
 fn quantile(part: f64, freedom: usize, freedom_within: usize) -> f64 {
     let n = freedom as f64;
     let of_f = FisherSnedecor::new(n, freedom_within as f64).map(|f| n * f.inverse_cdf(part));
     of_f.unwrap_or_else(|_| ChiSquared::new(n).map_or(f64::NAN, |of| of.inverse_cdf(part)))
 }
 
-/// Returns the variance between groups at which their weighted squares are `scatter`; 0 where they are less even
-/// without any.
+/// Returns the variance between groups at which their weighted squares equal `scatter`; 0 if they are smaller even
+/// without variance.
 fn profile(groups: &[Estimate], scatter: f64) -> f64 {
     let apart = |between: f64| Weighted::new(&[groups], between).apart;
     if apart(0.0) <= scatter {
         return 0.0;
     }
-    // Falls to 0 with the variance, at the latest as that of equal weights does.
+    // The weighted squares fall to 0 as the variance grows, no later than with equal weights.
     let (mut low, mut high) = (0.0, groups[0].variance());
     while apart(high) > scatter && high < f64::MAX / 4.0 {
         (low, high) = (high, 2.0 * high);
@@ -186,21 +185,22 @@ fn profile(groups: &[Estimate], scatter: f64) -> f64 {
     bisect(low, high, |between| apart(between) > scatter)
 }
 
-/// Mean that estimates are drawn towards, by empirical Bayes.
+/// Mean to shrink estimates towards, by empirical Bayes.
 struct Towards {
     /// The mean and the variance of its error.
     mean: (f64, f64),
     /// Variance of true values about the mean.
     between: f64,
-    /// Degrees of freedom that this variance was estimated from.
+    /// Degrees of freedom of the estimate of this variance.
     freedom: usize,
 }
 
 impl Towards {
-    /// Returns value and variance of the drawn estimate; `None` with fewer than three degrees of freedom.
+    /// Returns value and variance of the shrunken estimate; `None` with fewer than three degrees of freedom.
     ///
-    /// Part B of the way is gone, B the error's share of the variance. That B is itself estimated makes it less by two
-    /// degrees of freedom, and adds a variance of 2 B²/(freedom − 2) times the squared distance (Morris 1983).
+    /// The estimate moves by a fraction B of its distance to the mean, where B is the error's fraction of the variance.
+    /// Because B is estimated, it is reduced by two degrees of freedom, and a variance of 2 B²/(freedom − 2) times the
+    /// squared distance is added (Morris 1983).
     fn draw(&self, estimate: Estimate) -> Option<(f64, f64)> {
         let left = self.freedom.checked_sub(2).filter(|left| *left > 0)? as f64;
         let error = estimate.variance();
@@ -228,19 +228,19 @@ mod tests {
         each.map(Option::unwrap).collect()
     }
 
-    /// Population that studies are drawn from: S in logarithms, say.
+    /// Population of simulated studies, for example of S in logarithms.
     struct Population {
         people: usize,
         trials: usize,
         between_people: f64,
         between_trials: f64,
-        /// Part of the errors' variance that the trials of a person share.
+        /// Fraction of the errors' variance that the trials of a person share.
         shared: f64,
     }
 
     const MEAN: f64 = -8.5;
 
-    /// How often the truth was in each interval.
+    /// Coverage of the intervals.
     #[derive(Debug, Default)]
     struct Held {
         study: f64,
@@ -332,7 +332,7 @@ mod tests {
             }
             assert!((0.92..=0.99).contains(&held.between), "{said}");
             assert!((0.92..=0.995).contains(&held.shrunken_trial), "{said}");
-            // Errors that are shared are in what they are drawn to as well.
+            // Shared errors are also in the mean that the trials are shrunken towards.
             let gain = if shared > 0.0 { 1.01 } else { 0.95 };
             assert!(held.squares.1 < gain * held.squares.0, "{said}");
             if people > 3 {
@@ -355,7 +355,7 @@ mod tests {
         assert_eq!(found.overall, None);
         let group = found.groups[0].as_ref().unwrap();
         assert_eq!((group.shrunken, &group.members), (None, &None));
-        // Two values 0.2 apart: a mean within more than t(1) · 0.1.
+        // Two values 0.2 apart: the interval of the mean extends beyond t(1) · 0.1.
         assert!(group.mean.interval95[1] > 5.1 + 12.706 * 0.1, "{group:?}");
     }
 
@@ -365,7 +365,7 @@ mod tests {
         assert_eq!(found.between_members_std, None);
         let group = found.groups[0].as_ref().unwrap();
         assert_relative_eq!(group.mean.interval95[0], 5.0 - 0.1 * WITHIN_95);
-        // Beside somebody with several trials, it has what is between theirs.
+        // Next to a group with several trials, it has the variance between these.
         let found = hierarchy(&[of(&[5.0], 0.1), of(&[4.0, 5.0, 6.0, 5.0, 4.0], 0.1)]);
         let wider = found.groups[0].as_ref().unwrap();
         assert!(wider.mean.interval95[0] < 4.0, "{wider:?}");
@@ -403,7 +403,7 @@ mod tests {
         assert_eq!((nobody.overall, nobody.groups), (None, Vec::new()));
     }
 
-    /// Errors and distances from the least to the greatest of floating point give numbers.
+    /// Errors and distances at the limits of floating point give finite numbers.
     #[test]
     fn extreme_errors_give_finite_means() {
         for std in [1e-12, 1e-3, 1e6] {

@@ -1,6 +1,6 @@
-//! Estimates with known errors, pooled over trials, participants and a study.
+//! Pooling of estimates with known errors over trials, participants and a study.
 //!
-//! Nothing here knows what is estimated: positive quantities are given as natural logarithms. Quantities are pooled one
+//! The estimates may be of any quantity; positive quantities are given as natural logarithms. Quantities are pooled one
 //! by one, without the correlation of their errors.
 
 mod estimate;

@@ -1,19 +1,19 @@
-//! The mean of estimates at one level.
+//! Mean of estimates at one level.
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::estimate::Estimate;
 
-/// Standard errors on either side of a value that hold 95 % of a normal distribution.
+/// Half-width of the 95 % interval of a normal distribution, in standard deviations.
 pub(crate) const WITHIN_95: f64 = 1.959_964;
 
-/// Estimates in groups, weighted within each group by precision.
+/// Groups of estimates, weighted within each group by precision.
 pub(crate) struct Weighted {
-    /// The groups' means; `None` without members.
+    /// Means of the groups; `None` without members.
     pub(crate) groups: Vec<Option<GroupMean>>,
-    /// Weighted squares about the means: as many as the degrees of freedom where the weights are right.
+    /// Weighted squares about the means; with the right weights, their expectation is the number of degrees of freedom.
     pub(crate) apart: f64,
-    /// What [`apart`](Self::apart) grows by with the variance between.
+    /// Increase of [`apart`](Self::apart) per variance between members.
     growth: f64,
     /// Degrees of freedom.
     pub(crate) freedom: usize,
@@ -25,12 +25,12 @@ pub(crate) struct GroupMean {
     pub(crate) value: f64,
     /// Sum of the weights.
     pub(crate) weights: f64,
-    /// Weighted mean of the members' standard errors, which an error that they share has in the mean.
+    /// Weighted mean of the members' standard errors: the standard error of the mean if the members share their error.
     pub(crate) shared_std: f64,
 }
 
 impl Weighted {
-    /// Weighs estimates that scatter with the variance `between` besides their errors.
+    /// Weights estimates by their errors and the variance `between` them.
     pub(crate) fn new<G: AsRef<[Estimate]>>(groups: &[G], between: f64) -> Self {
         let mut weighted = Self {
             groups: Vec::with_capacity(groups.len()),
@@ -62,7 +62,7 @@ impl Weighted {
         weighted
     }
 
-    /// Returns the weighted squares over their degrees of freedom, 1 where there are none.
+    /// Returns the weighted squares divided by their degrees of freedom, or 1 with zero degrees of freedom.
     pub(crate) fn scatter(&self) -> f64 {
         match self.freedom {
             0 => 1.0,
@@ -71,23 +71,23 @@ impl Weighted {
     }
 }
 
-/// Returns how many standard errors hold 95 % of Student's distribution with so many degrees of freedom.
+/// Returns the half-width of the 95 % interval of Student's distribution with `freedom` degrees of freedom.
 pub(crate) fn student95(freedom: usize) -> f64 {
     let student = StudentsT::new(0.0, 1.0, freedom as f64);
     student.map_or(WITHIN_95, |student| student.inverse_cdf(0.975))
 }
 
-/// Returns the variance between estimates of a group beyond that of their errors (DerSimonian and Laird 1986, their
-/// moment summed over groups); `None` where no group has two.
+/// Returns the variance between estimates of a group beyond that of their errors (DerSimonian and Laird 1986, with their
+/// moment summed over groups); `None` if no group has two estimates.
 pub(crate) fn between_variance<G: AsRef<[Estimate]>>(groups: &[G]) -> Option<f64> {
     let weighted = Weighted::new(groups, 0.0);
     let surplus = weighted.apart - weighted.freedom as f64;
     (weighted.freedom > 0).then(|| (surplus / weighted.growth).max(0.0))
 }
 
-/// Returns the mean, with its standard error, of estimates whose errors are independent and that may differ by more
-/// than those (DerSimonian and Laird 1986): those that agree are weighted by their errors, those that do not alike.
-/// `None` without any.
+/// Returns the mean, with its standard error, of estimates with independent errors that may scatter by more than these
+/// (DerSimonian and Laird 1986): estimates that agree are weighted by their errors, others nearly equally. `None` without
+/// estimates.
 #[must_use]
 pub fn mean(estimates: &[Estimate]) -> Option<Estimate> {
     let groups = [estimates];
@@ -118,8 +118,8 @@ mod tests {
         assert_relative_eq!(apart.std(), 0.7, max_relative = 0.01);
     }
 
-    /// Log relative risks of 13 trials of a vaccine against tuberculosis, with their variances, and what metafor for R
-    /// makes of them with `method = "DL"` (Viechtbauer 2010).
+    /// Log relative risks of 13 trials of a vaccine against tuberculosis, with their variances, and the results of
+    /// metafor for R with `method = "DL"` (Viechtbauer 2010).
     #[test]
     fn the_mean_and_what_is_between_are_those_of_a_published_example() {
         let trials = [

@@ -1,13 +1,13 @@
-//! How members of groups scatter about their group's mean: by more than their errors, or by less.
+//! Scatter of members about their group's mean: larger or smaller than their errors explain.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::estimate::Estimate;
 use crate::mean::{WITHIN_95, Weighted, between_variance, student95};
 
-/// A group that scatters by more than this quantile of what the common scatter gives has its own.
+/// Quantile of the common scatter's distribution above which a group has a separate scatter.
 const OWN: f64 = 0.99;
-/// Largest part that is shared: closer to 1, rounding would be scatter.
+/// Largest shared fraction; closer to 1, rounding errors would count as scatter.
 const ALL: f64 = 1.0 - 1e-6;
 
 /// Scatter of the members of a group.
@@ -15,18 +15,18 @@ const ALL: f64 = 1.0 - 1e-6;
 pub(crate) struct Scatter {
     /// Variance between members beyond that of their errors.
     pub(crate) between: f64,
-    /// Part of the variance of their errors that they have in common; 0 if there is any variance between.
+    /// Fraction of the variance of their errors that they share; 0 if there is any variance between members.
     pub(crate) shared: f64,
-    /// Degrees of freedom that this is estimated from.
+    /// Degrees of freedom of the estimate.
     pub(crate) freedom: usize,
 }
 
 impl Scatter {
-    /// Returns the scatter that is the same in all groups.
+    /// Returns the scatter common to all groups.
     ///
-    /// It is the one at which the probabilities of the groups' scatter to be as small as it is are a half in the mean,
-    /// weighted by degrees of freedom. A group that scatters without measure moves it no more than by its weight, where
-    /// a moment would follow it.
+    /// At this scatter, the probabilities of a scatter no larger than each group's average one half, weighted by degrees
+    /// of freedom. A group with extreme scatter affects it by no more than its weight; a moment estimator would follow
+    /// it.
     pub(crate) fn common<G: AsRef<[Estimate]>>(groups: &[G]) -> Self {
         let several = |group: &&[Estimate]| group.len() > 1;
         let groups: Vec<&[Estimate]> = groups.iter().map(AsRef::as_ref).filter(several).collect();
@@ -56,7 +56,7 @@ impl Scatter {
         }
     }
 
-    /// Returns this scatter, or the group's own where it scatters by more than it can.
+    /// Returns this scatter, or the group's separate scatter if that is significantly larger.
     pub(crate) fn of(self, group: &[Estimate]) -> Self {
         let others = self.freedom > freedom(group);
         if group.len() > 1 && others && self.probability(group) > OWN {
@@ -69,7 +69,7 @@ impl Scatter {
         self
     }
 
-    /// Returns the probability that a group scatters by no more than it does.
+    /// Returns the probability of a scatter no larger than the group's.
     fn probability(&self, group: &[Estimate]) -> f64 {
         let apart = Weighted::new(&[group], self.between).apart / (1.0 - self.shared);
         let scatter = ChiSquared::new(freedom_of(group));
@@ -84,8 +84,8 @@ impl Scatter {
         Estimate::new(of.value, variance.sqrt())
     }
 
-    /// Returns how many standard errors of a mean hold 95 %: Student's where the variance between is estimated, the
-    /// normal distribution's where the members' own errors explain all of the scatter.
+    /// Returns the half-width of the 95 % interval of a mean in standard errors: Student's if the variance between
+    /// members is estimated, the normal distribution's if the members' errors explain all of the scatter.
     pub(crate) fn deviations(&self) -> f64 {
         match self.between > 0.0 {
             true => student95(self.freedom),
@@ -102,8 +102,7 @@ fn freedom_of(group: &[Estimate]) -> f64 {
     freedom(group) as f64
 }
 
-/// Returns the square of the distance between the members that are furthest apart, and no less than an error's
-/// variance.
+/// Returns the squared distance between the two most distant members, at least an error's variance.
 fn spread(group: &[Estimate]) -> f64 {
     let values = || group.iter().map(|of| of.value());
     let apart = values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min);
@@ -111,7 +110,7 @@ fn spread(group: &[Estimate]) -> f64 {
     variances.fold(apart * apart, f64::max)
 }
 
-/// Returns where `below` turns from true to false.
+/// Returns the point at which `below` turns from true to false.
 pub(crate) fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..100 {
         let middle = 0.5 * (low + high);
@@ -140,7 +139,7 @@ mod tests {
         let found = Scatter::common(&[of(&[0.0, 0.5], 0.1)]);
         assert_relative_eq!(found.between, 0.125 / 0.454_936 - 0.01, max_relative = 1e-5);
         assert_eq!((found.shared, found.freedom), (0.0, 1));
-        // As far apart as half of their errors: 0.05²/(2 · 0.1²) = 0.125.
+        // Half a standard error apart: 0.05²/(2 · 0.1²) = 0.125.
         let found = Scatter::common(&[of(&[0.0, 0.05], 0.1)]);
         assert_relative_eq!(found.shared, 1.0 - 0.125 / 0.454_936, max_relative = 1e-5);
         assert_eq!(found.between, 0.0);
@@ -156,7 +155,7 @@ mod tests {
         assert_eq!(common.of(&groups[0]), common);
         let own = common.of(&wild);
         assert!(own.between > 10.0 && own.freedom == 3, "{own:?}");
-        // Alone it is the measure.
+        // A single group determines the common scatter.
         let alone = Scatter::common(std::slice::from_ref(&wild));
         assert_eq!(alone.of(&wild), alone);
     }

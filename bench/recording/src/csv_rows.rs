@@ -7,9 +7,9 @@ use std::io::Write;
 pub struct ForceRow {
     /// Time on the audio clock, seconds from sample 0 of the recording.
     pub time_s: f64,
-    /// Normal force, N; NaN where it was lost.
+    /// Normal force, N; NaN if lost.
     pub normal_n: f64,
-    /// Lateral force, N; NaN where it was lost.
+    /// Lateral force, N; NaN if lost.
     pub lateral_n: f64,
 }
 
@@ -18,7 +18,7 @@ pub struct ForceRow {
 pub struct PositionRow {
     /// Time on the audio clock, seconds from sample 0 of the recording.
     pub time_s: f64,
-    /// Position along the plate, metres; NaN where it was lost.
+    /// Position along the plate, m; NaN if lost.
     pub position_m: f64,
 }
 
@@ -26,7 +26,7 @@ pub struct PositionRow {
 ///
 /// Times are written to 1 ns and values as the shortest decimal of the nearest `f32` (relative error under 1.2e-7).
 pub trait CsvRow: Sized + Copy {
-    /// Names of the columns; the first is the time.
+    /// Names of the columns; the first one is the time.
     const COLUMNS: &'static [&'static str];
 
     /// Returns the time, seconds from sample 0.
@@ -86,7 +86,7 @@ fn write_line(line: &mut Vec<u8>, time_s: f64, values: &[f64]) {
     let sign = if nanoseconds < 0 { "-" } else { "" };
     let nanoseconds = nanoseconds.unsigned_abs();
     let (seconds, fraction) = (nanoseconds / 1_000_000_000, nanoseconds % 1_000_000_000);
-    // Writing to a Vec cannot fail.
+    // Writing to a `Vec` cannot fail.
     let _ = write!(line, "{sign}{seconds}.{fraction:09}");
     for value in values {
         let _ = write!(line, ",{}", *value as f32);

@@ -1,4 +1,4 @@
-//! Files that report data as saved only when they are on the disk: no hidden buffer, no ignored error.
+//! Files that report data as saved only when they are on disk: no hidden buffer, no ignored error.
 
 use std::ffi::OsString;
 use std::fs;
@@ -8,18 +8,18 @@ use std::sync::Arc;
 
 use crate::storage::{FileSystem, Storage, StoredFile};
 
-/// Bytes gathered before the operating system is asked to write them.
+/// Bytes buffered before a write.
 const BATCH_BYTES: usize = 1 << 18;
 
 /// Failure of a file operation.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot {action} {}: {}", path.display(), cause(source))]
 pub struct DiskError {
-    /// The attempted operation, such as `write`.
+    /// Attempted operation, such as `write`.
     pub action: &'static str,
     /// The file or folder.
     pub path: PathBuf,
-    /// The operating system's reason.
+    /// Reason given by the operating system.
     pub source: io::Error,
 }
 
@@ -40,7 +40,7 @@ fn cause(error: &io::Error) -> String {
     format!("{remedy} ({error})")
 }
 
-/// Adds the action and the path to the error of an operation.
+/// Extension that adds action and path to the error of an operation.
 pub trait OnPath<T> {
     /// Adds `action` and `path` to the error.
     ///
@@ -59,7 +59,7 @@ impl<T> OnPath<T> for io::Result<T> {
     }
 }
 
-/// Records that a file consists of, so that it can be cut between two of them.
+/// Kind of the records in a file, which is cut only between records.
 #[derive(Debug, Clone, Copy)]
 pub enum Records {
     /// Records of a fixed number of bytes.
@@ -69,7 +69,7 @@ pub enum Records {
 }
 
 impl Records {
-    /// Returns the length of the whole records at the start of `bytes`, which begins with one.
+    /// Returns the length of the complete records in `bytes`, which starts at the beginning of a record.
     fn whole(self, bytes: &[u8]) -> usize {
         match self {
             Self::Bytes(size) => bytes.len() / size * size,
@@ -81,31 +81,31 @@ impl Records {
     }
 }
 
-/// New file that grows at its end by whole records.
+/// New file, extended by complete records.
 #[derive(Debug)]
 pub struct AppendFile {
     path: PathBuf,
     storage: Arc<dyn Storage>,
     file: Box<dyn StoredFile>,
     records: Records,
-    /// Whole records not yet handed to the operating system.
+    /// Complete records not yet written to the file.
     pending: Vec<u8>,
-    /// Length of the head and the whole records in the file.
+    /// Length of the head and the complete records in the file.
     whole: u64,
     failed: Option<Failed>,
 }
 
-/// Failure after which nothing is written until the file is salvaged.
+/// Failure that blocks further writes until the file is salvaged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Failed {
-    /// A write failed; `whole` is still the length of what the file holds.
+    /// A write failed; `whole` is still the length of the valid content.
     Write,
-    /// A sync failed; the system may have dropped what it could not write, and would not report it a second time.
+    /// A sync failed; the system may have dropped unwritten data, and would not report this a second time.
     Sync,
 }
 
 impl AppendFile {
-    /// Creates the file with `head` at its start; a file that exists is an error.
+    /// Creates the file with `head` at its start; fails if the file exists.
     pub fn create(
         storage: &Arc<dyn Storage>,
         path: PathBuf,
@@ -125,7 +125,7 @@ impl AppendFile {
         })
     }
 
-    /// Appends whole records through `write`.
+    /// Appends complete records through `write`.
     pub fn append(&mut self, write: impl FnOnce(&mut Vec<u8>)) -> Result<(), DiskError> {
         write(&mut self.pending);
         if self.pending.len() >= BATCH_BYTES {
@@ -134,7 +134,7 @@ impl AppendFile {
         Ok(())
     }
 
-    /// Hands all pending records to the operating system.
+    /// Writes all pending records to the file.
     fn write_pending(&mut self) -> Result<(), DiskError> {
         if self.failed.is_some() {
             return Err(io::Error::other("an earlier write failed")).on("write", &self.path);
@@ -159,12 +159,12 @@ impl AppendFile {
         result.on("write", &self.path)
     }
 
-    /// Returns the number of bytes appended, on disk or not.
+    /// Returns the number of bytes appended, whether on disk or not.
     pub fn bytes(&self) -> u64 {
         self.whole + self.pending.len() as u64
     }
 
-    /// Writes what is pending, then overwrites the head.
+    /// Writes the pending records, then overwrites the head.
     pub fn set_head(&mut self, head: &[u8]) -> Result<(), DiskError> {
         self.write_pending()?;
         self.overwrite_head(head)
@@ -177,13 +177,13 @@ impl AppendFile {
             .and_then(|_| self.file.write_all(head))
             .and_then(|()| self.file.seek(SeekFrom::Start(self.whole)));
         if written.is_err() {
-            // The next write would go anywhere.
+            // The next write would go to an arbitrary position.
             self.failed = Some(Failed::Write);
         }
         written.map(drop).on("write", &self.path)
     }
 
-    /// Returns once all that was appended is on the disk under its name.
+    /// Returns once all appended data are on disk under the file's name.
     pub fn sync(&mut self) -> Result<(), DiskError> {
         self.write_pending()?;
         let synced = self.file.sync_data();
@@ -191,15 +191,15 @@ impl AppendFile {
             self.failed = Some(Failed::Sync);
         }
         synced.on("sync", &self.path)?;
-        // An unlinked file syncs without complaint.
+        // Syncing an unlinked file succeeds.
         self.storage.find(&self.path).on("find", &self.path)
     }
 
-    /// Saves what can be saved after a failure, here or in another file of the recording: writes what is pending, cuts
-    /// the file to whole records and replaces the head by what `head` makes of their length in bytes. Returns the bytes
-    /// kept.
+    /// Saves as much as possible after a failure, in this file or another one of the recording: writes the pending
+    /// records, cuts the file to complete records and replaces the head with the result of `head` for their length in
+    /// bytes. Returns the number of bytes kept.
     pub fn salvage(&mut self, head: impl FnOnce(u64) -> Vec<u8>) -> Result<u64, DiskError> {
-        // What could be written is counted in `whole`.
+        // `whole` includes all successful writes.
         let _ = self.write_pending();
         if self.failed == Some(Failed::Sync) {
             return Err(io::Error::other("an earlier sync failed")).on("sync", &self.path);
@@ -212,13 +212,13 @@ impl AppendFile {
     }
 }
 
-/// Replaces the file at `path` by `contents`; at every moment either the old or the new content is complete. A file
-/// that exists keeps its permissions.
+/// Replaces the content of the file at `path` with `contents`; at every moment either the old or the new content is
+/// complete. An existing file keeps its permissions.
 pub fn replace_file(path: &Path, contents: &[u8]) -> Result<(), DiskError> {
     replace_file_on(&FileSystem, path, contents)
 }
 
-/// As [`replace_file`], on any storage.
+/// Does the same as [`replace_file`], on any storage.
 pub fn replace_file_on(
     storage: &dyn Storage,
     path: &Path,
@@ -240,14 +240,14 @@ pub fn replace_file_on(
         })
         .and_then(|()| storage.rename(&temporary, path).on("replace", path));
     if written.is_err() {
-        // The old file is still whole; what is left of the new one must not stop the next attempt.
+        // The old file is still complete; a leftover of the new one must not block the next attempt.
         let _ = storage.remove(&temporary);
     }
     written?;
     sync_parent(storage, path)
 }
 
-/// Returns whether there is something at `path`; not being able to look is an error.
+/// Returns whether `path` exists; fails if this cannot be determined.
 pub fn exists(storage: &dyn Storage, path: &Path) -> Result<bool, DiskError> {
     match storage.find(path) {
         Ok(()) => Ok(true),
@@ -263,7 +263,7 @@ pub fn read_on(storage: &dyn Storage, path: &Path, limit_bytes: u64) -> Result<V
         .on("read", path)
 }
 
-/// Makes an empty file and returns once its name is on the disk; a file that exists is an error.
+/// Creates an empty file and returns once its name is on disk; fails if the file exists.
 pub fn create_empty(storage: &dyn Storage, path: &Path) -> Result<(), DiskError> {
     storage.create_new(path).on("create", path)?;
     sync_parent(storage, path)
@@ -276,14 +276,14 @@ pub fn sync_parent(storage: &dyn Storage, path: &Path) -> Result<(), DiskError> 
     })
 }
 
-/// Makes the names in a folder durable. Does nothing on systems other than Unix, where a folder cannot be opened to be
-/// synced.
+/// Makes the names in a folder durable. Does nothing on systems other than Unix, where a folder cannot be opened for
+/// syncing.
 pub fn sync_folder(path: &Path) -> Result<(), DiskError> {
     FileSystem.sync_folder(path).on("sync", path)
 }
 
-/// Returns the sorted names in a folder; none if the folder does not exist. Names that are not Unicode get replacement
-/// characters.
+/// Returns the sorted names in a folder; an empty list if the folder does not exist. Names that are not Unicode get
+/// replacement characters.
 pub fn entries(folder: &Path) -> Result<Vec<String>, DiskError> {
     let listing = match fs::read_dir(folder) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
@@ -336,7 +336,7 @@ mod tests {
         let error = full.sync().unwrap_err();
         assert!(error.to_string().contains("the disk is full"), "{error}");
         assert_eq!(error.action, "write");
-        // Nothing is pending any more, yet this must not pass for saved.
+        // No records are pending any longer, but the data are not saved.
         assert!(full.sync().is_err());
     }
 
@@ -344,12 +344,12 @@ mod tests {
     #[test]
     #[cfg(target_os = "linux")]
     fn what_could_not_be_synced_is_never_called_saved() {
-        // It takes every byte and cannot be synced.
+        // `/dev/null` accepts every byte but cannot be synced.
         let mut rows = lines_to("/dev/null");
         rows.append(|bytes| bytes.extend(b"1\n")).unwrap();
         assert_eq!(rows.sync().unwrap_err().action, "sync");
         assert_eq!(rows.failed, Some(Failed::Sync));
-        // A second sync could succeed after the system dropped what it could not write.
+        // A second sync could succeed after the system dropped unwritten data.
         let folder = tempfile::tempdir().unwrap();
         rows.file = Box::new(File::create_new(folder.path().join("a")).unwrap());
         assert!(rows.sync().is_err());
@@ -386,7 +386,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.toml");
         replace_file(&path, b"old").unwrap();
-        // Something is in the way of the temporary file.
+        // A folder blocks the temporary file.
         fs::create_dir(folder.path().join("a.toml.tmp")).unwrap();
         assert!(replace_file(&path, b"new").is_err());
         assert_eq!(fs::read(&path).unwrap(), b"old");

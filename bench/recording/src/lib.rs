@@ -1,8 +1,8 @@
 //! Recording and study folders: written live so that a killed process leaves a readable recording, and read back as a
 //! stream.
 //!
-//! A folder holds [`MANIFEST_FILE`], [`SIGNALS_FILE`], [`FORCE_FILE`] and [`POSITION_FILE`]. Sample 0 of the audio is
-//! time 0; lost samples are NaN, never dropped.
+//! A recording folder contains [`MANIFEST_FILE`], [`SIGNALS_FILE`], [`FORCE_FILE`] and [`POSITION_FILE`]. Sample 0 of the
+//! audio is time 0; lost samples are NaN, never dropped.
 
 mod csv_rows;
 pub mod disk;
@@ -26,13 +26,13 @@ pub use reader::RecordingReader;
 pub use wav::AudioFormat;
 pub use writer::RecordingWriter;
 
-/// File that describes the recording: its manifest.
+/// Manifest, which describes the recording.
 pub const MANIFEST_FILE: &str = "recording.toml";
-/// File of all audio channels as sampled.
+/// Samples of all audio channels.
 pub const SIGNALS_FILE: &str = "signals.wav";
-/// File of normal and lateral force.
+/// Normal and lateral force.
 pub const FORCE_FILE: &str = "force.csv";
-/// File of positions along the plate.
+/// Positions along the plate.
 pub const POSITION_FILE: &str = "position.csv";
 
 /// Compiles and runs the example in the README.

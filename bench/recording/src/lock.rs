@@ -9,11 +9,10 @@ use crate::disk::OnPath;
 
 /// Outcome of trying to take a lock.
 ///
-/// On platforms without file locks, such as WebAssembly, every attempt fails with an error that says so.
+/// On platforms without file locks, such as WebAssembly, every attempt fails with an error that names the reason.
 #[derive(Debug)]
 pub enum Lock {
-    /// The lock is held for as long as the file lives; the operating system releases it when the process ends, however
-    /// it ends.
+    /// The lock is held until the file is dropped; the operating system releases it when the process ends for any reason.
     Taken(File),
     /// Another process holds the lock.
     Held {
@@ -23,10 +22,10 @@ pub enum Lock {
 }
 
 impl Lock {
-    /// Tries to take the lock on the file at `path`, which is made if it does not exist. A symbolic link is refused.
+    /// Tries to take the lock on the file at `path`, which is created if missing. A symbolic link is refused.
     ///
     /// # Errors
-    /// The file cannot be made, locked or written.
+    /// The file cannot be created, locked or written.
     pub fn try_take(path: &Path) -> Result<Self, DiskError> {
         let mut file = files::open_in_place(path).on("open", path)?;
         match file.try_lock() {
@@ -47,7 +46,7 @@ impl Lock {
     }
 }
 
-/// Returns the holder of a lock as the end of a sentence, such as ` (process 17)`; empty if it is not known.
+/// Returns the holder of a lock as the end of a sentence, such as ` (process 17)`; empty if unknown.
 pub fn holder(by: Option<u32>) -> String {
     by.map(|pid| format!(" (process {pid})"))
         .unwrap_or_default()

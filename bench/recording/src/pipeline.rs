@@ -1,4 +1,4 @@
-//! Turns samples into impedance frames and totals, for a sound card and for a file alike.
+//! Conversion of samples, from a sound card or a file, into impedance frames and totals.
 
 use std::f64::consts::PI;
 
@@ -10,10 +10,10 @@ use impedance::{
 use crate::manifest::Manifest;
 use crate::{AudioFormat, ForceRow, PositionRow};
 
-/// Data acquired since the last batch, on the audio clock: seconds of frames read since the stream was opened.
+/// Data acquired since the last batch, on the audio clock: time of the frames read since the stream was opened, s.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Batch {
-    /// End of what was acquired, s.
+    /// End of the acquired data, s.
     pub audio_s: f64,
     /// Impedance frames, 2 kHz; they lag `audio_s` by the demodulator's delay.
     pub frames: Vec<ZmFrame>,
@@ -21,13 +21,13 @@ pub struct Batch {
     pub force: Vec<ForceRow>,
     /// Position readings.
     pub position: Vec<PositionRow>,
-    /// Times of forces at the end of the sensor's range, s.
+    /// Times at which the force was at the end of the sensor's range, s.
     pub saturated_s: Vec<f64>,
-    /// Stretches in which the output lost frames, so that the drive is not what was commanded.
+    /// Stretches in which the output lost frames and the drive was not as commanded.
     pub drive_gaps: Vec<DriveGap>,
     /// Warnings for the operator.
     pub warnings: Vec<String>,
-    /// Batches before this one that had no room, because nobody took any for seconds.
+    /// Earlier batches dropped because the queue was full: the receiver took no batch for seconds.
     pub dropped: u64,
     /// Totals since the start.
     pub account: Account,
@@ -38,43 +38,43 @@ pub struct Batch {
 pub struct DriveGap {
     /// Number of the first output xrun of the gap; a later report of the same number replaces the earlier one.
     pub xrun: u64,
-    /// First moment at which the drive may be wrong, s.
+    /// Start of the time in which the drive may be wrong, s.
     pub from_s: f64,
-    /// Last moment, s; `from_s` if the drive went on without a gap.
+    /// End of that time, s; `from_s` if the drive continued without a gap.
     pub to_s: f64,
 }
 
 /// Totals of the frames since the stream was opened.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Account {
-    /// Frames on the audio clock, the lost ones included.
+    /// Frames on the audio clock, including lost ones.
     pub frames: u64,
-    /// Frames lost, written as NaN.
+    /// Lost frames, written as NaN.
     pub lost_frames: u64,
-    /// Envelope frames touched by clipping.
+    /// Envelope frames affected by clipping.
     pub clipped_frames: u64,
     /// Overruns of the input.
     pub input_xruns: u64,
     /// Underruns of the output.
     pub output_xruns: u64,
-    /// What the overruns of the input cost, as far as that is known.
+    /// Input overruns with and without lost frames, as far as known.
     pub input_cost: XrunCost,
-    /// What the underruns of the output cost, as far as that is known.
+    /// Output underruns with and without lost frames, as far as known.
     pub output_cost: XrunCost,
 }
 
-/// Xruns of one direction by what the samples show of them.
+/// Xruns of one direction, classified by the samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct XrunCost {
-    /// Number of xruns that, as the carrier's phase proves, cost no frame: an audio server reports one whenever its graph
-    /// changes.
+    /// Number of xruns that lost no frame, as the carrier's phase proves: an audio server reports an xrun whenever its
+    /// graph changes.
     pub none: u64,
-    /// Number of xruns that cost frames, or may have.
+    /// Number of xruns that lost frames, or may have.
     pub some: u64,
 }
 
 impl XrunCost {
-    /// Enters all that was reported so far, `reported`, and is not yet known, as having cost nothing or something.
+    /// Classifies all of the `reported` xruns that are still open as harmless or costly.
     pub fn settle(&mut self, reported: u64, lossless: bool) {
         let open = self.open(reported);
         *if lossless {
@@ -84,7 +84,7 @@ impl XrunCost {
         } += open;
     }
 
-    /// Returns how many of the `reported` xruns are not yet known to have cost something or nothing.
+    /// Returns the number of `reported` xruns that are not yet classified.
     #[must_use]
     pub fn open(&self, reported: u64) -> u64 {
         reported.saturating_sub(self.none + self.some)
@@ -92,8 +92,8 @@ impl XrunCost {
 }
 
 impl Account {
-    /// Returns the numbers of input and output xruns since `before` that cost frames, or may have: those still open
-    /// count.
+    /// Returns the numbers of input and output xruns since `before` that lost frames, or may have; unclassified ones are
+    /// included.
     #[must_use]
     pub fn costly_xruns_since(&self, before: &Self) -> (u64, u64) {
         (
@@ -119,43 +119,43 @@ impl Account {
     }
 }
 
-/// Magnitude from which on a sample counts as clipped where the recording does not state it; just under full scale.
+/// Magnitude from which a sample counts as clipped if the recording does not state it; just under full scale.
 const FULL_SCALE: f64 = 0.999;
 
-/// Why the audio of a recording cannot be demodulated.
+/// Error of demodulating the audio of a recording.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordedError {
-    /// The sample rate has no frame rate near 2 kHz that divides it.
+    /// The sampling rate has no divisor that gives a frame rate near 2 kHz.
     #[error(
         "signals.wav: a sample rate of {sample_rate_hz} Hz has no whole divisor from 1500 to 2500 Hz, the rate of the impedance \
          frames"
     )]
     FrameRate {
-        /// Rate of the audio, Hz.
+        /// Sampling rate of the audio, Hz.
         sample_rate_hz: u32,
     },
-    /// No filter can be designed for the carrier and the sample rate.
+    /// No filter can be designed for the carrier and the sampling rate.
     #[error(transparent)]
     Filter(#[from] FilterError),
     /// The channels cannot be demodulated.
     #[error(transparent)]
     Demodulator(#[from] DemodulatorError),
-    /// A constant of plate or channels is out of its range.
+    /// A constant of plate or channels is out of range.
     #[error(transparent)]
     Constant(#[from] ConstantError),
 }
 
-/// Deviation of the pickup from what a recording states.
+/// Deviation of the pickup from its description in the recording.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PickupOffset {
-    /// Phase to be added to the stated one, rad.
+    /// Phase to add to the stated one, rad.
     pub turn_rad: f64,
     /// Delay of its envelope, s.
     pub delay_s: f64,
 }
 
-/// Properties of a recording that it does not state and that were found in its signals.
+/// Properties of a recording that are not stated but were found in its signals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FoundProperties {
     /// Magnitudes at which drive and pickup are clipped.
@@ -179,16 +179,16 @@ pub struct Pipeline {
     zm: Zm,
     channels: usize,
     rate_hz: f64,
-    /// Frame of the stream at which the demodulator began.
+    /// First frame of the stream for this demodulator.
     begin: u64,
     account: Account,
 }
 
-/// Lost frames are demodulated in pieces of this many, so that a long gap needs little memory.
+/// Number of lost frames demodulated at a time, so that a long gap needs little memory.
 const LOST_PIECE: u64 = 1024;
 
 impl Pipeline {
-    /// Makes a pipeline for a stream of `channels` interleaved channels.
+    /// Creates a pipeline for a stream of `channels` interleaved channels.
     pub fn new(demodulator: Demodulator<2>, zm: Zm, channels: usize) -> Self {
         let rate_hz = f64::from(demodulator.filter().settings().sample_rate_hz);
         Self {
@@ -201,23 +201,23 @@ impl Pipeline {
         }
     }
 
-    /// Goes on with another demodulator, as for another carrier. Frames whose window holds samples from before are left
-    /// out.
+    /// Continues with another demodulator, for example for another carrier. Frames with earlier samples in their window
+    /// are omitted.
     pub fn retune(&mut self, demodulator: Demodulator<2>, zm: Zm) {
         self.demodulator = demodulator;
         self.zm = zm;
         self.begin = self.account.frames;
     }
 
-    /// Makes a pipeline for the audio of a recording, with the constants that it states.
+    /// Creates a pipeline for the audio of a recording, with the stated constants.
     ///
     /// # Errors
-    /// Sample rate, carrier and constants do not fit together.
+    /// Sampling rate, carrier and constants are not compatible.
     pub fn of_recording(manifest: &Manifest, format: AudioFormat) -> Result<Self, RecordedError> {
         Self::of_recording_with(manifest, format, &FoundProperties::default())
     }
 
-    /// Makes a pipeline as [`Pipeline::of_recording`] does, with properties that the recording does not state.
+    /// Creates a pipeline as [`Pipeline::of_recording`] does, with properties that the recording does not state.
     ///
     /// # Errors
     /// As [`Pipeline::of_recording`].
@@ -232,8 +232,8 @@ impl Pipeline {
             output_rate_hz: frame_rate_hz(format.sample_rate_hz)?,
         })?;
         let zm = recorded_zm(manifest, found, &filter)?;
-        // Older recordings of this bench do not say where it clipped, but are in parts of full scale; of others the
-        // range is unknown.
+        // Older recordings of this bench do not state the clipping level, but their unit is full scale; for other
+        // recordings the range is unknown.
         let unsaid = if manifest.hardware.is_some() {
             FULL_SCALE
         } else {
@@ -255,12 +255,12 @@ impl Pipeline {
         Ok(Self::new(demodulator, zm, channels))
     }
 
-    /// Returns the end of what was taken, on the audio clock, s.
+    /// Returns the end of the processed samples on the audio clock, s.
     pub fn audio_s(&self) -> f64 {
         self.account.frames as f64 / self.rate_hz
     }
 
-    /// Returns the sample rate, Hz.
+    /// Returns the sampling rate, Hz.
     pub fn rate_hz(&self) -> f64 {
         self.rate_hz
     }
@@ -275,25 +275,25 @@ impl Pipeline {
         self.account
     }
 
-    /// Sets the totals of xruns to the stream's own counts.
+    /// Sets the totals of xruns to the counts of the stream.
     pub fn count_xruns(&mut self, input: u64, output: u64) {
         self.account.input_xruns = input;
         self.account.output_xruns = output;
     }
 
-    /// Settles the input xruns reported so far: whether they cost no frame.
+    /// Classifies the input xruns reported so far: `lossless` if they lost no frame.
     pub fn settle_input_xruns(&mut self, lossless: bool) {
         self.account
             .input_cost
             .settle(self.account.input_xruns, lossless);
     }
 
-    /// Settles the output xruns up to `number`: whether they cost no frame.
+    /// Classifies the output xruns up to `number`: `lossless` if they lost no frame.
     pub fn settle_output_xruns(&mut self, number: u64, lossless: bool) {
         self.account.output_cost.settle(number, lossless);
     }
 
-    /// Takes interleaved samples and appends the frames that they complete.
+    /// Processes interleaved samples and appends the completed frames.
     ///
     /// # Errors
     /// The samples are not whole frames.
@@ -314,10 +314,10 @@ impl Pipeline {
         })
     }
 
-    /// Takes `lost` frames that were lost, as NaN.
+    /// Processes `lost` lost frames as NaN.
     ///
     /// # Errors
-    /// None occur: NaN frames are always whole.
+    /// Never fails: NaN frames are always complete.
     pub fn take_lost(
         &mut self,
         lost: u64,
@@ -331,7 +331,7 @@ impl Pipeline {
             self.take(&missing[..piece as usize * self.channels], frames)?;
             left -= piece;
         }
-        // Lost samples do not count as samples that are not a number.
+        // Lost samples do not count as invalid samples.
         self.take_flaws();
         Ok(())
     }
@@ -351,7 +351,7 @@ impl Pipeline {
         flaws
     }
 
-    /// Takes samples read back from a file, in which lost frames are NaN.
+    /// Processes samples read back from a file, in which lost frames are NaN.
     ///
     /// # Errors
     /// As [`Pipeline::take`].
@@ -368,13 +368,13 @@ impl Pipeline {
     }
 }
 
-/// Returns the rate of the impedance frames of a recording.
+/// Returns the rate of the impedance frames of a recording, Hz.
 fn frame_rate_hz(sample_rate_hz: u32) -> Result<u32, RecordedError> {
     output_rate_hz(sample_rate_hz).ok_or(RecordedError::FrameRate { sample_rate_hz })
 }
 
-/// Returns the reader of Z_m for a recording, which may state a channel or the force factor with the opposite sign: the
-/// sign becomes a phase of half a turn.
+/// Returns the Z_m converter for a recording. The recording may state a channel or the force factor with the opposite
+/// sign, which becomes a phase of half a turn.
 fn recorded_zm(
     manifest: &Manifest,
     found: &FoundProperties,
@@ -465,7 +465,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         let report = |account: &mut Account, input, output| {
             (account.input_xruns, account.output_xruns) = (input, output);
         };
-        // Reported and not yet judged: it counts.
+        // An unclassified xrun counts.
         report(&mut account, 1, 1);
         assert_eq!(costly(&account, &Account::default()), (1, 1));
         let open = account;
@@ -476,11 +476,11 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
             account.drop_outs(),
             "0 frames lost, 1 input and 1 output xruns; 2 of them cost no frame"
         );
-        // A trial that began while one was open: what that cost nothing for hides none of its own.
+        // For a trial that began while an xrun was open: a harmless earlier xrun must not hide one of this trial.
         report(&mut account, 2, 1);
         account.input_cost.settle(2, false);
         assert_eq!(costly(&account, &open), (1, 0));
-        // And what it cost is charged to the trial in which that is known.
+        // A costly xrun counts in the trial in which it is classified.
         let mut late = open;
         late.output_cost.settle(1, false);
         assert_eq!(costly(&late, &open), (1, 1));
@@ -512,7 +512,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         assert!(live.iter().filter(|frame| frame.mask.is_clear()).count() > 1000);
     }
 
-    /// Frames keep their place on the stream's clock, and are those of a stream that begins where the carrier changed.
+    /// Frames keep their time on the stream's clock, and equal those of a stream that begins at the change of carrier.
     #[test]
     fn another_carrier_goes_on_on_the_same_clock() {
         let tuned = |carrier_hz: &str| {

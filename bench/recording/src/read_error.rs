@@ -1,4 +1,4 @@
-//! Why a recording cannot be read, its defects where it can, and the limits of its rows.
+//! Errors and defects of reading a recording, and limits of its rows.
 
 use std::io;
 use std::path::PathBuf;
@@ -7,16 +7,16 @@ use crate::manifest::ManifestReadError;
 use crate::wav::{WavError, WavWarning};
 use crate::{MANIFEST_FILE, SIGNALS_FILE};
 
-/// Most rows in a second of a recording: no sensor of force or position is that fast.
+/// Maximum number of rows per second of a recording; no force or position sensor is that fast.
 pub const MAX_ROWS_PER_S: u64 = 100_000;
-/// Most bytes of a row in the mean over a file.
+/// Maximum mean number of bytes per row of a file.
 pub const MEAN_ROW_BYTES: u64 = 256;
-/// Most bytes of a single row; a longer one is unreadable.
+/// Maximum number of bytes of a single row; longer rows are unreadable.
 pub const MAX_ROW_BYTES: usize = 4096;
-/// Time outside the recording beyond which a row is left out, s: sensors go on for a moment when the audio has ended.
+/// Time outside the recording beyond which a row is omitted, s: sensors continue for a moment after the audio.
 pub const OUTSIDE_S: f64 = 2.0;
 
-/// Why a recording cannot be read.
+/// Error of reading a recording.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -25,10 +25,10 @@ pub enum ReadError {
     Io {
         /// The file.
         path: PathBuf,
-        /// The reason; not a `source`, because the message contains it.
+        /// Reason; not a `source`, because the message contains it.
         reason: io::Error,
     },
-    /// A file of rows has more of them than any sensor gives in the time of the recording.
+    /// A file has more rows than any sensor gives in the time of the recording.
     #[error(
         "{}: more than {limit_rows} rows in a recording of {duration_s:.3} s; at most {MAX_ROWS_PER_S} a second are read",
         path.display()
@@ -36,12 +36,12 @@ pub enum ReadError {
     TooManyRows {
         /// The file.
         path: PathBuf,
-        /// The most rows that are read.
+        /// Maximum number of rows.
         limit_rows: u64,
         /// Length of the audio, s.
         duration_s: f64,
     },
-    /// A file of rows is longer than its rows can be.
+    /// A file is longer than its rows can be.
     #[error(
         "{}: more than {limit_bytes} bytes in a recording of {duration_s:.3} s; \
          at most {MAX_ROWS_PER_S} rows a second of {MEAN_ROW_BYTES} bytes in the mean are read",
@@ -50,12 +50,12 @@ pub enum ReadError {
     RowsTooLong {
         /// The file.
         path: PathBuf,
-        /// The most bytes that are read.
+        /// Limit, bytes.
         limit_bytes: u64,
         /// Length of the audio, s.
         duration_s: f64,
     },
-    /// `recording.toml` is not one, or does not fit the audio.
+    /// `recording.toml` is invalid or does not match the audio.
     #[error(transparent)]
     Manifest(#[from] ManifestReadError),
     /// `signals.wav` cannot be read.
@@ -63,7 +63,7 @@ pub enum ReadError {
     Wav {
         /// The file.
         path: PathBuf,
-        /// The reason.
+        /// Reason.
         reason: WavError,
     },
     /// A CSV file lacks a column.
@@ -76,16 +76,16 @@ pub enum ReadError {
         path: PathBuf,
         /// The column.
         column: &'static str,
-        /// The header found.
+        /// Header of the file.
         header: String,
     },
 }
 
-/// Defect of a recording that can be read nevertheless.
+/// Defect of a recording that can still be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Warning {
-    /// A defect of the audio file.
+    /// The audio file has a defect.
     #[error("{SIGNALS_FILE}: {0}")]
     Signals(#[from] WavWarning),
     /// An interval ends after the last sample.
@@ -103,8 +103,8 @@ pub enum Warning {
     /// The trial did not end.
     #[error("{MANIFEST_FILE}: the trial has no `end`: its recording was cut off")]
     CutOff,
-    /// Rows are left out because a field is missing or no number, because they have more fields than the header (as
-    /// where the decimal sign is a comma), or because the last line has no end and may be torn.
+    /// Rows are omitted because a field is missing or not a number, because they have more fields than the header (as
+    /// with a decimal comma), or because the last line has no end and may be torn.
     #[error(
         "{file}: {rows} rows cannot be read and are left out, the first in line {first_line}: `{first}`"
     )]
@@ -113,12 +113,12 @@ pub enum Warning {
         file: &'static str,
         /// Number of rows.
         rows: u64,
-        /// Line of the first of them.
+        /// Line of the first one.
         first_line: u64,
         /// Beginning of that line.
         first: String,
     },
-    /// Rows are left out because their time does not increase.
+    /// Rows are omitted because their time does not increase.
     #[error(
         "{file}: {rows} rows are left out because their time does not increase, the first in line {first_line}"
     )]
@@ -127,10 +127,10 @@ pub enum Warning {
         file: &'static str,
         /// Number of rows.
         rows: u64,
-        /// Line of the first of them.
+        /// Line of the first one.
         first_line: u64,
     },
-    /// Rows are left out because their time leaps ahead of the rows that follow.
+    /// Rows are omitted because their time is ahead of the following rows.
     #[error(
         "{file}: {rows} rows are left out because their time leaps ahead of the rows that follow, the first in line {first_line}"
     )]
@@ -139,10 +139,10 @@ pub enum Warning {
         file: &'static str,
         /// Number of rows.
         rows: u64,
-        /// Line of the first of them.
+        /// Line of the first one.
         first_line: u64,
     },
-    /// Rows are left out because their time is outside the recording's.
+    /// Rows are omitted because their time is outside the recording.
     #[error(
         "{file}: {rows} rows are left out because their time is more than {OUTSIDE_S} s outside the recording, 0 to {duration_s:.3} s, the first in line {first_line}"
     )]
@@ -151,16 +151,16 @@ pub enum Warning {
         file: &'static str,
         /// Number of rows.
         rows: u64,
-        /// Line of the first of them.
+        /// Line of the first one.
         first_line: u64,
-        /// Least of their times, s.
+        /// Earliest of their times, s.
         from_s: f64,
-        /// Greatest of their times, s.
+        /// Latest of their times, s.
         to_s: f64,
         /// Length of the audio, s.
         duration_s: f64,
     },
-    /// Rows have a value that is not finite; they are read.
+    /// Rows contain a value that is not finite; they are read.
     #[error(
         "{file}: {rows} rows have a value that is NaN or infinite, the first in line {first_line}"
     )]
@@ -169,10 +169,10 @@ pub enum Warning {
         file: &'static str,
         /// Number of rows.
         rows: u64,
-        /// Line of the first of them.
+        /// Line of the first one.
         first_line: u64,
     },
-    /// No row could be read.
+    /// No row can be read.
     #[error(
         "{file}: no row can be read; columns are separated by commas, and the decimal sign is a point"
     )]

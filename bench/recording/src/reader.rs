@@ -1,4 +1,4 @@
-//! Reads recording folders as streams, also damaged ones: reads what is there and reports what is missing.
+//! Reads recording folders as streams, including damaged ones: reads existing data and reports missing data.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -11,14 +11,13 @@ pub use crate::rows::RowReader;
 use crate::wav::{AudioFormat, WavError, WavReader};
 use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 
-/// Bytes of audio read from the operating system at a time.
+/// Bytes of audio per read.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// Largest `recording.toml` that is read, bytes: as many events and intervals as are allowed, of twice the usual
-/// length.
+/// Maximum size of `recording.toml`, bytes: the maximum numbers of events and intervals, with twice the usual length.
 const MANIFEST_LIMIT_BYTES: u64 = 2 << 20;
 
-/// Recording folder opened for reading; its audio is read in blocks. [`RecordingWriter`](crate::RecordingWriter) has an
+/// Recording folder opened for reading; the audio is read in blocks. [`RecordingWriter`](crate::RecordingWriter) has an
 /// example.
 #[derive(Debug)]
 pub struct RecordingReader {
@@ -32,7 +31,7 @@ impl RecordingReader {
     /// Opens `recording.toml` and `signals.wav`.
     ///
     /// # Errors
-    /// [`ReadError`] names the file and what is wrong with it; no content makes this panic.
+    /// [`ReadError`] names the file and the fault; no content causes a panic.
     pub fn open(folder: &Path) -> Result<Self, ReadError> {
         let (manifest, manifest_text, manifest_file) = parse_manifest(folder)?;
         let path = folder.join(SIGNALS_FILE);
@@ -92,13 +91,13 @@ impl RecordingReader {
         &self.manifest
     }
 
-    /// Returns sample rate and channels.
+    /// Returns the sampling rate and the number of channels.
     #[must_use]
     pub fn format(&self) -> AudioFormat {
         self.wav.format()
     }
 
-    /// Returns the number of frames of audio.
+    /// Returns the number of audio frames.
     #[must_use]
     pub fn frames(&self) -> u64 {
         self.wav.frames()
@@ -116,8 +115,8 @@ impl RecordingReader {
         &self.warnings
     }
 
-    /// Replaces `block` by the next frames, interleaved, at most `max_frames` of them; returns their number, 0 at the
-    /// end. NaN stays NaN.
+    /// Replaces the content of `block` with the next frames, interleaved, at most `max_frames`; returns their number, 0
+    /// at the end. NaN stays NaN.
     ///
     /// # Errors
     /// The operating system refused.
@@ -154,7 +153,7 @@ impl RecordingReader {
 /// Reads and checks the `recording.toml` of a folder.
 ///
 /// # Errors
-/// The file is missing or breaks a rule.
+/// The file is missing or violates a rule.
 pub fn read_manifest(folder: &Path) -> Result<Manifest, ReadError> {
     parse_manifest(folder).map(|(manifest, _, _)| manifest)
 }

@@ -12,18 +12,18 @@ use crate::read_error::{
     MAX_ROW_BYTES, MAX_ROWS_PER_S, MEAN_ROW_BYTES, OUTSIDE_S, ReadError, Warning,
 };
 
-/// Bytes read from the operating system at a time.
+/// Bytes per read.
 const BUFFER_BYTES: usize = 1 << 16;
-/// Step in time from one row to the next beyond which the rows that follow must confirm it, s.
+/// Step in time between rows that later rows must confirm, s.
 const LEAP_S: f64 = 0.1;
-/// Number of rows that confirm a leap in time.
+/// Number of rows that confirm a jump in time.
 const CONFIRMING_ROWS: usize = 64;
 
-/// Rows of a CSV file, in file order, with rising times.
+/// Rows of a CSV file in file order, with increasing times.
 ///
-/// Rows that cannot be read, whose time does not increase, leaps ahead of the rows that follow or is outside the
-/// recording are left out and counted; [`warnings`](Self::warnings) after the last row returns them. Memory does not
-/// grow with the file.
+/// Unreadable rows and rows with a time that does not increase, jumps ahead of the following rows or lies outside the
+/// recording are omitted and counted; after the last row, [`warnings`](Self::warnings) reports them. Memory use does not
+/// depend on the length of the file.
 #[derive(Debug)]
 pub struct RowReader<R> {
     file: &'static str,
@@ -35,11 +35,11 @@ pub struct RowReader<R> {
     /// Length of the audio, s.
     duration_s: f64,
     limit_rows: u64,
-    /// Line that was read last, from 1.
+    /// Number of the last line read, from 1.
     line: u64,
     ended: bool,
     last_time_s: f64,
-    /// Rows after a leap in time, until as many follow as confirm it.
+    /// Rows after a jump in time, until enough rows confirm it.
     held: VecDeque<Parsed<R>>,
     confirmed: bool,
     rows: u64,
@@ -198,7 +198,7 @@ impl<R: CsvRow> RowReader<R> {
         warnings
     }
 
-    /// Reads the next line that is a row; `None` at the end of the file.
+    /// Reads the next line with a valid row; `None` at the end of the file.
     fn read_row(&mut self) -> Result<Option<Parsed<R>>, ReadError> {
         loop {
             if self.line > self.limit_rows {
@@ -248,7 +248,7 @@ impl<R: CsvRow> RowReader<R> {
         }
     }
 
-    /// Takes a row in, or counts why it is left out.
+    /// Accepts a row, or counts the reason to omit it.
     fn take(&mut self, next: Parsed<R>) {
         let time_s = next.row.time_s();
         if !(-OUTSIDE_S..=self.duration_s + OUTSIDE_S).contains(&time_s) {
@@ -264,7 +264,7 @@ impl<R: CsvRow> RowReader<R> {
         let ends = self.held.front().zip(self.held.back());
         match ends.map(|(first, last)| (first.row.time_s(), last.row.time_s())) {
             Some((first_s, _)) if time_s < first_s => {
-                // Back to before the leap: what leapt was wrong, not what follows.
+                // The time returns to before the jump: the held rows are wrong, not the following ones.
                 for leapt in self.held.drain(..) {
                     self.leapt.count(leapt.line);
                 }
@@ -280,7 +280,7 @@ impl<R: CsvRow> RowReader<R> {
         self.confirmed = !leaps || self.held.len() > CONFIRMING_ROWS;
     }
 
-    /// Returns the next row whose time is certain.
+    /// Returns the next row with a confirmed time.
     fn certain(&mut self) -> Option<R> {
         if !self.confirmed && !self.ended {
             return None;
@@ -322,12 +322,12 @@ impl<R: CsvRow> Iterator for RowReader<R> {
     }
 }
 
-/// Returns the fields of a line, without the spaces around them.
+/// Returns the fields of a line, without surrounding spaces.
 fn fields(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(|byte| *byte == b',').map(<[u8]>::trim_ascii)
 }
 
-/// Returns the row and whether all its values are finite; `None` if it is no row with a finite time.
+/// Returns the row and whether all its values are finite; `None` if it is not a row with a finite time.
 fn parse<R: CsvRow>(line: &[u8], columns: &[usize], width: usize) -> Option<(R, bool)> {
     if !fields(line).skip(width).all(<[u8]>::is_empty) {
         return None;

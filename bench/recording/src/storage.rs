@@ -1,11 +1,11 @@
-//! Storage that recordings are written to: the file system, or in tests a disk that fails.
+//! Storage for recordings: the file system, or in tests a disk that fails.
 
 use std::fmt::Debug;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, Write};
 use std::path::Path;
 
-/// File open for writing. A write may take fewer bytes than it was given, and may be interrupted.
+/// File open for writing. A write may be partial or interrupted.
 pub trait StoredFile: Write + Seek + Debug + Send {
     /// Cuts or extends the file to `bytes`.
     ///
@@ -13,40 +13,40 @@ pub trait StoredFile: Write + Seek + Debug + Send {
     /// The disk refused.
     fn set_len(&mut self, bytes: u64) -> io::Result<()>;
 
-    /// Returns once the content is on the disk; its name need not be.
+    /// Returns once the content is on disk; the file's name may not be.
     ///
     /// # Errors
-    /// The disk refused. It may have dropped what it could not write, and would not report it a second time.
+    /// The disk refused. It may have dropped unwritten data, and would not report this a second time.
     fn sync_data(&mut self) -> io::Result<()>;
 }
 
-/// Operations of a disk that a recording needs.
+/// Disk operations for recordings.
 pub trait Storage: Debug + Send + Sync {
-    /// Makes a file; one that exists is an error.
+    /// Creates a file; fails if the file exists.
     ///
     /// # Errors
     /// The disk refused.
     fn create_new(&self, path: &Path) -> io::Result<Box<dyn StoredFile>>;
 
-    /// Makes a file, or empties the one that exists.
+    /// Creates a file, or truncates an existing one.
     ///
     /// # Errors
     /// The disk refused.
     fn create(&self, path: &Path) -> io::Result<Box<dyn StoredFile>>;
 
-    /// Opens a file that exists; whatever is written goes to its end.
+    /// Opens an existing file for appending.
     ///
     /// # Errors
     /// The disk refused.
     fn append(&self, path: &Path) -> io::Result<Box<dyn StoredFile>>;
 
-    /// Opens a file to be read.
+    /// Opens a file for reading.
     ///
     /// # Errors
     /// The disk refused.
     fn read(&self, path: &Path) -> io::Result<Box<dyn Read + Send>>;
 
-    /// Gives the file at `to` the permissions of the file at `of`, if there is one.
+    /// Gives the file at `to` the permissions of the file at `of`, if it exists.
     ///
     /// # Errors
     /// The disk refused.
@@ -54,13 +54,13 @@ pub trait Storage: Debug + Send + Sync {
         Ok(())
     }
 
-    /// Makes a folder; one that exists is an error.
+    /// Creates a folder; fails if the folder exists.
     ///
     /// # Errors
     /// The disk refused.
     fn create_folder(&self, path: &Path) -> io::Result<()>;
 
-    /// Gives a file another name; a file of that name is replaced.
+    /// Renames a file, replacing an existing file.
     ///
     /// # Errors
     /// The disk refused.
@@ -72,20 +72,20 @@ pub trait Storage: Debug + Send + Sync {
     /// The disk refused.
     fn remove(&self, path: &Path) -> io::Result<()>;
 
-    /// Checks that there is something at `path`.
+    /// Checks that `path` exists.
     ///
     /// # Errors
-    /// There is nothing, or the disk refused.
+    /// The path does not exist, or the disk refused.
     fn find(&self, path: &Path) -> io::Result<()>;
 
-    /// Returns once the names in a folder are on the disk.
+    /// Returns once the names in a folder are on disk.
     ///
     /// # Errors
     /// The disk refused.
     fn sync_folder(&self, path: &Path) -> io::Result<()>;
 }
 
-/// The file system of the computer.
+/// File system of the computer.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct FileSystem;
 
@@ -139,7 +139,7 @@ impl Storage for FileSystem {
         fs::metadata(path).map(drop)
     }
 
-    /// Does nothing on systems other than Unix, where a folder cannot be opened to be synced.
+    /// Does nothing on systems other than Unix, where a folder cannot be opened for syncing.
     fn sync_folder(&self, path: &Path) -> io::Result<()> {
         if cfg!(not(unix)) {
             return Ok(());

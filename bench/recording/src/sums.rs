@@ -1,7 +1,7 @@
-//! SHA-256 of the files of a recording, read back a little at a time.
+//! SHA-256 of the files of a recording, read back in small steps.
 //!
-//! The sums are not made of the bytes as they are written: the head of `signals.wav` is written anew until the recording
-//! ends, and SHA-256 begins with it. Reading back also shows that what was called saved can be read.
+//! The sums cannot be computed while writing: the header of `signals.wav` is rewritten until the recording ends, and
+//! SHA-256 begins with it. Reading back also proves that the saved files can be read.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt::Write;
@@ -15,16 +15,16 @@ use crate::disk::{DiskError, OnPath};
 use crate::storage::Storage;
 use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 
-/// Files of a recording, in the order in which they are summed.
+/// Files of a recording, in the order of summing.
 pub const FILES: [&str; 4] = [MANIFEST_FILE, FORCE_FILE, POSITION_FILE, SIGNALS_FILE];
 
-/// Bytes read at a time.
+/// Bytes per read.
 const BUFFER_BYTES: usize = 1 << 16;
 
 /// SHA-256 of each file of a recording, in hexadecimal, by the file's name.
 pub type Sums = BTreeMap<String, String>;
 
-/// Sum of a file that is being read.
+/// File being read, with its sum so far.
 struct OpenFile {
     name: &'static str,
     path: PathBuf,
@@ -32,7 +32,7 @@ struct OpenFile {
     digest: Sha256,
 }
 
-/// Sums of a recording on their way.
+/// SHA-256 computation of a recording in progress.
 pub struct Summing {
     storage: Arc<dyn Storage>,
     folder: PathBuf,
@@ -43,7 +43,7 @@ pub struct Summing {
 }
 
 impl Summing {
-    /// Begins with nothing read.
+    /// Creates a computation that has read no data yet.
     #[must_use]
     pub fn new(storage: Arc<dyn Storage>, folder: &Path) -> Self {
         Self {
@@ -62,7 +62,7 @@ impl Summing {
         &self.folder
     }
 
-    /// Reads on, about `bytes` bytes; returns the bytes read, fewer only when every file has been read.
+    /// Reads about `bytes` more bytes; returns the number of bytes read, which is smaller only at the end of all files.
     ///
     /// # Errors
     /// A file cannot be read.
@@ -91,7 +91,7 @@ impl Summing {
         Ok(taken)
     }
 
-    /// Opens the next file, if none is open and there is one.
+    /// Opens the next file, if no file is open and one is left.
     fn open_next(&mut self) -> Result<(), DiskError> {
         if self.open.is_none()
             && let Some(name) = self.waiting.pop_front()

@@ -1,20 +1,20 @@
-//! The part of RIFF/WAVE that recordings need, robust against headers of killed writers and truncated files.
+//! Subset of RIFF/WAVE for recordings, robust against headers of killed writers and truncated files.
 //!
-//! `hound` writes and reads WAV too, but its `Drop` discards write errors and it refuses files whose sizes do not
-//! agree; the tests use it as an independent reader and writer.
+//! `hound` reads and writes WAV too, but its `Drop` discards write errors and it refuses files with inconsistent sizes;
+//! the tests use it as an independent reader and writer.
 
 use std::io::{self, Read, Seek, SeekFrom};
 
-/// Bytes before the first sample in files written here.
+/// Bytes before the first sample in files written by this module.
 pub const HEADER_BYTES: u64 = 58;
 
-/// Bytes of one sample in files written here.
+/// Bytes of one sample in files written by this module.
 pub const SAMPLE_BYTES: u64 = 4;
 
-/// Largest number of sample bytes that a file written here can declare: the RIFF size is 32 bits and excludes 8 bytes.
+/// Maximum number of sample bytes in a file written by this module: the RIFF size has 32 bits and excludes 8 bytes.
 pub const MAX_DATA_BYTES: u64 = u32::MAX as u64 - (HEADER_BYTES - 8);
 
-/// Most chunks before the samples, most channels, and highest sample rate, Hz, of a file that is read.
+/// Maximum number of chunks before the samples, of channels, and sampling rate, Hz, of a file that is read.
 const MAX_CHUNKS: u64 = 1000;
 const MAX_CHANNELS: u64 = 256;
 const MAX_SAMPLE_RATE_HZ: u64 = 2_000_000;
@@ -23,23 +23,23 @@ const TAG_PCM: u16 = 1;
 const TAG_FLOAT: u16 = 3;
 const TAG_EXTENSIBLE: u16 = 0xFFFE;
 
-/// Sample rate and channel count of an audio stream.
+/// Sampling rate and number of channels of an audio stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AudioFormat {
-    /// Sample rate, Hz.
+    /// Sampling rate, Hz.
     pub sample_rate_hz: u32,
-    /// Interleaved channels.
+    /// Number of interleaved channels.
     pub channels: u16,
 }
 
 impl AudioFormat {
-    /// Returns the bytes of one frame of 32-bit samples.
+    /// Returns the bytes per frame of 32-bit samples.
     #[must_use]
     pub fn frame_bytes(self) -> u64 {
         u64::from(self.channels) * SAMPLE_BYTES
     }
 
-    /// Returns whether the 16 bits for a frame's bytes and the 32 bits for a second's bytes hold it.
+    /// Returns whether the bytes per frame fit into 16 bits and the bytes per second into 32 bits.
     pub(super) fn fits_a_header(self) -> bool {
         let bytes_per_second = u64::from(self.sample_rate_hz) * self.frame_bytes();
         bytes_per_second > 0
@@ -47,7 +47,7 @@ impl AudioFormat {
             && bytes_per_second <= u64::from(u32::MAX)
     }
 
-    /// Returns the most frames that fit into one file.
+    /// Returns the maximum number of frames in one file.
     #[must_use]
     pub fn max_frames(self) -> u64 {
         MAX_DATA_BYTES / self.frame_bytes().max(1)
@@ -56,7 +56,7 @@ impl AudioFormat {
 
 /// Returns the header of a 32-bit float file with `frames` frames: `RIFF`, `fmt ` (18 bytes), `fact`, `data`.
 ///
-/// `frames` must not exceed [`AudioFormat::max_frames`]; larger counts are declared as that.
+/// `frames` must not exceed [`AudioFormat::max_frames`]; larger counts are declared as that limit.
 #[must_use]
 pub fn header(format: AudioFormat, frames: u64) -> [u8; HEADER_BYTES as usize] {
     let frames = frames.min(format.max_frames());
@@ -87,7 +87,7 @@ pub fn header(format: AudioFormat, frames: u64) -> [u8; HEADER_BYTES as usize] {
     out
 }
 
-/// Why a WAV file cannot be read.
+/// Error of reading a WAV file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WavError {
@@ -97,10 +97,10 @@ pub enum WavError {
     /// The file is too short for a header, or is not RIFF/WAVE.
     #[error("not a WAV file: it starts with {found:?} instead of \"RIFF\" … \"WAVE\"")]
     NotWav {
-        /// The first bytes.
+        /// First bytes of the file.
         found: String,
     },
-    /// The file is of a 64-bit or big-endian format related to WAV.
+    /// The file has a 64-bit or big-endian format related to WAV.
     #[error("{kind} files are not supported; save it as plain RIFF/WAVE (under 4 GiB)")]
     Relative {
         /// `RF64`, `BW64` or `RIFX`.
@@ -115,9 +115,9 @@ pub enum WavError {
     /// The `fmt ` chunk is too short.
     #[error("the `fmt ` chunk has {bytes} bytes, needed are {needed}")]
     ShortFormat {
-        /// Bytes that it has.
+        /// Bytes in the chunk.
         bytes: u32,
-        /// Bytes that its format tag needs.
+        /// Bytes required by the format tag.
         needed: u32,
     },
     /// The samples are neither 16, 24 or 32-bit integers nor 32-bit floats.
@@ -125,7 +125,7 @@ pub enum WavError {
         "sample format {bits} bits with tag {tag:#06x} is not supported; supported are 16, 24 and 32-bit integer and 32-bit float"
     )]
     SampleFormat {
-        /// Format tag, of the sub-format if extensible.
+        /// Format tag; for an extensible format, that of the sub-format.
         tag: u16,
         /// Bits per sample.
         bits: u16,
@@ -135,17 +135,17 @@ pub enum WavError {
     Field {
         /// Name of the field.
         field: &'static str,
-        /// Its value.
+        /// Value of the field.
         value: u64,
     },
-    /// The file has more of something than is read.
+    /// The file exceeds a limit.
     #[error("its {what} is {value} or more; at most {limit} is read")]
     OverLimit {
-        /// What it has too much of.
+        /// Limited quantity.
         what: &'static str,
-        /// Number of them in the file, as far as it was read.
+        /// Number in the file, as far as it was read.
         value: u64,
-        /// The most that is read.
+        /// Limit.
         limit: u64,
     },
 }
@@ -157,26 +157,26 @@ fn limited(what: &'static str, value: u64, limit: u64) -> Result<(), WavError> {
     Ok(())
 }
 
-/// Defect of a WAV file that can be read nevertheless.
+/// Defect of a WAV file that can still be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WavWarning {
-    /// The file ends before the header says.
+    /// The file ends before the length in the header.
     #[error(
         "the header declares {declared_bytes} bytes of samples, the file has {present_bytes}: truncated"
     )]
     Truncated {
-        /// Bytes by the header.
+        /// Bytes according to the header.
         declared_bytes: u64,
         /// Bytes in the file.
         present_bytes: u64,
     },
-    /// The file goes on after the header says it ends: its writer was killed before it updated the header.
+    /// The file is longer than the length in the header: its writer was killed before it updated the header.
     #[error(
         "the header declares {declared_bytes} bytes of samples, the file has {present_bytes}: its writer was killed; all of them are read"
     )]
     StaleHeader {
-        /// Bytes by the header.
+        /// Bytes according to the header.
         declared_bytes: u64,
         /// Bytes in the file.
         present_bytes: u64,
@@ -184,7 +184,7 @@ pub enum WavWarning {
     /// The last frame is incomplete.
     #[error("the last {bytes} bytes are no whole frame and are left out")]
     PartialFrame {
-        /// Bytes left out.
+        /// Omitted bytes.
         bytes: u64,
     },
     /// The file has no samples.
@@ -209,7 +209,7 @@ impl Encoding {
         }
     }
 
-    /// Appends the samples to `out`; full scale of the integers becomes ±1.
+    /// Appends the samples to `out`; full scale of integers becomes ±1.
     fn decode(self, bytes: &[u8], out: &mut Vec<f32>) {
         match self {
             Self::I16 => out.extend(
@@ -238,7 +238,7 @@ impl Encoding {
     }
 }
 
-/// Reads the samples of a WAV file in blocks.
+/// Reader of the samples of a WAV file in blocks.
 #[derive(Debug)]
 pub struct WavReader<R> {
     source: R,
@@ -250,10 +250,10 @@ pub struct WavReader<R> {
 }
 
 impl<R: Read + Seek> WavReader<R> {
-    /// Reads the header and finds the samples, by the file's true length where the header disagrees.
+    /// Reads the header and finds the samples; if the header disagrees with the file's length, the length decides.
     ///
     /// # Errors
-    /// [`WavError`] names what is wrong; no content makes this panic.
+    /// [`WavError`] describes the fault; no content causes a panic.
     pub fn new(mut source: R) -> Result<(Self, Vec<WavWarning>), WavError> {
         let file_bytes = source.seek(SeekFrom::End(0))?;
         source.seek(SeekFrom::Start(0))?;
@@ -284,7 +284,8 @@ impl<R: Read + Seek> WavReader<R> {
         let mut warnings = Vec::new();
         let present_bytes = file_bytes - data_start;
         let data_end = data_start + declared_bytes;
-        // Bytes after the data belong to it only if the RIFF size leaves them out too: otherwise they are other chunks.
+        // Bytes after the data belong to them only if the RIFF size excludes these bytes too; otherwise they are other
+        // chunks.
         let padded_end = data_end + declared_bytes % 2;
         let goes_on = file_bytes > padded_end
             && if declared_bytes == 0 {
@@ -329,7 +330,7 @@ impl<R: Read + Seek> WavReader<R> {
         Ok((reader, warnings))
     }
 
-    /// Returns sample rate and channels.
+    /// Returns the sampling rate and the number of channels.
     #[must_use]
     pub fn format(&self) -> AudioFormat {
         self.format
@@ -341,11 +342,11 @@ impl<R: Read + Seek> WavReader<R> {
         self.frames
     }
 
-    /// Replaces `block` by the next frames, interleaved, at most `max_frames` of them; returns their number, 0 at the
-    /// end.
+    /// Replaces the content of `block` with the next frames, interleaved, at most `max_frames`; returns their number, 0
+    /// at the end.
     ///
     /// # Errors
-    /// The operating system refused, or the file has become shorter.
+    /// The operating system refused, or the file became shorter.
     pub fn read_block(&mut self, max_frames: usize, block: &mut Vec<f32>) -> io::Result<usize> {
         block.clear();
         let frames = self
@@ -361,7 +362,7 @@ impl<R: Read + Seek> WavReader<R> {
     }
 }
 
-/// Reads the 12 bytes of the RIFF header; returns where the RIFF chunk ends by its own account, no pad byte counted.
+/// Reads the 12 bytes of the RIFF header; returns the end of the RIFF chunk by its declared size, without pad byte.
 fn read_riff<R: Read>(source: &mut R, file_bytes: u64) -> Result<u64, WavError> {
     let mut start = Vec::new();
     source.take(12).read_to_end(&mut start)?;

@@ -1,4 +1,4 @@
-//! Writes one recording folder so that a killed process leaves a readable one.
+//! Writes a recording folder so that a killed process leaves a readable one.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -16,31 +16,31 @@ use crate::storage::{FileSystem, Storage};
 use crate::wav::{self, AudioFormat, SAMPLE_BYTES};
 use crate::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 
-/// Frames of NaN written at a time.
+/// Frames of NaN per write.
 const GAP_BATCH_FRAMES: u64 = 4096;
 
-/// Why a recording could not be written.
+/// Error of writing a recording.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
     /// The folder exists already; recordings are never overwritten.
     #[error("{} exists already and is never overwritten; use another attempt, trial or session", path.display())]
     Exists {
-        /// Returns the folder.
+        /// Folder of the recording.
         path: PathBuf,
     },
     /// The operating system refused.
     #[error(transparent)]
     Disk(#[from] DiskError),
-    /// The manifest breaks a rule of the format.
+    /// The manifest violates a rule of the format.
     #[error("the recording's description is not valid: {0}")]
     Manifest(#[from] ManifestError),
-    /// Channels or sample rate are zero, or more than a WAV header can hold.
+    /// The number of channels or the sampling rate is zero or does not fit into a WAV header.
     #[error("{channels} channels at {sample_rate_hz} Hz cannot be recorded")]
     Format {
         /// Number of channels.
         channels: u16,
-        /// Sample rate, Hz.
+        /// Sampling rate, Hz.
         sample_rate_hz: u32,
     },
     /// The recording would exceed the 4 GiB of the WAV format.
@@ -48,12 +48,12 @@ pub enum WriteError {
         "the recording would exceed the {limit_frames} frames ({limit_s:.0} s) that fit into a WAV file; end the trial earlier or record fewer channels"
     )]
     TooLong {
-        /// Most frames.
+        /// Maximum number of frames.
         limit_frames: u64,
-        /// The same in seconds.
+        /// The same as a time, s.
         limit_s: f64,
     },
-    /// The length of a block is no multiple of the channels.
+    /// The length of a block is not a multiple of the number of channels.
     #[error("a block of {samples} samples is no whole number of frames of {channels} channels")]
     PartialFrame {
         /// Samples in the block.
@@ -66,7 +66,7 @@ pub enum WriteError {
     Time {
         /// The file.
         file: &'static str,
-        /// The time, s.
+        /// Time, s.
         time_s: f64,
     },
 }
@@ -80,23 +80,23 @@ pub struct OnDisk {
     pub bytes: u64,
 }
 
-/// Failure to end a recording, with what of it is safe.
+/// Failure to end a recording, with the size of the saved part.
 #[derive(Debug, thiserror::Error)]
 #[error("{error}; {} frames of the recording are kept", kept.frames)]
 pub struct Unfinished {
     /// Reason.
     #[source]
     pub error: WriteError,
-    /// What is on disk and synced.
+    /// Part that is on disk and synced.
     pub kept: OnDisk,
 }
 
 /// End of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ending {
-    /// All of the trial is in it.
+    /// The trial is complete.
     Completed,
-    /// The trial was broken off.
+    /// The trial was interrupted.
     Interrupted {
         /// Reason.
         reason: String,
@@ -149,15 +149,15 @@ impl From<&protocols::TrialEnd> for Ending {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// Nothing is saved before [`sync`](Self::sync) or [`finish`](Self::finish) says so. A writer dropped without `finish`
-/// leaves a recording without `end`, as a killed process does.
+/// Data are saved only once [`sync`](Self::sync) or [`finish`](Self::finish) has returned `Ok`. A writer dropped without
+/// `finish` leaves a recording without `end`, as a killed process does.
 #[derive(Debug)]
 pub struct RecordingWriter {
     storage: Arc<dyn Storage>,
     folder: PathBuf,
     manifest: Manifest,
     manifest_changed: bool,
-    /// Places of the flags among the manifest's events, by their numbers.
+    /// Indices of the flags' events in the manifest, by the numbers of the flags.
     flags: BTreeMap<u64, usize>,
     format: AudioFormat,
     signals: AppendFile,
@@ -171,7 +171,7 @@ impl RecordingWriter {
     /// Creates the folder with `recording.toml` and the headers of the other files, all on disk on return.
     ///
     /// # Errors
-    /// [`WriteError::Exists`] if there is anything at `folder`; its parent must exist.
+    /// [`WriteError::Exists`] if `folder` exists; its parent must exist.
     pub fn create(
         folder: &Path,
         manifest: Manifest,
@@ -180,7 +180,7 @@ impl RecordingWriter {
         Self::create_on(Arc::new(FileSystem), folder, manifest, format)
     }
 
-    /// As [`create`](Self::create), on any storage.
+    /// Does the same as [`create`](Self::create), on any storage.
     ///
     /// # Errors
     /// As [`create`](Self::create).
@@ -233,8 +233,8 @@ impl RecordingWriter {
             storage,
         };
         writer.sync()?;
-        // Last and whole: a folder without it is no recording, and a recording has all of its files, also after a power
-        // cut.
+        // Written last and as a whole: a folder without it is not a recording, and a recording has all of its files, also
+        // after a power cut.
         disk::sync_parent(&*writer.storage, &folder.join(MANIFEST_FILE))?;
         writer.replace_manifest(&text)?;
         Ok(writer)
@@ -246,19 +246,20 @@ impl RecordingWriter {
         &self.folder
     }
 
-    /// Returns sample rate and channels.
+    /// Returns the sampling rate and the number of channels.
     #[must_use]
     pub fn format(&self) -> AudioFormat {
         self.format
     }
 
-    /// Returns the number of frames written, gaps included, on disk or not; also the index of the next frame.
+    /// Returns the number of frames written, including gaps, whether on disk or not; this is also the index of the next
+    /// frame.
     #[must_use]
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Returns what the last sync put on disk.
+    /// Returns the size of the recording on disk at the last sync.
     #[must_use]
     pub fn on_disk(&self) -> OnDisk {
         self.on_disk
@@ -267,7 +268,7 @@ impl RecordingWriter {
     /// Appends interleaved samples.
     ///
     /// # Errors
-    /// [`WriteError::TooLong`] before anything of the block is written.
+    /// [`WriteError::TooLong`], before any sample of the block is written.
     pub fn write_audio(&mut self, interleaved: &[f32]) -> Result<(), WriteError> {
         let channels = usize::from(self.format.channels);
         if !interleaved.len().is_multiple_of(channels) {
@@ -290,7 +291,7 @@ impl RecordingWriter {
         Ok(())
     }
 
-    /// Appends exactly `frames` frames of NaN for samples that were lost, and a `gap` event.
+    /// Appends exactly `frames` frames of NaN for lost samples, and a `gap` event.
     ///
     /// # Errors
     /// As [`write_audio`](Self::write_audio).
@@ -362,8 +363,8 @@ impl RecordingWriter {
         }
     }
 
-    /// Adds an event to the manifest; on disk with the next sync. The last of the events that can be read back says
-    /// that further ones are left out.
+    /// Adds an event to the manifest; on disk with the next sync. The last event that fits notes that further ones are
+    /// omitted.
     pub fn add_event(&mut self, event: RecordingEvent) {
         let events = &mut self.manifest.events;
         match (events.len() + 1).cmp(&MAX_ENTRIES) {
@@ -379,8 +380,8 @@ impl RecordingWriter {
         self.manifest_changed = true;
     }
 
-    /// Adds an event as [`add_event`](Self::add_event) does, or replaces the event of the flag of this number. The flag is
-    /// not known by its sample, because what is found later may have begun before it.
+    /// Adds an event as [`add_event`](Self::add_event) does, or replaces the event of the same flag. The flag is not
+    /// identified by its sample, because an event found later may have begun before it.
     pub fn renew_event(&mut self, flag: u64, event: RecordingEvent) {
         if let Some(known) = self.flags.get(&flag) {
             self.manifest.events[*known] = event;
@@ -394,7 +395,7 @@ impl RecordingWriter {
         self.add_event(event);
     }
 
-    /// States how the clocks fare that readings are placed by; on disk with the next sync.
+    /// Sets the state of the clocks that give the times of readings; on disk with the next sync.
     pub fn set_clocks(&mut self, clocks: Vec<RecordedClock>) {
         if self.manifest.clocks != clocks {
             self.manifest.clocks = clocks;
@@ -405,7 +406,7 @@ impl RecordingWriter {
     /// Adds an interval to the manifest; on disk with the next sync.
     ///
     /// # Errors
-    /// The interval breaks a rule of the manifest; it is not added.
+    /// The interval violates a rule of the manifest; it is not added.
     pub fn add_interval(&mut self, interval: RecordedInterval) -> Result<(), WriteError> {
         interval.validate(self.manifest.intervals.len())?;
         self.manifest.intervals.push(interval);
@@ -413,10 +414,10 @@ impl RecordingWriter {
         Ok(())
     }
 
-    /// Returns once all that was written is on disk, with its size.
+    /// Returns once all written data are on disk, with their size.
     ///
     /// # Errors
-    /// The operating system refused, or the files have been removed; then only what an earlier sync returned is saved.
+    /// The operating system refused, or the files were removed; then only the data of an earlier sync are saved.
     pub fn sync(&mut self) -> Result<OnDisk, WriteError> {
         self.signals
             .set_head(&wav::header(self.format, self.frames))?;
@@ -447,11 +448,11 @@ impl RecordingWriter {
     /// Ends the recording; it is saved if and only if this returns `Ok`.
     ///
     /// # Errors
-    /// [`Unfinished`] says what went wrong and how much is kept.
+    /// [`Unfinished`] gives the reason and the size of the saved part.
     pub fn finish(mut self, ending: Ending) -> Result<OnDisk, Box<Unfinished>> {
         self.set_end(ending);
         self.sync().map_err(|error| {
-            // Whoever reads it must not take it for whole.
+            // Readers must not take it for complete.
             self.set_end(Ending::Interrupted {
                 reason: error.to_string(),
             });
@@ -462,8 +463,9 @@ impl RecordingWriter {
         })
     }
 
-    /// Saves what can be saved after an error: cuts the files to whole frames and rows, brings the WAV header up to
-    /// date, marks the trial interrupted for `reason`, each as far as the disk still allows. Returns what is readable.
+    /// Saves as much as possible after an error: cuts the files to complete frames and rows, updates the WAV header, and
+    /// marks the trial interrupted for `reason`, each as far as the disk still allows. Returns the size of the readable
+    /// part.
     #[must_use]
     pub fn abandon(mut self, reason: String) -> OnDisk {
         self.set_end(Ending::Interrupted { reason });
@@ -480,7 +482,7 @@ impl RecordingWriter {
         }
     }
 
-    /// Lets no interval outlast the audio that is kept.
+    /// Cuts the intervals to the length of the saved audio.
     fn end_intervals_at(&mut self, frames: u64) {
         let end_s = frames as f64 / f64::from(self.format.sample_rate_hz);
         let intervals = &mut self.manifest.intervals;
@@ -501,7 +503,7 @@ impl RecordingWriter {
         if let Ok(bytes) = signals {
             self.end_intervals_at(frames(bytes));
         }
-        // Last, because it needs room that a full disk does not have.
+        // Last, because it needs space that a full disk does not have.
         if let Ok(text) = self.manifest.to_toml() {
             let _ = self.replace_manifest(&text);
         }
@@ -516,7 +518,7 @@ impl RecordingWriter {
     }
 }
 
-/// CSV file with a fixed header and rising times.
+/// CSV file with a fixed header and increasing times.
 #[derive(Debug)]
 struct CsvFile {
     name: &'static str,
@@ -542,7 +544,7 @@ impl CsvFile {
         })
     }
 
-    /// Returns a text for an event the first time that a row's time does not increase.
+    /// Writes rows; returns the text of an event the first time that a row's time does not increase.
     fn write<R: CsvRow>(&mut self, rows: &[R]) -> Result<Option<String>, WriteError> {
         let mut disorder = None;
         for row in rows {

@@ -1,4 +1,4 @@
-//! What was assumed, what depends on it, and whose method this is.
+//! Assumptions, the results that depend on them, and the sources of the methods.
 
 use maud::{Markup, html};
 use serde_json::Value;
@@ -8,7 +8,7 @@ use crate::number::{PLAIN, significant};
 use crate::priors;
 use crate::results::{Estimate, Results, Sensitivity, SensitivityRow};
 
-/// A setting in words.
+/// Setting in words.
 struct Setting {
     key: &'static str,
     words: &'static str,
@@ -188,7 +188,7 @@ fn written(value: &Value, factor: f64) -> String {
         Value::Bool(true) => "yes".to_owned(),
         Value::Bool(false) => "no".to_owned(),
         Value::Number(number) => match number.as_f64() {
-            // As it was given, without what a change of unit leaves of binary fractions.
+            // The value as given, without the rounding error of a change of unit.
             Some(value) => {
                 let rounded = (value * factor * 1e9).round() / 1e9;
                 rounded.to_string().replace('-', "−")
@@ -201,7 +201,7 @@ fn written(value: &Value, factor: f64) -> String {
     }
 }
 
-/// Adds every value of a setting that holds several, each under the names that lead to it.
+/// Adds all values of a nested setting, each under its dotted path.
 fn flattened(key: &str, value: &Value, into: &mut Vec<(String, String)>) {
     match value {
         Value::Object(parts) => {
@@ -222,7 +222,7 @@ const CONSTANTS: [(&str, OfConstant); 4] = [
     ("S", |of| &of.contact_area_m2),
 ];
 
-/// Says in how many recordings the intervals hold the calibration's errors.
+/// Returns a sentence on the number of recordings with intervals that include the calibration's errors.
 fn errors_stated(recordings: &[Of<'_>]) -> String {
     let manifests = recordings.iter().filter_map(|of| of.manifest);
     let stated = manifests.filter(|of| of.standard_errors.is_some()).count();

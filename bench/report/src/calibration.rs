@@ -1,4 +1,4 @@
-//! The constants that the recordings rest on: when they were measured, how old they were, and their values.
+//! Constants of the recordings: dates of measurement, age and values.
 
 use std::path::Path;
 
@@ -18,11 +18,11 @@ const DAYS: In = In {
     decimals: 1,
 };
 
-/// A calibration, and the sessions that it was used in.
+/// Calibration, and the sessions that used it.
 struct Used {
     hash: String,
     file: CalibrationFile,
-    /// Begin of the first session with it.
+    /// Start of the first session with it.
     first: Option<Timestamp>,
     sessions: usize,
 }
@@ -173,7 +173,7 @@ fn precise(value: f64) -> String {
     text.replace('-', "−")
 }
 
-/// The constants of a recording, each with its name and unit.
+/// Returns the constants of a recording, each with its name and unit.
 fn of_manifest(manifest: &Manifest) -> Vec<(&'static str, f64, &'static str)> {
     let (channels, plate) = (&manifest.channels, &manifest.plate);
     let mut all = vec![
@@ -228,7 +228,7 @@ fn of_manifest(manifest: &Manifest) -> Vec<(&'static str, f64, &'static str)> {
 /// Constant of the recordings: its name, its unit, its values, each with the number of recordings that have it.
 type Constant = (&'static str, &'static str, Vec<(f64, usize)>);
 
-/// Returns the constants that the recordings state, which the analysis computes with.
+/// Returns the constants stated in the recordings, which the analysis uses.
 fn constants(recordings: &[Of<'_>]) -> Markup {
     let mut each: Vec<Constant> = Vec::new();
     for manifest in recordings.iter().filter_map(|of| of.manifest) {

@@ -1,4 +1,4 @@
-//! What a report is made of.
+//! Content of a report.
 
 use std::path::Path;
 
@@ -12,13 +12,13 @@ use crate::results::{Recording, Results};
 /// Content of a report.
 #[derive(Debug, Clone, Copy)]
 pub struct Content<'a> {
-    /// Name of what was analysed.
+    /// Name of the analysed study.
     pub name: &'a str,
-    /// The results as `analyze --json` writes them.
+    /// Results as `analyze --json` writes them.
     pub results: &'a str,
-    /// Their recordings, in the same order.
+    /// Recordings of the results, in the same order.
     pub recordings: &'a [Recorded<'a>],
-    /// Sessions that the recordings are of.
+    /// Sessions of the recordings.
     pub sessions: &'a Sessions,
     /// Figures.
     pub figures: &'a [Figure],
@@ -28,23 +28,23 @@ pub struct Content<'a> {
     pub program: &'a str,
 }
 
-/// A recording of the results.
+/// Recording of the results.
 #[derive(Debug, Clone, Copy)]
 pub struct Recorded<'a> {
-    /// Its folder.
+    /// Folder.
     pub path: &'a Path,
-    /// Its description; `None` if it cannot be read.
+    /// Description; `None` if it cannot be read.
     pub manifest: Option<&'a Manifest>,
 }
 
-/// Why there is no report.
+/// Error of making a report.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// The results are not as their schema has them.
+    /// The results violate their schema.
     #[error("the results cannot be read back: {0}")]
     Results(#[from] serde_json::Error),
-    /// There are not as many recordings as results.
+    /// The numbers of recordings and of results differ.
     #[error("{recordings} recordings beside results of {results}")]
     Recordings {
         /// Recordings given.
@@ -57,7 +57,7 @@ pub enum ReportError {
     Figure(#[from] FigureError),
 }
 
-/// A recording with everything that is known of it.
+/// Recording with its results, description and attempt.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Of<'a> {
     /// Number in the report, from 1.
@@ -68,7 +68,7 @@ pub(crate) struct Of<'a> {
     pub(crate) result: &'a Recording,
 }
 
-/// Returns the recordings with all that is known of each.
+/// Returns the recordings, each with its results, description and attempt.
 pub(crate) fn all_of<'a>(
     content: &Content<'a>,
     results: &'a Results,
@@ -91,12 +91,12 @@ pub(crate) fn all_of<'a>(
 }
 
 impl<'a> Of<'a> {
-    /// Returns the name of the place on the page where its estimates are.
+    /// Returns the anchor of its estimates on the page.
     pub(crate) fn anchor(&self) -> String {
         format!("recording-{}", self.number)
     }
 
-    /// Returns who the recording is of and which trial it is; or else the name of its folder, without where that lies.
+    /// Returns participant, session and trial of the recording, or else the name of its folder, without the path.
     pub(crate) fn name(&self) -> String {
         let known = || {
             let manifest = self.manifest?;

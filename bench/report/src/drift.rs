@@ -1,4 +1,4 @@
-//! How plate and skin moved within the recordings.
+//! Drift of plate and skin within the recordings.
 
 use maud::{Markup, html};
 
@@ -74,7 +74,7 @@ fn course(shown: In, [first, last]: [Option<f64>; 2]) -> String {
     format!("{} → {}", shown.value(first), shown.value(last))
 }
 
-/// Returns how far the normal force that impedance and amplitude tell is from the measured one.
+/// Returns the differences of the normal force, sensed from impedance and amplitude, from the measured force.
 fn model_check(recordings: &[Of<'_>]) -> Markup {
     let percent = In {
         factor: 100.0,

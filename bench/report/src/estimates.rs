@@ -1,4 +1,4 @@
-//! The estimates: of each recording what its instances share, and of each instance its own, by every method.
+//! Estimates: shared parameters of each recording, and every method's estimates of each instance.
 
 use maud::{Markup, html};
 
@@ -141,7 +141,7 @@ fn shared(trial: &Trial, pooled: Option<&OfTrial>) -> Markup {
                         td { (shared.unit) }
                     }
                 }
-                // What later versions add, by its name.
+                // Parameters of later versions, by name.
                 @for key in others {
                     @let (value, interval) = trial.parameter(key);
                     tr {
@@ -216,7 +216,7 @@ fn slide(direction: &str) -> &str {
     }
 }
 
-/// Returns the cells of an estimate; of one by a model that does not hold, no error is shown.
+/// Returns the cells of an estimate, without errors if the model does not fit.
 fn cells(method: &str, estimate: &Estimate, misfit: bool) -> Markup {
     let intervals = estimate.interval95.as_ref();
     let std = estimate.std.as_ref().filter(|_| !misfit);
@@ -246,7 +246,7 @@ fn cells(method: &str, estimate: &Estimate, misfit: bool) -> Markup {
         )) }
         td.n { (cell(PLAIN, estimate.mu0, intervals.and_then(|of| of.mu0), std.and_then(|std| std.mu0))) }
         td.n { (cell(HERTZ, estimate.resonance_shift_hz, intervals.and_then(|of| of.resonance_shift_hz), std.and_then(|std| std.resonance_shift_hz))) }
-        // That of trial stands above, with its interval.
+        // The τ of `trial` is shown above, with its interval.
         td.n { (cell(MILLI, estimate.tau_s, None, std.and_then(|std| std.tau_s).filter(|_| method != "trial"))) }
         td.n { (PLAIN.value(estimate.r2_impedance)) }
         td.n { (PLAIN.value(estimate.rms_mu)) }

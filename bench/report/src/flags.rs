@@ -1,4 +1,4 @@
-//! What a reader must know before using a number: warnings, verdicts of fits, misfit of the model.
+//! Cautions for the reader: warnings, verdicts of fits, misfit of the model.
 
 use maud::{Markup, html};
 use serde_json::Value;
@@ -6,7 +6,7 @@ use serde_json::Value;
 use crate::content::Of;
 use crate::number::counted;
 
-/// Verdict of a fit that nothing is amiss with.
+/// Verdict of a fit without problems.
 const SOUND: &str = "converged";
 
 pub(crate) fn flags(recordings: &[Of<'_>]) -> Markup {
@@ -59,7 +59,7 @@ pub(crate) fn flags(recordings: &[Of<'_>]) -> Markup {
     }
 }
 
-/// Returns what the results hold of the misfit beside its signs, as later versions may name it.
+/// Returns the entries of the results about misfit other than its signs, also those of later versions.
 fn evidence<'a>(of: &Of<'a>) -> Vec<(&'a String, &'a Value)> {
     let parameters = of.result.trial.iter().flat_map(|trial| &trial.parameters);
     parameters
@@ -72,7 +72,7 @@ struct Verdict {
     recording: String,
     method: &'static str,
     verdict: String,
-    /// Numbers of the instances, or that all were fitted together.
+    /// Numbers of the instances, or a note that all were fitted together.
     instances: String,
 }
 
@@ -98,7 +98,7 @@ fn verdicts(recordings: &[Of<'_>]) -> Vec<Verdict> {
                 .estimates()
                 .filter(|(method, _)| *method != "trial");
             for (method, estimate) in alone.filter(|(_, of)| of.verdict != SOUND) {
-                // What follows differs from instance to instance.
+                // The rest of the verdict differs from instance to instance.
                 let verdict = estimate.verdict.split(';').next().unwrap_or_default();
                 match each.iter_mut().find(|of| of.0 == method && of.1 == verdict) {
                     Some(of) => of.2.push(number.to_string()),

@@ -1,4 +1,4 @@
-//! What was left out: recordings by decision, stretches by rule.
+//! Excluded recordings and rejected stretches.
 
 use std::collections::BTreeMap;
 
@@ -66,7 +66,7 @@ pub(crate) fn left_out(results: &Results, recordings: &[Of<'_>]) -> Markup {
     }
 }
 
-/// Returns the attempts that are not analysed by their standing in the sessions' logs.
+/// Returns the attempts that were not analysed because of their standing in the sessions' logs.
 fn by_standing(results: &Results) -> Markup {
     let Some(attempts) = &results.attempts else {
         return html! {};
@@ -110,7 +110,7 @@ fn decisions(of: &[Excluded]) -> Markup {
     }
 }
 
-/// Returns the rejected stretches of a recording, those with the same reason together.
+/// Returns the rejected stretches of a recording, grouped by reason.
 fn by_reason<'a>(of: &Of<'a>) -> Vec<(&'a str, Vec<String>)> {
     let mut reasons: Vec<(&str, Vec<String>)> = Vec::new();
     for rejected in &of.result.rejected {

@@ -1,5 +1,4 @@
-//! The results of an analysis as one page of HTML that needs nothing beside itself: no network, no script, no other
-//! file.
+//! Results of an analysis as one self-contained HTML page: no network, no script, no other file.
 //!
 //! Every number of an estimate or a statistic is read from the text of the results that `analyze --json` writes, so
 //! that the two cannot differ.

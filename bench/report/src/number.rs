@@ -1,4 +1,4 @@
-//! Numbers as they are printed: in a unit that people read, and a dash for what is not known; dates.
+//! Printed numbers: in practical units, with a dash for an unknown value; dates.
 
 use jiff::Timestamp;
 
@@ -38,7 +38,7 @@ impl In {
             .map_or_else(|| UNKNOWN.to_owned(), |value| self.written(value))
     }
 
-    /// Returns a standard error, as less than what is shown where it is, `± 0.010` or `± < 0.001`.
+    /// Returns a standard error, `± 0.010`, or `± < 0.001` if it is below the last decimal.
     pub(crate) fn std(self, std: Option<f64>) -> String {
         let least = 10_f64.powi(-(self.decimals as i32)) / self.factor;
         match std {
@@ -60,7 +60,7 @@ impl In {
     fn written(self, value: f64) -> String {
         let text = format!("{:.*}", self.decimals, value * self.factor);
         match text.strip_prefix('-') {
-            // What rounding leaves of a small negative number is no sign.
+            // A small negative number that is rounded to zero has no sign.
             Some(size) if size.bytes().all(|digit| matches!(digit, b'0' | b'.')) => size.to_owned(),
             Some(size) => format!("−{size}"),
             None => text,
@@ -68,7 +68,7 @@ impl In {
     }
 }
 
-/// Returns a number of any size with three significant digits.
+/// Returns a number of any magnitude with three significant digits.
 pub(crate) fn significant(value: Option<f64>) -> String {
     let Some(value) = value.filter(|value| value.is_finite()) else {
         return UNKNOWN.to_owned();
@@ -88,7 +88,7 @@ pub(crate) fn significant(value: Option<f64>) -> String {
     of.written(value)
 }
 
-/// Returns a number with the word that it counts.
+/// Returns a number with its noun in the singular or plural.
 pub(crate) fn counted(n: usize, one: &str, several: &str) -> String {
     match n {
         1 => format!("1 {one}"),

@@ -1,4 +1,4 @@
-//! The page: its head, the table of contents, the sections in their order.
+//! HTML page: head, table of contents and sections.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 
@@ -10,7 +10,7 @@ use crate::{
 };
 
 const STYLE: &str = include_str!("page.css");
-/// Attribute that an SVG needs as a file, and not within HTML.
+/// Attribute that an SVG needs as a file but not within HTML.
 const NAMESPACE: &str = " xmlns=\"http://www.w3.org/2000/svg\"";
 
 /// Section of the page.
@@ -23,7 +23,7 @@ struct Section {
 /// Returns the page.
 ///
 /// # Errors
-/// The results are not as their schema has them, or a figure cannot be drawn.
+/// The results violate their schema, or a figure cannot be drawn.
 pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
     let results: Results = serde_json::from_str(content.results)?;
     let recordings = all_of(content, &results)?;
@@ -116,7 +116,7 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
     Ok(page.into_string().replace(is_obeyed, "\u{fffd}"))
 }
 
-/// Returns whether a character is none that is shown, or turns the direction of those after it.
+/// Returns whether a character is a control character or changes the direction of text.
 fn is_obeyed(c: char) -> bool {
     let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     turns || (c.is_control() && c != '\n' && c != '\t')
@@ -125,7 +125,7 @@ fn is_obeyed(c: char) -> bool {
 fn figures(content: &Content<'_>) -> Result<Markup, ReportError> {
     let mut drawn = Vec::new();
     for figure in content.figures {
-        // Drawn by this program, which escapes what it writes.
+        // Drawn by this program, which escapes its text.
         let svg = figure.to_svg()?.replacen(NAMESPACE, "", 1);
         drawn.push((figure, PreEscaped(svg)));
     }

@@ -1,4 +1,4 @@
-//! What `trial` holds likely of a skin and a plate before it sees a recording, in words and units that people read.
+//! Priors of `trial` on skin and plate, in words and practical units.
 
 use maud::{Markup, html};
 use serde_json::{Map, Value};
@@ -72,7 +72,7 @@ const PRIORS: [(&str, &str, &str, In); 13] = [
     ),
 ];
 
-/// Returns the table of the priors, and those that are not known to it.
+/// Returns the table of the known priors, and the other priors.
 pub(crate) fn table(priors: &Map<String, Value>) -> (Markup, Map<String, Value>) {
     let mut others = priors.clone();
     let mut rows = Vec::new();
@@ -102,7 +102,7 @@ pub(crate) fn table(priors: &Map<String, Value>) -> (Markup, Map<String, Value>)
     (table, others)
 }
 
-/// Returns the ends of a prior's 95 %: log-normal, normal, or normal about zero.
+/// Returns the 95 % range of a prior: log-normal, normal, or normal about zero.
 fn range(prior: &Value) -> Option<[f64; 2]> {
     const WITHIN_95: f64 = 1.96;
     let of = |key: &str| prior.get(key).and_then(Value::as_f64);

@@ -1,4 +1,4 @@
-//! The results of an analysis, read as `docs/RECORDING.md` describes them. What a version does not write is absent.
+//! Results of an analysis, read as `docs/RECORDING.md` describes them. Keys that a version does not write are absent.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor};
 use serde_json::{Map, Value};
 
-/// A value and its ends.
+/// Lower and upper end.
 pub(crate) type Interval = [Option<f64>; 2];
 
 #[derive(Debug, Deserialize)]
@@ -20,13 +20,13 @@ pub(crate) struct Results {
     pub(crate) statistics: Vec<(String, Row)>,
     #[serde(default)]
     pub(crate) excluded: Vec<Excluded>,
-    /// What somebody had decided to leave out and was analysed all the same.
+    /// Exclusions that were overridden: their recordings were analysed.
     #[serde(default)]
     pub(crate) exclusions_overridden: Vec<Excluded>,
     pub(crate) attempts: Option<Attempts>,
 }
 
-/// What became of the attempts.
+/// Numbers of attempts by standing.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Attempts {
     pub(crate) accepted: usize,
@@ -47,12 +47,12 @@ pub(crate) struct LeftOutAttempt {
 }
 
 impl LeftOutAttempt {
-    /// Returns whether an accepted trial is missed.
+    /// Returns whether an accepted trial is missing from the analysis.
     pub(crate) fn is_missed(&self) -> bool {
         self.standing.as_deref().is_none_or(|of| of == "accepted")
     }
 
-    /// Returns the last names of its folder, without where that lies.
+    /// Returns the last names of the folder's path.
     pub(crate) fn name(&self) -> String {
         let names: Vec<&str> = self.path.rsplit('/').take(3).collect();
         names.into_iter().rev().collect::<Vec<_>>().join("/")
@@ -105,7 +105,7 @@ pub(crate) struct Instance {
 }
 
 impl Instance {
-    /// Returns the estimates that there are, by the names of their methods.
+    /// Returns the available estimates, by the names of their methods.
     pub(crate) fn estimates(&self) -> impl Iterator<Item = (&'static str, &Estimate)> {
         let by = [
             ("paper", &self.paper),
@@ -171,11 +171,11 @@ pub(crate) struct Trial {
     #[serde(default)]
     pub(crate) verdict: String,
     pub(crate) n_instances: Option<u64>,
-    /// Whether the model does not hold for the recording; absent where that was not judged.
+    /// Whether the model does not fit the recording; absent if this was not tested.
     pub(crate) model_misfit: Option<Value>,
-    /// Null where the model does not hold.
+    /// Null if the model does not fit.
     interval95: Option<Map<String, Value>>,
-    /// The parameters, by their names.
+    /// Parameters by name.
     #[serde(flatten)]
     pub(crate) parameters: Map<String, Value>,
 }
@@ -192,13 +192,13 @@ impl Trial {
         (self.parameters.get(name).and_then(Value::as_f64), interval)
     }
 
-    /// Returns what shows that the model does not hold, in words.
+    /// Returns the signs of misfit, in words.
     pub(crate) fn signs(&self) -> impl Iterator<Item = &str> {
         let signs = self.parameters.get("misfit").and_then(Value::as_array);
         signs.into_iter().flatten().filter_map(Value::as_str)
     }
 
-    /// Returns whether the model is held not to fit; `None` where that was not judged.
+    /// Returns whether the model does not fit; `None` if this was not tested.
     pub(crate) fn misfit(&self) -> Option<bool> {
         match self.model_misfit.as_ref()? {
             Value::Bool(misfit) => Some(*misfit),
@@ -208,7 +208,7 @@ impl Trial {
     }
 }
 
-/// The skin of participants and study; parameters by their names.
+/// Skin of the participants and of the study; parameters by name.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Skin {
     #[serde(default)]
@@ -231,13 +231,13 @@ pub(crate) struct Person {
 }
 
 impl Person {
-    /// Returns a parameter; `None` where no trial tells of it.
+    /// Returns a parameter; `None` if no trial constrains it.
     pub(crate) fn parameter(&self, name: &str) -> Option<OfPerson> {
         OfPerson::deserialize(self.parameters.get(name)?).ok()
     }
 }
 
-/// A recording among those of a participant.
+/// Recording of a participant.
 #[derive(Debug, Deserialize)]
 pub(crate) struct OfTrial {
     pub(crate) path: String,
@@ -302,7 +302,7 @@ pub(crate) struct Excluded {
     pub(crate) recordings: Vec<String>,
 }
 
-/// A published statistic beside what the data give.
+/// Published statistic, next to the value of these data.
 #[derive(Debug, Deserialize)]
 pub(crate) struct Row {
     pub(crate) meaning: String,
@@ -336,7 +336,7 @@ pub(crate) struct Clustered {
     pub(crate) people: u64,
 }
 
-/// Reads a map as a list, in the order in which it is written.
+/// Deserialises a map as a list, in the order of the file.
 fn in_order<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<(String, Row)>, D::Error> {
     struct InOrder;
     impl<'de> Visitor<'de> for InOrder {

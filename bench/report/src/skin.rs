@@ -1,4 +1,4 @@
-//! The skin of the participants and of the study, over their trials.
+//! Skin of the participants and of the study, pooled over their trials.
 
 use maud::{Markup, html};
 

@@ -1,4 +1,4 @@
-//! The published statistics beside those of these recordings.
+//! Published statistics next to those of these recordings.
 
 use maud::{Markup, html};
 
@@ -68,7 +68,7 @@ fn cell(of: &Statistic) -> Markup {
     }
 }
 
-/// Returns the words with the symbols that they spell.
+/// Replaces words that spell a symbol with the symbol.
 fn symbols(meaning: &str) -> String {
     let word = |word: &str| {
         let (word, comma) = word

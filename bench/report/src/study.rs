@@ -1,4 +1,4 @@
-//! What was studied: a paragraph with the counts, the bench and the protocol, the participants.
+//! Description of the study: a paragraph with the counts, the bench and the protocol, and the participants.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -106,7 +106,7 @@ fn is_rehearsed(of: &Of<'_>) -> bool {
     hardware.is_some_and(|hardware| !hardware.rehearsed.is_empty())
 }
 
-/// Returns how many sessions were recorded on a simulated bench.
+/// Returns the number of sessions recorded on a simulated bench.
 fn simulated(content: &Content<'_>) -> usize {
     let starts = content.sessions.list.iter();
     let starts = starts.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());
@@ -116,7 +116,7 @@ fn simulated(content: &Content<'_>) -> usize {
         .count()
 }
 
-/// Says of how many sessions nobody took part in; `None` where all were recorded on a bench.
+/// Returns a sentence on the number of simulated sessions; `None` if all were recorded on a real bench.
 fn on_a_simulated_bench(simulated: usize, sessions: usize) -> Option<String> {
     match simulated {
         0 => None,
@@ -130,7 +130,7 @@ fn on_a_simulated_bench(simulated: usize, sessions: usize) -> Option<String> {
     }
 }
 
-/// Returns the values that occur, in words, with how often where there are several.
+/// Returns the distinct values in words, with their counts if there are several.
 fn distinct<'a>(
     recordings: &[Of<'a>],
     value: impl Fn(&Of<'a>) -> Option<String>,
@@ -234,7 +234,7 @@ pub(crate) fn study(content: &Content<'_>, recordings: &[Of<'_>]) -> Markup {
     }
 }
 
-/// Returns the dates of the first and of the last session.
+/// Returns the dates of the first and last session.
 fn recorded(content: &Content<'_>) -> Vec<(String, usize)> {
     let sessions = content.sessions.list.iter();
     let starts = sessions.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());

@@ -1,4 +1,4 @@
-//! Trials in the order of their sessions: each attempt with its verdict, and where its estimates are.
+//! Trials in the order of their sessions: each attempt with its verdict and a link to its estimates.
 
 use std::path::Path;
 
@@ -37,7 +37,7 @@ pub(crate) fn trials(content: &Content<'_>, recordings: &[Of<'_>]) -> Markup {
 }
 
 fn of_session(folder: &Path, session: &Session, recordings: &[Of<'_>]) -> Markup {
-    // As the recordings have it: of two studies, with the study's name.
+    // As in the recordings: if there are two studies, with the study's name.
     let mut inside = recordings.iter().filter(|of| {
         let path = of.path.canonicalize();
         path.is_ok_and(|path| path.parent() == Some(folder))
@@ -59,7 +59,7 @@ fn of_session(folder: &Path, session: &Session, recordings: &[Of<'_>]) -> Markup
         let mut each = recordings.iter().filter(in_folder);
         each.find(|of| of.attempt.is_some_and(|own| own.label == attempt.label))
     };
-    // Not the date: with it, whoever kept a diary would know the person.
+    // Without the date, by which anyone who knows when a participant came could identify the person.
     let details = session.start.as_ref();
     let details = details.map(|start| format!("Protocol {}, seed {}", start.protocol, start.seed));
     html! {

@@ -1,4 +1,4 @@
-//! The page holds everything that the results hold, and nothing that a browser would obey or fetch.
+//! Tests that the page shows everything in the results, and nothing that a browser would execute or fetch.
 
 #![expect(clippy::unwrap_used, reason = "a test")]
 
@@ -15,7 +15,7 @@ const HOSTILE: &str =
     "<script>alert('x')</script><img src=http://evil.test/a onerror=\"b\">&\u{202e}\u{1b}[2J";
 
 fn manifest(participant: &str) -> Manifest {
-    // Strings of JSON are strings of TOML too.
+    // A JSON string is also a TOML string.
     let [participant, condition] =
         [participant, HOSTILE].map(|text| serde_json::to_string(text).unwrap());
     let text = format!(
@@ -35,8 +35,8 @@ trial = {{ number = 1, attempt = 2, practice = false, condition = {condition}, p
     Manifest::parse(&text, "recording.toml").unwrap()
 }
 
-/// Results of a recording with two instances, of which `trial` has an estimate of the first, and of one that cannot be
-/// read.
+/// Results of one recording with two instances, of which the first has an estimate by `trial`, and of one recording that
+/// cannot be read.
 fn results(participant: &str, extra: &str) -> String {
     let estimate = |method: &str| {
         format!(
@@ -159,7 +159,7 @@ fn hostile_texts_are_shown_and_obeyed_nowhere_and_nothing_is_fetched() {
     ] {
         assert!(!page.contains(obeyed), "{obeyed}");
     }
-    // Within tags, not within the text that somebody wrote.
+    // Within tags, not within a user's text.
     let tags = page
         .split('<')
         .skip(1)
@@ -192,7 +192,7 @@ fn every_link_within_the_page_has_an_end() {
 fn the_page_of_a_small_study() {
     let page = page("sub-01", &[], "").unwrap();
     let (_, body) = page.split_once("<body>").unwrap();
-    // A line for each element, so that a change is seen where it is.
+    // One line for each element, for a readable diff.
     let lines = body.replace("><", ">\n<");
     insta::assert_snapshot!(lines);
 }
@@ -213,7 +213,7 @@ fn the_misfit_of_the_model_is_said_where_the_results_hold_it() {
     assert!(misfit.contains("<code>area_exponent</code>"));
 }
 
-/// A recording that the model does not hold for is in most studies, and has no interval.
+/// Most studies have a recording that the model does not fit, which has no interval.
 #[test]
 fn a_recording_without_intervals_is_shown_without_errors_and_with_the_signs() {
     let extra = format!(
@@ -384,7 +384,7 @@ fn a_session_gives_verdicts_with_reasons_and_the_age_and_values_of_its_calibrati
     }
 }
 
-/// The page said "No recording is excluded by decision" where decisions were overridden.
+/// The page said "No recording is excluded by decision" although decisions were overridden.
 #[test]
 fn overridden_decisions_and_missed_trials_are_said() {
     let results = results("sub-01", "").replacen(

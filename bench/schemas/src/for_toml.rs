@@ -1,10 +1,10 @@
-//! A schema as serde's types give it, made one of TOML and of an editor.
+//! Adaptation of a schema generated from serde's types to TOML and editors.
 
 use schemars::Schema;
 use schemars::transform::transform_subschemas;
 use serde_json::{Map, Value, json};
 
-/// Adapts a schema and all within it: TOML has no null and no integer over 2⁶³ − 1, and a description is read in an
+/// Adapts a schema and its subschemas: TOML has no null and no integer over 2⁶³ − 1, and descriptions are read in an
 /// editor, not in rustdoc.
 pub(crate) fn adapt(schema: &mut Schema) {
     transform_subschemas(&mut adapt, schema);
@@ -18,7 +18,7 @@ pub(crate) fn adapt(schema: &mut Schema) {
     bounded(object);
 }
 
-/// Removes examples in code, and breaks of lines within a paragraph.
+/// Removes code examples, and line breaks within a paragraph.
 fn in_plain_text(text: &str) -> String {
     let prose: Vec<&str> = text.split("```").step_by(2).map(str::trim).collect();
     let prose = prose.join("\n\n");
@@ -29,7 +29,7 @@ fn in_plain_text(text: &str) -> String {
     paragraphs.collect::<Vec<_>>().join("\n\n")
 }
 
-/// Removes null: an optional key is left out.
+/// Removes null: an optional key is omitted.
 fn without_null(object: &mut Map<String, Value>) {
     match object.get_mut("default") {
         Some(Value::Null) => drop(object.remove("default")),
@@ -61,7 +61,7 @@ fn keep_values(table: &mut Map<String, Value>) {
     tables.for_each(keep_values);
 }
 
-/// Replaces formats that JSON Schema does not know by the bounds that they mean.
+/// Replaces formats that JSON Schema does not know with their bounds.
 fn bounded(object: &mut Map<String, Value>) {
     let most = match object.get("format").and_then(Value::as_str) {
         Some("uint8") => i64::from(u8::MAX),

@@ -1,8 +1,8 @@
-//! JSON Schemas (2020-12) of the TOML files that people write and read: an editor completes their keys, explains them and
-//! marks what the bench would refuse.
+//! JSON Schemas (2020-12) of the TOML files that people edit: an editor completes their keys, explains them and marks
+//! values that the bench would refuse.
 //!
-//! Keys, types, defaults and descriptions are those of the types that the files are read into. Ranges are asked of the
-//! reader itself, by values that it must refuse, so that none is stated twice.
+//! Keys, types, defaults and descriptions come from the types that the files are read into. Ranges are obtained from the
+//! reader itself, by values that it must refuse, so that each is stated only once.
 //!
 //! ```
 //! let schema: serde_json::Value = schemas::schema_of("bench").unwrap();
@@ -24,7 +24,7 @@ use serde_json::{Value, json};
 #[doc = include_str!("../README.md")]
 struct ReadmeExample;
 
-/// Names of the schemas, the file that each is of, and what it is.
+/// Names of the schemas, the file that each describes, and the purpose of the file.
 pub const SCHEMAS: [(&str, &str, &str); 5] = [
     (
         "bench",
@@ -59,14 +59,14 @@ pub fn names() -> [&'static str; SCHEMAS.len()] {
     SCHEMAS.map(|(name, ..)| name)
 }
 
-/// Returns a line for each schema: its name, its file, and what that is.
+/// Returns a line for each schema: its name, its file, and the purpose of the file.
 #[must_use]
 pub fn list() -> String {
     let line = |(name, file, what): &(&str, &str, &str)| format!("{name:<12} {file:<17} {what}\n");
     SCHEMAS.iter().map(line).collect()
 }
 
-/// Returns the schema of that name; `None` for any other name.
+/// Returns the schema called `name`; `None` for any other name.
 #[must_use]
 pub fn schema_of(name: &str) -> Option<Value> {
     let mut schema = match name {
@@ -84,7 +84,7 @@ pub fn schema_of(name: &str) -> Option<Value> {
     Some(schema)
 }
 
-/// Returns the text of the schema of that name; `None` for any other name.
+/// Returns the text of the schema called `name`; `None` for any other name.
 #[must_use]
 pub fn text_of(name: &str) -> Option<String> {
     schema_of(name).map(|schema| format!("{schema:#}\n"))

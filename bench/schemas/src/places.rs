@@ -1,15 +1,15 @@
-//! Where in a file the numbers stand that a schema knows.
+//! Places of the numbers of a schema in a file.
 
 use serde_json::Value;
 
-/// A number in a file, and its schema.
+/// Number in a file, and its schema.
 #[derive(Debug, Clone)]
 pub(crate) struct Place {
-    /// Keys from the file's root; a list's first table is `0`, and every entry of a list of numbers is meant by its key.
+    /// Keys from the file's root; `0` is a list's first table, and the key of a list of numbers stands for every entry.
     pub path: Vec<String>,
     /// JSON pointer to the number's schema.
     pub pointer: String,
-    /// Whether it is an entry of a list.
+    /// Whether the number is an entry of a list.
     pub in_list: bool,
 }
 
@@ -41,7 +41,7 @@ fn walk(root: &Value, pointer: String, path: Vec<String>, in_list: bool, found: 
             true => [path.as_slice(), &["0".to_owned()]].concat(),
             false => path.clone(),
         };
-        // Lists of lists are left alone.
+        // Lists of lists are skipped.
         if items.get("items").is_none() {
             walk(root, format!("{pointer}/items"), below, !tables, found);
         }

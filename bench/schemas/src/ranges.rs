@@ -1,4 +1,4 @@
-//! Ranges of numbers, asked of the reader that refuses what is outside them.
+//! Ranges of numbers, obtained from the reader that enforces them.
 
 use std::collections::BTreeMap;
 
@@ -8,14 +8,14 @@ use toml::{Table, Value};
 use crate::places::{Place, numbers};
 use crate::readers::{Answer, Reader};
 
-/// A number that no range holds, either way.
+/// Number outside every range, with either sign.
 const BEYOND: f64 = 1e300;
 
-/// Least and greatest number that a key may have.
+/// Smallest and largest allowed number of a key.
 type Range = (f64, f64);
 
-/// Adds to a schema the ranges that its reader keeps. One that another key decides, such as that of a place on a plate, is
-/// not stated: it differs where the other numbers do.
+/// Adds to a schema the ranges that its reader enforces. A range that depends on another key, such as that of a position
+/// on a plate, is not stated: it changes with the other numbers.
 pub(crate) fn with_ranges(mut schema: Json, reader: &Reader) -> Json {
     let pairs: Vec<(&Table, Table)> = reader
         .documents
@@ -32,7 +32,7 @@ pub(crate) fn with_ranges(mut schema: Json, reader: &Reader) -> Json {
         of_pointers.entry(place.pointer).or_default().push(range);
     }
     for (pointer, ranges) in of_pointers {
-        // A table that stands in several places allows what any of them does.
+        // A table that is used in several places allows the union of their ranges.
         let all: Option<Vec<Range>> = ranges.into_iter().collect();
         let widest =
             all.and_then(|all| all.into_iter().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))));
@@ -43,7 +43,7 @@ pub(crate) fn with_ranges(mut schema: Json, reader: &Reader) -> Json {
     schema
 }
 
-/// Returns numbers that no range holds: the ends of an integer's type, or far beyond anything.
+/// Returns numbers outside every range: the ends of an integer's type, or extremely large numbers.
 fn ends(schema: &Json, place: &Place) -> Range {
     let number = schema.pointer(&place.pointer);
     let of_type = number.filter(|number| number["type"] == "integer");
@@ -67,7 +67,7 @@ fn state((low, high): Range, number: &mut Map<String, Json>) {
     number.insert("maximum".to_owned(), written(high));
 }
 
-/// Returns the range of the number at a place of a document; of a list, if that of every entry is the same.
+/// Returns the range of the number at a place of a document; for a list, if all entries have the same range.
 fn range_in(document: &Table, reader: &Reader, place: &Place, ends: Range) -> Option<Range> {
     let entries = match (place.in_list, at(document, &place.path)) {
         (true, Some(Value::Array(entries))) => entries.len(),
@@ -87,11 +87,11 @@ fn range_in(document: &Table, reader: &Reader, place: &Place, ends: Range) -> Op
         .then_some(first)
 }
 
-/// What the reader says of a number that no range holds.
+/// Answer of the reader to a number outside every range.
 enum Told {
     Taken,
     Refused,
-    /// The number as it was checked, and its range.
+    /// The number as checked, and its range.
     Outside(f64, Range),
 }
 
@@ -103,7 +103,7 @@ fn asked(document: &Table, reader: &Reader, path: &[String], ends: Range) -> Opt
         (Told::Outside(below, range), Told::Outside(above, other)) if range == other => {
             match above == greatest {
                 true if below == least => Some(range),
-                // Either sign is allowed.
+                // Both signs are allowed.
                 true if below == greatest => Some((-range.1, range.1)),
                 _ => None,
             }
@@ -127,7 +127,7 @@ fn told(document: &Table, reader: &Reader, path: &[String], number: f64) -> Told
     if put(&mut tried, path, number).is_none() {
         return Told::Refused;
     }
-    // A list is named as a whole, or by its entry.
+    // An error names a list as a whole, or an entry of it.
     let names = |key: &str| {
         let list = path.split_last().map(|(_, list)| list.join("."));
         key == path.join(".") || list.is_some_and(|list| key == list)
@@ -141,7 +141,7 @@ fn told(document: &Table, reader: &Reader, path: &[String], number: f64) -> Told
     }
 }
 
-/// Returns the document with every number changed that the reader takes another for.
+/// Returns the document with every number changed to a nearby one that the reader accepts, if there is one.
 fn otherwise(document: &Table, reader: &Reader) -> Table {
     let mut numbers = Vec::new();
     leaves(
@@ -161,7 +161,7 @@ fn otherwise(document: &Table, reader: &Reader) -> Table {
     other
 }
 
-/// Returns numbers near one, as its key may be a float or an integer.
+/// Returns nearby numbers, as integer and float, since the key may be of either type.
 fn changes(value: f64) -> Vec<Value> {
     let small = if value == 0.0 { 1e-3 } else { 0.1 * value };
     let mut near = vec![Value::Float(value - small), Value::Float(value + small)];
@@ -196,7 +196,7 @@ fn leaves(value: &Value, path: &mut Vec<String>, found: &mut Vec<(Vec<String>, f
     }
 }
 
-/// Puts a value at a path whose tables are there.
+/// Sets a value at a path of existing tables.
 fn put(document: &mut Table, path: &[String], value: Value) -> Option<()> {
     let (key, tables) = path.split_last()?;
     let Some((first, rest)) = tables.split_first() else {
@@ -234,7 +234,7 @@ mod tests {
     use super::*;
     use crate::readers;
 
-    /// The schemas that state ranges, with their readers.
+    /// Returns the schemas that state ranges, with their readers.
     fn all() -> [(Json, Reader); 3] {
         [
             (crate::schema_of("bench").unwrap(), readers::bench()),
@@ -251,7 +251,7 @@ mod tests {
         path
     }
 
-    /// An end of a range is in it, and what is just beyond is not.
+    /// The ends of a range are allowed, and numbers just outside are not.
     #[test]
     fn what_a_schema_states_is_what_the_reader_keeps() {
         let mut ends_checked = 0;
@@ -300,11 +300,11 @@ mod tests {
         assert!(ends_checked > 300, "{ends_checked}");
     }
 
-    /// A range that another key decides would be wrong in some other file.
+    /// A range that depends on another key would be wrong in some other file.
     #[test]
     fn no_other_key_decides_a_range_that_is_stated() {
         let mut tried = 0;
-        // Of scenarios it would take a minute.
+        // Scenarios would take a minute.
         for (schema, reader) in all().into_iter().take(2) {
             let mut seen = BTreeSet::new();
             for document in &reader.documents {
@@ -348,7 +348,7 @@ mod tests {
         assert!(tried > 3_000, "{tried}");
     }
 
-    /// Ends that no stated range has: what is stated takes the place of the type's in a schema.
+    /// Returns ends that differ from every stated range, since a schema states a range in place of the type's ends.
     fn ends_of_type(schema: &Json, place: &Place) -> Range {
         match schema.pointer(&place.pointer).unwrap()["type"] == "integer" {
             true => (0.0, f64::from(u16::MAX)),

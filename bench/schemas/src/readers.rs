@@ -1,4 +1,4 @@
-//! The readers of the files that know ranges, and files that they accept.
+//! Readers that enforce ranges, and files that they accept.
 
 use config::{Config, ConfigError};
 use mock_world::scenario::{Scenario, ScenarioError};
@@ -6,26 +6,26 @@ use protocols::{BrokenRule, Protocol, ProtocolError};
 use strict::OutOfRange;
 use toml::{Table, Value};
 
-/// What a reader says of a text.
+/// Answer of a reader to a text.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Answer {
-    /// It takes it.
+    /// The text is accepted.
     Taken,
-    /// A number is out of its range.
+    /// A number is outside its range.
     OutOfRange(OutOfRange),
-    /// It breaks another rule.
+    /// The text violates another rule.
     Refused,
 }
 
-/// A reader, and files that it accepts, in which numbers are tried.
+/// Reader, and files that it accepts, in which numbers are varied.
 pub(crate) struct Reader {
-    /// The files; what one of them leaves unread, such as the table of a source that is not in use, another has.
+    /// Files; parts that one file leaves unread, such as the table of a source that is not in use, are in another.
     pub documents: Vec<Table>,
     /// Reads a text.
     pub read: fn(&str) -> Answer,
 }
 
-/// Returns the reader of `bench.toml`, with a file for each source of forces and for a card of its own library.
+/// Returns the reader of `bench.toml`, with a file for each force source and for a card with its own library.
 pub(crate) fn bench() -> Reader {
     let template = table(&config::whole_template());
     let with_source = |source: &str| {
@@ -45,7 +45,7 @@ pub(crate) fn bench() -> Reader {
     channels["audio"]["input_channels"] = Value::Integer(4);
     let mut card = with_source("serial");
     if let Some(audio) = card["audio"].as_table_mut() {
-        // Three blocks are ahead of the converter, which is no place for long ones.
+        // Three blocks are queued before the converter, so they must not be long.
         audio.remove("buffer_frames");
         audio.extend(table(
             "host = \"nidaqmx\"\noutput_device = \"Dev1\"\ninput_device = \"Dev1\"\nsample_format = \"f32\"\noutput_channels = 1\n\
@@ -120,7 +120,7 @@ mod tests {
         }
     }
 
-    /// Of a source without a document here the schema would know no ranges.
+    /// Without a document here, the schema would lack the ranges of a source.
     #[test]
     fn every_source_of_forces_has_a_document() {
         let schema = crate::schema_of("bench").unwrap();

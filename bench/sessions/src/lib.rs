@@ -1,4 +1,4 @@
-//! What the logs of a study's sessions tell of its recordings: when each began, and how each attempt was settled.
+//! Sessions of a study by their logs: when each recording began and how each attempt was settled.
 
 mod session;
 mod standing;
@@ -12,15 +12,15 @@ use recording::study::event_log::{self, Document, LogContent};
 pub use session::{Attempt, Session, SessionEnd, practice_trials, session_event};
 pub use standing::Standing;
 
-/// Sessions that recordings are of.
+/// Sessions that a list of recordings belongs to.
 #[derive(Debug, Default)]
 pub struct Sessions {
-    /// Folder of each and what its log tells, or why it cannot be read; in the order of the recordings.
+    /// Folder of each session with its history, or why its log cannot be read; in the order of the recordings.
     pub list: Vec<(PathBuf, Result<Session, String>)>,
 }
 
 impl Sessions {
-    /// Reads the logs of the sessions that lie around these recording folders. Recordings made elsewhere have none.
+    /// Reads the logs of the sessions that contain these recording folders. Recordings outside a session are skipped.
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a Path>) -> Self {
         let mut sessions = Self::default();
         for recording in recordings {
@@ -36,7 +36,7 @@ impl Sessions {
         sessions
     }
 
-    /// Returns the session that a recording is of; `None` without a log that can be read.
+    /// Returns the session that contains a recording; `None` without a readable log.
     #[must_use]
     pub fn around(&self, recording: &Path) -> Option<(&Path, &Session)> {
         let folder = folder_of(recording)?;
@@ -45,7 +45,7 @@ impl Sessions {
         Some((folder, session.as_ref().ok()?))
     }
 
-    /// Returns what the log of its session tells of a recording.
+    /// Returns the attempt of a recording by the log of its session.
     #[must_use]
     pub fn attempt(&self, recording: &Path) -> Option<&Attempt> {
         let name = recording.canonicalize().ok()?;
@@ -59,7 +59,7 @@ impl Sessions {
 /// Reads the log of the session in `folder`.
 ///
 /// # Errors
-/// The reason why it cannot be read.
+/// The log cannot be read; returns the reason as text.
 pub fn read(folder: &Path) -> Result<Session, String> {
     let content = event_log::read(&folder.join(EVENTS_FILE)).map_err(|error| error.to_string())?;
     Ok(Session::after_practice(
@@ -68,7 +68,7 @@ pub fn read(folder: &Path) -> Result<Session, String> {
     ))
 }
 
-/// Returns the number of practice trials of the session in `folder`, by its copy of its protocol, or else by its log.
+/// Returns the number of practice trials of the session in `folder`, by its copy of the protocol, or else by its log.
 #[must_use]
 pub fn practice(folder: &Path, content: &LogContent) -> u32 {
     let start = content
@@ -81,7 +81,7 @@ pub fn practice(folder: &Path, content: &LogContent) -> u32 {
     let by_copy = || {
         let file = format!("{}.toml", start?.protocol);
         let text = files::read_text(&folder.join(&file), files::TEXT_LIMIT_BYTES).ok()?;
-        // A later version may have other rules; the log is as good.
+        // A later version may have other rules; the log serves as well.
         Some(Protocol::parse(&text, &file).ok()?.trials.practice)
     };
     by_copy().unwrap_or_else(|| practice_trials(content))

@@ -1,4 +1,4 @@
-//! A session as its log tells it.
+//! History of a session by its log.
 
 use std::collections::BTreeMap;
 
@@ -14,49 +14,49 @@ use crate::standing::Standing;
 /// Longest time between two recordings of a session, resumed ones included, s: a month.
 const LONGEST_S: f64 = 31.0 * 86_400.0;
 
-/// Session as its log tells it.
+/// History of a session by its log.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Session {
-    /// Its first start; `None` of a log that has none.
+    /// First start; `None` if it is missing.
     pub start: Option<Start>,
-    /// Number of times that it was resumed.
+    /// Number of resumptions.
     pub resumed: usize,
-    /// How it ended.
+    /// End of the session.
     pub end: SessionEnd,
-    /// Trials in its order, without practice; `None` if the log does not say.
+    /// Planned trials, without practice; `None` if the log does not say.
     pub planned: Option<usize>,
-    /// Attempts at trials, in the order in which they began.
+    /// Attempts at trials, in the order of their starts.
     pub attempts: Vec<Attempt>,
 }
 
-/// How a session ended.
+/// End of a session.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum SessionEnd {
-    /// The program was killed, or the session still goes on.
+    /// The program was killed, or the session is still running.
     #[default]
     Unfinished,
-    /// As its log says, with the reason unless all trials are done.
+    /// The session ended as its log says, with the reason unless all trials are done.
     Stopped(ExitStatus, Option<String>),
 }
 
 /// Attempt at a trial.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Attempt {
-    /// The attempt, which names its recording's folder.
+    /// Label of the attempt, which names its recording's folder.
     pub label: TrialLabel,
     /// Name of the condition.
     pub condition: String,
-    /// Start of its recording, s after that of the session's first one; `None` where the log has no plausible time.
+    /// Start of its recording relative to the session's first recording, s; `None` where the log has no plausible time.
     pub start_s: Option<f64>,
-    /// How it was settled; `None` where the log breaks off before.
+    /// Outcome; `None` where the log ends before it.
     pub outcome: Option<TrialOutcome>,
-    /// Number of the part of the session that it was made in, from 1; each resumption begins another.
+    /// Part of the session in which it was made, from 1; each resumption begins another.
     pub part: usize,
-    /// Intervals that were marked in its recording.
+    /// Intervals marked in its recording.
     pub marked: Vec<Interval>,
     /// Whether the log calls its recording saved.
     pub saved: bool,
-    /// Whether the log calls its recording broken off.
+    /// Whether the log calls its recording interrupted.
     pub interrupted: bool,
     /// Sums of its recording's files.
     pub sums: Option<Sums>,
@@ -77,7 +77,7 @@ impl Attempt {
         }
     }
 
-    /// Returns what became of it; one that the log leaves open was interrupted.
+    /// Returns the standing of the attempt; an attempt that the log leaves open was interrupted.
     #[must_use]
     pub fn standing(&self) -> Standing {
         self.outcome
@@ -85,7 +85,7 @@ impl Attempt {
             .map_or(Standing::Interrupted, Standing::of)
     }
 
-    /// Returns the verdict in a word, and the reasons for it, of which there may be none.
+    /// Returns the verdict in a word, and its reasons, if there are any.
     #[must_use]
     pub fn verdict(&self) -> (&'static str, Vec<String>) {
         let all = |reasons: &[protocols::RedoReason]| -> Vec<String> {
@@ -106,7 +106,7 @@ impl Attempt {
         }
     }
 
-    /// Returns whether it is a practice trial.
+    /// Returns whether the attempt is at a practice trial.
     #[must_use]
     pub fn is_practice(&self) -> bool {
         self.label.block == TrialBlock::Practice
@@ -114,13 +114,13 @@ impl Attempt {
 }
 
 impl Session {
-    /// Goes through a log.
+    /// Reads the history from a log.
     #[must_use]
     pub fn of(content: &LogContent) -> Self {
         Self::after_practice(content, practice_trials(content))
     }
 
-    /// Goes through the log of a session that begins with so many practice trials.
+    /// Reads the history from the log of a session that begins with `practice` practice trials.
     #[must_use]
     pub fn after_practice(content: &LogContent, practice: u32) -> Self {
         let mut reading = Reading {
@@ -161,7 +161,7 @@ impl Session {
         session
     }
 
-    /// Returns the accepted attempts, one of each trial: the last, should there be more.
+    /// Returns the accepted attempts, one for each trial: the last, if there are several.
     #[must_use]
     pub fn accepted(&self) -> Vec<&Attempt> {
         let mut accepted = BTreeMap::new();
@@ -174,15 +174,15 @@ impl Session {
     }
 }
 
-/// State while a log is gone through.
+/// State while reading a log.
 struct Reading {
     session: Session,
     practice: u32,
-    /// Present part of the session, from 1.
+    /// Current part of the session, from 1.
     part: usize,
-    /// Start of that part, whose audio clock begins with it, s after the first.
+    /// Start of that part, when its audio clock begins, s after the session's first start.
     part_s: f64,
-    /// Attempt that is being made.
+    /// Attempt in progress.
     open: Option<TrialLabel>,
 }
 
@@ -190,7 +190,7 @@ impl Reading {
     fn start(&mut self, start: &Start, since_s: Option<f64>) {
         self.part += 1;
         self.open = None;
-        // The wall clock may be set back; time does not.
+        // The wall clock may be set back.
         self.part_s = since_s.unwrap_or(self.part_s).max(self.part_s);
         self.session.end = SessionEnd::Unfinished;
         match &self.session.start {
@@ -249,7 +249,7 @@ impl Reading {
     }
 }
 
-/// Returns the number of practice trials that the log's events show: the first other trial comes after them.
+/// Returns the number of practice trials by the log's events: the number of the first other trial, less one.
 #[must_use]
 pub fn practice_trials(content: &LogContent) -> u32 {
     let events = content
@@ -272,7 +272,7 @@ pub fn practice_trials(content: &LogContent) -> u32 {
         .saturating_sub(1)
 }
 
-/// Returns the event of the protocol's state machine that an event of the log is, if it is one.
+/// Parses an event of the log as one of the protocol's state machine; `None` if it is another kind of event.
 #[must_use]
 pub fn session_event(event: &LogEvent) -> Option<SessionEventKind> {
     serde_json::from_value(Value::Object(event.data.clone())).ok()
@@ -371,7 +371,7 @@ mod tests {
         };
         assert_eq!(times(&lines), [Some(0.0), Some(3.0)]);
 
-        // Times that are none, of a log that was edited.
+        // Implausible times of an edited log.
         let edited = [(1, -1e308), (2, 1e308), (3, 40.0 * 86_400.0)];
         let edited = edited.map(|(attempt, audio_s)| began(audio_s, &key(3, attempt)));
         let lines = [&lines[..2], &edited[..]].concat();

@@ -1,26 +1,26 @@
-//! What became of an attempt at a trial.
+//! Standing of an attempt at a trial.
 
 use std::fmt;
 
 use protocols::TrialOutcome;
 
-/// What became of an attempt at a trial, by the log.
+/// Standing of an attempt at a trial by the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Standing {
-    /// The session went on with the next trial after it.
+    /// Accepted: the session continued with the next trial.
     Accepted,
-    /// To be repeated.
+    /// Rejected, to be repeated.
     Repeated,
     /// Rejected, with no repetition left.
     GivenUp,
-    /// Cut short, or left open where the log ends.
+    /// Cut short, or still open where the log ends.
     Interrupted,
-    /// The log does not know it.
+    /// Not in the log.
     Unknown,
 }
 
 impl Standing {
-    /// Returns the standing of an attempt that was settled so.
+    /// Returns the standing of an attempt with this outcome.
     #[must_use]
     pub fn of(outcome: &TrialOutcome) -> Self {
         match outcome {

@@ -1,10 +1,10 @@
-//! The four parameters above the recording: of each participant over their trials, and of the study over its
-//! participants.
+//! Four skin parameters, pooled over the trials of each participant and over the participants of the study.
 //!
-//! Each recording's fit gives the four with the standard errors of their logarithms. They are pooled one by one, in
-//! logarithms, by `pooling`: trial < participant < study, all normal, by empirical Bayes. The prior of the fit is taken
-//! off first: it is the same in every trial, and would be counted once for each. Recordings whose model does not hold
-//! are left out. E and ν are the same for all, so that q0 E/(1 − ν²), which alone is measured, is pooled with q0.
+//! Each recording's fit gives the four parameters with the standard errors of their logarithms. `pooling` pools each
+//! parameter separately, in logarithms: trial < participant < study, all normal, by empirical Bayes. The prior of the fit
+//! is removed first, because it is the same in every trial and would be counted once for each. Recordings that the model
+//! does not fit are excluded. E and ν are the same for all, so that q0 E/(1 − ν²), the only measured combination, is
+//! pooled with q0.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -16,12 +16,12 @@ use estimation::trial::{LogNormal, SharedFit, TrialPriors};
 use pooling::{Estimate, Group, Hierarchy, hierarchy};
 use serde::Serialize;
 
-/// What was done, for whoever reads the results alone.
+/// Method, for readers of the results alone.
 const POOLING: &str = "logarithms, normal at each level, empirical Bayes: variance between trials, or the errors that they share, from how \
                        they scatter; between participants by DerSimonian and Laird, intervals by Hartung and Knapp, shrunken values by \
                        Morris; each parameter by itself";
 
-/// The four parameters, and something of each.
+/// A value for each of the four parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Parameters<T> {
     /// Apparent contact area S, m².
@@ -34,7 +34,7 @@ pub struct Parameters<T> {
     pub tau_s: T,
 }
 
-/// Names of the parameters, in their order.
+/// Names of the parameters, in order.
 pub(crate) const NAMES: [&str; 4] = ["contact_area_m2", "q0_rad_per_m", "loss_factor", "tau_s"];
 
 impl<T> Parameters<T> {
@@ -57,12 +57,12 @@ impl<T> Parameters<T> {
     }
 }
 
-/// A value with its 95 % interval.
+/// Value with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Ranged {
-    /// The value.
+    /// Value.
     pub value: f64,
-    /// Its interval.
+    /// 95 % interval.
     pub interval95: [f64; 2],
 }
 
@@ -75,39 +75,40 @@ impl Ranged {
     }
 }
 
-/// A parameter of a recording.
+/// Parameter of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OfTrial {
-    /// The value and its interval, as its fit has them.
+    /// Value and interval of the recording's fit.
     #[serde(flatten)]
     pub raw: Ranged,
-    /// The value drawn towards its participant's; `None` with too few trials to tell by how much, or where the
-    /// recording tells nothing of the parameter.
+    /// Value shrunken towards the participant's; `None` with too few trials to estimate the shrinkage, or if the
+    /// recording does not constrain the parameter.
     pub shrunken: Option<Ranged>,
 }
 
-/// A recording that is pooled.
+/// Pooled recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Trial {
-    /// Its folder.
+    /// Folder.
     pub path: PathBuf,
-    /// The parameters.
+    /// Parameters.
     #[serde(flatten)]
     pub parameters: Parameters<OfTrial>,
 }
 
-/// A parameter of a participant.
+/// Parameter of a participant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OfPerson {
-    /// Mean over the trials with its 95 % interval: errors within the trials, and what is between them.
+    /// Mean over the trials with its 95 % interval, which includes the errors within the trials and the scatter between
+    /// them.
     #[serde(flatten)]
     pub mean: Ranged,
-    /// Trials that it is from; one that leaves the parameter open is not among them.
+    /// Number of trials in the mean; trials that do not constrain the parameter are excluded.
     pub n_trials: usize,
-    /// Standard deviation of the logarithm between them, beyond what their errors explain, as the interval has it;
-    /// `None` where nobody has two.
+    /// Standard deviation of the logarithm between the trials, beyond their errors, as used in the interval; `None` if no
+    /// participant has two trials.
     pub between_trials_ln_std: Option<f64>,
-    /// The mean drawn towards that of all participants; `None` with fewer than four of them.
+    /// Mean shrunken towards that of all participants; `None` with fewer than four of them.
     pub shrunken: Option<Ranged>,
 }
 
@@ -116,58 +117,58 @@ pub struct OfPerson {
 pub struct Person {
     /// Pseudonym.
     pub participant: String,
-    /// The parameters; `None` where no trial tells of it.
+    /// Parameters; `None` if no trial constrains them.
     #[serde(flatten)]
     pub parameters: Parameters<Option<OfPerson>>,
-    /// Recordings that are pooled.
+    /// Pooled recordings.
     pub trials: Vec<Trial>,
-    /// How many are left out.
+    /// Number of excluded recordings.
     pub n_left_out: usize,
 }
 
-/// A parameter of the study.
+/// Parameter of the study.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OfStudy {
     /// Mean over the participants; `None` with fewer than two.
     pub mean: Option<Ranged>,
-    /// Participants that it is from.
+    /// Number of participants in the mean.
     pub n_participants: usize,
-    /// Standard deviation of the logarithm between participants, beyond what their means' errors explain.
+    /// Standard deviation of the logarithm between participants, beyond the errors of their means.
     pub between_participants_ln_std: Option<f64>,
     /// Its 95 % interval.
     pub between_participants_ln_std_interval95: Option<[f64; 2]>,
-    /// That between the trials of a participant, the same for all but those whose trials differ by more; `None` where
-    /// nobody has two.
+    /// Pooled standard deviation of the logarithm between a participant's trials, except participants with significantly
+    /// larger scatter; `None` if no participant has two trials.
     pub between_trials_ln_std: Option<f64>,
-    /// Part of the variance of the trials' errors that those of a participant share, as far as it shows; in every
-    /// interval above the trial.
+    /// Fraction of the variance of the trials' errors that a participant's trials share, as estimated from their scatter;
+    /// included in every interval above the trial level.
     pub shared_error_part: f64,
 }
 
-/// A recording that is left out.
+/// Excluded recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
-    /// Its folder.
+    /// Folder.
     pub path: PathBuf,
     /// Pseudonym, if it is known.
     pub participant: Option<String>,
-    /// Why.
+    /// Reason.
     pub because: String,
 }
 
-/// The skin of a study.
+/// Skin of a study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Skin {
     pooling: &'static str,
     /// All participants together.
     pub study: Parameters<OfStudy>,
-    /// The participants, by name.
+    /// Participants by name.
     pub participants: Vec<Person>,
-    /// Recordings that are left out.
+    /// Excluded recordings.
     pub left_out: Vec<LeftOut>,
 }
 
-/// Fits of a participant, and how many more are left out.
+/// Fits of a participant, and the number of excluded recordings.
 #[derive(Default)]
 struct Fits<'a> {
     used: Vec<(&'a RecordingFindings, &'a SharedFit)>,
@@ -175,11 +176,11 @@ struct Fits<'a> {
 }
 
 impl Skin {
-    /// Pools what the recordings of an analysis have.
+    /// Pools the recordings of an analysis.
     pub fn of(analysed: &Analysed) -> Self {
         let mut people = BTreeMap::<&str, Fits<'_>>::new();
         let mut left_out = Vec::new();
-        // Over everything that was asked for: also what cannot be read is left out.
+        // All requested recordings, including unreadable ones, which are listed as excluded.
         for recording in &analysed.recordings {
             let usable = match &recording.found {
                 Ok(found) => usable(found).map(|shared| (found, shared)),
@@ -226,7 +227,7 @@ impl Skin {
     }
 }
 
-/// Returns the fit of a recording that is pooled, or why it is not.
+/// Returns the fit of a recording, or the reason to exclude it.
 fn usable(found: &RecordingFindings) -> Result<&SharedFit, String> {
     let shared = found.trial.as_ref();
     let shared = shared.ok_or("its instances cannot be fitted together")?;
@@ -242,7 +243,7 @@ fn usable(found: &RecordingFindings) -> Result<&SharedFit, String> {
     Ok(shared)
 }
 
-/// The parameters of a fit, in their order.
+/// Parameters of a fit, in order.
 const OF: [fn(&SharedFit) -> LogUncertain; 4] = [
     |of| of.contact_area_m2,
     |of| of.q0_rad_per_m,
@@ -257,20 +258,20 @@ fn raw(of: LogUncertain) -> Ranged {
     }
 }
 
-/// A parameter, pooled.
+/// Pooled parameter.
 struct Pooled {
     hierarchy: Hierarchy,
-    /// Place of each participant's trials among those that tell of the parameter.
+    /// Index of each participant's trials among those that constrain the parameter.
     places: Vec<Vec<Option<usize>>>,
 }
 
-/// Returns the parameters, pooled in their order.
+/// Returns the pooled parameters, in order.
 fn pool(people: &BTreeMap<&str, Fits<'_>>, priors: &TrialPriors) -> [Pooled; 4] {
     [
         (OF[0], priors.contact_area_m2),
         (OF[1], priors.q0_rad_per_m),
         (OF[2], priors.loss_factor),
-        // That of τ is at another gap: nearer than matters to a prior of a factor of ten.
+        // τ refers to another gap, but the difference is negligible for a prior with a factor of ten.
         (OF[3], priors.tau_s),
     ]
     .map(|(of, prior)| {
@@ -292,7 +293,7 @@ fn pool(people: &BTreeMap<&str, Fits<'_>>, priors: &TrialPriors) -> [Pooled; 4] 
     })
 }
 
-/// Returns what a recording's data say of a logarithm.
+/// Returns the estimate of a logarithm from the data alone, without the prior.
 fn told(found: LogUncertain, prior: LogNormal) -> Option<Estimate> {
     let prior = Estimate::new(prior.median.ln(), prior.ln_std)?;
     Estimate::new(found.value.ln(), found.ln_std)?.without_prior(prior)
@@ -348,7 +349,7 @@ mod tests {
         for open in [prior.ln_std, 2.0 * prior.ln_std, f64::INFINITY, f64::NAN] {
             assert_eq!(told(found(open), prior), None);
         }
-        // One that is known well hardly owes the prior anything.
+        // A precise estimate hardly depends on the prior.
         let known = told(found(0.02), prior).unwrap();
         assert_relative_eq!(known.value().exp(), 220e-6, max_relative = 1e-3);
         assert_relative_eq!(known.std(), 0.02, max_relative = 1e-3);

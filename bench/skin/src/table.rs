@@ -1,4 +1,4 @@
-//! The skin of a study as CSV: a row for each parameter of each recording, each participant and the study.
+//! Skin of a study as CSV: a row for each parameter of each recording, each participant and the study.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use crate::skin::{NAMES, Ranged, Skin};
 use recording::DiskError;
 use recording::disk;
 
-/// The file's name.
+/// Name of the file.
 pub const SKIN_FILE: &str = "skin.csv";
 
 const HEADER: [&str; 13] = [
@@ -25,7 +25,7 @@ const HEADER: [&str; 13] = [
     "left_out",
 ];
 
-/// A row; what is not known is empty.
+/// Row of the table; unknown values are empty.
 #[derive(Default)]
 struct Row<'a> {
     level: &'static str,
@@ -70,13 +70,13 @@ impl Row<'_> {
     }
 }
 
-/// Writes the table into `folder`; one that exists is replaced.
+/// Writes the table into `folder`, replacing an existing one.
 ///
 /// # Errors
 /// The operating system refused.
 pub fn write(skin: &Skin, folder: &Path) -> Result<(), DiskError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    // Into memory, where nothing fails.
+    // Writing to memory does not fail.
     let _ = writer.write_record(HEADER);
     for row in rows(skin) {
         let _ = writer.write_record(row.cells());

@@ -1,8 +1,8 @@
-//! The skin of a study in lines for a terminal.
+//! Skin of a study as lines for a terminal.
 
 use crate::skin::{OfStudy, Person, Ranged, Skin};
 
-/// Symbol, factor from the SI unit, decimals and unit of each parameter, in their order.
+/// Symbol, factor from the SI unit, decimals and unit of each parameter, in order.
 const SHOWN: [(&str, f64, usize, &str); 4] = [
     ("S", 1e6, 0, " mm²"),
     ("q0", 1e-4, 2, " × 10⁴ rad/m"),
@@ -11,8 +11,8 @@ const SHOWN: [(&str, f64, usize, &str); 4] = [
 ];
 
 impl Skin {
-    /// Returns a line for each participant with the 95 % intervals of the means, and two for the study; none where
-    /// nobody is known.
+    /// Returns a line for each participant with the 95 % intervals of the means, and two for the study; no lines if there
+    /// are no participants.
     pub fn lines(&self) -> Vec<String> {
         let mut lines: Vec<String> = self.participants.iter().map(of_person).collect();
         let of_study = self.study.in_order();

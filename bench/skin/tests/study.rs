@@ -1,4 +1,4 @@
-//! Studies made of fits that are known, pooled.
+//! Pooling of studies with known fits.
 
 #![expect(
     clippy::unwrap_used,
@@ -26,7 +26,7 @@ channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
 plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
 "#;
 
-/// A fit with this area, its logarithm known to `ln_std`; the other parameters to 5 %.
+/// Returns a fit with this area, with a standard error of its logarithm of `ln_std`; 5 % for the other parameters.
 fn fit(area_m2: f64, ln_std: f64) -> SharedFit {
     let known = |value| LogUncertain {
         value,
@@ -96,7 +96,7 @@ fn study(trials: Vec<(Option<&str>, Option<SharedFit>)>) -> Analysed {
     }
 }
 
-/// Four people of 200 to 260 mm², three trials each, and beside them all that is left out.
+/// Four people with 200 to 260 mm² and three trials each, plus all kinds of excluded recordings.
 fn whole() -> Analysed {
     let mut trials = Vec::new();
     for (person, area_m2) in [("a", 200e-6), ("b", 220e-6), ("c", 240e-6), ("d", 260e-6)] {
@@ -136,7 +136,7 @@ fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_
     let used: Vec<_> = skin.participants.iter().map(|of| of.trials.len()).collect();
     assert_eq!((left_out, used), (vec![1, 1, 1, 1, 2], vec![3, 3, 3, 3, 0]));
     assert_eq!(skin.left_out.len(), 7);
-    // What cannot be read was in no count.
+    // Unreadable recordings were missing from all counts.
     assert!(skin.left_out[6].because.starts_with("it cannot be read: "));
     assert!(
         skin.left_out[0]
@@ -172,7 +172,7 @@ fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_
             let width = |of: skin::Ranged| (of.interval95[1] / of.interval95[0]).ln();
             assert!(width(drawn) < width(of.raw), "{of:?}");
         }
-        // Trials 10 % from the mean with errors of 5 %: most of the distance stays, not all.
+        // The trials are 10 % from the mean, with errors of 5 %: most of the distance remains, but not all.
         let low = person.trials[0].parameters.contact_area_m2;
         let stays = (low.shrunken.unwrap().value / area_m2).ln() / (low.raw.value / area_m2).ln();
         assert!((0.5..1.0).contains(&stays), "{stays}");
@@ -194,10 +194,10 @@ fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_
         "{area:?}"
     );
     assert!(area.between_trials_ln_std.unwrap() > 0.05);
-    // What all agree on has no spread of its own.
+    // A parameter with equal values has no scatter between trials or participants.
     assert_eq!(skin.study.tau_s.between_trials_ln_std, Some(0.0));
     assert_eq!(skin.study.tau_s.between_participants_ln_std, Some(0.0));
-    // And is wrong, if it is, by the same in all.
+    // Its error, if any, is then the same in all trials.
     assert!(skin.study.tau_s.shared_error_part > 0.99 && area.shared_error_part == 0.0);
 
     let nobody = skin.participants.last().unwrap();
@@ -240,7 +240,7 @@ fn one_trial_alone_has_its_own_interval_and_what_is_not_known_is_null() {
     assert_eq!(skin.lines().len(), 1);
 }
 
-/// Of a parameter that a trial leaves to the prior, nothing is made.
+/// A parameter that a trial leaves to the prior is not pooled.
 #[test]
 fn a_parameter_that_a_trial_leaves_open_is_not_pooled_and_the_others_are() {
     let skin = Skin::of(&study(vec![

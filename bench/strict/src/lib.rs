@@ -1,10 +1,10 @@
-//! Strictly read TOML files: an unknown key names the nearest known one and its line, a value out of range names its
-//! range and unit, and every file of the bench reports it in the same words.
+//! Strict reading of TOML files: an unknown key is reported with its line and the nearest known key, a value out of range
+//! with its range and unit, in the same words for every file of the bench.
 //!
-//! - [`parse`] reads a file into a type and explains what stands in its way as a [`TomlError`].
+//! - [`parse`] reads a file into a type and explains failures as a [`TomlError`].
 //! - [`within`] and [`count_within`] are the range rule; [`OutOfRange`] names key, value, range and unit.
-//! - [`InFile`] and [`line_of`] place an error about a value that parsed well but is not allowed.
-//! - [`nearest`] suggests the known word that was probably meant.
+//! - [`InFile`] and [`line_of`] locate an error about a value that parses but is not allowed.
+//! - [`nearest`] suggests the most similar known word.
 //!
 //! ```
 //! #[derive(Debug, serde::Deserialize)]

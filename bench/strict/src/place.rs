@@ -1,22 +1,22 @@
-//! Lines of a file, and where its keys stand.
+//! Lines of a file and of its keys.
 
 use std::fmt;
 
 use toml::de::{DeTable, DeValue};
 
-/// An error about a value of a file, with the file's name and the line of the value's key.
+/// Error about a value of a file, with the file's name and the line of the value's key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InFile<E> {
     /// The file, as the caller named it.
     pub file: String,
-    /// Line of the key, from 1; `None` where the error is no single key's fault or the key is not written.
+    /// Line of the key, from 1; `None` if the error concerns several keys or the key is not in the file.
     pub line: Option<usize>,
-    /// What is wrong.
+    /// Error.
     pub error: E,
 }
 
 impl<E> InFile<E> {
-    /// Places `error` on the line of `text` on which the key at the dotted `path` stands, see [`line_of`].
+    /// Adds to `error` the line of `text` with the key at the dotted `path`, see [`line_of`].
     pub fn at_key(error: E, path: &str, text: &str, file: &str) -> Self {
         Self {
             file: file.to_owned(),
@@ -35,11 +35,11 @@ impl<E: fmt::Display> fmt::Display for InFile<E> {
     }
 }
 
-// No source: the text of `error` is part of this error's own, and would be printed twice.
+// No source: the text of `error` is included in this error's text and would be printed twice.
 impl<E: std::error::Error> std::error::Error for InFile<E> {}
 
-/// Returns the line, from 1, on which the key at a dotted `path` stands; elements of arrays by index from 0:
-/// `drive.modulation_hz`, `conditions.1.name`. `None` if `text` has no such key or is not TOML.
+/// Returns the line, from 1, of the key at a dotted `path`; elements of arrays by index from 0: `drive.modulation_hz`,
+/// `conditions.1.name`. `None` if `text` has no such key or is not TOML.
 ///
 /// ```
 /// let text = "[[plates]]\nlength_m = 0.1\n";
@@ -69,7 +69,7 @@ pub fn line_of(text: &str, path: &str) -> Option<usize> {
     Some(line_at(text, at))
 }
 
-/// Returns the line, from 1, that holds the byte at `offset`.
+/// Returns the line, from 1, of the byte at `offset`.
 pub(crate) fn line_at(text: &str, offset: usize) -> usize {
     1 + text.bytes().take(offset).filter(|&b| b == b'\n').count()
 }

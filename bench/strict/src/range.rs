@@ -1,19 +1,19 @@
-//! The range rule for numbers and counts.
+//! Range rule for numbers and counts.
 
 use std::fmt;
 
-/// A number outside the range that its key allows.
+/// Number outside the allowed range of its key.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutOfRange {
     /// Dotted path of the key.
     pub key: String,
-    /// The number given.
+    /// Given number.
     pub value: f64,
-    /// Smallest number allowed.
+    /// Smallest allowed number.
     pub low: f64,
-    /// Largest number allowed.
+    /// Largest allowed number.
     pub high: f64,
-    /// Unit of `value`, `low` and `high`; empty for a pure number.
+    /// Unit of `value`, `low` and `high`; empty for a dimensionless number.
     pub unit: String,
 }
 
@@ -36,10 +36,10 @@ impl fmt::Display for OutOfRange {
     }
 }
 
-/// Requires `value` to lie from `low` to `high`, both included.
+/// Requires `value` to lie in the closed range from `low` to `high`.
 ///
 /// # Errors
-/// [`OutOfRange`] for any other value; NaN lies in no range.
+/// [`OutOfRange`] for any other value, also for NaN.
 ///
 /// ```
 /// assert!(strict::within("drive.modulation_index", 0.95, 0.0, 1.0, "").is_ok());
@@ -59,7 +59,7 @@ pub fn within(key: &str, value: f64, low: f64, high: f64, unit: &str) -> Result<
     })
 }
 
-/// Requires a count to lie from `low` to `high`, both included.
+/// Requires a count to lie in the closed range from `low` to `high`.
 ///
 /// # Errors
 /// [`OutOfRange`] for any other count.

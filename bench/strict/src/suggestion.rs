@@ -1,10 +1,10 @@
-//! The known word that was probably meant.
+//! Suggestions for unknown words.
 
 /// Similarity below which a suggestion would mislead.
 const LIKE_ENOUGH: f64 = 0.7;
 
-/// Returns the word of `known` most like `word`: the one spelt most like it, or else the only one that contains it or
-/// is contained in it. `None` if no word is like it.
+/// Returns the word of `known` most similar to `word`: the closest spelling, or else the only one that contains it or is
+/// contained in it. `None` if no word is similar.
 ///
 /// ```
 /// let known = ["huloux2021", "demo"];
@@ -22,8 +22,8 @@ pub fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> {
     spelt.or_else(|| containing(word, known)).map(str::to_owned)
 }
 
-/// Returns the only word of `known` that contains `word` or is contained in it. Words under three letters are part of
-/// too many others to count.
+/// Returns the only word of `known` that contains `word` or is contained in it. Words under three letters are ignored,
+/// since too many others contain them.
 fn containing<'a, S: AsRef<str>>(word: &str, known: &'a [S]) -> Option<&'a str> {
     const SHORTEST: usize = 3;
     if word.len() < SHORTEST {

@@ -1,59 +1,59 @@
-//! Why a TOML file cannot be read.
+//! Errors of reading a TOML file.
 
-/// Why a file cannot be read. Lines count from 1; keys are dotted paths, elements of an array without their index.
+/// Error of reading a TOML file. Lines count from 1; keys are dotted paths, elements of an array without their index.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TomlError {
-    /// A key that no table of this kind has.
+    /// Unknown key.
     #[error("{file}, line {line}: unknown key `{key}`{}; known here: {}", did_you_mean(.nearest), quoted(.known))]
     UnknownKey {
         /// The file, as the caller named it.
         file: String,
-        /// Where the key stands.
+        /// Line of the key.
         line: usize,
         /// The key as written, without its table.
         key: String,
-        /// The known key that is most like it, if any is like it.
+        /// Most similar known key, if any is similar.
         nearest: Option<String>,
-        /// All keys known in that place.
+        /// All known keys of that table.
         known: Vec<String>,
     },
-    /// A word where one of a few others must stand.
+    /// Word that is not among the allowed ones.
     #[error("{file}, line {line}: unknown value `{value}`{}; allowed: {}", did_you_mean(.nearest), quoted(.allowed))]
     UnknownValue {
         /// The file, as the caller named it.
         file: String,
-        /// Where the value stands.
+        /// Line of the value.
         line: usize,
         /// The value as written.
         value: String,
-        /// The allowed value that is most like it, if any is like it.
+        /// Most similar allowed value, if any is similar.
         nearest: Option<String>,
-        /// All values allowed in that place.
+        /// All allowed values.
         allowed: Vec<String>,
     },
-    /// A required key that is not there.
+    /// Missing required key.
     #[error("{file}{}: key `{key}` is missing", in_table(.table))]
     MissingKey {
         /// The file, as the caller named it.
         file: String,
-        /// Dotted path of the table that lacks it; `None` for the top of the file.
+        /// Dotted path of the table that lacks the key; `None` for the top of the file.
         table: Option<String>,
         /// The missing key.
         key: String,
     },
-    /// A number in quotes.
+    /// Number in quotes.
     #[error("{file}, line {line}{}: \"{number}\" is text; write the number without quotes", at_key(.key))]
     QuotedNumber {
         /// The file, as the caller named it.
         file: String,
-        /// Where the value stands.
+        /// Line of the value.
         line: usize,
-        /// The key, where it is known.
+        /// Key, if known.
         key: Option<String>,
-        /// What stands between the quotes.
+        /// Text between the quotes.
         number: String,
     },
-    /// A number followed by a unit, in quotes or not.
+    /// Number followed by a unit, in quotes or not.
     #[error(
         "{file}, line {line}{}: `{value}` has a unit; write a number without a unit; the unit is in the key's name",
         at_key(.key)
@@ -61,25 +61,25 @@ pub enum TomlError {
     NumberWithUnit {
         /// The file, as the caller named it.
         file: String,
-        /// Where the value stands.
+        /// Line of the value.
         line: usize,
-        /// The key, where it is known.
+        /// Key, if known.
         key: Option<String>,
         /// Number and unit as written, without quotes.
         value: String,
     },
-    /// A value of another type than the key's, or a whole number too large or small for it.
+    /// Value of another type than the key's, or a whole number outside the type's range.
     #[error("{file}, line {line}{}: {found} is not allowed; write {wanted}", at_key(.key))]
     WrongType {
         /// The file, as the caller named it.
         file: String,
-        /// Where the value stands.
+        /// Line of the value.
         line: usize,
-        /// The key, where it is known.
+        /// Key, if known.
         key: Option<String>,
-        /// What is written.
+        /// Value as written.
         found: String,
-        /// What must be written.
+        /// Expected value.
         wanted: String,
     },
     /// Text that is not TOML, or a value in the wrong form.
@@ -87,11 +87,11 @@ pub enum TomlError {
     Invalid {
         /// The file, as the caller named it.
         file: String,
-        /// Where it was noticed.
+        /// Line of the error.
         line: usize,
-        /// The key, where it is known.
+        /// Key, if known.
         key: Option<String>,
-        /// What is wrong.
+        /// Parser's message.
         message: String,
     },
 }

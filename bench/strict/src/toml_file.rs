@@ -1,4 +1,4 @@
-//! Reading TOML files strictly, and explaining what stands in the way.
+//! Strict reading of TOML files, with explanations of errors.
 
 use std::ops::Range;
 
@@ -42,7 +42,7 @@ fn explain(mut error: toml::de::Error, text: &str, file: &str) -> TomlError {
     let span = error.span();
     let line = span.as_ref().map_or(1, |span| line_at(text, span.start));
     let message = error.message().trim_end().to_owned();
-    // The path of keys shows only in the text of an error that has lost its input.
+    // The path of keys appears only in the text of an error without its input.
     error.set_input(None);
     let path = error
         .to_string()
@@ -103,7 +103,7 @@ fn wrong_type(wrong: WrongValue, file: String, line: usize, key: Option<String>)
     }
 }
 
-/// Explains an error that only the text itself can: a number with a unit is not TOML.
+/// Explains an error from the text itself: a number with a unit is not TOML.
 fn not_toml(
     message: String,
     text: &str,
@@ -146,10 +146,10 @@ fn not_toml(
     }
 }
 
-/// Takes serde's "unknown field `a`, expected one of `b`, `c`" apart.
+/// Parses serde's "unknown field `a`, expected one of `b`, `c`".
 fn unknown(message: &str, prefix: &str) -> Option<(String, Vec<String>)> {
     let rest = message.strip_prefix(prefix)?.strip_prefix('`')?;
-    // The unknown word is the user's and may hold backticks; serde's own text follows the last "`, ".
+    // The unknown word is the user's and may contain backticks; serde's own text follows the last "`, ".
     let (word, expected) = rest
         .rsplit_once("`, expected ")
         .or_else(|| rest.rsplit_once("`, there are no fields"))?;

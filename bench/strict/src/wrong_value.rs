@@ -1,6 +1,6 @@
-//! Values that cannot be read: what stands there, and what should.
+//! Unreadable values, and the values expected in their place.
 
-/// What is wrong with a value.
+/// Kind of wrong value.
 #[derive(Debug, PartialEq)]
 pub(crate) enum WrongValue {
     /// A number between quotes where a number is expected.
@@ -11,7 +11,7 @@ pub(crate) enum WrongValue {
     Type { found: String, wanted: String },
 }
 
-/// Takes serde's "invalid type: string \"5\", expected f64" apart; `None` for any other message.
+/// Parses serde's "invalid type: string \"5\", expected f64"; `None` for any other message.
 pub(crate) fn from_message(message: &str) -> Option<WrongValue> {
     let rest = message
         .strip_prefix("invalid type: ")
@@ -35,23 +35,23 @@ pub(crate) fn from_message(message: &str) -> Option<WrongValue> {
     })
 }
 
-/// A value that is not TOML, as it stands in the text.
+/// Value that is not TOML, as written.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Unreadable<'a> {
-    /// Dotted path of its key, where the key stands on the value's line.
+    /// Dotted path of its key, if the key is on the value's line.
     pub(crate) key: Option<String>,
     /// The value as written; may be empty.
     pub(crate) value: &'a str,
 }
 
 impl Unreadable<'_> {
-    /// Whether the value is a number and a unit.
+    /// Returns whether the value is a number and a unit.
     pub(crate) fn is_number_with_unit(&self) -> bool {
         let (number, unit) = split_number(self.value);
         !number.is_empty() && is_unit(unit)
     }
 
-    /// Whether the value of a key is a word without quotes.
+    /// Returns whether the value of a key is a word without quotes.
     pub(crate) fn is_bare_word(&self) -> bool {
         self.key.is_some()
             && self.value.starts_with(char::is_alphabetic)
@@ -59,13 +59,13 @@ impl Unreadable<'_> {
     }
 }
 
-/// Finds the value around `offset`, where a parser stopped. `None` if no value stands there.
+/// Finds the value around `offset`, where a parser stopped. `None` if no value is found.
 pub(crate) fn unreadable(text: &str, offset: usize) -> Option<Unreadable<'_>> {
     let before = text.get(..offset)?;
     let line_start = before.rfind('\n').map_or(0, |at| at + 1);
     let line = text[line_start..].lines().next()?;
     let offset = (offset - line_start).min(line.len());
-    // A value begins after the sign before it, or with its line; a comment is no value.
+    // A value begins after the preceding sign, or with its line; a comment is not a value.
     let opening = line[..offset].rfind(['=', '[', ',', '#']);
     if opening.is_some_and(|at| line.as_bytes()[at] == b'#') {
         return None;
@@ -80,7 +80,7 @@ pub(crate) fn unreadable(text: &str, offset: usize) -> Option<Unreadable<'_>> {
     })
 }
 
-/// The dotted path of the key that `line` begins with: the table's header above it, the key, and the key within an
+/// Returns the dotted path of the key that `line` begins with: the table header above it, the key, and the key within an
 /// inline table.
 fn key_before(text: &str, line_start: usize, line: &str) -> Option<String> {
     let (first, rest) = line.split_once('=')?;
@@ -98,7 +98,7 @@ fn key_before(text: &str, line_start: usize, line: &str) -> Option<String> {
     Some(parts.join("."))
 }
 
-/// Splits "6.0 Hz" into "6.0" and "Hz"; the number is empty if none stands first.
+/// Splits "6.0 Hz" into "6.0" and "Hz"; the number is empty if the text does not begin with one.
 fn split_number(text: &str) -> (&str, &str) {
     let text = text.trim();
     let mut end = 0;
@@ -133,7 +133,7 @@ fn split_number(text: &str) -> (&str, &str) {
     (&text[..end], text[end..].trim_start())
 }
 
-/// Whether `text` reads as a unit: a letter, `%` or `°`, then no sign but those of powers, products and ratios.
+/// Returns whether `text` reads as a unit: a letter, `%` or `°`, followed only by signs of powers, products and ratios.
 fn is_unit(text: &str) -> bool {
     let begins = text.starts_with(|c: char| c.is_alphabetic() || matches!(c, '%' | '°'));
     let sign = |c: char| {

@@ -1,14 +1,14 @@
-//! What can be wrong with a study that was recorded.
+//! Defects of recordings, sessions and studies.
 
 use std::path::PathBuf;
 
 use recording::study::TrialLabel;
 
-/// What is wrong with a recording.
+/// Defect of a recording.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingDefect {
-    /// The log speaks of the recording, and there is no folder.
+    /// The log mentions the recording, but its folder does not exist.
     #[error("its folder is missing")]
     NoFolder,
     /// A file is missing.
@@ -17,57 +17,57 @@ pub enum RecordingDefect {
         /// The file.
         file: String,
     },
-    /// A file has another SHA-256 than the log says.
+    /// The SHA-256 of a file differs from the one in the log.
     #[error("{file} is not as it was recorded: its SHA-256 is another than the log's")]
     SumDiffers {
         /// The file.
         file: String,
     },
-    /// A file cannot be read, or breaks a rule of the format.
+    /// A file cannot be read, or violates the format.
     #[error("{reason}")]
     Unreadable {
         /// Error text of the reader.
         reason: String,
     },
-    /// The recording can be read, and not all of it is there or as the recorder writes it.
+    /// The recording can be read, but is incomplete or not as the recorder writes it.
     #[error("{warning}")]
     Warned {
         /// Text of the reader's warning.
         warning: String,
     },
-    /// The description is of another trial, session or participant than the folder's name.
+    /// The description names another trial, session or participant than the folder.
     #[error("recording.toml is of {found}, and the folder of {expected}")]
     OtherTrial {
         /// Trial in the description.
         found: String,
-        /// Trial by the folders' names.
+        /// Trial by the names of the folders.
         expected: String,
     },
-    /// The log calls the trial saved or settled, and its description has no `end`.
+    /// The log calls the trial saved or settled, but its description has no `end`.
     #[error("recording.toml has no `end`, though the log says that the trial ended")]
     NoEnd,
-    /// The log calls the trial broken off, and its description calls it complete.
+    /// The log calls the trial interrupted, but its description calls it complete.
     #[error("recording.toml says that the trial is complete, and the log that it was broken off")]
     OtherEnd,
-    /// The log calls the trial accepted, and its recording was broken off.
+    /// The log calls the trial accepted, but its recording was interrupted.
     #[error(
         "the log says that the trial was accepted, and recording.toml that its recording was broken off"
     )]
     AcceptedBrokenOff,
-    /// The log calls the trial accepted, and never its recording saved.
+    /// The log calls the trial accepted, but never its recording saved.
     #[error("the log says that the trial was accepted, and not that its recording was saved")]
     AcceptedUnsaved,
-    /// The log marks other intervals of an accepted trial than its recording has.
+    /// The log marks a different number of intervals than the recording of an accepted trial has.
     #[error(
         "the log marks {marked} intervals of the accepted trial, and recording.toml has {recorded}"
     )]
     OtherIntervals {
-        /// Number by the log.
+        /// Number in the log.
         marked: usize,
         /// Number in the description.
         recorded: usize,
     },
-    /// A sensor has no readings of part of an accepted trial.
+    /// A sensor has no readings for part of an accepted trial.
     #[error(
         "{file} has no rows from {from_s:.3} to {to_s:.3} s, although the trial was accepted and recording.toml names its sensor"
     )]
@@ -76,35 +76,35 @@ pub enum RecordingDefect {
         file: &'static str,
         /// Start of the part of an exploration, s.
         from_s: f64,
-        /// Its end, s.
+        /// End of that part, s.
         to_s: f64,
     },
-    /// Samples where the description says that frames were lost, or no frames at all.
+    /// Frames that the description calls lost have samples, or are not in the file at all.
     #[error(
         "recording.toml says that {frames} frames from {sample} on were lost, but signals.wav has samples there"
     )]
     GapWithSamples {
-        /// First frame of the gap.
+        /// First lost frame.
         sample: u64,
-        /// Frames of the gap.
+        /// Number of lost frames.
         frames: u64,
     },
     /// Frames without a value that no event explains.
     #[error("{frames} frames of signals.wav are lost, and no event of recording.toml says so")]
     UnexplainedLoss {
-        /// Number of the frames.
+        /// Number of frames.
         frames: u64,
     },
-    /// The log does not know the recording.
+    /// The log does not mention the recording.
     #[error("the log does not know it: it was put here, or lines of the log are missing")]
     NotInLog,
 }
 
-/// What is wrong with a session beside its recordings.
+/// Defect of a session, apart from its recordings.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionDefect {
-    /// There are recordings and no log.
+    /// There are recordings, but the log is missing.
     #[error("events.jsonl is missing")]
     NoLog,
     /// The log cannot be read.
@@ -113,7 +113,7 @@ pub enum SessionDefect {
         /// Error text of the reader.
         reason: String,
     },
-    /// The log does not begin with a start, or goes on without one after a stop.
+    /// The log does not begin with a start, or continues without one after a stop.
     #[error(
         "events.jsonl, document {document}: an event or a stop before any start; lines are missing or in another order"
     )]
@@ -121,14 +121,14 @@ pub enum SessionDefect {
         /// The document, from 1.
         document: usize,
     },
-    /// Numbers of events are missing, double or in another order.
+    /// Event numbers are missing, duplicated or out of order.
     #[error(
         "events.jsonl: event {found} follows where event {expected} belongs: lines are missing or in another order"
     )]
     Number {
-        /// Number that belongs here.
+        /// Expected number.
         expected: u64,
-        /// Number that is here.
+        /// Number in the log.
         found: u64,
     },
     /// The audio clock goes back between two events.
@@ -136,9 +136,9 @@ pub enum SessionDefect {
         "events.jsonl, event {number}: its time {audio_s} s is before the last event's, {before_s} s"
     )]
     Time {
-        /// The event.
+        /// Number of the event.
         number: u64,
-        /// Its time, s.
+        /// Time of the event, s.
         audio_s: f64,
         /// Time of the event before it, s.
         before_s: f64,
@@ -146,54 +146,54 @@ pub enum SessionDefect {
     /// The stream of an event has no descriptor.
     #[error("events.jsonl, event {number}: stream `{stream}` has no descriptor before it")]
     Undescribed {
-        /// The event.
+        /// Number of the event.
         number: u64,
-        /// Its stream.
+        /// Stream of the event.
         stream: String,
     },
-    /// A stop counts other events than there are.
+    /// The number of events in a stop differs from the number in the log.
     #[error("events.jsonl: {found} events before a stop that counts {expected}: lines are missing")]
     Count {
-        /// Number by the stop.
+        /// Number in the stop.
         expected: u64,
         /// Number in the log.
         found: u64,
     },
-    /// A stop calls the session complete before all of its trials were settled.
+    /// A stop calls the session complete although some of its trials were not settled.
     #[error(
         "events.jsonl calls the session complete, and {settled} of its {planned} trials were settled"
     )]
     NotAllSettled {
-        /// Trials in the session's order.
+        /// Planned trials.
         planned: usize,
-        /// Those that were settled.
+        /// Settled trials.
         settled: usize,
     },
     /// A trial was begun, settled or saved out of order.
     #[error("events.jsonl, event {number}: {trial} {what}")]
     Order {
-        /// The event.
+        /// Number of the event.
         number: u64,
         /// The trial.
         trial: TrialLabel,
-        /// What is out of order.
+        /// Description of the fault.
         what: &'static str,
     },
-    /// The log is of another participant or session than its folder.
+    /// The log names another participant or session than its folder.
     #[error("events.jsonl is of {found}, and the folder of {expected}")]
     OtherSession {
         /// Participant and session of the log.
         found: String,
-        /// Participant and session by the folders' names.
+        /// Participant and session by the names of the folders.
         expected: String,
     },
-    /// A file that the session keeps a copy of is missing.
+    /// The session's copy of a file is missing.
     #[error("{file} is missing: the session's copy of it")]
     NoCopy {
         /// The file.
         file: String,
     },
-    /// A file that the session keeps a copy of is not TOML.
+    /// The session's copy of a file is not TOML.
     #[error("{file} cannot be read: {reason}")]
     BrokenCopy {
         /// The file.
@@ -201,7 +201,7 @@ pub enum SessionDefect {
         /// Error text of the parser.
         reason: String,
     },
-    /// A folder holds a recording that is no trial of this session.
+    /// A folder contains a recording that is not a trial of this session.
     #[error("{name} is a recording that is no trial of this session; it was put here")]
     ForeignRecording {
         /// Name of the folder.
@@ -210,7 +210,7 @@ pub enum SessionDefect {
 }
 
 impl SessionDefect {
-    /// Returns whether trials may be hidden by it: lines of the log are missing or not where they belong.
+    /// Returns whether the defect may hide trials: lines of the log are missing or out of order.
     #[must_use]
     pub fn hides_trials(&self) -> bool {
         matches!(
@@ -220,7 +220,7 @@ impl SessionDefect {
     }
 }
 
-/// What is wrong with a study beside its sessions.
+/// Defect of a study, apart from its sessions.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyDefect {
@@ -232,10 +232,10 @@ pub enum StudyDefect {
         /// Error text of the reader.
         reason: String,
     },
-    /// `exclusions.tsv` cannot be used, so nothing is analysed.
+    /// `exclusions.tsv` cannot be used, so no recordings are analysed.
     #[error("{reason}")]
     Exclusions {
-        /// Why not.
+        /// Error text.
         reason: String,
     },
     /// A participant of `participants.tsv` has no folder.

@@ -1,4 +1,4 @@
-//! What a verification found of trials, sessions and a study.
+//! Findings of a verification on trials, sessions and a study.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -9,18 +9,18 @@ use crate::defect::{RecordingDefect, SessionDefect, StudyDefect};
 use recording::study::event_log::ExitStatus;
 use recording::study::{TrialBlock, TrialLabel};
 
-/// Whether a recording is as it was made.
+/// Integrity of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Integrity {
     /// Every file has the sum in the log.
     Intact,
-    /// It can be read; the log has no sums of it.
+    /// The recording can be read; the log has no sums for it.
     NoSum,
-    /// Something is wrong with it.
+    /// The recording has defects.
     Damaged,
-    /// It was recorded and is not there.
+    /// The recording was made, but does not exist any longer.
     Missing,
-    /// The attempt ended before anything was recorded.
+    /// The attempt ended before recording began.
     NotRecorded,
 }
 
@@ -39,53 +39,53 @@ impl fmt::Display for Integrity {
 /// Findings of one attempt at a trial.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrialFindings {
-    /// The attempt, which names its folder.
+    /// Attempt, which names its folder.
     pub label: TrialLabel,
-    /// What became of it.
+    /// Standing of the attempt.
     pub standing: Standing,
-    /// Whether its recording is as it was made.
+    /// Integrity of its recording.
     pub integrity: Integrity,
-    /// What is wrong with it.
+    /// Defects of its recording.
     pub defects: Vec<RecordingDefect>,
-    /// What is worth knowing and not wrong.
+    /// Notes that are not defects.
     pub notes: Vec<String>,
 }
 
 /// How a session ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SessionEnd {
-    /// As its log says.
+    /// The session ended as its log says.
     Stopped {
-        /// How.
+        /// Exit status.
         status: ExitStatus,
-        /// Why, unless it succeeded.
+        /// Reason, unless it succeeded.
         reason: Option<String>,
     },
-    /// The program was killed, or is still at it.
+    /// The program was killed, or is still running.
     Unfinished,
-    /// Nothing was begun.
+    /// No trial was begun.
     NotBegun,
 }
 
 /// Findings of a session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SessionFindings {
-    /// Its folder.
+    /// Folder of the session.
     pub folder: PathBuf,
-    /// How it ended.
+    /// End of the session.
     pub end: SessionEnd,
-    /// Trials in its order, without practice; `None` if the log does not say.
+    /// Planned trials, without practice; `None` if the log does not say.
     pub planned: Option<usize>,
     /// Attempts, in order.
     pub trials: Vec<TrialFindings>,
-    /// What is wrong with it beside its recordings.
+    /// Defects of the session, apart from its recordings.
     pub defects: Vec<SessionDefect>,
-    /// What is worth knowing and not wrong.
+    /// Notes that are not defects.
     pub notes: Vec<String>,
 }
 
 impl SessionFindings {
-    /// Returns whether nothing is damaged or missing.
+    /// Returns whether the session has no defects, recordings included.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.defects.is_empty() && self.trials.iter().all(|trial| trial.defects.is_empty())
@@ -105,16 +105,16 @@ impl SessionFindings {
 /// Findings of a study.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StudyFindings {
-    /// Its sessions, in order.
+    /// Sessions of the study, in order.
     pub sessions: Vec<SessionFindings>,
-    /// What is wrong with it beside them.
+    /// Defects of the study itself, not of its sessions.
     pub defects: Vec<StudyDefect>,
-    /// What is worth knowing and not wrong.
+    /// Notes that are not defects.
     pub notes: Vec<String>,
 }
 
 impl StudyFindings {
-    /// Returns whether nothing is damaged or missing.
+    /// Returns whether the study has no defects, sessions included.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.defects.is_empty() && self.sessions.iter().all(SessionFindings::is_whole)

@@ -1,4 +1,4 @@
-//! A session as its log tells it, and what is out of order in it.
+//! History of a session by its log, and defects in the order of its events.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,32 +11,32 @@ use crate::findings::SessionEnd;
 use recording::study::event_log::{Document, ExitStatus, LogContent, LogEvent, Start};
 use recording::study::{TrialBlock, TrialLabel};
 
-/// Stream of the participant's window.
+/// Stream of the participant window.
 const DISPLAY_STREAM: &str = "display";
-/// Longest time by which an event of the window may come late, s. Early versions let the window look at the audio clock by
-/// itself, up to one period of the session before the session did; the log's own clock is the same.
+/// Longest delay of an event of the window, s. In early versions the window read the audio clock separately, up to
+/// one period of the session earlier than the session did; the log's own clock is the same.
 const LATE_DISPLAY_S: f64 = 0.010;
-/// Rounding of a difference between two times of a log, s.
+/// Rounding error of a difference between two times of a log, s.
 const ROUNDING_S: f64 = 1e-9;
 
-/// A session as its log tells it, and what is out of order in it.
+/// History of a session by its log.
 #[derive(Debug)]
 pub struct SessionHistory {
     /// Attempts by label.
     pub attempts: BTreeMap<TrialLabel, Attempt>,
-    /// Trials in the session's order, without practice.
+    /// Trials planned for the session, without practice.
     pub planned: Option<usize>,
-    /// How it ended.
+    /// End of the session.
     pub end: SessionEnd,
-    /// The last start.
+    /// Last start.
     pub start: Option<Start>,
-    /// What is out of order.
+    /// Events out of order.
     pub defects: Vec<SessionDefect>,
-    /// Parts of the session whose log tells, after the last attempt, that everything was written: by a stop.
+    /// Parts of the session with a stop after the last attempt, which shows that everything was written.
     stopped: BTreeSet<usize>,
 }
 
-/// State while the log is gone through.
+/// State while reading the log.
 struct Reading {
     history: SessionHistory,
     practice_trials: u32,
@@ -46,13 +46,13 @@ struct Reading {
     audio_s: f64,
     streams: BTreeSet<String>,
     begun: BTreeSet<TrialLabel>,
-    /// Trials that were settled by an attempt, which a later part of the session may take back.
+    /// Trials settled by an attempt; a later part of the session may revoke this.
     settled: BTreeSet<TrialLabel>,
     open: Option<TrialLabel>,
 }
 
 impl SessionHistory {
-    /// Goes through a log.
+    /// Reads the history from a log.
     #[must_use]
     pub fn of(content: &LogContent, practice_trials: u32) -> Self {
         let session = Session::after_practice(content, practice_trials);
@@ -83,8 +83,8 @@ impl SessionHistory {
         reading.history
     }
 
-    /// Returns whether the log should call an attempt saved: those of its time do, and the program went on after it, or
-    /// ended in good order.
+    /// Returns whether the log should call an attempt saved: it does so for other attempts of that time, and the program
+    /// continued after this attempt or stopped in good order.
     #[must_use]
     pub fn should_be_saved(&self, attempt: &Attempt) -> bool {
         let mut saved = self.attempts.values().filter(|other| other.saved);
@@ -96,7 +96,7 @@ impl SessionHistory {
         }
     }
 
-    /// Holds a stop that calls the session complete against the trials that were settled.
+    /// Requires all trials to be settled if the stop calls the session complete.
     fn require_all_settled(&mut self) {
         let complete = matches!(
             self.end,
@@ -126,7 +126,7 @@ impl Reading {
         let begins = matches!(document, Document::Start(_));
         if !begins && !self.running {
             self.defect(SessionDefect::NoStart { document: number });
-            // Said once.
+            // Reported once.
             self.running = true;
         }
         match document {
@@ -171,7 +171,7 @@ impl Reading {
                 found: number,
             });
         }
-        // One missing line is one defect.
+        // One missing line counts as one defect.
         self.events = number;
         let late_s = self.audio_s - event.audio_s;
         let late_display = event.stream == DISPLAY_STREAM && late_s <= LATE_DISPLAY_S + ROUNDING_S;
@@ -182,7 +182,7 @@ impl Reading {
                 before_s: self.audio_s,
             });
         }
-        // Whatever follows a late event of the window is held against the event before that.
+        // After a late event of the window, the next one is compared with the event before it.
         if !(late_s > 0.0 && late_display) {
             self.audio_s = event.audio_s;
         }
@@ -242,7 +242,7 @@ impl Reading {
     }
 }
 
-/// Whether an attempt counts as interrupted because its recording is not saved.
+/// Returns whether an attempt counts as interrupted because its recording was not saved.
 fn is_not_saved(record: &TrialRecord) -> bool {
     let interruption = match &record.outcome {
         TrialOutcome::Interrupted { interruption } => interruption,
@@ -256,7 +256,7 @@ mod tests {
     use super::*;
     use ::sessions::{Standing, practice_trials};
 
-    /// The lines of a log, with these in place of the events of its one trial.
+    /// Returns the lines of a log of one trial with `events` as the trial's events.
     fn history(events: &[&str]) -> SessionHistory {
         let start = r#"{"document":"start","time":"","resumed":false,"participant":"sub-01","session":1,"protocol":"p",
             "seed":1,"software":"s","version":"1","devices":{},"calibration":null,"configuration":null}"#;
@@ -279,7 +279,7 @@ mod tests {
         )
     }
 
-    /// The key of a trial after one of practice.
+    /// Returns the key of a trial that follows one practice trial.
     fn key(trial: u32) -> String {
         let number = trial + 1;
         format!(r#"{{"number":{number},"attempt":1,"practice":false,"condition":"c"}}"#)
@@ -376,7 +376,7 @@ mod tests {
         assert!(order(&defects(&[&saved(1, FIRST)])));
     }
 
-    /// Lines of a log by an early version, whose window looked at the audio clock by itself.
+    /// Lines of a log by an early version, in which the window read the audio clock separately.
     ///
     /// Fault 27.
     #[test]
@@ -413,7 +413,7 @@ mod tests {
         alarmed(&after, 3);
     }
 
-    /// A resumed session takes back that a trial was accepted whose recording it did not find.
+    /// A resumed session revokes the acceptance of a trial with a missing recording.
     ///
     /// Fault 27.
     #[test]
@@ -443,7 +443,7 @@ mod tests {
         assert!(order(log(&[start, &settled(4, 1)])), "to nothing else");
     }
 
-    /// The log goes on as if a recording that it never calls saved were.
+    /// The log continues as after a saved recording, but never calls it saved.
     ///
     /// Fault 27.
     #[test]

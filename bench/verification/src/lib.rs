@@ -1,4 +1,4 @@
-//! Verification of a study: whether what was recorded is all there and as it was made.
+//! Verification of a study: whether its recordings are complete and unchanged.
 
 mod defect;
 mod findings;

@@ -1,4 +1,4 @@
-//! Accepted trials whose recordings are not on the disk as the log says.
+//! Accepted trials with missing or damaged recordings.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -14,19 +14,19 @@ use recording::{DiskError, RecordingReader};
 use crate::defect::RecordingDefect;
 use crate::session_check::recordings;
 
-/// Accepted trial whose recording is not complete on the disk, or has no samples.
+/// Accepted trial with a recording that is incomplete on disk or has no samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LostRecording {
     /// The attempt.
     pub label: TrialLabel,
-    /// What is wrong with its recording.
+    /// Defect of its recording.
     pub because: RecordingDefect,
-    /// Whether no trial was accepted after it.
+    /// Whether no later trial was accepted.
     pub is_last: bool,
 }
 
-/// Returns the accepted trials of a session whose log is `content` that lack their recordings, in the log's order. Practice
-/// trials are no data and have served their purpose without.
+/// Returns the accepted trials with lost recordings, in the order of the log `content`. Practice trials are not data and
+/// are not checked.
 ///
 /// # Errors
 /// The folder cannot be listed.
@@ -59,7 +59,7 @@ pub fn lost_recordings(
     Ok(lost.collect())
 }
 
-/// Returns why nothing of the recording in `folder` can be counted on, if so.
+/// Returns the reason if no part of the recording in `folder` can be relied on.
 fn loss(folder: &Path) -> Option<RecordingDefect> {
     let reader = match RecordingReader::open(folder) {
         Ok(reader) => reader,

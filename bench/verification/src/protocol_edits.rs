@@ -3,7 +3,7 @@
 use protocols::Protocol;
 use serde_json::{Map, Value};
 
-/// Returns each key in which a protocol was edited, with both values; comments and layout are no edit.
+/// Returns each edited key of a protocol, with both values; changes of comments and layout do not count.
 ///
 /// # Errors
 /// [`serde_json::Error`] when a protocol cannot be written as keys and values.

@@ -1,4 +1,4 @@
-//! Whether the files of one recording are there, as they were written, and agree with each other.
+//! Checks that the files of one recording exist, are unchanged and agree with each other.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,27 +11,27 @@ use recording::sums::{FILES, Summing, Sums};
 use recording::wav::WavWarning;
 use recording::{FORCE_FILE, POSITION_FILE};
 
-/// Frames read at a time.
+/// Frames per read.
 const BLOCK_FRAMES: usize = 1 << 14;
-/// Longest time within an exploration without a reading of a sensor that sends some all the time, s.
+/// Longest gap in the readings of a continuously sending sensor within an exploration, s.
 const LONGEST_GAP_S: f64 = 0.5;
-/// Bytes summed at a time.
+/// Bytes hashed per read.
 const SUM_BYTES: usize = 1 << 24;
 
-/// What a recording's files showed.
+/// Result of checking a recording's files.
 #[derive(Debug, Default)]
 pub struct RecordingCheck {
-    /// What is wrong.
+    /// Defects of the recording.
     pub defects: Vec<RecordingDefect>,
-    /// What is worth knowing.
+    /// Notes that are not defects.
     pub notes: Vec<String>,
-    /// Parts of its explorations that sensors have no readings of, which an accepted trial must have.
+    /// Parts of explorations without readings of a sensor; defects if the trial was accepted.
     pub not_covered: Vec<RecordingDefect>,
-    /// The description, if it can be read.
+    /// Description, if it can be read.
     pub manifest: Option<Manifest>,
 }
 
-/// Checks the files in `folder` against each other, and against `sums` if the log has any.
+/// Checks the files in `folder` against each other, and against `sums` if the log has sums.
 #[must_use]
 pub fn check(folder: &Path, sums: Option<&Sums>) -> RecordingCheck {
     let mut found = RecordingCheck::default();
@@ -41,7 +41,7 @@ pub fn check(folder: &Path, sums: Option<&Sums>) -> RecordingCheck {
             found.defects.push(RecordingDefect::NoFile { file });
         }
     }
-    // What else is wrong follows from it.
+    // Any further defects would follow from these.
     if !found.defects.is_empty() {
         return found;
     }
@@ -97,14 +97,14 @@ impl RecordingCheck {
         for warning in warnings {
             let marked = |kind| manifest.events.iter().any(|event| event.kind == kind);
             let wrong = match &warning {
-                // A sensor that is not there, or whose position is not known for a while.
+                // The sensor was absent, or did not know its position for a while.
                 Warning::NoRows { .. } | Warning::NotFinite { .. } => continue,
                 Warning::TimeDisorder { .. } => !marked(EventKind::TimeDisorder),
-                // Broken off before anything came, or before what was marked.
+                // Interrupted before any data arrived, or before the end of a marked interval.
                 Warning::Signals(WavWarning::Empty) | Warning::IntervalBeyondEnd { .. } => {
                     end == Some(End::Completed)
                 }
-                // A program that was frozen reads its sensors before its card goes on, and stops.
+                // After a freeze, the program reads its sensors before its card continues, and stops.
                 Warning::OutsideRecording {
                     from_s, duration_s, ..
                 } if from_s > duration_s => end == Some(End::Completed),
@@ -122,7 +122,7 @@ impl RecordingCheck {
         Ok(())
     }
 
-    /// Compares the lost frames of the audio with the events that say so.
+    /// Compares the lost frames of the audio with the events that report them.
     fn lost_frames(
         &mut self,
         reader: &mut RecordingReader,
@@ -157,7 +157,7 @@ impl RecordingCheck {
             }
         }
         for ((sample, frames), lost) in gaps.into_iter().zip(lost_in) {
-            // The events of a killed program reach further than its audio.
+            // The events of a killed program extend beyond its audio.
             if lost != frames && ended {
                 self.defects
                     .push(RecordingDefect::GapWithSamples { sample, frames });
@@ -176,8 +176,8 @@ impl RecordingCheck {
     }
 }
 
-/// Reads rows to their end: returns what they warn of, and the longest part of an exploration that they have none of,
-/// beyond [`LONGEST_GAP_S`] and what the events of the recording tell.
+/// Reads all rows. Returns their warnings, and the longest part of an exploration without rows, if it exceeds
+/// [`LONGEST_GAP_S`] and no event of the recording explains it.
 fn rows<R: recording::CsvRow>(
     mut rows: RowReader<R>,
     manifest: &Manifest,
@@ -189,7 +189,7 @@ fn rows<R: recording::CsvRow>(
         .map(|interval| (interval.start_s, interval.end_s))
         .collect();
     explorations.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // Time up to which each exploration has rows, and its longest part without.
+    // Time up to which each exploration has rows, and its longest part without rows.
     let mut reached: Vec<f64> = explorations.iter().map(|of| of.0).collect();
     let mut longest: Option<(f64, f64)> = None;
     let mut gap = |from_s: f64, to_s: f64| {

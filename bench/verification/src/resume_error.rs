@@ -1,8 +1,8 @@
-//! Why a session is not gone on with, though its log can be read.
+//! Reasons not to resume a session with a readable log.
 
 use std::path::PathBuf;
 
-/// Why a session is not gone on with, though its log can be read.
+/// Reason not to resume a session with a readable log.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ResumeError {
     /// The protocol was edited since the last part.
@@ -18,10 +18,10 @@ pub enum ResumeError {
         protocol: String,
         /// Keys that differ, with both values.
         edits: String,
-        /// The session's copy of the protocol as it was.
+        /// The session's copy of the original protocol.
         copy: PathBuf,
     },
-    /// More recordings of accepted trials are lost than that of the last.
+    /// Recordings of accepted trials other than the last are lost.
     #[error(
         "{}: {lost}; if they were moved, put them back; if they are lost, go on and repeat their trials by --repeat-lost, or \
          begin another session with --new-session; `friction-bench verify {quoted}` says more",
@@ -30,9 +30,9 @@ pub enum ResumeError {
     LostRecordings {
         /// Folder of the session.
         session: PathBuf,
-        /// The recordings, each with what is wrong with it.
+        /// Lost recordings, each with its defect.
         lost: String,
-        /// The folder as a shell takes it.
+        /// The folder, quoted for a shell.
         quoted: String,
     },
 }

@@ -1,4 +1,4 @@
-//! A session: its log, the copies that it keeps, and its recordings against the log.
+//! Verification of a session: its log, its copies of files, and its recordings against the log.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -30,7 +30,7 @@ pub fn recordings(session: &Path) -> Result<Vec<TrialLabel>, DiskError> {
     Ok(labels)
 }
 
-/// Verifies the session in `folder`; `done` is called after each recording.
+/// Verifies the session in `folder`; calls `done` after each recording.
 ///
 /// # Errors
 /// The folder cannot be listed.
@@ -81,7 +81,7 @@ pub fn session(folder: &Path, mut done: impl FnMut()) -> Result<SessionFindings,
     Ok(found)
 }
 
-/// Verifies the last attempt of a session whose log is `content`; `None` if there was none.
+/// Verifies the last attempt of a session with the log `content`; `None` if there was no attempt.
 ///
 /// # Errors
 /// The folder cannot be listed.
@@ -96,13 +96,13 @@ pub fn last_trial(folder: &Path, content: &LogContent) -> Result<Option<TrialFin
     }))
 }
 
-/// Returns what is out of order in the log of a session.
+/// Returns the defects in the order of a session's log.
 #[must_use]
 pub fn log_defects(folder: &Path, content: &LogContent) -> Vec<SessionDefect> {
     SessionHistory::of(content, practice(folder, content)).defects
 }
 
-/// Returns a file that the session keeps a copy of, which must be TOML.
+/// Returns the session's copy of a file, which must be TOML.
 fn copy(folder: &Path, file: &str) -> Result<String, SessionDefect> {
     let broken = |reason| SessionDefect::BrokenCopy {
         file: file.to_owned(),
@@ -145,7 +145,7 @@ fn history(folder: &Path, content: &LogContent, found: &mut SessionFindings) -> 
     history
 }
 
-/// Returns participant and session by the folders' names, if these are named as in a study.
+/// Returns participant and session by the names of the folders, if these follow a study's scheme.
 fn names(folder: &Path) -> Option<String> {
     let folder = folder.canonicalize().ok()?;
     let number: u32 = folder
@@ -234,14 +234,14 @@ fn trial(
     found
 }
 
-/// Returns what the description lacks of an accepted trial.
+/// Returns the defect of an accepted trial's description, if it has one.
 fn of_accepted(attempt: &Attempt, manifest: &Manifest) -> Option<RecordingDefect> {
     let end = manifest.trial.as_ref()?.end;
     let (marked, recorded) = (attempt.marked.len(), manifest.intervals.len());
     if end == Some(End::Interrupted) {
         Some(RecordingDefect::AcceptedBrokenOff)
     } else if marked > 0 && marked != recorded && end == Some(End::Completed) {
-        // Logs of early versions mark none.
+        // Logs of early versions mark no intervals.
         Some(RecordingDefect::OtherIntervals { marked, recorded })
     } else {
         None
@@ -272,7 +272,7 @@ fn other_trial(session: &Path, label: TrialLabel, manifest: &Manifest) -> Option
     })
 }
 
-/// Names folders that are no trials.
+/// Reports folders that are not trials.
 fn strangers(folder: &Path, found: &mut SessionFindings) -> Result<(), DiskError> {
     for name in entries(folder)? {
         let path = folder.join(&name);

@@ -1,4 +1,4 @@
-//! The sessions of a study, and the files beside them.
+//! Verification of a study's sessions and of its other files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,16 +19,16 @@ pub enum VerifyError {
     /// A folder cannot be listed.
     #[error(transparent)]
     Disk(#[from] DiskError),
-    /// There is no such folder.
+    /// The path is not a folder.
     #[error(
         "{} is not a folder{}",
         path.display(),
         nearest.as_ref().map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
     )]
     NoFolder {
-        /// What was named.
+        /// Given path.
         path: PathBuf,
-        /// The folder beside it that was probably meant.
+        /// Sibling folder with the most similar name.
         nearest: Option<String>,
     },
     /// The folder is a recording.
@@ -37,7 +37,7 @@ pub enum VerifyError {
         /// The folder.
         path: PathBuf,
     },
-    /// There is no session in the folder.
+    /// The folder contains no session.
     #[error("{} is no study, participant or session: there is no {EVENTS_FILE} in it", path.display())]
     NoSession {
         /// The folder.
@@ -48,7 +48,7 @@ pub enum VerifyError {
 /// Returns the sessions of the study, participant or session at `path`, in order.
 ///
 /// # Errors
-/// [`VerifyError`] names the folder, and what was probably meant.
+/// [`VerifyError`] names the folder, and the most similar one.
 pub fn sessions(path: &Path) -> Result<Vec<PathBuf>, VerifyError> {
     if !path.is_dir() {
         return Err(VerifyError::NoFolder {
@@ -89,7 +89,7 @@ fn descend(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), 
     Ok(())
 }
 
-/// Returns the folder beside `path` whose name is the most like it.
+/// Returns the sibling of `path` with the most similar name.
 fn nearest(path: &Path) -> Option<String> {
     let beside = path.parent()?;
     let here = if beside.as_os_str().is_empty() {
@@ -103,7 +103,7 @@ fn nearest(path: &Path) -> Option<String> {
     Some(beside.join(name).display().to_string())
 }
 
-/// Verifies the files beside the sessions, if `folder` is a whole study.
+/// Verifies the files of the study outside its sessions, if `folder` is a whole study.
 ///
 /// # Errors
 /// The folder cannot be listed.

@@ -1,4 +1,4 @@
-//! The findings of a verification: for a person, and as JSON.
+//! Findings of a verification as text and as JSON.
 
 use std::fmt::{Display, Write};
 
@@ -13,7 +13,7 @@ use crate::findings::{Integrity, SessionEnd, SessionFindings, StudyFindings, Tri
 /// Version of the JSON.
 const FORMAT: u32 = 1;
 
-/// Returns the findings as text: a line for each session and each attempt, and below it what is wrong with it.
+/// Returns the findings as text: a line for each session and each attempt, followed by its defects.
 pub fn to_text(found: &StudyFindings) -> String {
     let mut text = String::new();
     for session in &found.sessions {
@@ -49,7 +49,7 @@ fn remarks(text: &mut String, indent: &str, defects: &[impl Display], notes: &[S
     }
 }
 
-/// Returns one attempt in words: what became of it, whether its recording is whole, and what is wrong with it.
+/// Returns a description of one attempt: its standing, its integrity and its defects.
 #[must_use]
 pub fn trial_words(trial: &TrialFindings) -> String {
     let mut words = format!("{}: {}, {}", trial.label, standing(trial), trial.integrity);
@@ -87,7 +87,7 @@ fn session_words(session: &SessionFindings) -> String {
     format!("{end}, {trials}")
 }
 
-/// Attempts by their integrity.
+/// Counts the attempts by integrity.
 fn counts(found: &StudyFindings) -> [(Integrity, usize); 5] {
     [
         Integrity::Intact,
@@ -129,7 +129,7 @@ fn texts(items: &[impl Display]) -> Vec<String> {
 /// Returns the findings as JSON.
 ///
 /// # Errors
-/// Never for findings.
+/// Never fails for findings.
 pub fn to_json(found: &StudyFindings) -> serde_json::Result<String> {
     let sessions: Vec<Value> = found.sessions.iter().map(session_json).collect();
     let whole = json!({

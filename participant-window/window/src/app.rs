@@ -1,4 +1,4 @@
-//! The window's life: monitor, ruler page, session, keys, frames.
+//! The window's event loop: monitor, ruler page, session, keys, frames.
 
 use std::num::NonZeroU32;
 use std::rc::Rc;
@@ -45,12 +45,12 @@ struct Screen {
     page: Page,
     display: Display,
     chosen: OnMonitor,
-    /// When the next frame is due.
+    /// Time at which the next frame is due.
     due: Instant,
-    /// Time from the beginning of a frame to its presentation, s.
+    /// Time from the start of a frame to its presentation, s.
     lead_s: f64,
     moving: Moving,
-    /// Whether all of the window must be drawn anew.
+    /// Whether the whole window must be drawn anew.
     stale: bool,
 }
 
@@ -73,7 +73,7 @@ impl App {
         }
     }
 
-    /// Returns why the window has ended, if not because it was closed.
+    /// Returns the error that ended the window, if any.
     pub fn into_error(self) -> Option<WindowError> {
         self.error
     }
@@ -81,7 +81,7 @@ impl App {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<(), WindowError> {
         let monitor = monitor::chosen(events, self.options.monitor.as_deref())?;
         let size = monitor.size();
-        // Without a window manager nobody makes it as large as the monitor, so it is from the start.
+        // Without a window manager the window is not resized, so it starts as large as the monitor.
         let attributes = Window::default_attributes()
             .with_title("friction-bench: participant")
             .with_decorations(false)
@@ -121,7 +121,7 @@ impl App {
         Ok(())
     }
 
-    /// Draws the frame that is due; returns when the next is.
+    /// Draws the frame that is due; returns the time of the next.
     fn frame(&mut self) -> Result<Option<Instant>, WindowError> {
         let Some(screen) = &mut self.screen else {
             return Ok(None);
@@ -131,7 +131,7 @@ impl App {
             return Ok(Some(screen.due));
         }
         let refresh = Duration::from_secs_f64(screen.display.refresh_s);
-        // What is late is not made up for.
+        // Late frames are not made up for.
         screen.due = (screen.due + refresh).max(now);
         if let Some(ruler) = &self.ruler {
             if screen.stale {
@@ -149,7 +149,7 @@ impl App {
             None => self.stage.waiting(),
         }
         let refresh_s = screen.display.refresh_s;
-        // The slider is where it ought to be in the middle of the frame's time on the screen.
+        // The slider is drawn where it should be in the middle of the frame's time on the screen.
         let (shown, audio_s, moving) = self.stage.at(begun_s + screen.lead_s + refresh_s / 2.0);
         let moves = self.stage.moves(begun_s);
         screen.show(&shown, audio_s, moving, moves)?;
@@ -186,7 +186,7 @@ impl App {
                 events.exit()
             }
             (Key::Character(letter), None) if control && letter.eq_ignore_ascii_case("r") => {
-                // Who matches a ruler sees no session.
+                // The ruler page is shown without a session.
                 self.link.leave();
                 self.stage.lost("");
                 self.ruler = Some(Ruler::new(screen.display.width_px, screen.display.pixel_m));
@@ -239,7 +239,7 @@ impl Screen {
         self.stale = true;
     }
 
-    /// Shows the participant's page, if anything on it has changed.
+    /// Shows the participant's page if it has changed.
     fn show(
         &mut self,
         shown: &participant_window::message::Shown,
@@ -276,7 +276,7 @@ impl Screen {
     }
 }
 
-/// Puts a picture, or rows of it, onto the window.
+/// Copies a picture, or some of its rows, to the window.
 fn present(
     surface: &mut Surface<Rc<Window>, Rc<Window>>,
     canvas: &Canvas,
@@ -289,7 +289,7 @@ fn present(
     };
     surface.resize(columns, lines).map_err(failed)?;
     let mut buffer = surface.buffer_mut().map_err(failed)?;
-    // A buffer of another age lacks what was drawn in between.
+    // A buffer of another age lacks the frames in between.
     let rows = rows.filter(|_| buffer.age() == 1).unwrap_or(0..height);
     let (first, last) = (rows.start.min(height), rows.end.min(height));
     let pixels = first * width..last * width;

@@ -1,4 +1,4 @@
-//! Why there is no window.
+//! Why the window cannot open or has failed.
 
 use std::path::PathBuf;
 
@@ -6,29 +6,29 @@ use participant_window::lettering::NoFont;
 use participant_window::place::PlaceError;
 use participant_window::scales::ScalesError;
 
-/// Why there is no window.
+/// Why the window cannot open or has failed.
 #[derive(Debug, thiserror::Error)]
 pub enum WindowError {
-    /// There is no screen.
+    /// No screen is available.
     #[error(
         "no screen to open a window on: {0}; start it from a desktop, or set DISPLAY to that of the participant's monitor"
     )]
     NoScreen(&'static str),
-    /// There is no such monitor.
+    /// The monitor does not exist.
     #[error("there is no monitor {asked}; there are: {}", .there.join(", "))]
     NoMonitor {
-        /// What was asked for.
+        /// Monitor asked for.
         asked: String,
         /// The monitors, with their numbers.
         there: Vec<String>,
     },
-    /// Another window is open.
+    /// Another window is open already.
     #[error("the participant's window is open already: close that one first (Ctrl-Q in it)")]
     Second,
     /// Session and window cannot meet.
     #[error(transparent)]
     Place(#[from] PlaceError),
-    /// The monitors' scales cannot be read or kept.
+    /// The monitors' scales cannot be read or stored.
     #[error(transparent)]
     Scales(#[from] ScalesError),
     /// The font file cannot be read.
@@ -40,12 +40,12 @@ pub enum WindowError {
         #[source]
         source: std::io::Error,
     },
-    /// The font file is none.
+    /// The font file is invalid.
     #[error("{}: {source}", .path.display())]
     Font {
         /// The file.
         path: PathBuf,
-        /// What it is not.
+        /// The reason.
         #[source]
         source: NoFont,
     },

@@ -1,4 +1,4 @@
-//! The window's end of the socket: it comes when a session is there, and comes again.
+//! The window's end of the socket: it connects when a session is there, and reconnects after a loss.
 
 use std::path::PathBuf;
 
@@ -6,9 +6,9 @@ use participant_window::Lines;
 use participant_window::message::{Display, FromWindow, ToWindow};
 use participant_window::place;
 
-/// Time between two tries to meet a session, s.
+/// Time between attempts to connect, s.
 const TRY_S: f64 = 0.5;
-/// Time between two signs of life, s.
+/// Time between signs of life, s.
 const ALIVE_S: f64 = 0.4;
 
 /// The window's end of the socket.
@@ -19,12 +19,12 @@ pub struct Link {
     said_s: f64,
 }
 
-/// What came of a look.
+/// Result of a look at the socket.
 #[derive(Default)]
 pub struct Heard {
     /// Messages of the session.
     pub messages: Vec<ToWindow>,
-    /// Why the session is not there, once it is known.
+    /// Why the session is not there, if known.
     pub lost: Option<String>,
 }
 
@@ -38,7 +38,7 @@ impl Link {
         }
     }
 
-    /// Looks for the session, and for what it says. `display` is what it is told of this window.
+    /// Connects if necessary and reads the session's messages. `display` describes this window to the session.
     pub fn look(&mut self, now_s: f64, display: &Display) -> Heard {
         let mut heard = Heard::default();
         let Some(lines) = &mut self.lines else {
@@ -66,7 +66,7 @@ impl Link {
         heard
     }
 
-    /// Meets the session, if there is one.
+    /// Connects to the session, if there is one.
     fn meet(&mut self, display: &Display) -> Result<(), Option<String>> {
         let in_words = |error: String| Some(error);
         let stream = place::connect(&self.socket).map_err(|error| in_words(error.to_string()))?;
@@ -80,15 +80,15 @@ impl Link {
         Ok(())
     }
 
-    /// Says something to the session, if it is there.
+    /// Sends a message to the session, if it is connected.
     pub fn say(&mut self, message: &FromWindow) {
         if let Some(lines) = &mut self.lines {
-            // What comes of it is seen at the next look.
+            // An error is seen at the next look.
             let _ = lines.send(message);
         }
     }
 
-    /// Leaves the session.
+    /// Closes the connection.
     pub fn leave(&mut self) {
         self.lines = None;
     }

@@ -1,7 +1,7 @@
 //! `friction-bench-participant`: the participant's window on a screen, which `friction-bench participant` starts.
 //!
-//! It is a program of its own because the libraries of a display are loaded into a process before its first instruction: the
-//! process that watches an emergency stop has none of them.
+//! It is a separate program because display libraries are loaded into a process before its first instruction: the
+//! process that watches the emergency stop must not contain them.
 
 #[cfg(unix)]
 mod app;
@@ -28,14 +28,14 @@ fn main() -> ExitCode {
         Err(_) => ExitCode::from(2),
         Ok(Err(said)) => {
             let said = shown(&said);
-            // Nobody has to read it.
+            // An error of standard error itself is ignored.
             let _ = writeln!(std::io::stderr(), "friction-bench-participant: {said}");
             ExitCode::from(2)
         }
     }
 }
 
-/// Opens the window of the command line, and returns when it is closed; an error is what is said of it.
+/// Opens the window of the command line and returns when it is closed; the error is a message for the user.
 #[cfg(unix)]
 fn open() -> Result<(), String> {
     use clap::Parser;
@@ -76,7 +76,7 @@ fn open() -> Result<(), String> {
     Err("the participant's window needs Linux or macOS".to_owned())
 }
 
-/// Returns a line with every character escaped that a terminal would obey.
+/// Returns a line with its control characters escaped.
 fn shown(line: &str) -> String {
     let escaped = |c: char| match c {
         c if c.is_control() => c.escape_unicode().to_string(),

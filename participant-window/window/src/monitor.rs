@@ -1,4 +1,4 @@
-//! The monitor that is asked for.
+//! The choice of the monitor.
 
 use winit::event_loop::ActiveEventLoop;
 use winit::monitor::MonitorHandle;
@@ -6,7 +6,7 @@ use winit::monitor::MonitorHandle;
 use crate::error::WindowError;
 use participant_window::fitness::OnMonitor;
 
-/// What a monitor that does not tell is taken for, Hz.
+/// Refresh rate assumed for a monitor that does not report one, Hz.
 const ASSUMED_REFRESH_HZ: f64 = 60.0;
 
 /// Returns the name of a monitor.
@@ -22,7 +22,7 @@ pub fn identity(monitor: &MonitorHandle) -> OnMonitor {
     }
 }
 
-/// Returns the time between two pictures of a monitor, s.
+/// Returns the refresh period of a monitor, s.
 pub fn refresh_s(monitor: &MonitorHandle) -> f64 {
     let told_hz = monitor
         .refresh_rate_millihertz()
@@ -31,7 +31,7 @@ pub fn refresh_s(monitor: &MonitorHandle) -> f64 {
     1.0 / plausible.unwrap_or(ASSUMED_REFRESH_HZ)
 }
 
-/// Returns whether the outputs of this name have no monitor behind them: those of Xvfb, VNC servers, dummy drivers and
+/// Returns whether outputs of this name have no monitor behind them, as with Xvfb, VNC servers, dummy drivers and
 /// remote desktops.
 pub fn is_virtual(name: &str) -> bool {
     let name = name.to_lowercase();
@@ -41,7 +41,7 @@ pub fn is_virtual(name: &str) -> bool {
             .any(|kind| name.starts_with(kind))
 }
 
-/// Returns the monitor of this number, from 1, or of this name; without either the last.
+/// Returns the monitor with this number, from 1, or this name; by default the last one.
 pub fn chosen(events: &ActiveEventLoop, asked: Option<&str>) -> Result<MonitorHandle, WindowError> {
     let all: Vec<MonitorHandle> = events.available_monitors().collect();
     let found = match asked {

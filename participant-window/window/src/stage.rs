@@ -1,4 +1,4 @@
-//! What is to be drawn at a moment, from what the session said.
+//! Contents of each frame, from the session's messages.
 
 use std::collections::HashSet;
 
@@ -10,13 +10,13 @@ use participant_window::lettering::Typeface;
 use participant_window::message::{Beat, FromWindow, Shown, ToWindow};
 use participant_window::page::Moving;
 
-/// What the session wants to be seen, and the bench's clock.
+/// Latest contents from the session, and the bench's clock.
 #[derive(Default)]
 pub struct Stage {
     shown: Shown,
     clock: BenchClock,
     finger_m: Option<f64>,
-    /// Whether a session is there.
+    /// Whether a session is connected.
     running: bool,
     log: Option<FrameLog>,
     fitness: Fitness,
@@ -24,7 +24,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Takes what the session says.
+    /// Takes a message of the session.
     pub fn take(&mut self, message: ToWindow) {
         match message {
             ToWindow::Welcome { .. } => {
@@ -37,7 +37,7 @@ impl Stage {
             ToWindow::Show(shown) => self.shown = *shown,
             ToWindow::Beat(beat) => self.beat(&beat),
             ToWindow::Bye => {
-                // The last words stay.
+                // The last words stay on the screen.
                 self.running = false;
                 self.shown.track = None;
                 self.shown.until_s = None;
@@ -50,7 +50,7 @@ impl Stage {
         self.finger_m = beat.finger_m;
     }
 
-    /// There is no session, or it has gone without a word.
+    /// Notes that no session is connected, or that it ended without a message.
     pub fn lost(&mut self, why: &str) {
         if self.running || self.shown.title.is_empty() {
             self.shown = Shown {
@@ -63,18 +63,18 @@ impl Stage {
         self.log = None;
     }
 
-    /// Nobody has been there yet.
+    /// Shows that no session has connected yet.
     pub fn waiting(&mut self) {
         if !self.running && self.shown.title.is_empty() {
             self.shown.then = Some("no session yet  ·  Ctrl-R ruler  ·  Ctrl-Q close".to_owned());
         }
     }
 
-    /// Returns what is to be seen at `aim_s` on the shared clock, with the time on the bench's then.
+    /// Returns the contents at `aim_s` on the shared clock, and the time on the bench's clock then.
     pub fn at(&self, aim_s: f64) -> (Shown, Option<f64>, Moving) {
         let audio_s = self.clock.audio_s(aim_s);
         let (Some(now_s), true) = (audio_s, self.running) else {
-            // A bench that says nothing moves nobody's finger.
+            // Without the bench's clock the slider is not shown.
             let silent = self.running && self.shown.track.is_some();
             let shown = Shown {
                 title: if silent {
@@ -100,7 +100,7 @@ impl Stage {
         (self.shown.clone(), audio_s, moving)
     }
 
-    /// Returns whether the slider moves, or is about to, within `refresh_s`.
+    /// Returns whether the slider moves at `shared_s` on the shared clock.
     pub fn moves(&self, shared_s: f64) -> bool {
         let (Some(audio_s), Some(track)) = (self.clock.audio_s(shared_s), &self.shown.track) else {
             return false;
@@ -108,7 +108,7 @@ impl Stage {
         self.running && track.motion.moves(audio_s)
     }
 
-    /// Takes a frame that was presented at `shared_s`; returns what there is to say once an exploration is over.
+    /// Takes a frame that was presented at `shared_s`; returns the report once an exploration is over.
     pub fn presented(
         &mut self,
         shared_s: f64,
@@ -140,7 +140,7 @@ impl Stage {
         report
     }
 
-    /// Returns whether a finger can follow the window, if the session does not know it.
+    /// Returns whether a finger can follow the window, if this is news for the session.
     pub fn fit(
         &mut self,
         shared_s: f64,
@@ -154,7 +154,7 @@ impl Stage {
             .filter(|_| self.running)
     }
 
-    /// Returns what the operator should know of what is shown, once each.
+    /// Returns warnings for the operator about the contents, each once.
     pub fn troubles(&mut self, on: Geometry, face: &Typeface) -> Vec<FromWindow> {
         let mut troubles = Vec::new();
         if let Some(track) = self.shown.track.as_ref().filter(|track| !on.holds(track)) {

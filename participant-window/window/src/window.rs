@@ -9,7 +9,7 @@ use crate::app;
 use crate::error::WindowError;
 use crate::options::Options;
 
-/// Most bytes of a font file.
+/// Size limit of a font file, bytes.
 const FONT_LIMIT_BYTES: u64 = 64 << 20;
 
 /// Returns the typeface of the options.
@@ -39,7 +39,7 @@ pub fn run(options: Options) -> Result<(), WindowError> {
     let scales = Scales::read(&options.scales)?;
     let _only_one = place::only_window(&options.socket)?.ok_or(WindowError::Second)?;
     let events = EventLoop::new().map_err(|_| {
-        // The library's own words name a line of its source.
+        // The library's message names a line of its source code.
         let named = std::env::var_os("DISPLAY").is_some_and(|name| !name.is_empty());
         WindowError::NoScreen(if named || cfg!(target_os = "macos") {
             "the display does not answer, or lets nobody in"

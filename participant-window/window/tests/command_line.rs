@@ -1,4 +1,4 @@
-//! The program's answers to a command line that opens no window.
+//! Answers of the program to command lines that open no window.
 #![cfg(unix)]
 #![expect(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! Who takes part: pseudonyms, and what participants state about themselves.
+//! Participants: pseudonyms, and the details that participants state about themselves.
 
 mod participant;
 mod person;

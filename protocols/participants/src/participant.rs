@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 /// A participant's identifier in the BIDS form `sub-<label>`, the label 1 to 32 ASCII letters or digits.
 ///
-/// It can be used as a folder name: no separator, dot or space passes.
+/// It is safe as a folder name: separators, dots and spaces are rejected.
 ///
 /// ```
 /// use participants::ParticipantId;
@@ -20,7 +20,7 @@ use std::str::FromStr;
 #[serde(try_from = "String", into = "String")]
 pub struct ParticipantId(String);
 
-/// Most characters of a label, after `sub-`.
+/// Maximum length of a label, after `sub-`.
 const MAX_LABEL: usize = 32;
 const PREFIX: &str = "sub-";
 
@@ -34,7 +34,7 @@ const PREFIX: &str = "sub-";
 pub struct ParticipantIdError {
     /// The text as given.
     pub given: String,
-    /// What is wrong with it.
+    /// The fault.
     pub fault: &'static str,
 }
 

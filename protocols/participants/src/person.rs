@@ -1,4 +1,4 @@
-//! What a protocol may ask about a participant: age, sex, handedness, each of which may stay unstated.
+//! Details that a protocol may ask of a participant: age, sex, handedness. Each may stay unstated.
 //!
 //! Columns and words are those of BIDS (`participants.tsv` of the Brain Imaging Data Structure).
 
@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// How tables write what is not stated, in the words of BIDS.
+/// Text of an unstated detail in tables, as in BIDS.
 pub const NOT_STATED: &str = "n/a";
 /// Youngest participant, years: the bench is not for children (docs/HAZARDS.md).
 pub const MIN_AGE_YEARS: u8 = 18;
-/// Oldest participant, years; beyond it, a slip of the finger is likelier.
+/// Oldest participant, years; a higher number is more likely a typing error.
 pub const MAX_AGE_YEARS: u8 = 120;
 
 /// Something that a protocol asks about a participant.
@@ -57,7 +57,7 @@ pub enum Handedness {
     Ambidextrous,
 }
 
-/// What is known of a participant; `None` is not stated.
+/// Details of a participant; `None` is not stated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Person {
     /// Age, whole years.
@@ -68,10 +68,10 @@ pub struct Person {
     pub handedness: Option<Handedness>,
 }
 
-/// Why a text says nothing about a participant.
+/// Why a text is not a valid detail of a participant.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PersonError {
-    /// No whole number of years in the range.
+    /// The text is not a whole number of years in the range.
     #[error(
         "{given:?} is no age; it is {MIN_AGE_YEARS} to {MAX_AGE_YEARS} whole years, or `{NOT_STATED}` for not stated \
          (the bench is not for children)"
@@ -80,10 +80,10 @@ pub enum PersonError {
         /// The text as given, shortened.
         given: String,
     },
-    /// None of the words.
+    /// The text is not one of the allowed words.
     #[error("{given:?} is no {}; it is {}, or `{NOT_STATED}` for not stated", .detail.column(), .detail.words().join(", "))]
     Word {
-        /// What was asked for.
+        /// Detail asked for.
         detail: PersonDetail,
         /// The text as given, shortened.
         given: String,
@@ -103,7 +103,7 @@ impl PersonDetail {
         }
     }
 
-    /// Returns the words that may be chosen; none for a number.
+    /// Returns the allowed words; empty for a number.
     pub fn words(self) -> &'static [&'static str] {
         match self {
             Self::Age => &[],
@@ -123,7 +123,7 @@ impl Person {
     /// Sets one detail from its text. [`NOT_STATED`], `not stated` and an empty text leave it unstated.
     ///
     /// # Errors
-    /// [`PersonError`] says what is allowed.
+    /// [`PersonError`], which names the allowed values.
     ///
     /// ```
     /// use participants::{Person, PersonDetail};
@@ -168,7 +168,7 @@ impl Person {
         Ok(())
     }
 
-    /// Returns one detail as tables write it, [`NOT_STATED`] if it is not stated.
+    /// Returns one detail as written in tables; [`NOT_STATED`] if it is not stated.
     pub fn text(&self, detail: PersonDetail) -> String {
         let words = detail.words();
         let stated = match detail {

@@ -1,4 +1,4 @@
-//! The protocols that come with the bench.
+//! The built-in protocols.
 
 /// Names and texts of the built-in protocols: `huloux2021` is the published one, `demo` a short form of it.
 pub const BUILT_IN: [(&str, &str); 2] = [
@@ -6,7 +6,7 @@ pub const BUILT_IN: [(&str, &str); 2] = [
     ("demo", include_str!("../../demo.toml")),
 ];
 
-/// Returns the text of the built-in protocol `name`, `None` for any other name.
+/// Returns the text of the built-in protocol `name`, or `None` if it does not exist.
 pub fn built_in(name: &str) -> Option<&'static str> {
     BUILT_IN
         .iter()
@@ -14,8 +14,8 @@ pub fn built_in(name: &str) -> Option<&'static str> {
         .map(|(_, text)| *text)
 }
 
-/// Returns the name of the built-in protocol that `name` was probably meant to be: the one spelt most like it, or the
-/// only one that contains it or is contained in it. `None` if none is like it.
+/// Returns the built-in protocol most likely meant by `name`: the one with the closest spelling, or the only one that
+/// contains it or is contained in it. `None` if none is close.
 ///
 /// ```
 /// assert_eq!(protocols::nearest_built_in("huloux"), Some("huloux2021"));

@@ -1,4 +1,4 @@
-//! The rules for a protocol's values, a function each.
+//! The rules for a protocol's values, one function each.
 //!
 //! Ranges are this project's, wide enough for any study of friction modulation and narrow enough to catch a wrong
 //! unit (50 for 50 mm/s, 35 for 35 kHz) or a slipped decimal point.
@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 
 type Checked = Result<(), BrokenRule>;
 
-/// Checks every value of a protocol file and gives each condition its whole drive.
+/// Checks every value of a protocol file and completes the drive of each condition.
 pub(super) fn validate(raw: RawProtocol) -> Result<Protocol, BrokenRule> {
     file_name("name", &raw.name)?;
     raw.texts.require_showable()?;
@@ -90,11 +90,11 @@ fn short_name(key: &str, name: &str) -> Checked {
     })
 }
 
-/// Names of `.toml` files that a session or a recording has besides its protocol: the copies of the hardware file and of the
-/// calibration, and the manifest, by which a folder is taken for a recording.
+/// Names of `.toml` files that a session or a recording contains in addition to its protocol: the copies of the
+/// hardware file and of the calibration, and the manifest, which marks a folder as a recording.
 const OTHER_FILES: [&str; 3] = ["bench", "calibration", "recording"];
 
-/// Requires a name whose file, in a session's folder, is no other one; some disks do not tell cases apart.
+/// Requires a file name that differs from all others in a session's folder, also on disks that ignore case.
 fn file_name(key: &str, name: &str) -> Checked {
     if OTHER_FILES
         .iter()
@@ -276,7 +276,7 @@ fn timeout(key: &str, s: f64) -> Checked {
     within(key, s, 1.0, 3600.0, "s")
 }
 
-/// Requires a limit that the tracked drift can tell, and that a new carrier may reach.
+/// Requires a limit that the tracking can resolve and within reach of a new carrier.
 fn drift_limit(hz: f64) -> Checked {
     within("resonance_drift.limit_hz", hz, 2.0, 50.0, "Hz")
 }

@@ -1,4 +1,4 @@
-//! A protocol: what is driven, explored, judged and repeated.
+//! The protocol: conditions, explorations, verdict rules and limits of repetition.
 
 use super::drive::{Carrier, Condition};
 use super::exploration::Exploration;
@@ -26,13 +26,13 @@ pub struct Protocol {
     pub name: String,
     /// Purpose, for the reader.
     pub description: String,
-    /// Publication that it comes from; may be empty.
+    /// Source publication; may be empty.
     pub citation: String,
-    /// Language of what the participant reads.
+    /// Language of the participant's screen.
     pub language: Language,
     /// The laboratory's own texts, in place of those of the language.
     pub texts: OwnTexts,
-    /// What is asked about each participant; nothing by default.
+    /// Details asked of each participant; none by default.
     pub participant: AskedOfParticipant,
     /// Conditions, at least one, each with its whole drive.
     pub conditions: Vec<Condition>,
@@ -42,7 +42,7 @@ pub struct Protocol {
     pub exploration: Exploration,
     /// Durations of the steps of a trial.
     pub timing: Timing,
-    /// Normal forces that the participant is asked for.
+    /// Band of the normal force asked of the participant.
     pub force: ForceBand,
     /// Breaks between trials.
     pub rest: Rest,
@@ -54,7 +54,7 @@ pub struct Protocol {
     pub quality: Quality,
     /// Times after which the session stops waiting.
     pub timeouts: Timeouts,
-    /// What becomes of the carrier once the plate's resonance has drifted.
+    /// Handling of the carrier after the plate's resonance has drifted.
     pub resonance_drift: ResonanceDrift,
 }
 
@@ -64,7 +64,7 @@ impl Protocol {
         self.trials.practice + self.trials.per_condition * self.conditions.len() as u32
     }
 
-    /// Returns what the participant reads.
+    /// Returns the texts of the participant's screen.
     pub fn texts(&self) -> Texts {
         Texts::of(self.language).with(&self.texts)
     }
@@ -75,7 +75,7 @@ impl Protocol {
         carriers.all(|carrier| carrier == Carrier::PlateResonance)
     }
 
-    /// Returns the selection rules on a plate whose centre lies at `centre_m`.
+    /// Returns the selection rules for a plate with its centre at `centre_m`.
     pub fn selection_rules(&self, centre_m: f64) -> SelectionRules {
         SelectionRules {
             centre_m,

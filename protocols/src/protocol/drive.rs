@@ -34,7 +34,7 @@ impl Drive {
     }
 }
 
-/// A drive with the name that trials refer to it by.
+/// A drive, and the name by which trials refer to it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Condition {
     /// Name, unique in the protocol.

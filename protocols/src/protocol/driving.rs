@@ -1,27 +1,27 @@
-//! How long a protocol drives the plate.
+//! Driving time of a protocol.
 
 use super::definition::Protocol;
 
-/// Time that a participant takes to place the finger and say "ready", s (an assumption).
+/// Time for a participant to place the finger and say "ready", s (an assumption).
 const PLACE_S: f64 = 5.0;
-/// Time that a participant takes to lift the finger, s (an assumption).
+/// Time for a participant to lift the finger, s (an assumption).
 const LIFT_S: f64 = 2.0;
 /// Length of an hour, s.
 const HOUR_S: f64 = 3600.0;
 
-/// Driving time of a session without repetitions, whose participant takes the time that is assumed for them.
+/// Driving time of a session without repetitions, with the times assumed for the participant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrivingTime {
     /// Number of trials, practice included.
     pub trials: u32,
-    /// Driving time of each, s.
+    /// Driving time of a trial, s.
     pub trial_s: f64,
-    /// Most that lies within any hour of the session, s.
+    /// Largest driving time within any hour of the session, s.
     pub hour_s: f64,
 }
 
 impl Protocol {
-    /// Returns how long the protocol drives the plate: in each trial from before the baseline to the last feedback.
+    /// Returns the protocol's driving time: in each trial from before the baseline to the last feedback.
     ///
     /// ```
     /// use protocols::{Protocol, built_in};
@@ -44,7 +44,7 @@ impl Protocol {
         Self::busiest_hour(trial_s, &self.starts_s(trials, trial_s), trials)
     }
 
-    /// Returns when each trial begins, s.
+    /// Returns the start time of each trial, s.
     fn starts_s(&self, trials: u32, trial_s: f64) -> Vec<f64> {
         let practice = self.trials.practice;
         let mut start_s = 0.0;
@@ -62,7 +62,7 @@ impl Protocol {
     fn busiest_hour(trial_s: f64, starts_s: &[f64], trials: u32) -> DrivingTime {
         let mut hour_s = 0.0f64;
         let mut past = 0;
-        // The busiest hour begins with a trial.
+        // The hour with the most driving time starts with a trial.
         for (first, from_s) in starts_s.iter().enumerate() {
             while past < starts_s.len() && starts_s[past] < from_s + HOUR_S {
                 past += 1;

@@ -1,10 +1,10 @@
-//! Why a text is no protocol.
+//! Errors of a protocol file.
 
 use participant_texts::RefusedText;
 use participants::PersonDetail;
 use strict::{InFile, OutOfRange, TomlError};
 
-/// Why a text is not a protocol.
+/// Why a text is not a valid protocol.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ProtocolError {
     /// The text is not TOML, or its keys or types are not those of a protocol.
@@ -21,7 +21,7 @@ pub enum BrokenRule {
     /// A number out of its range.
     #[error(transparent)]
     OutOfRange(#[from] OutOfRange),
-    /// A text that no screen can show.
+    /// A text that a screen cannot show.
     #[error(transparent)]
     Text(#[from] RefusedText),
     /// A name that cannot be part of a file's name.
@@ -32,7 +32,7 @@ pub enum BrokenRule {
         /// The name.
         name: String,
     },
-    /// The name of another file of a session.
+    /// A name reserved for another file of a session.
     #[error(
         "{key} = {name:?} is not allowed: a session's folder keeps the protocol as {name}.toml, which is the name of a file of \
          the bench; give it another name"
@@ -43,7 +43,7 @@ pub enum BrokenRule {
         /// The name.
         name: String,
     },
-    /// The name of an earlier condition.
+    /// A name that another condition already has.
     #[error("{key} = {name:?} is already the name of another condition")]
     RepeatedName {
         /// The key.
@@ -105,7 +105,7 @@ pub enum BrokenRule {
 pub(super) const MIN_TRAVEL_M: f64 = 0.01;
 
 impl BrokenRule {
-    /// Returns the dotted path of the key at fault.
+    /// Returns the dotted path of the invalid key.
     pub fn key(&self) -> &str {
         match self {
             Self::OutOfRange(refused) => &refused.key,

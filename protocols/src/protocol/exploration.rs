@@ -38,24 +38,24 @@ impl Exploration {
     }
 }
 
-/// The slider that the finger follows.
+/// The slider, which the finger follows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Slider {
-    /// Position where it starts, m.
+    /// Start position, m.
     pub from_m: f64,
-    /// Position where it stops, m.
+    /// End position, m.
     pub to_m: f64,
-    /// Its speed, m/s, positive in either direction.
+    /// Speed, m/s, positive in either direction.
     pub speed_m_per_s: f64,
 }
 
 impl Slider {
-    /// Returns the time that it moves for, s.
+    /// Returns the duration of the motion, s.
     pub fn duration_s(&self) -> f64 {
         (self.to_m - self.from_m).abs() / self.speed_m_per_s
     }
 
-    /// Returns its position `elapsed_s` after its start, m. Before and after its travel it rests at the ends.
+    /// Returns the position `elapsed_s` after the start, m. Before and after the motion the slider rests at its ends.
     pub fn position_m(&self, elapsed_s: f64) -> f64 {
         let part = (elapsed_s / self.duration_s()).clamp(0.0, 1.0);
         (1.0 - part) * self.from_m + part * self.to_m

@@ -1,4 +1,4 @@
-//! Protocol files: what is driven, explored, judged and repeated.
+//! Protocol files: conditions, explorations, verdict rules and limits of repetition.
 
 mod built_in;
 mod checks;

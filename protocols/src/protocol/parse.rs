@@ -7,10 +7,10 @@ use super::raw::RawProtocol;
 use strict::InFile;
 
 impl Protocol {
-    /// Reads and validates a protocol; `file` only names it in errors.
+    /// Reads and validates a protocol; `file` is used in error messages only.
     ///
     /// # Errors
-    /// [`ProtocolError`], which names the file, the line, the key, the value and what is allowed.
+    /// [`ProtocolError`], which names the file, the line, the key, the value and the allowed values.
     ///
     /// ```
     /// use protocols::{BrokenRule, Protocol, ProtocolError, built_in};

@@ -1,11 +1,11 @@
-//! Whether a protocol's slider stays on a plate.
+//! Check that a protocol's slider stays on a plate.
 
 use super::definition::Protocol;
 
-/// An end of the slider's travel that does not lie on the plate.
+/// An end of the slider's travel that is off the plate.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum OffPlateError {
-    /// The left end lies before the plate's, or behind its right one.
+    /// The left end is off the plate.
     #[error(
         "exploration.from_m = {from_m} m is not on the plate, which reaches from 0 to \
          plate.length_m = {plate_length_m} m"
@@ -16,7 +16,7 @@ pub enum OffPlateError {
         /// Length of the plate, m.
         plate_length_m: f64,
     },
-    /// The right end lies behind the plate's, or before its left one.
+    /// The right end is off the plate.
     #[error(
         "exploration.to_m = {to_m} m is not on the plate, which reaches from 0 to \
          plate.length_m = {plate_length_m} m"
@@ -40,10 +40,10 @@ impl OffPlateError {
 }
 
 impl Protocol {
-    /// Requires both ends of the slider's travel to lie on a plate, which reaches from 0 to `plate_length_m`.
+    /// Requires both ends of the slider's travel to lie on a plate that extends from 0 to `plate_length_m`.
     ///
     /// # Errors
-    /// [`OffPlateError`] for the first end that does not; NaN is no length of a plate.
+    /// [`OffPlateError`] for the first end that is off the plate, or if `plate_length_m` is NaN.
     ///
     /// ```
     /// use protocols::{OffPlateError, Protocol, built_in};

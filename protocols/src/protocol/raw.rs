@@ -1,4 +1,4 @@
-//! The protocol file as written, before any rule is applied.
+//! The protocol file as written, before validation.
 
 use super::drive::{Carrier, Drive};
 use super::exploration::Exploration;

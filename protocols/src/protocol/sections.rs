@@ -1,4 +1,4 @@
-//! The sections of a protocol file about trials, times and repetitions.
+//! Sections of a protocol file on trials, times and repetitions.
 
 use serde::{Deserialize, Serialize};
 
@@ -59,7 +59,7 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// Returns whether a break comes once `settled` trials are settled, of which the first `practice` are not counted, if any is left.
+    /// Returns whether a break follows after `settled` settled trials, if any trial is left; the first `practice` do not count.
     #[must_use]
     pub fn comes_after(&self, settled: u32, practice: u32) -> bool {
         let counted = settled.saturating_sub(practice);

@@ -14,7 +14,7 @@ fn with(from: &str, to: &str) -> Result<Protocol, ProtocolError> {
     Protocol::parse(&text().replace(from, to), "p.toml")
 }
 
-/// The rule that a text breaks.
+/// Returns the rule that a text breaks.
 fn rule(read: Result<Protocol, ProtocolError>) -> InFile<BrokenRule> {
     match read {
         Err(ProtocolError::Rule(placed)) => placed,
@@ -64,7 +64,7 @@ fn reserved(name: &str) -> BrokenRule {
     }
 }
 
-/// Each rule: a line, an accepted and a rejected replacement of it, and the rule that the rejected one breaks.
+/// Returns for each rule a line, an accepted and a rejected replacement of it, and the rule that the rejected one breaks.
 fn rules() -> Vec<(&'static str, &'static str, &'static str, BrokenRule)> {
     vec![
         (
@@ -426,7 +426,7 @@ fn a_missing_section_is_named() {
     );
 }
 
-/// Protocols from before the section was there are still read.
+/// Older protocols without this section are still read.
 #[test]
 fn a_new_carrier_is_asked_for_unless_the_protocol_takes_it() {
     let (before, section) = text().split_once("[resonance_drift]").unwrap();
@@ -462,7 +462,7 @@ fn nothing_is_asked_about_participants_unless_a_protocol_asks() {
             .ask
             .is_empty()
     );
-    // A name is nothing that can be asked for.
+    // A name cannot be asked for.
     assert!(matches!(
         toml(with("\"age\", \"sex\"", "\"name\"")),
         TomlError::UnknownValue { .. }

@@ -1,11 +1,11 @@
-//! What an exploration's verdict needs.
+//! Analysis of an exploration for the verdict.
 
 use super::select::select;
 use super::series::{ExplorationSeries, SelectionError};
 use crate::analysis::ExplorationAnalysis;
 use crate::rules::SelectionRules;
 
-/// Selects from an exploration, and averages force and speed over the plate's central part for its verdict.
+/// Selects from an exploration, and averages force and speed over the plate's central part for the verdict.
 ///
 /// # Errors
 /// [`SelectionError`] if the slices differ in length or the times are not evenly spaced.

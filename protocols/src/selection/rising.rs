@@ -49,7 +49,7 @@ pub(super) fn stretches(series: &ExplorationSeries<'_>) -> Vec<Rising> {
         .map(|pair| Rising {
             start_s: tip_s(&smooth, time_s, pair[0], &turns),
             end_s: tip_s(&smooth, time_s, pair[1], &turns),
-            // Within the smoothing window of an end, an extreme may come from the end itself.
+            // Within the smoothing window of an end, an extreme may be an artefact of the end.
             cut_off: pair[0] <= half || pair[1] + half >= last,
         })
         .collect()
@@ -161,7 +161,7 @@ fn tip_s(x: &[f64], time_s: &[f64], turn: usize, turns: &[usize]) -> f64 {
         .take_while(in_tip)
         .last();
     match (first, last) {
-        // At an end of the series half of the tip is missing and its middle means nothing.
+        // At an end of the series half of the tip is missing, so that its middle is meaningless.
         (Some(first), Some(last)) if first > 0 && last + 1 < x.len() => {
             0.5 * (time_s[first] + time_s[last])
         }

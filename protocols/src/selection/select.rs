@@ -1,4 +1,4 @@
-//! Which rising stretches hold an instance.
+//! Selection of the rising stretches that contain an instance.
 
 use super::rising::{self, Rising};
 use super::series::{ExplorationSeries, SelectionError, Validity, between, check_frames};
@@ -8,7 +8,7 @@ use std::ops::Range;
 
 /// Fraction of the slider's speed below which the finger counts as not sliding rather than as slow.
 const SLIDING_PART: f64 = 0.2;
-/// Length of the running mean that speed is judged on, s.
+/// Length of the running mean of the speed, s.
 const SPEED_MEAN_S: f64 = 0.020;
 /// Largest fraction of an instance's frames that may be below the noise; the estimator masks them.
 const BELOW_NOISE_PART: f64 = 0.1;

@@ -1,24 +1,24 @@
-//! The frames of an exploration.
+//! Frames of an exploration.
 
 use crate::trial::Direction;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Whether amplitude and impedance of a demodulated frame, and the force measured with it, can be used.
+/// Whether amplitude and impedance of a demodulated frame, and the force measured with it, are usable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Validity {
-    /// All can be used.
+    /// All are usable.
     Valid,
     /// Samples within the demodulation filter were lost.
     LostSamples,
     /// Samples within the demodulation filter were at the converter's limit.
     Clipped,
-    /// The output lost frames, so that the drive was broken off.
+    /// The output lost frames, which interrupted the drive.
     DriveGap,
-    /// An axis of the force sensor was at the end of its range.
+    /// An axis of the force sensor was saturated.
     ForceSaturated,
-    /// The amplitude is too small against its noise for an impedance, as at envelope nulls.
+    /// The amplitude is too small against its noise for an impedance, as at nulls of the envelope.
     BelowNoise,
 }
 
@@ -37,11 +37,11 @@ pub struct ExplorationSeries<'a> {
     pub velocity_m_per_s: &'a [f64],
     /// Normal force, N.
     pub normal_n: &'a [f64],
-    /// Whether the frame can be used.
+    /// Whether the frame is usable.
     pub validity: &'a [Validity],
 }
 
-/// Why frames are no exploration to select from.
+/// Why frames cannot be used for a selection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SelectionError {
     /// A slice that is not as long as `time_s`.
@@ -54,8 +54,7 @@ pub enum SelectionError {
         /// Length of `time_s`.
         expected: usize,
     },
-    /// A time that does not follow the one before by the frames' spacing, or is not finite. Lost samples are frames,
-    /// too.
+    /// A time that is not finite or does not follow the previous one by the frames' spacing. Lost samples count as frames, too.
     #[error("`time_s` is not evenly spaced at frame {frame}")]
     Time {
         /// Index of the later frame.
@@ -86,7 +85,7 @@ pub(super) fn check_frames(series: &ExplorationSeries<'_>) -> Result<(), Selecti
         [first, .., last] => (last - first) / (expected - 1) as f64,
         _ => return Ok(()),
     };
-    // Half a frame leaves room for times written with few digits. NaN is within nothing.
+    // Half a frame leaves room for times written with few digits. NaN fails the comparison.
     let even = |pair: &[f64]| (pair[1] - pair[0] - spacing_s).abs() < 0.5 * spacing_s;
     match time_s.windows(2).position(|pair| !even(pair)) {
         Some(i) => Err(SelectionError::Time { frame: i + 1 }),

@@ -1,4 +1,4 @@
-//! Explorations whose selection is known in closed form.
+//! Explorations with a selection known in closed form.
 
 use super::series::between;
 use super::*;
@@ -42,13 +42,13 @@ impl Made {
         select(&self.series(), &SelectionRules::published(CENTRE_M)).unwrap()
     }
 
-    /// Frames of a span of time.
+    /// Returns the frames of a time span.
     fn frames(&self, start_s: f64, end_s: f64) -> Range<usize> {
         between(&self.time_s, start_s, end_s)
     }
 }
 
-/// An exploration from 10 to 95 mm at 50 mm/s from 1.4 s on, pressed with 0.65 N, with the amplitude
+/// Returns an exploration from 10 to 95 mm at 50 mm/s from 1.4 s on, pressed with 0.65 N, with the amplitude
 /// 2 µm (1 + index · sin(2π f t + phase)).
 fn made(modulation_hz: f64, index: f64, phase_rad: f64, duration_s: f64) -> Made {
     let n = (duration_s * FRAME_HZ) as usize;
@@ -73,7 +73,7 @@ fn instances(stretches: &[Stretch]) -> Vec<Instance> {
     stretches.iter().filter_map(Stretch::instance).collect()
 }
 
-/// The only stretch that is neither accepted nor outside the centre.
+/// Returns the rejection of the only stretch that is neither accepted nor outside the centre.
 fn rejection(stretches: &[Stretch]) -> Rejection {
     let rejected: Vec<Rejection> = stretches
         .iter()
@@ -256,7 +256,7 @@ fn a_finger_that_stops_is_not_sliding_and_a_slow_one_is_too_slow() {
 fn encoder_steps_are_no_change_of_speed() {
     let mut made = published();
     for (i, v) in made.velocity_m_per_s.iter_mut().enumerate() {
-        // A ripple of ±40 % at 200 Hz, as a coarse encoder leaves behind the filter.
+        // A ripple of ±40 % at 200 Hz, as left by the filter from a coarse encoder.
         *v *= 1.0 + 0.4 * (TAU * 200.0 * i as f64 / FRAME_HZ).sin();
     }
     assert_eq!(instances(&made.select()).len(), 6);
@@ -339,8 +339,8 @@ fn the_means_of_an_exploration_are_of_its_centre() {
 }
 
 proptest! {
-    /// Whatever the modulation, its phase and the noise (1 % of the mean amplitude, rms 0.6 %), the rises found are
-    /// the modulation's, their turning points within 3 % of its period and 0.5 ms.
+    /// For any modulation, phase and noise (1 % of the mean amplitude, rms 0.6 %), the rises found are the
+    /// modulation's, their turning points within 3 % of its period and 0.5 ms.
     #[test]
     fn the_rises_found_are_those_of_the_modulation(
         modulation_hz in 1.0..50.0f64, index in 0.3..1.0f64, phase_rad in 0.0..TAU, seed: u64,
@@ -372,7 +372,7 @@ proptest! {
         prop_assert!(found.windows(2).all(|w| w[0].end_s < w[1].start_s));
     }
 
-    /// No input makes it panic, and what is accepted lies inside its stretch.
+    /// No input makes it panic, and each accepted instance lies inside its stretch.
     #[test]
     fn anything_can_be_selected_from(
         frames in prop::collection::vec(

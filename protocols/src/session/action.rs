@@ -1,4 +1,4 @@
-//! What a session asks of the bench.
+//! Requests of a session to the bench.
 
 use super::event::{SessionEvent, SessionEventKind, SessionOutcome};
 use super::participant_view::ParticipantView;
@@ -7,7 +7,7 @@ use crate::trial::{Interval, TrialEnd, TrialKey};
 use crate::verdict::Verdict;
 use serde::{Deserialize, Serialize};
 
-/// Request of the session to the bench. The actions of a step are carried out in their order.
+/// Request of the session to the bench. The actions of a step are carried out in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Action {
@@ -20,15 +20,15 @@ pub enum Action {
         /// Time on the audio clock, s.
         at_s: f64,
     },
-    /// Ramp the drive in or out; in only within a trial.
+    /// Ramp the drive in or out; ramp in only within a trial.
     Drive(DriveRequest),
-    /// Mark an interval of the open recording; it has just ended.
+    /// Mark an interval of the open recording that has just ended.
     Mark(Interval),
     /// Close the recording.
     EndTrial {
         /// The attempt.
         key: TrialKey,
-        /// Whether it was completed, or what cut it short.
+        /// Whether it was completed, or the cause of its interruption.
         end: TrialEnd,
         /// Time on the audio clock, s.
         at_s: f64,
@@ -51,9 +51,9 @@ pub enum Action {
     Cue(Cue),
     /// Write an event to the log.
     Log(SessionEvent),
-    /// Show the participant this view. Last in every step.
+    /// Show this view to the participant. Last in every step.
     Show(ParticipantView),
-    /// End the session. Comes once.
+    /// End the session. Occurs once.
     Finished(SessionOutcome),
 }
 

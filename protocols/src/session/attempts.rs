@@ -1,4 +1,4 @@
-//! The attempts made at the trials of a session, and the next one.
+//! Attempts at the trials of a session, and the next one.
 
 use super::error::{RecordMismatch, SessionError};
 use super::plan::PlannedTrial;
@@ -7,21 +7,21 @@ use crate::record::{TrialOutcome, TrialRecord};
 use crate::trial::{Interruption, TrialKey};
 use std::collections::BTreeMap;
 
-/// The trials of a session and the attempts made at them.
+/// The trials of a session and the attempts at them.
 #[derive(Clone, Debug)]
 pub(super) struct Attempts {
     plan: Vec<PlannedTrial>,
     records: Vec<TrialRecord>,
-    /// Last attempt not to be made, by trial number.
+    /// Last attempt number to skip, by trial number.
     left_out: BTreeMap<u32, u32>,
     /// Whether each trial of `plan` is settled.
     settled: Vec<bool>,
-    /// Index in `plan` of the trial that is next or running: the first that is not settled.
+    /// Index in `plan` of the next or running trial: the first that is not settled.
     cursor: usize,
 }
 
 impl Attempts {
-    /// Returns a session's trials with no attempt made.
+    /// Returns a session's trials without attempts.
     pub(super) fn new(plan: Vec<PlannedTrial>) -> Self {
         Self {
             settled: vec![false; plan.len()],
@@ -32,7 +32,7 @@ impl Attempts {
         }
     }
 
-    /// Adds an attempt of an earlier part of the session, or takes back that it was settled.
+    /// Adds an attempt of an earlier part of the session, or withdraws its outcome.
     ///
     /// # Errors
     /// [`SessionError::ForeignRecord`] if the attempt is not the one that was due.
@@ -84,8 +84,8 @@ impl Attempts {
         self.records.push(record);
     }
 
-    /// Takes back that an attempt settled its trial, which is to be repeated; returns the attempt as it counts now, or
-    /// `None` if there is no such attempt that settled it.
+    /// Withdraws the outcome of an attempt that settled its trial, so that the trial is repeated; returns the attempt
+    /// as it counts now, or `None` if no such attempt settled its trial.
     pub(super) fn withdraw(
         &mut self,
         key: &TrialKey,
@@ -108,7 +108,7 @@ impl Attempts {
         self.cursor = next.unwrap_or(self.plan.len());
     }
 
-    /// Returns the attempts made, restored ones included.
+    /// Returns the attempts so far, restored ones included.
     pub(super) fn records(&self) -> &[TrialRecord] {
         &self.records
     }
@@ -128,15 +128,14 @@ impl Attempts {
         self.cursor == self.plan.len()
     }
 
-    /// Returns the number of the trial that is next or running, and of the one after it; the number after the last where
-    /// there is none.
+    /// Returns the number of the next or running trial, and of the one after it; past the end, the number after the last trial.
     pub(super) fn next_numbers(&self) -> (u32, u32) {
         let after = (self.cursor + 1..self.plan.len()).find(|&index| !self.settled[index]);
         let after = after.unwrap_or(self.plan.len());
         (self.cursor as u32 + 1, after as u32 + 1)
     }
 
-    /// Returns the condition of the trial that is next or running.
+    /// Returns the condition of the next or running trial.
     ///
     /// # Panics
     /// If every trial is settled.
@@ -170,7 +169,7 @@ impl Attempts {
         self.redos_left(number, limits).0 > 0
     }
 
-    /// Returns how often verdicts may still repeat trial `number`, and any trial.
+    /// Returns the number of repetitions by verdicts left for trial `number`, and for all trials together.
     pub(super) fn redos_left(&self, number: u32, limits: RedoLimits) -> (u32, u32) {
         let redone = |of_trial: bool| {
             let redone = self

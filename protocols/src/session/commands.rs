@@ -1,4 +1,4 @@
-//! Commands of the operator, and the safety chain.
+//! Commands of the operator, safety trips and loss of the participant's display.
 
 use super::action::{Action, DriveRequest, StepActions};
 use super::event::SessionEventKind;
@@ -49,7 +49,7 @@ pub(super) enum Refusal {
 }
 
 impl Session {
-    /// Halts on a tripped safety chain; returns whether that used the step up.
+    /// Halts on a tripped safety chain; returns whether that completed the step.
     pub(super) fn safety(&mut self, observation: &Observation, out: &mut StepActions) -> bool {
         let Safety::Tripped(reason) = &observation.safety else {
             return false;
@@ -74,7 +74,7 @@ impl Session {
         true
     }
 
-    /// Pauses when the participant's display is lost; returns whether that used the step up.
+    /// Pauses when the participant's display is lost; returns whether that completed the step.
     pub(super) fn display(&mut self, observation: &Observation, out: &mut StepActions) -> bool {
         let before = std::mem::replace(&mut self.display_lost, observation.display_lost.clone());
         let reason = match (before, &self.display_lost) {
@@ -95,7 +95,7 @@ impl Session {
         true
     }
 
-    /// Executes the operator's command; returns whether that used the step up.
+    /// Executes the operator's command; returns whether that completed the step.
     pub(super) fn command(&mut self, observation: &Observation, out: &mut StepActions) -> bool {
         let Some(command) = &observation.command else {
             return false;
@@ -145,7 +145,7 @@ impl Session {
         }
     }
 
-    /// A command names the attempt that it is about, so that it never falls on the next one.
+    /// Requires that a command names the current attempt, so that it never applies to the next one.
     fn require_current(&self, number: u32, attempt: u32) -> Result<(), Refusal> {
         match self.state.current() {
             Some(key) if (key.number, key.attempt) == (number, attempt) => Ok(()),
@@ -229,8 +229,7 @@ impl Session {
         Ok(())
     }
 
-    /// Returns a halted state with its waiting begun anew. A break goes on while the session is paused, and so does the
-    /// recorder, whose time to save is not prolonged by pauses.
+    /// Returns a halted state with its timeout restarted. Pauses prolong neither a break nor the recorder's time to save.
     fn restarted(&self, mut state: State) -> State {
         if let State::Analysing { since_s, .. } | State::Judged { since_s, .. } = &mut state {
             *since_s = self.now_s;
@@ -273,7 +272,7 @@ impl Session {
         Ok(())
     }
 
-    /// Settles the judged attempt by the operator's word; a halted session stays halted.
+    /// Settles the judged attempt as the operator decides; a halted session stays halted.
     fn overrule(
         &mut self,
         outcome: impl FnOnce(Vec<RedoReason>) -> TrialOutcome,
@@ -343,7 +342,7 @@ impl Session {
         Ok(())
     }
 
-    /// Records an attempt that nobody waits for any longer.
+    /// Records the attempt that was being judged or saved when the session was aborted.
     fn record_at_abort(
         &mut self,
         key: TrialKey,

@@ -1,9 +1,9 @@
-//! Why a session cannot begin or be resumed.
+//! Errors at the start or resumption of a session.
 
 use crate::trial::TrialKey;
 use participants::ParticipantId;
 
-/// Why a session cannot begin or be resumed.
+/// Why a session cannot start or resume.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SessionError {
     /// A counterbalanced order needs a participant number.
@@ -15,7 +15,7 @@ pub enum SessionError {
         /// The identifier.
         participant: ParticipantId,
     },
-    /// An attempt of the earlier part of the session is not one of this session.
+    /// An attempt of the earlier part of the session does not belong to this session.
     #[error(
         "trial {}, attempt {} ({}) of the earlier part does not belong to this protocol, participant and seed: \
          {because}",
@@ -24,12 +24,12 @@ pub enum SessionError {
     ForeignRecord {
         /// The attempt.
         key: TrialKey,
-        /// What does not fit.
+        /// The mismatch.
         because: RecordMismatch,
     },
 }
 
-/// What does not fit in an attempt of the earlier part of a session.
+/// Mismatch of an attempt of the earlier part with this session.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RecordMismatch {
     /// Every trial was settled before it.

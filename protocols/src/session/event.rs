@@ -1,4 +1,4 @@
-//! What a session writes to the event log.
+//! Events of a session in the event log.
 
 use super::observation::OperatorCommand;
 use super::phase::Phase;
@@ -55,8 +55,7 @@ pub enum SessionEventKind {
         /// The interval.
         interval: Interval,
     },
-    /// An attempt was settled, or, in a later part of the session, what it was settled as was taken back: the last event of
-    /// an attempt counts.
+    /// An attempt was settled, or a later part of the session withdrew its outcome: the last event of an attempt counts.
     TrialSettled {
         /// The attempt and its outcome.
         record: TrialRecord,
@@ -69,29 +68,29 @@ pub enum SessionEventKind {
     DeadManNotHeld,
     /// The hour's driving time does not allow another trial; the session paused.
     DrivingTimeSpent {
-        /// Time after which it does, s.
+        /// Time after which another trial is allowed, s.
         wait_s: f64,
     },
     /// The recorder lags too far behind for another trial to begin.
     RecorderBehind {
-        /// Audio that is not on the disk yet, or the time for which the recorder has not answered, s.
+        /// Audio that is not on the disk yet, or time since the recorder last answered, s.
         lag_s: f64,
         /// Whether it did not catch up in time; the session paused.
         paused: bool,
     },
     /// The safety chain tripped.
     SafetyTripped {
-        /// What tripped.
+        /// The cause.
         reason: String,
     },
     /// The participant's display is lost; the session paused.
     DisplayLost {
-        /// Which display, and what became of it.
+        /// The display that is lost, and the cause.
         reason: String,
     },
-    /// The participant's display shows again what it should; the session waits for the operator.
+    /// The participant's display is back; the session waits for the operator.
     DisplayBack,
-    /// The operator asked for a pause, which waits for the end of the attempt.
+    /// The operator asked for a pause at the end of the attempt.
     PauseAwaited {
         /// The attempt.
         key: TrialKey,
@@ -126,8 +125,8 @@ pub enum SessionOutcome {
     },
 }
 
-/// Returns the attempts in an event log, to resume the session from. An attempt that began and was never settled,
-/// because the program ended, becomes an interrupted one; one whose outcome was taken back comes twice.
+/// Returns the attempts in an event log, from which to resume the session. An attempt that was never settled, because
+/// the program ended, becomes an interrupted one; an attempt with a withdrawn outcome occurs twice.
 pub fn records_from_events<'a>(
     events: impl IntoIterator<Item = &'a SessionEventKind>,
 ) -> Vec<TrialRecord> {
@@ -139,7 +138,7 @@ pub fn records_from_events<'a>(
                 records.extend(open.replace(key.clone()).map(crashed));
             }
             SessionEventKind::TrialSettled { record } => {
-                // A later part takes back an outcome where the part before it broke off.
+                // A later part withdraws an outcome after the previous part was cut off.
                 records.extend(open.take().filter(|key| *key != record.key).map(crashed));
                 records.push(record.clone());
             }

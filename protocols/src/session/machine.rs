@@ -14,16 +14,17 @@ use crate::summary::SessionSummary;
 use crate::trial::{Direction, Interruption, TrialKey};
 use participants::ParticipantId;
 
-/// Shortest time in which an operator can overrule an accepting verdict, s.
+/// Minimum time for an operator to overrule an accepting verdict, s.
 const OVERRULE_ACCEPTED_S: f64 = 2.0;
-/// Shortest time in which an operator can overrule a rejecting verdict, whose reasons are to be read, s.
+/// Minimum time for an operator to overrule a rejecting verdict, which includes reading its reasons, s.
 const OVERRULE_REJECTED_S: f64 = 6.0;
 
 /// A participant's session: [`Session::step`] turns each observation into actions.
 ///
-/// The drive is asked for only within a trial, and no trial begins before the consent is recorded. A trial is accepted
-/// only when its recording is saved. Interruptions (pause, safety, timeouts, recordings that are not saved) repeat the trial without limit, since each needs the operator; repetitions because of a
-/// verdict are limited by the protocol. A practice trial is judged, but only the operator repeats it.
+/// The drive is requested only within a trial, and no trial begins before the consent is recorded. A trial is accepted
+/// only when its recording is saved. Interruptions (pause, safety, timeouts, recordings that are not saved) repeat the
+/// trial without limit, since each needs the operator; repetitions because of a verdict are limited by the protocol. A
+/// practice trial is judged, but only the operator repeats it.
 ///
 /// ```
 /// use protocols::{Observation, OperatorCommand, Phase, Protocol, Session, built_in};
@@ -51,31 +52,31 @@ pub struct Session {
     pub(super) resumed_attempts: usize,
     /// Time of the last observation, s.
     pub(super) now_s: f64,
-    /// Whether the finger is on the plate; `None` when the force is not known.
+    /// Whether the finger is on the plate; `None` if the force is not known.
     pub(super) finger: Option<bool>,
-    /// The dead-man switch; `None` on a bench that uses none.
+    /// The dead-man switch; `None` on a bench without one.
     pub(super) hold: Option<Hold>,
     /// Whether the safety chain tripped while the dead-man switch was open.
     pub(super) let_go: bool,
-    /// Why the participant sees nothing.
+    /// Why the participant cannot see the screen.
     pub(super) display_lost: Option<String>,
     /// Whether an operator watches.
     pub(super) attended: bool,
-    /// Whether the operator is asked what must be known before the next trial.
+    /// Whether the operator must answer a question before the next trial.
     pub(super) asking: bool,
     /// Whether the session pauses at the end of the attempt.
     pub(super) pausing: bool,
     /// Time after which the hour's driving time allows another trial, s.
     pub(super) drive_wait_s: f64,
-    /// The attempt whose analysis is awaited.
+    /// Attempt with an analysis under way.
     pub(super) awaited: Option<TrialKey>,
-    /// Its analysis, once it arrived.
+    /// Its analysis, after it has arrived.
     pub(super) analysis: Option<TrialAnalysis>,
-    /// What became of the recording of the current attempt, once it is known.
+    /// Outcome of the current attempt's recording, if known.
     pub(super) recorded: Option<RecordingOutcome>,
-    /// Audio that is not on the disk yet, or the time for which the recorder has not answered, s.
+    /// Audio that is not on the disk yet, or time since the recorder last answered, s.
     pub(super) recorder_lag_s: f64,
-    /// Whether a step was made.
+    /// Whether the first step was made.
     pub(super) started: bool,
     pub(super) state: State,
 }
@@ -94,10 +95,10 @@ impl Session {
     }
 
     /// Resumes a session after `records` ([`records_from_events`](crate::records_from_events)), in the same order. The
-    /// consent is recorded anew.
+    /// consent must be recorded again.
     ///
     /// # Errors
-    /// [`SessionError::ForeignRecord`] if `records` are not of this protocol, participant and seed;
+    /// [`SessionError::ForeignRecord`] if `records` do not belong to this protocol, participant and seed;
     /// [`SessionError::NoParticipantNumber`] for a counterbalanced order.
     pub fn resume(
         protocol: Protocol,
@@ -133,15 +134,15 @@ impl Session {
         })
     }
 
-    /// Leaves out the attempts up to `attempt` at trial `number`, because recordings of them exist, whether or not the
-    /// event log has them.
+    /// Skips the attempts up to `attempt` at trial `number`, because recordings of them exist, even if the event log
+    /// does not contain them.
     pub fn leave_out(&mut self, number: u32, attempt: u32) {
         self.attempts.leave_out(number, attempt);
     }
 
-    /// Takes back that an attempt of an earlier part settled its trial, because its recording is lost: the attempt counts
-    /// as interrupted and the trial is repeated. Returns the attempt for the event log, from which a later part of the
-    /// session learns of it; `None` if no such attempt settled its trial.
+    /// Withdraws the outcome of an attempt of an earlier part because its recording is lost: the attempt counts as
+    /// interrupted and the trial is repeated. Returns the attempt for the event log, where a later part of the session
+    /// reads it; `None` if no such attempt settled its trial.
     pub fn withdraw(&mut self, number: u32, attempt: u32, reason: String) -> Option<TrialRecord> {
         let mut records = self.records().iter();
         let made = records.find(|made| (made.key.number, made.key.attempt) == (number, attempt))?;
@@ -150,7 +151,7 @@ impl Session {
             .withdraw(&key, &Interruption::NotSaved { reason })
     }
 
-    /// Returns the phase that the session is in.
+    /// Returns the session's phase.
     pub fn phase(&self) -> Phase {
         self.state.phase()
     }
@@ -165,7 +166,7 @@ impl Session {
         self.state.judged().is_some()
     }
 
-    /// Returns the time until the verdict stands, s; `None` without one, and while nothing but the operator ends its time.
+    /// Returns the time until the verdict stands, s; `None` without a verdict, and if only the operator can end the wait.
     pub fn verdict_left_s(&self) -> Option<f64> {
         match &self.state {
             State::Judged {
@@ -187,19 +188,20 @@ impl Session {
         self.attempts.unsettled()
     }
 
-    /// Returns the number of the trial that is next, running or judged, and of the one after it, from 1 with practice; the
-    /// number after the last where there is none.
+    /// Returns the number of the trial that is next, running or judged, and of the one after it, from 1 with practice;
+    /// past the end, the number after the last trial.
     pub fn next_numbers(&self) -> (u32, u32) {
         self.attempts.next_numbers()
     }
 
-    /// Returns how often verdicts may still repeat the trial that is next, running or judged, and any trial.
+    /// Returns the number of repetitions by verdicts left for the trial that is next, running or judged, and for all
+    /// trials together.
     pub fn repetitions_left(&self) -> (u32, u32) {
         let (number, _) = self.next_numbers();
         self.attempts.redos_left(number, self.protocol.redo)
     }
 
-    /// Returns whether the open verdict repeats its trial if nobody overrules it.
+    /// Returns whether the open verdict repeats its trial unless it is overruled.
     pub fn verdict_repeats(&self) -> bool {
         let judged = self.state.current().zip(self.state.reasons());
         judged.is_some_and(|(key, reasons)| !self.outcome(key, reasons.to_vec()).settles())
@@ -221,12 +223,12 @@ impl Session {
         &self.protocol
     }
 
-    /// Returns the direction of an exploration, from 0.
+    /// Returns the direction of an exploration, numbered from 0.
     pub(super) fn direction(&self, exploration: usize) -> Direction {
         self.protocol.exploration.directions[exploration]
     }
 
-    /// Returns the slider of an exploration, from 0.
+    /// Returns the slider of an exploration, numbered from 0.
     pub(super) fn slider(&self, exploration: usize) -> Slider {
         self.protocol
             .exploration
@@ -243,7 +245,7 @@ impl Session {
         (self.protocol.rest.min_s - self.elapsed_s(since_s)).max(0.0)
     }
 
-    /// Returns how long a verdict can be overruled, s: with an operator long enough to read it and press a key.
+    /// Returns the time in which a verdict can be overruled, s: with an operator, long enough to read it and press a key.
     pub(super) fn verdict_s(&self, reasons: &[RedoReason]) -> f64 {
         let shortest_s = match (self.attended, reasons.is_empty()) {
             (false, _) => 0.0,

@@ -1,9 +1,9 @@
 //! The session as a state machine: observations in, actions out.
 //!
-//! Each file takes from those before it: [`observation`], [`event`] and [`action`] are the machine's input and output,
-//! [`plan`] the order of trials, [`attempts`] what was made of them, [`state`] and [`machine`] the state,
-//! [`trial_steps`] and [`settling`] its transitions, [`commands`] the operator's, [`show`] the participant's view, and
-//! [`step`] one turn of all of it.
+//! Each file depends only on earlier ones: [`observation`], [`event`] and [`action`] are the machine's input and output,
+//! [`plan`] the order of trials, [`attempts`] the attempts at them, [`state`] and [`machine`] the state,
+//! [`trial_steps`] and [`settling`] its transitions, [`commands`] the transitions by the operator, [`show`] the
+//! participant's view, and [`step`] one complete step.
 
 mod action;
 mod attempts;

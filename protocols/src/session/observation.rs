@@ -1,13 +1,13 @@
-//! What a session observes: time, force, button, operator, safety and analyses.
+//! Inputs of a session: time, force, button, operator, safety and analyses.
 
 use crate::analysis::TrialAnalysis;
 use crate::trial::TrialKey;
 use serde::{Deserialize, Serialize};
 
-/// State of the bench at one moment; what is not known is `None`.
+/// State of the bench at one moment; unknown values are `None`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Observation {
-    /// Time on the audio clock, s. A time before that of an earlier observation, or not finite, counts as the earlier.
+    /// Time on the audio clock, s. A time that is not finite or before an earlier observation counts as the earlier time.
     pub t_s: f64,
     /// Latest normal force, N; `None` (or NaN) without a recent one: the finger then counts as neither on nor off
     /// the plate, and no baseline completes.
@@ -18,17 +18,16 @@ pub struct Observation {
     pub command: Option<OperatorCommand>,
     /// State of the safety chain.
     pub safety: Safety,
-    /// The dead-man switch; `None` on a bench that uses none.
+    /// The dead-man switch; `None` on a bench without one.
     #[serde(default)]
     pub hold: Option<Hold>,
     /// Time without driving after which the hour's driving time allows another trial, s; 0 if it allows one now.
     #[serde(default)]
     pub drive_wait_s: f64,
-    /// Whether the operator is asked what must be known before the next trial: a judged trial is then not settled by
-    /// time.
+    /// Whether the operator must answer a question before the next trial: a judged trial is then not settled by time.
     #[serde(default)]
     pub asking: bool,
-    /// Why the participant sees nothing: which display is lost and what became of it; `None` while each is seen.
+    /// The lost display and the cause, if the participant cannot see the screen; `None` if all displays are seen.
     #[serde(default)]
     pub display_lost: Option<String>,
     /// Whether an operator watches: a verdict then stays open long enough to be overruled.
@@ -36,33 +35,33 @@ pub struct Observation {
     pub attended: bool,
     /// The answer to [`Action::AnalyseTrial`](crate::Action::AnalyseTrial).
     pub analysis: Option<TrialAnalysis>,
-    /// What became of an attempt's recording, once it is known. No attempt is accepted before its recording is saved.
+    /// Outcome of an attempt's recording, if known. No attempt is accepted before its recording is saved.
     #[serde(default)]
     pub recording: Option<(TrialKey, RecordingOutcome)>,
-    /// Audio that the recorder has taken neither to the disk nor as lost, or the time for which it has not answered, s.
+    /// Audio that the recorder has neither written to the disk nor counted as lost, or time since it last answered, s.
     #[serde(default)]
     pub recorder_lag_s: f64,
 }
 
-/// What became of the recording of an attempt.
+/// Outcome of the recording of an attempt.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RecordingOutcome {
-    /// It is on the disk, and was read back.
+    /// It is on the disk and was read back.
     Saved,
-    /// It is not, or not whole, with the reason.
+    /// It is missing or incomplete, with the reason.
     Failed(String),
 }
 
-/// What the participant must do with the dead-man switch before a trial.
+/// Action required at the dead-man switch before a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hold {
-    /// Release it: it was not released since the last drive.
+    /// Release it: it has not been released since the last drive.
     Release,
     /// Press and hold it.
     Press,
-    /// Nothing: it was released, and is held.
+    /// No action: it was released, and is held.
     Held,
 }
 
@@ -83,23 +82,23 @@ pub enum Safety {
 pub enum OperatorCommand {
     /// The participant has consented.
     ConsentGiven {
-        /// Who recorded it.
+        /// Name of the person who recorded it.
         by: String,
     },
     /// Continue where the participant's button would: welcome, ready, end of rest (even before its time).
     Continue,
-    /// Pause the session: at once where no attempt would be lost, else at the end of the attempt.
+    /// Pause the session: at once if no attempt would be lost, else at the end of the attempt.
     Pause,
-    /// Pause the session at once; this attempt, if it runs, is cut short and repeated later.
+    /// Pause the session at once; this attempt, if it runs, is interrupted and repeated later.
     PauseNow {
         /// Number of the trial in the session's order, from 1.
         number: u32,
         /// Number of the attempt, from 1.
         attempt: u32,
     },
-    /// Resume after a pause, or after a fault once the safety chain is armed again. Withdraws a pause that waits.
+    /// Resume after a pause, or after a fault once the safety chain is armed again. Cancels a pause that waits.
     Resume,
-    /// Repeat the trial whose attempt this is, which runs or has just been judged.
+    /// Repeat the trial of this attempt, which runs or has just been judged.
     Redo {
         /// Number of the trial in the session's order, from 1.
         number: u32,

@@ -1,4 +1,4 @@
-//! What the participant's screen shows.
+//! Contents of the participant's screen.
 
 use crate::redo_reason::RedoReason;
 use crate::rules::ForceBand;
@@ -21,7 +21,7 @@ pub enum Instruction {
     SwitchReleased,
     /// Take the finger off the plate.
     LiftFinger,
-    /// Put the finger where the slider stands and press the button.
+    /// Put the finger at the slider and press the button.
     PlaceFinger,
     /// The slider is about to move.
     GetReady,
@@ -59,7 +59,7 @@ pub struct Progress {
 pub struct ParticipantView {
     /// Instruction shown.
     pub instruction: Instruction,
-    /// Position of the slider along the plate, m; `None` when it is not shown.
+    /// Position of the slider along the plate, m; `None` if it is hidden.
     pub slider_m: Option<f64>,
     /// Direction in which the slider will move or moves.
     pub direction: Option<Direction>,
@@ -67,7 +67,7 @@ pub struct ParticipantView {
     pub countdown_s: Option<f64>,
     /// Mean normal force of the last exploration, N; only with [`Instruction::Feedback`].
     pub mean_force_n: Option<f64>,
-    /// Normal forces that the participant is asked for.
+    /// Band of the normal force asked of the participant.
     pub force_band: ForceBand,
     /// Whether the session waits for the button.
     pub button: bool,
@@ -90,12 +90,12 @@ pub enum RepeatCause {
     TooLight,
     /// The finger pressed too much.
     TooHard,
-    /// Nothing that the participant did.
+    /// The participant was not the cause.
     Other,
 }
 
 impl From<&[RedoReason]> for RepeatCause {
-    /// Speed before force: a slider is easier to follow better than a force to keep.
+    /// Gives speed priority over force: a slider is easier to follow than a force is to keep.
     fn from(reasons: &[RedoReason]) -> Self {
         let speed = reasons.iter().find_map(|reason| match reason {
             RedoReason::SpeedOutOfBand {

@@ -6,15 +6,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Phase {
-    /// The consent is awaited; nothing is driven before it is recorded.
+    /// The session waits for the consent; nothing is driven before it is recorded.
     Consent,
     /// The participant is welcomed.
     Welcome,
     /// The dead-man switch is to be released and held; nothing is driven.
     Hold,
-    /// The plate is driven without finger.
+    /// The plate is driven without a finger.
     Baseline,
-    /// The finger on the plate and the button are awaited.
+    /// The session waits for the finger on the plate and the button.
     Ready,
     /// The slider is about to move.
     Countdown,
@@ -28,7 +28,7 @@ pub enum Phase {
     Analysing,
     /// The operator can overrule the verdict.
     Verdict,
-    /// The recording is awaited on the disk: the trial is not settled, or the next not begun, before that.
+    /// The session waits until the recording is saved, before it settles the trial or begins the next.
     Saving,
     /// The participant has a break.
     Rest,

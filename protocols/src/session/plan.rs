@@ -1,4 +1,4 @@
-//! The trials of a session in their order.
+//! The order of a session's trials.
 
 use super::error::SessionError;
 use crate::order;

@@ -1,4 +1,4 @@
-//! From a recorded trial to the next: analysis, verdict, break.
+//! Steps from a recorded trial to the next: analysis, verdict, break.
 
 use super::action::{Action, StepActions};
 use super::machine::Session;
@@ -10,12 +10,12 @@ use crate::redo_reason::RedoReason;
 use crate::trial::{Interruption, TrialKey};
 use crate::verdict::{Verdict, judge};
 
-/// Longest time from a verdict that stands to the word that the recording is saved, s of audio. Assumed: twice what the
-/// recorder's queue holds, so that a disk that comes back before the queue overflows costs no trial.
+/// Longest time for a recording to be saved after its verdict stands, s of audio. Assumed: twice the length of the
+/// recorder's queue, so that a disk that recovers before the queue overflows costs no trial.
 pub(super) const LONGEST_SAVE_S: f64 = 20.0;
 
 impl Session {
-    /// Judges the attempt once its analysis arrived or timed out.
+    /// Judges the attempt after its analysis has arrived or timed out.
     pub(super) fn advance_analysis(
         &mut self,
         key: TrialKey,
@@ -47,7 +47,7 @@ impl Session {
         }
     }
 
-    /// Returns the outcome of a judged attempt that the operator does not overrule.
+    /// Returns the outcome of a judged attempt unless it is overruled.
     pub(super) fn outcome(&self, key: &TrialKey, reasons: Vec<RedoReason>) -> TrialOutcome {
         if reasons.is_empty() {
             TrialOutcome::Accepted
@@ -60,8 +60,8 @@ impl Session {
         }
     }
 
-    /// Records an attempt and begins what follows: a break, a trial or the end. What nobody repeats is recorded only once
-    /// its recording is saved.
+    /// Records an attempt and begins the next step: a break, a trial or the end. An attempt that settles its trial is
+    /// recorded only after its recording is saved.
     pub(super) fn settle(
         &mut self,
         key: TrialKey,
@@ -86,7 +86,7 @@ impl Session {
         }
     }
 
-    /// Records an attempt that was judged and overruled while the session is halted; returns what follows the halt.
+    /// Records an attempt that was overruled while the session is halted; returns the step after the halt.
     pub(super) fn settle_halted(
         &mut self,
         key: TrialKey,
@@ -102,7 +102,7 @@ impl Session {
         self.after_settled(settles)
     }
 
-    /// Returns whether an attempt of this outcome is still to be saved.
+    /// Returns whether an attempt with this outcome waits for its recording to be saved.
     pub(super) fn awaits_save(&self, outcome: &TrialOutcome) -> bool {
         outcome.settles() && self.recorded != Some(RecordingOutcome::Saved)
     }
@@ -121,7 +121,7 @@ impl Session {
         }
     }
 
-    /// Settles the attempt once its recording is saved; one that is not saved in time is interrupted.
+    /// Settles the attempt after its recording is saved; interrupts it if that takes too long.
     pub(super) fn advance_saving(
         &mut self,
         key: TrialKey,
@@ -146,8 +146,8 @@ impl Session {
         }
     }
 
-    /// Interrupts the current attempt, also of a halted session, if its recording has failed; returns whether that used
-    /// the step up.
+    /// Interrupts the current attempt, also of a halted session, if its recording has failed; returns whether that
+    /// completed the step.
     pub(super) fn recording_failed(&mut self, out: &mut StepActions) -> bool {
         let Some(RecordingOutcome::Failed(reason)) = &self.recorded else {
             return false;
@@ -194,7 +194,7 @@ impl Session {
         self.record(key, None, TrialOutcome::Interrupted { interruption }, out);
     }
 
-    /// Returns what follows an attempt that has been recorded: a break, a trial or the end.
+    /// Returns the step after a recorded attempt: a break, a trial or the end.
     fn after_settled(&self, settles: bool) -> AfterHalt {
         let since_s = self.now_s;
         if self.attempts.all_settled() {

@@ -1,4 +1,4 @@
-//! What the participant sees in each state.
+//! The participant's view in each state.
 
 use super::machine::Session;
 use super::observation::Hold;

@@ -11,7 +11,7 @@ use crate::trial::{Interval, TrialKey};
 pub(super) enum State {
     Consent,
     Welcome,
-    /// The dead-man switch is to be held before the next trial.
+    /// The session waits for the dead-man switch before the next trial.
     Hold {
         since_s: f64,
     },
@@ -38,10 +38,10 @@ pub(super) enum State {
         outcome: TrialOutcome,
         since_s: f64,
     },
-    /// The recorder is to catch up before the next trial.
+    /// The session waits for the recorder before the next trial.
     Behind {
         since_s: f64,
-        /// Whether the operator was told.
+        /// Whether the operator was informed.
         told: bool,
     },
     Rest {
@@ -57,7 +57,7 @@ pub(super) enum State {
     },
 }
 
-/// A trial whose recording is open.
+/// A trial with an open recording.
 #[derive(Clone, Debug)]
 pub(super) struct OpenTrial {
     pub(super) key: TrialKey,
@@ -69,7 +69,7 @@ pub(super) struct OpenTrial {
 #[derive(Clone, Debug)]
 pub(super) enum TrialStep {
     Baseline {
-        /// Time since which the drive has been settled and the finger off, s.
+        /// Time since which the drive has settled and the finger has been off, s.
         off_since_s: Option<f64>,
     },
     Ready {
@@ -95,12 +95,12 @@ pub(super) enum TrialStep {
     },
 }
 
-/// What a session resumes with after a halt.
+/// Continuation of a session after a halt.
 #[derive(Clone, Debug)]
 pub(super) enum AfterHalt {
     /// A new attempt at the trial.
     Trial,
-    /// The state that was halted.
+    /// The halted state.
     State(Box<State>),
 }
 
@@ -145,7 +145,7 @@ impl State {
         self.reasons().and(self.current())
     }
 
-    /// Returns why the open verdict rejects its attempt, also of a halted state; empty if it accepts it.
+    /// Returns the reasons for which the open verdict rejects its attempt, also of a halted state; empty if it accepts it.
     pub(super) fn reasons(&self) -> Option<&[RedoReason]> {
         match self {
             Self::Judged { reasons, .. } => Some(reasons),
@@ -157,7 +157,7 @@ impl State {
         }
     }
 
-    /// Returns the phase that the operator's screen names.
+    /// Returns the phase for the operator's screen.
     pub(super) fn phase(&self) -> Phase {
         match self {
             Self::Consent => Phase::Consent,

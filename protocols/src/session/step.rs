@@ -9,7 +9,7 @@ use super::plan::PlannedTrial;
 use super::state::State;
 
 impl Session {
-    /// Takes an observation and returns the actions that the bench carries out, in their order.
+    /// Takes an observation and returns the actions for the bench, in order.
     pub fn step(&mut self, observation: &Observation) -> Vec<Action> {
         let mut out = StepActions {
             actions: Vec::new(),
@@ -42,7 +42,7 @@ impl Session {
         out.actions
     }
 
-    /// Takes over time, finger, analysis and what became of the recording; returns the time of the step, s.
+    /// Stores time, finger, analysis and the recording's outcome; returns the time of the step, s.
     fn observe(&mut self, observation: &Observation) -> f64 {
         if observation.t_s.is_finite() && observation.t_s > self.now_s {
             self.now_s = observation.t_s;
@@ -67,7 +67,7 @@ impl Session {
         self.recorder_lag_s = observation.recorder_lag_s;
         if let Some((key, outcome)) = &observation.recording
             && self.current() == Some(key)
-            // A recording that has failed is not saved by what comes after.
+            // A failed recording stays failed; later reports do not change that.
             && !matches!(self.recorded, Some(RecordingOutcome::Failed(_)))
         {
             self.recorded = Some(outcome.clone());
@@ -75,7 +75,7 @@ impl Session {
         self.now_s
     }
 
-    /// Lets time, finger and button act on the state.
+    /// Advances the state by time, finger and button.
     fn advance(&mut self, observation: &Observation, out: &mut StepActions) {
         let continued = observation.command == Some(OperatorCommand::Continue);
         let go_on = continued || observation.button_pressed;

@@ -1,4 +1,4 @@
-//! The steps of a trial: baseline, then ready, countdown, exploration, lift and feedback for each exploration.
+//! Steps of a trial: baseline, then ready, countdown, exploration, lift and feedback for each exploration.
 
 use super::action::{Action, Cue, DriveRequest, StepActions};
 use super::event::SessionEventKind;
@@ -10,27 +10,27 @@ use crate::analysis::TrialAnalysis;
 use crate::record::{TrialOutcome, TrialRecord};
 use crate::trial::{Interruption, Interval, IntervalKind, TrialEnd, TrialKey};
 
-/// Greatest lag of the recorder at which a trial may begin, s. It syncs every 0.4 s, and its queue holds 10 s.
+/// Largest lag of the recorder at which a trial may begin, s. It syncs every 0.4 s, and its queue is 10 s long.
 const MAX_RECORDER_LAG_S: f64 = 2.0;
 
-/// Time after which the operator is told that a trial waits for the recorder, s: not of the end of a recording that was
-/// broken off just now.
+/// Time after which the operator is informed that a trial waits for the recorder, s; long enough to leave out the end
+/// of a recording that was just interrupted.
 const TELL_BEHIND_S: f64 = 0.5;
 
-/// What follows a step of a trial.
+/// Continuation after a step of a trial.
 enum Next {
     /// The same step goes on.
     Stay(TrialStep),
     /// The next step begins.
     Step(TrialStep),
-    /// The trial is cut short.
+    /// The trial is interrupted.
     TimeOut(Interruption),
-    /// All explorations are made.
+    /// All explorations are done.
     Complete,
 }
 
 impl Session {
-    /// Begins the next attempt, once the hour's driving time allows it, the recorder has caught up and the dead-man switch
+    /// Begins the next attempt if the hour's driving time allows it, the recorder has caught up and the dead-man switch
     /// is held.
     pub(super) fn enter_trial(&mut self, out: &mut StepActions) -> State {
         self.let_go = false;
@@ -53,7 +53,7 @@ impl Session {
         self.begin_trial(out)
     }
 
-    /// Waits for the dead-man switch for as long as for the finger.
+    /// Waits for the dead-man switch, with the timeout of the finger.
     pub(super) fn advance_hold(&mut self, since_s: f64, out: &mut StepActions) -> State {
         if self.hold.is_none_or(|hold| hold == Hold::Held) {
             return self.enter_trial(out);
@@ -65,7 +65,7 @@ impl Session {
         State::Hold { since_s }
     }
 
-    /// Waits for the recorder for as long as for a recording to be saved.
+    /// Waits for the recorder, with the timeout of a recording to be saved.
     pub(super) fn advance_behind(
         &mut self,
         since_s: f64,
@@ -120,7 +120,7 @@ impl Session {
         }
     }
 
-    /// Lets time, finger and button act on a trial. `go_on` is the button or the operator's command to continue.
+    /// Advances a trial by time, finger and button. `go_on` is the button or the operator's command to continue.
     pub(super) fn advance_trial(
         &mut self,
         mut open: OpenTrial,
@@ -216,7 +216,7 @@ impl Session {
         }
     }
 
-    /// Waits until the drive has been settled and the finger off for the length of the baseline.
+    /// Waits until the drive has settled and the finger has been off for the length of the baseline.
     fn baseline(
         &self,
         open: &mut OpenTrial,
@@ -242,7 +242,7 @@ impl Session {
         }
     }
 
-    /// Marks the exploration once the slider has stopped.
+    /// Marks the exploration after the slider has stopped.
     fn exploration(
         &self,
         open: &mut OpenTrial,
@@ -265,7 +265,7 @@ impl Session {
         })
     }
 
-    /// Cuts an attempt short: stops the drive, closes the recording, records the attempt.
+    /// Interrupts an attempt: stops the drive, closes the recording, records the attempt.
     pub(super) fn interrupt(
         &mut self,
         open: OpenTrial,
@@ -284,7 +284,7 @@ impl Session {
         );
     }
 
-    /// Records how an attempt was settled.
+    /// Records the outcome of an attempt.
     pub(super) fn record(
         &mut self,
         key: TrialKey,
@@ -301,7 +301,7 @@ impl Session {
         out.log(SessionEventKind::TrialSettled { record });
     }
 
-    /// Cuts an attempt short and pauses the session.
+    /// Interrupts an attempt and pauses the session.
     fn time_out(
         &mut self,
         open: OpenTrial,

@@ -1,4 +1,4 @@
-//! The judgement of a trial.
+//! The verdict on a trial.
 
 use crate::analysis::{ExplorationAnalysis, TrialAnalysis};
 use crate::redo_reason::RedoReason;
@@ -56,7 +56,7 @@ pub fn judge(analysis: &TrialAnalysis, rules: &VerdictRules) -> Verdict {
     }
 }
 
-/// Returns the value if it is finite: NaN is no measurement, and JSON, the event log's format, cannot hold it.
+/// Returns the value if it is finite: NaN is not a measurement, and JSON, the format of the event log, cannot represent it.
 fn finite(measured: Option<f64>) -> Option<f64> {
     measured.filter(|x| x.is_finite())
 }
@@ -87,7 +87,7 @@ fn speed(exploration: usize, of: &ExplorationAnalysis, rules: &VerdictRules) -> 
     let min_m_per_s = rules.speed_m_per_s * (1.0 - rules.speed_tolerance);
     let max_m_per_s = rules.speed_m_per_s * (1.0 + rules.speed_tolerance);
     let Some(speed_m_per_s) = finite(of.mean_speed_m_per_s) else {
-        // Speed and force are mostly missing together; `force` reports that.
+        // Speed and force are usually missing together; `force` reports that.
         return finite(of.mean_normal_n).map(|_| RedoReason::NotMeasured { exploration });
     };
     (!(min_m_per_s..=max_m_per_s).contains(&speed_m_per_s)).then_some(RedoReason::SpeedOutOfBand {

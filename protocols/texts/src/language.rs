@@ -1,4 +1,4 @@
-//! The languages that are shipped.
+//! The languages included.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,6 @@
-//! What participants read on their screen: in English, French, German or Dutch, or in a laboratory's own words.
+//! Texts of the participant's screen: in English, French, German or Dutch, or in a laboratory's own words.
 //!
-//! A protocol names one [`Language`], and may replace any text by its own ([`OwnTexts`]); [`Texts`] are what comes of both.
+//! A protocol names one [`Language`] and may replace any text by its own ([`OwnTexts`]); [`Texts`] combines both.
 //!
 //! ```
 //! use participant_texts::{Language, OwnTexts, Texts};

@@ -1,4 +1,4 @@
-//! The table of texts, a row for each and a column for each language.
+//! The table of texts, one row per text and one column per language.
 
 use std::borrow::Cow;
 
@@ -8,7 +8,7 @@ use crate::language::Language;
 
 macro_rules! table {
     ($($(#[doc = $doc:literal])+ $name:ident: $en:literal, $fr:literal, $de:literal, $nl:literal;)+) => {
-        /// What participants read.
+        /// Texts of the participant's screen.
         #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct Texts {
@@ -33,7 +33,7 @@ macro_rules! table {
         static DUTCH: Texts = Texts { $($name: Cow::Borrowed($nl),)+ };
 
         impl Texts {
-            /// Returns these texts with `own` in their place where there are any.
+            /// Returns these texts, replaced by those of `own` that are given.
             #[must_use]
             pub fn with(&self, own: &OwnTexts) -> Self {
                 Self {
@@ -41,14 +41,14 @@ macro_rules! table {
                 }
             }
 
-            /// Returns the name and the words of every text.
+            /// Returns the name and the wording of every text.
             pub fn all(&self) -> impl Iterator<Item = (&'static str, &str)> {
                 [$((stringify!($name), self.$name.as_ref()),)+].into_iter()
             }
         }
 
         impl OwnTexts {
-            /// Returns the name and the words of every text that is given.
+            /// Returns the name and the wording of every text that is given.
             pub fn given(&self) -> impl Iterator<Item = (&'static str, &str)> {
                 [$((stringify!($name), self.$name.as_deref()),)+]
                     .into_iter()

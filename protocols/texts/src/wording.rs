@@ -1,8 +1,8 @@
-//! What a text may be, and how numbers are put into one.
+//! Limits of a text, and the numbers inserted into it.
 
 use crate::table::{OwnTexts, Texts};
 
-/// Most characters of a text: what a screen shows large enough to be read from a chair.
+/// Maximum number of characters in a text: a screen shows as many large enough to be read from a chair.
 pub const LONGEST_TEXT: usize = 120;
 
 /// A text that cannot be shown.
@@ -13,15 +13,15 @@ pub struct RefusedText {
     pub key: String,
     /// The text.
     pub text: String,
-    /// What is wrong with it, and what is allowed.
+    /// The fault, and the allowed form.
     pub why: &'static str,
 }
 
 impl OwnTexts {
-    /// Requires every text to be one that a screen can show.
+    /// Requires that a screen can show every text.
     ///
     /// # Errors
-    /// [`RefusedText`], of the first that is not.
+    /// [`RefusedText`] for the first text that cannot be shown.
     pub fn require_showable(&self) -> Result<(), RefusedText> {
         for (key, text) in self.given() {
             if let Some(why) = fault(key, text) {
@@ -65,7 +65,7 @@ impl Texts {
         format!("{value:.decimals$}").replace('.', &self.decimal_mark)
     }
 
-    /// Returns which trial, or which practice, of how many this is.
+    /// Returns the number of this trial, or practice trial, and of all.
     #[must_use]
     pub fn counted(&self, practice: bool, number: u32, total: u32) -> String {
         let text = if practice {

@@ -1,4 +1,4 @@
-//! Dots of braille, two across and four down in each cell.
+//! Braille dots, two across and four down in each cell.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -7,7 +7,7 @@ use ratatui::style::Style;
 /// Bits of a cell's dots by row, left and right.
 const BITS: [[u8; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
 
-/// A drawing of dots on a number of cells.
+/// A drawing of dots on a grid of cells.
 pub struct Dots {
     columns: usize,
     cells: Vec<u8>,
@@ -30,7 +30,7 @@ impl Dots {
         self.last
     }
 
-    /// Draws one dot; what lies outside is left out.
+    /// Draws one dot, unless it lies outside.
     pub fn dot(&mut self, (x, y): (f64, f64)) {
         let inside = (0.0..=self.last.0).contains(&x) && (0.0..=self.last.1).contains(&y);
         if !inside {
@@ -52,7 +52,7 @@ impl Dots {
         }
     }
 
-    /// Puts the cells that have dots over what is drawn in `area`.
+    /// Draws the cells with dots into `area`, over its present contents.
     pub fn stamp(&self, area: Rect, style: Style, buf: &mut Buffer) {
         let cells = area.positions().zip(&self.cells);
         for (position, bits) in cells.filter(|(_, bits)| **bits != 0) {
@@ -68,7 +68,7 @@ fn pattern(bits: u8) -> char {
     char::from_u32(0x2800 + u32::from(bits)).unwrap_or(' ')
 }
 
-/// Returns a sign of ASCII for a pattern of braille: by the height of its dots.
+/// Returns an ASCII character for a braille pattern, chosen by the height of its dots.
 pub fn plain(bits: u8) -> char {
     let rows = BITS.map(|row| bits & (row[0] | row[1]) != 0);
     match rows {

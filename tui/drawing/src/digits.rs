@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
 
-/// Rows of a digit.
+/// Height of a digit, rows.
 pub const ROWS: u16 = 5;
 
 /// Digits of three by five cells. A cell is drawn two columns wide, nearly square on most terminals.
@@ -31,12 +31,12 @@ fn glyph(symbol: char) -> [&'static str; 5] {
     }
 }
 
-/// Returns the columns of a symbol, with the gap after it.
+/// Returns the width of a symbol with the gap after it, columns.
 fn glyph_columns(symbol: char) -> u16 {
     2 * (glyph(symbol)[0].len() as u16 + 1)
 }
 
-/// Returns the columns that `number` takes.
+/// Returns the width of `number`, columns.
 #[must_use]
 pub fn columns(number: &str) -> u16 {
     number
@@ -45,7 +45,7 @@ pub fn columns(number: &str) -> u16 {
         .fold(0, u16::saturating_add)
 }
 
-/// Draws digits, points and minus signs from the left of `area`, which must hold [`ROWS`] and [`columns`].
+/// Draws digits, points and minus signs from the left of `area`, which must have room for [`ROWS`] and [`columns`].
 pub fn render(number: &str, style: Style, area: Rect, buf: &mut Buffer) {
     let mut left = area.x;
     for symbol in number.chars() {

@@ -1,5 +1,5 @@
-//! What a screen of cells is drawn with: curves of braille over value axes, styles by meaning, large digits, ASCII in place of other
-//! signs, and a drawn screen as a picture.
+//! Drawing on a screen of cells: braille curves over value axes, styles by meaning, large digits, ASCII replacements
+//! for other characters, and pictures of a drawn screen.
 
 pub mod braille;
 pub mod digits;

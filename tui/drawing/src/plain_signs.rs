@@ -1,10 +1,10 @@
-//! A screen in ASCII alone, for terminals whose locale is not UTF-8.
+//! Conversion of a screen to ASCII, for terminals with a locale other than UTF-8.
 
 use ratatui::buffer::Buffer;
 
 use crate::braille;
 
-/// Replaces every sign beyond ASCII by one that stands for it.
+/// Replaces every non-ASCII character by an ASCII one.
 pub fn plain_signs(buf: &mut Buffer) {
     for cell in &mut buf.content {
         let Some(sign) = cell.symbol().chars().next().filter(|c| !c.is_ascii()) else {
@@ -14,7 +14,7 @@ pub fn plain_signs(buf: &mut Buffer) {
     }
 }
 
-/// Returns the ASCII sign for `sign`.
+/// Returns the ASCII replacement for `sign`.
 pub fn plain(sign: char) -> char {
     match sign {
         '\u{2800}'..='\u{28ff}' => {

@@ -13,18 +13,18 @@ const GUTTER: u16 = 7;
 
 /// A curve; `None` breaks it.
 pub struct Trace {
-    /// Its points by x.
+    /// Its points in order of x.
     pub points: Vec<(f64, Option<f64>)>,
     /// Its style.
     pub style: Style,
 }
 
-/// A span of x: kept ones are shaded, rejected ones hatched.
+/// A span of x: shaded if kept, hatched if rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
-    /// Where it begins.
+    /// Start of the span.
     pub from: f64,
-    /// Where it ends.
+    /// End of the span.
     pub to: f64,
     /// Whether it is kept.
     pub kept: bool,
@@ -32,22 +32,22 @@ pub struct Span {
 
 /// Curves over a common axis.
 pub struct Plot {
-    /// Both ends of x.
+    /// Limits of x.
     pub x: (f64, f64),
     /// The value axis.
     pub axis: ValueAxis,
-    /// A range of values to mark behind the curves.
+    /// Range of values to mark behind the curves.
     pub band: Option<(f64, f64)>,
     /// Spans of x to shade behind the curves.
     pub spans: Vec<Span>,
-    /// Places of x to mark before the curves.
+    /// Positions of x to mark in front of the curves.
     pub cursors: Vec<f64>,
-    /// Later curves lie over earlier ones.
+    /// The curves; later ones are drawn over earlier ones.
     pub curves: Vec<Trace>,
 }
 
 impl Plot {
-    /// Returns the part of `area` that holds the curves: right of the axis.
+    /// Returns the part of `area` for the curves: right of the axis.
     pub fn body(area: Rect) -> Rect {
         let gutter = GUTTER.min(area.width);
         Rect {
@@ -57,7 +57,7 @@ impl Plot {
         }
     }
 
-    /// Draws axis, shades and curves.
+    /// Draws the axis, the shading and the curves.
     pub fn render(&self, theme: Theme, area: Rect, buf: &mut Buffer) {
         let body = Self::body(area);
         if body.is_empty() {
@@ -82,7 +82,7 @@ impl Plot {
         }
     }
 
-    /// Returns the cell of a point within `body`; `None` when the point lies outside.
+    /// Returns the cell of a point within `body`; `None` if the point lies outside.
     pub fn position(&self, (x, y): (f64, f64), body: Rect) -> Option<Position> {
         if body.is_empty() {
             return None;
@@ -91,7 +91,7 @@ impl Plot {
         Some(Position::new(self.column(x, body)?, body.y + row))
     }
 
-    /// Returns the column of `x` within `body`; `None` when it lies outside.
+    /// Returns the column of `x` within `body`; `None` if it lies outside.
     fn column(&self, x: f64, body: Rect) -> Option<u16> {
         let fraction = (x - self.x.0) / (self.x.1 - self.x.0);
         let last = body.width.checked_sub(1)?;
@@ -120,7 +120,7 @@ impl Plot {
 
     fn row(&self, value: f64, rows: u16) -> Option<u16> {
         let fraction = (self.axis.high - value) / (self.axis.high - self.axis.low);
-        // As the canvas rounds: to one of the four dots of a row.
+        // Rounds as the canvas does, to one of the four dots of a row.
         let last_dot = f64::from(rows) * 4.0 - 1.0;
         (0.0..=1.0)
             .contains(&fraction)
@@ -146,7 +146,7 @@ impl Plot {
     fn shade(&self, (from, to): (f64, f64), theme: Theme, body: Rect, buf: &mut Buffer) {
         let row_height = (self.axis.high - self.axis.low) / f64::from(body.height);
         let centre = |y: u16| self.axis.high - (f64::from(y) + 0.5) * row_height;
-        // A row belongs to the band by its centre; a band thinner than a row still gets one.
+        // A row belongs to the band if its centre does; a band thinner than a row still gets one.
         let middle = self.row(f64::midpoint(from, to), body.height);
         for y in 0..body.height {
             if !(from..=to).contains(&centre(y)) && middle != Some(y) {
@@ -168,7 +168,7 @@ impl Plot {
             let at = y
                 .filter(|y| y.is_finite() && (0.0..=1.0).contains(&across))
                 .map(|y| {
-                    // What is beyond the axis is drawn at its end.
+                    // Values beyond the axis are drawn at its end.
                     let down = ((self.axis.high - y) / height).clamp(0.0, 1.0);
                     (across * right, down * bottom)
                 });

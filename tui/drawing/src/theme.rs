@@ -1,9 +1,9 @@
-//! Styles by meaning. The terminal's own foreground and background are kept, and no meaning is carried by colour alone.
+//! Styles by meaning. They keep the terminal's own foreground and background, and never convey a meaning by colour alone.
 
 use ratatui::style::{Color, Modifier, Style};
 use serde::{Deserialize, Serialize};
 
-/// Colours, or none.
+/// Colour theme.
 ///
 /// ```
 /// use drawing::theme::Theme;
@@ -18,13 +18,13 @@ pub enum Theme {
     Colour,
     /// Darker colours, for a light background.
     Light,
-    /// Bright colours, and nothing faint.
+    /// Bright colours, without faint text.
     HighContrast,
     /// Bold, dim and reversed only.
     Mono,
 }
 
-/// The name is none of a theme.
+/// The theme does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no such theme: default, light, high-contrast or monochrome")]
 pub struct NoSuchTheme;
@@ -50,7 +50,7 @@ impl Theme {
         Self::Colour.under_no_color(value)
     }
 
-    /// Returns this theme, or the one without colours as `NO_COLOR` asks.
+    /// Returns this theme, or the theme without colours if `NO_COLOR` asks for it.
     #[must_use]
     pub fn under_no_color(self, value: Option<&std::ffi::OsStr>) -> Self {
         match value {
@@ -59,22 +59,22 @@ impl Theme {
         }
     }
 
-    /// Returns the style of what is well.
+    /// Returns the style of a good value or state.
     pub fn good(self) -> Style {
         self.paint(Color::Green, Color::LightGreen, Modifier::empty())
     }
 
-    /// Returns the style of what should be looked at.
+    /// Returns the style of a warning.
     pub fn warning(self) -> Style {
         self.paint(Color::Magenta, Color::LightYellow, Modifier::BOLD)
     }
 
-    /// Returns the style of what has failed.
+    /// Returns the style of a failure.
     pub fn bad(self) -> Style {
         self.paint(Color::Red, Color::LightRed, Modifier::BOLD)
     }
 
-    /// Returns a filled style, visible across the room.
+    /// Returns a filled style that is visible across the room.
     pub fn alarm(self) -> Style {
         let filled = Modifier::BOLD | Modifier::REVERSED;
         self.paint(Color::Red, Color::LightRed, filled)
@@ -85,12 +85,12 @@ impl Theme {
         self.first(Modifier::BOLD | Modifier::REVERSED)
     }
 
-    /// Returns the style of the curve that matters most.
+    /// Returns the style of the main curve.
     pub fn first_curve(self) -> Style {
         self.first(Modifier::BOLD)
     }
 
-    /// Cyan is faint on a light background, blue unreadable on a dark one.
+    /// Returns cyan or blue by theme: cyan is faint on a light background, blue unreadable on a dark one.
     fn first(self, modifier: Modifier) -> Style {
         match self {
             Self::Light => Style::new().fg(Color::Blue).add_modifier(modifier),
@@ -98,12 +98,12 @@ impl Theme {
         }
     }
 
-    /// Returns the style of the curve beside it.
+    /// Returns the style of the second curve.
     pub fn second_curve(self) -> Style {
         self.paint(Color::Magenta, Color::LightMagenta, Modifier::empty())
     }
 
-    /// Returns the style of what stays in the background.
+    /// Returns the style of secondary text.
     pub fn faint(self) -> Style {
         match self {
             Self::HighContrast => Style::new(),
@@ -111,12 +111,12 @@ impl Theme {
         }
     }
 
-    /// Returns the style of names and of what matters.
+    /// Returns the style of names and of important text.
     pub fn strong(self) -> Style {
         Style::new().add_modifier(Modifier::BOLD)
     }
 
-    /// Returns the style of what is chosen in a list.
+    /// Returns the style of the selected entry of a list.
     pub fn chosen(self) -> Style {
         Style::new().add_modifier(Modifier::REVERSED)
     }

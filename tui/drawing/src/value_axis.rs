@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Part of the values at either end that may be a spike.
+/// Fraction of the values at either end that may be spikes.
 const SPIKES: f64 = 0.03;
-/// Part of the bulk's span by which a value may lie beyond it and be no spike.
+/// Distance from the bulk beyond which a value is a spike, as a fraction of the bulk's span.
 const BEYOND: f64 = 0.5;
 
 /// A value axis with round limits.
@@ -28,7 +28,7 @@ impl ValueAxis {
         if low > high {
             return None;
         }
-        // A constant is drawn in the middle of a span that shows its digits.
+        // A constant is drawn in the middle of a span wide enough for the labels to differ.
         let span = (high - low).max(1e-3 * high.abs()).max(1e-6);
         let mut step = round_up(span / 4.0);
         loop {
@@ -45,15 +45,15 @@ impl ValueAxis {
         }
     }
 
-    /// Returns an axis around the bulk of `values` and all of `always`: a spike does not flatten the rest, and what
-    /// varies by less than `floor` is not blown up. `None` without a finite value.
+    /// Returns an axis around the bulk of `values` and all of `always`: a spike does not flatten the rest, and
+    /// variations below `floor` are not magnified. `None` without a finite value.
     pub fn robust(mut values: Vec<f64>, always: &[f64], floor: f64) -> Option<Self> {
         values.retain(|v| v.is_finite() && v.abs() < 1e12);
         values.sort_by(f64::total_cmp);
         let last = values.len().checked_sub(1)? as f64;
         let quantile = |part: f64| values[(part * last).round() as usize];
         let (low, high) = (quantile(SPIKES), quantile(1.0 - SPIKES));
-        // The rest of a curve is near its bulk, unless it is a spike: as much again beyond it is shown.
+        // Values near the bulk belong to the curve; values farther away are spikes.
         let reach = (high - low) * BEYOND;
         let bulk = values
             .iter()
@@ -63,7 +63,7 @@ impl ValueAxis {
         if axis.high - axis.low >= floor {
             return Some(axis);
         }
-        // What is never negative gets no negative axis.
+        // An axis of non-negative values does not extend below zero.
         let middle = f64::midpoint(low, high);
         let from = match middle - floor / 2.0 {
             below if below < 0.0 && low >= 0.0 => 0.0,
@@ -73,16 +73,16 @@ impl ValueAxis {
         Self::around(ends.into_iter().chain(always.iter().copied()))
     }
 
-    /// Whether `self`, in use, still suits what would have `wanted`: it holds it, and is not much too wide.
+    /// Whether this axis can still be used instead of `wanted`: it includes `wanted` and is not much too wide.
     pub fn suits(self, wanted: Self) -> bool {
         let (span, needed) = (self.high - self.low, wanted.high - wanted.low);
         self.low <= wanted.low && self.high >= wanted.high && span <= 2.5 * needed
     }
 
-    /// Returns both ends and the steps between them.
+    /// Returns all ticks, from one end to the other.
     pub fn ticks(self) -> impl Iterator<Item = f64> {
         let steps = ((self.high - self.low) / self.step).round() as u32;
-        // Multiples of the step, so that zero is exactly zero.
+        // Multiples of the step, so that zero is exact.
         let first = (self.low / self.step).round();
         (0..=steps).map(move |k| (first + f64::from(k)) * self.step)
     }

@@ -1,4 +1,4 @@
-//! Plays a made-up session to the operator's dashboard, in real time.
+//! Plays a synthetic session to the operator's dashboard, in real time.
 //!
 //! `cargo run -p tui --example dashboard [PARTICIPANT_TERMINAL]`; `tty` in that terminal prints its path. `q` quits.
 
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Sends each event at its time, until the session or the operator ends it.
+/// Sends each event at its time, until the session or the operator ends the example.
 fn play(
     screen: &mpsc::SyncSender<Event>,
     actions: &mpsc::Receiver<Action>,
@@ -51,7 +51,7 @@ fn play(
     let _ = screen.send(Event::Close);
 }
 
-/// Whether the operator quits, aborts or is gone.
+/// Whether the operator quits or aborts, or the dashboard has closed.
 fn wants_to_leave(asked: Result<Action, mpsc::RecvTimeoutError>) -> bool {
     match asked {
         Ok(action) => matches!(action, Action::Quit | Action::Abort | Action::Interrupt),

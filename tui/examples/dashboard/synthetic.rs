@@ -1,4 +1,4 @@
-//! A made-up session as a stream of events, the same every time: for the example and for the tests of the screen.
+//! A synthetic session as a stream of events, always the same: for the example and for the tests of the screen.
 
 use std::f64::consts::TAU;
 
@@ -52,7 +52,7 @@ pub fn session() -> Vec<(f64, Event)> {
     script.events
 }
 
-/// Returns the events of a trip by a force over its limit.
+/// Returns the events of a trip by a force above its limit.
 #[allow(dead_code, reason = "the tests use it, the example does not")]
 pub fn trip() -> Vec<Event> {
     vec![

@@ -8,12 +8,12 @@ use super::loss::DisplayLoss;
 use crate::participant_screen::ParticipantView;
 use drawing::theme::Theme;
 
-/// The participant's screen on a terminal of its own; on this system none can be opened.
+/// The participant's screen on a separate terminal; on this system none can be opened.
 #[derive(Debug)]
 pub struct ParticipantDisplay(Infallible);
 
 impl ParticipantDisplay {
-    /// Opens nothing: a second terminal needs Unix.
+    /// Always fails: a second terminal needs Unix.
     ///
     /// # Errors
     /// Always [`DisplayError::NeedsUnix`].
@@ -28,7 +28,7 @@ impl ParticipantDisplay {
         match self.0 {}
     }
 
-    /// Returns why what is drawn is not seen.
+    /// Returns why the participant cannot see the screen.
     #[must_use]
     pub fn lost(&self) -> Option<DisplayLoss> {
         match self.0 {}

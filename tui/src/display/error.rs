@@ -25,7 +25,7 @@ pub enum DisplayError {
         /// The device.
         path: PathBuf,
     },
-    /// The device is the terminal that the operator reads.
+    /// The device is the operator's own terminal.
     #[error(
         "participant screen {path} is the operator's own terminal; give another, such as that which `tty` names in the \
          participant's window"
@@ -34,7 +34,7 @@ pub enum DisplayError {
         /// The device.
         path: PathBuf,
     },
-    /// The thread that draws could not be started.
+    /// The drawing thread could not be started.
     #[error("participant screen: cannot start its thread: {0}")]
     Thread(#[source] io::Error),
     /// This system has no terminal devices: a second terminal needs Unix (Linux, macOS).

@@ -1,12 +1,12 @@
-//! Why the participant does not see what is drawn.
+//! Loss of the participant's display.
 
-/// Why the participant does not see what is drawn.
+/// Why the participant cannot see the screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DisplayLoss {
-    /// The terminal has gone.
+    /// The terminal was closed.
     #[error("the terminal has gone")]
     Gone,
-    /// The terminal takes nothing any more, for example after Ctrl-S.
+    /// The terminal no longer accepts output, for example after Ctrl-S.
     #[error("the terminal stands still (Ctrl-Q lets it go on)")]
     Stuck,
 }

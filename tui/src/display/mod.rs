@@ -1,4 +1,4 @@
-//! The participant's screen on a terminal of its own, for example a second monitor's `/dev/tty2`.
+//! The participant's screen on a separate terminal, for example a second monitor's `/dev/tty2`.
 //!
 //! It needs a Unix terminal device. Elsewhere the crate compiles, and [`ParticipantDisplay::open`] returns
 //! [`DisplayError::NeedsUnix`].

@@ -22,19 +22,19 @@ use crate::escape::clean;
 use crate::participant_screen::{self, ParticipantView};
 use drawing::theme::Theme;
 
-/// Shortest time between two drawings.
+/// Minimum time between two frames.
 const FRAME: Duration = Duration::from_millis(16);
-/// Longest time until a new size of the terminal is noticed while no new view comes.
+/// Longest time until a resize is noticed without a new view.
 const SIZE_CHECK: Duration = Duration::from_millis(250);
-/// Longest time that `drop` waits for the terminal to be restored; a blocked one must not hold the bench.
+/// Longest time that `drop` waits for the terminal to be restored; a blocked terminal must not stop the bench.
 const RESTORE_WAIT: Duration = Duration::from_millis(200);
-/// A drawing that takes longer than this is not seen by anybody.
+/// Duration of a drawing after which the participant cannot see it.
 const STUCK: Duration = Duration::from_secs(2);
 
-/// The participant's screen on a terminal of its own. It reads no keys.
+/// The participant's screen on a separate terminal. It reads no keys.
 ///
-/// A thread of its own draws the latest view; [`show`](Self::show) hands the view over and never blocks. When the
-/// terminal goes away the thread ends, and [`lost`](Self::lost) says so. Dropping the display restores the terminal.
+/// A separate thread draws the latest view; [`show`](Self::show) hands the view over and never blocks. When the
+/// terminal is closed the thread ends, and [`lost`](Self::lost) reports it. Dropping the display restores the terminal.
 #[derive(Debug)]
 pub struct ParticipantDisplay {
     latest: Arc<LatestView>,
@@ -42,7 +42,7 @@ pub struct ParticipantDisplay {
     alive: Cell<bool>,
 }
 
-/// The newest view, handed from the bench to the thread that draws.
+/// The newest view, handed from the bench to the drawing thread.
 #[derive(Debug, Default)]
 struct LatestView {
     pending: Mutex<Pending>,
@@ -53,7 +53,7 @@ struct LatestView {
 struct Pending {
     view: Option<ParticipantView>,
     closed: bool,
-    /// When the drawing that is under way began.
+    /// Start of the drawing in progress.
     drawing_since: Option<Instant>,
 }
 
@@ -61,10 +61,11 @@ impl ParticipantDisplay {
     /// Opens the terminal device at `path` and starts drawing on it.
     ///
     /// # Errors
-    /// [`DisplayError::Open`] when the device cannot be opened, [`DisplayError::NotATerminal`] when it is not a terminal,
-    /// [`DisplayError::Own`] when it is the terminal of this process's output, [`DisplayError::Thread`] when the system refuses a thread.
+    /// [`DisplayError::Open`] if the device cannot be opened, [`DisplayError::NotATerminal`] if it is not a terminal,
+    /// [`DisplayError::Own`] if it is the terminal of this process's output, [`DisplayError::Thread`] if the system cannot
+    /// start a thread.
     pub fn open(path: &Path, theme: Theme) -> Result<Self, DisplayError> {
-        // What is no terminal, such as a pipe that nobody reads, must not keep whoever opens it waiting.
+        // A device that is not a terminal, such as a pipe without a reader, must not block the caller.
         let flags = i32::try_from((OFlags::NOCTTY | OFlags::NONBLOCK).bits()).unwrap_or_default();
         let device = OpenOptions::new()
             .write(true)
@@ -94,7 +95,7 @@ impl ParticipantDisplay {
         thread::Builder::new()
             .name("participant-screen".to_owned())
             .spawn(move || {
-                // The terminal is gone: the operator is told by `lost`.
+                // The terminal is gone: `lost` reports it to the operator.
                 let _ = draw_until_closed(device, &shown, theme);
                 let _ = ending.try_send(());
             })
@@ -106,12 +107,12 @@ impl ParticipantDisplay {
         })
     }
 
-    /// Shows `view` as soon as the terminal takes it; an older view not yet drawn is dropped.
+    /// Shows `view` as soon as the terminal accepts it; an older view not yet drawn is dropped.
     pub fn show(&self, view: ParticipantView) {
         self.latest.update(|pending| pending.view = Some(view));
     }
 
-    /// Returns why what is drawn is not seen; `None` while the terminal takes it.
+    /// Returns why the participant cannot see the screen; `None` while the terminal works.
     #[must_use]
     pub fn lost(&self) -> Option<DisplayLoss> {
         if self.alive.get() && !matches!(self.ended.try_recv(), Err(mpsc::TryRecvError::Empty)) {
@@ -146,7 +147,7 @@ impl LatestView {
         self.pending.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits up to `timeout` for a change. Returns the newest view, if one was not yet taken, and whether to close.
+    /// Waits up to `timeout` for a change. Returns the newest view if it has not been taken, and whether to close.
     fn take(&self, timeout: Duration) -> (Option<ParticipantView>, bool) {
         let (mut pending, _) = self
             .changed
@@ -159,7 +160,7 @@ impl LatestView {
 /// Draws each new view, and the last one again at each new size, until closed. Restores the terminal at the end.
 ///
 /// # Errors
-/// When the terminal cannot be written to, usually because it is gone.
+/// An error if the terminal cannot be written to, usually because it is gone.
 fn draw_until_closed(device: File, latest: &LatestView, theme: Theme) -> io::Result<()> {
     latest.lock().drawing_since = Some(Instant::now());
     let mut restored = RestoreOnDrop(device.try_clone()?);
@@ -183,15 +184,15 @@ fn draw_until_closed(device: File, latest: &LatestView, theme: Theme) -> io::Res
     }
 }
 
-/// What is on the terminal. It is no [`ratatui::Terminal`], which asks for the size and the cursor of the operator's
-/// terminal, and complains there when the participant's has gone.
+/// The terminal's contents. Not a [`ratatui::Terminal`], which queries the operator's terminal for its size and cursor,
+/// and prints errors there when the participant's terminal is gone.
 struct Screen {
     out: CrosstermBackend<BufWriter<File>>,
     drawn: Buffer,
 }
 
 impl Screen {
-    /// Makes a screen that still has to be cleared.
+    /// Returns a screen that still has to be cleared.
     fn new(device: &File) -> io::Result<Self> {
         Ok(Self {
             out: CrosstermBackend::new(BufWriter::with_capacity(1 << 16, device.try_clone()?)),
@@ -199,7 +200,7 @@ impl Screen {
         })
     }
 
-    /// Clears the screen if `area` is a new one, and returns whether it is.
+    /// Clears the screen if `area` has changed, and returns whether it has.
     fn follow(&mut self, area: Rect) -> io::Result<bool> {
         let resized = area != self.drawn.area;
         if resized {
@@ -209,7 +210,7 @@ impl Screen {
         Ok(resized)
     }
 
-    /// Writes what has changed, at once and as one update of the screen.
+    /// Writes the changes as one update of the screen.
     fn draw(&mut self, view: &ParticipantView, theme: Theme) -> io::Result<()> {
         let mut next = Buffer::empty(self.drawn.area);
         participant_screen::view(view, theme, next.area, &mut next);
@@ -223,7 +224,7 @@ impl Screen {
     }
 }
 
-/// Whether `device` is the terminal that this process writes to.
+/// Whether `device` is this process's own terminal.
 fn is_own(path: &Path, device: &File) -> bool {
     let stdout = io::stdout();
     if !rustix::termios::isatty(&stdout) {
@@ -234,7 +235,7 @@ fn is_own(path: &Path, device: &File) -> bool {
         || number(rustix::fs::fstat(device)) == number(rustix::fs::fstat(&stdout))
 }
 
-/// Returns the terminal's size, or 80 × 24 where it is not known.
+/// Returns the terminal's size, or 80 × 24 if it is not known.
 fn size(device: &File) -> io::Result<Rect> {
     let size = rustix::termios::tcgetwinsize(device)?;
     // A terminal that does not know its size, such as a serial one, reports 0 × 0.

@@ -1,4 +1,4 @@
-//! The help lists each key that works and no other.
+//! The help lists exactly the keys that work.
 
 use ratatui::crossterm::event::{KeyEvent, KeyModifiers};
 
@@ -8,7 +8,7 @@ use crate::event::{AskedDetail, Event, PhaseKind, PhaseView, SafetyState, Sessio
 use crate::page::Page;
 use drawing::theme::Theme;
 
-/// Every press that a terminal can tell of, as far as the table could take it.
+/// Returns every key press that the table could contain.
 fn presses() -> impl Iterator<Item = Press> {
     let letters = ('a'..='z').chain('0'..='9').chain(" .,-+=?/;[]".chars());
     let others = [
@@ -123,7 +123,7 @@ fn the_help_lists_each_key_that_works_and_no_other() {
                 !did || is_listed,
                 "{press:?} works and is not listed: {kind:?}"
             );
-            // A key that changes nothing at the end of its range works still, as that of the page that is shown.
+            // A key without effect at the end of its range still works, like the key of the shown page.
             let may_do_nothing = matches!(
                 press.code,
                 KeyCode::Up
@@ -151,7 +151,7 @@ fn every_page_can_be_written() {
     }
 }
 
-/// A letter stands for one thing: what the table lists twice would be reached once.
+/// A letter has one meaning: a second row in the table would never be reached.
 #[test]
 fn no_two_rows_of_a_page_share_a_key() {
     for page in [DASHBOARD, CALIBRATION, BESIDE, ASKED, VIEW, SCROLL, PAGES] {

@@ -1,4 +1,4 @@
-//! The bench: calibrations, lines and sources, rates and health, limits.
+//! The page of the bench: calibrations, lines and sources, rates and health, limits.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect, Spacing};

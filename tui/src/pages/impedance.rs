@@ -1,4 +1,4 @@
-//! The impedance: the complex plane, its numbers, friction against amplitude, the strips that belong to them.
+//! The page of the impedance: the complex plane, its numbers, friction against amplitude, and their strips.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect, Spacing};
@@ -8,7 +8,7 @@ use crate::panels::{complex_plane, contact_numbers, friction_curve, strips};
 use crate::state::State;
 use crate::strip::Strip;
 
-/// Draws one panel that the page can enlarge, counted from 1.
+/// Draws one panel enlarged, numbered from 1.
 pub(crate) fn enlarged(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
     match panel {
         1 => complex_plane::render(state, area, buf),

@@ -1,4 +1,4 @@
-//! One file per page; each lays its panels out for the room that there is.
+//! The pages, one file each; each arranges its panels for the available room.
 
 pub(crate) mod bench;
 pub(crate) mod impedance;

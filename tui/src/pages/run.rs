@@ -1,4 +1,4 @@
-//! The experiment at a glance.
+//! The page of the experiment at a glance.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect, Spacing};
@@ -11,7 +11,7 @@ use crate::panels::{
 use crate::state::State;
 use crate::strip::Strip;
 
-/// Draws one panel that the page can enlarge, counted from 1.
+/// Draws one panel enlarged, numbered from 1.
 pub(crate) fn enlarged(state: &State, panel: u8, area: Rect, buf: &mut Buffer) {
     match Strip::ALL.get(usize::from(panel.saturating_sub(1))) {
         Some(strip) => strips::render(state, *strip, area, buf),
@@ -34,7 +34,7 @@ fn columns<const N: usize>(area: Rect, gap: u16, shares: [u16; N]) -> [Rect; N] 
         .areas(area)
 }
 
-/// Draws the strips, or what a finished session came to.
+/// Draws the strips, or the summary of a finished session.
 fn curves(state: &State, plate_rows: u16, area: Rect, buf: &mut Buffer) {
     if let Some(lines) = &state.summary {
         summary::render(state, lines, area, buf);
@@ -72,12 +72,12 @@ fn little(state: &State, area: Rect, buf: &mut Buffer) {
     bench_tables::one_line(state, health, buf);
 }
 
-/// Whether nobody takes part and there is no trial to show.
+/// Whether there is neither a participant nor a trial to show.
 fn only_watched(state: &State) -> bool {
     state.session.protocol.is_none() && state.trials.is_empty() && state.drill.is_none()
 }
 
-/// Draws the contact in place of trials that there are none of.
+/// Draws the contact in place of the list of trials, which is empty.
 fn watched(state: &State, area: Rect, buf: &mut Buffer) {
     let [numbers, plane, lines, health] = Layout::vertical([
         Constraint::Length(contact_numbers::ROWS + 1),
@@ -137,7 +137,7 @@ fn much(state: &State, area: Rect, buf: &mut Buffer) {
     bench_tables::one_line(state, health, buf);
 }
 
-/// Draws the newest crop, and of a trial with several the others where there is room.
+/// Draws the newest crop, and the trial's other crops if there is room.
 fn newest(state: &State, area: Rect, buf: &mut Buffer) {
     match state.crops.back() {
         Some(crop) => trial_crop::exploration(state, crop, area, buf),

@@ -1,4 +1,4 @@
-//! Every attempt of the session, and what is known of the chosen one.
+//! The page of trials: every attempt of the session, and the details of the selected one.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect, Spacing};

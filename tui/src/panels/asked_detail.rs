@@ -7,7 +7,7 @@ use crate::event::AskedDetail;
 use crate::state::State;
 use crate::words::wrap;
 
-/// Returns the lines of the question with what is typed, broken at `columns`.
+/// Returns the lines of the question and the typed text, broken at `columns`.
 pub(crate) fn question<'a>(state: &State, asked: &AskedDetail, columns: u16) -> Vec<Line<'a>> {
     let theme = state.ui.theme;
     let mut words = escaped_line(&asked.question).into_owned();

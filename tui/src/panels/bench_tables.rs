@@ -1,4 +1,4 @@
-//! The bench in tables: calibrations, parts, health, limits.
+//! Tables of the bench: calibrations, parts, health, limits.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -11,13 +11,13 @@ use crate::event::{CalibrationFact, SystemHealth};
 use crate::state::State;
 use crate::words::wrap;
 
-/// Fill from which a ring buffer is about to overflow.
+/// Fill at which a ring buffer is about to overflow.
 const RING_FULL: f64 = 0.5;
-/// Lag of the recorder from which its data come too late to disk, s.
+/// Lag of the recorder above which its data reach the disk too late, s.
 const RECORDER_LAG_S: f64 = 1.0;
 /// Disk space for about ten minutes of four channels of 32-bit samples at 192 kHz.
 const DISK_LOW_BYTES: u64 = 2_000_000_000;
-/// Age from which a calibration is worth a look, days.
+/// Age at which a calibration should be reviewed, days.
 const OLD_DAYS: f64 = 30.0;
 
 /// Draws each calibration with its age and operator.
@@ -61,7 +61,7 @@ fn calibration<'a>(state: &State, fact: &CalibrationFact) -> Line<'a> {
     ])
 }
 
-/// Draws lines and sources with how they are.
+/// Draws lines and sources with their states.
 pub(crate) fn parts(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let title = Line::styled("lines and sources", theme.strong());
@@ -101,7 +101,7 @@ pub(crate) fn parts(state: &State, area: Rect, buf: &mut Buffer) {
     rows(lines, body, buf);
 }
 
-/// Draws what is looser than default, and what nobody has measured.
+/// Draws limits looser than their defaults, and properties that have not been measured.
 pub(crate) fn limits(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let title = Line::styled("looser than default, and unverified", theme.strong());
@@ -135,7 +135,7 @@ struct HealthValue {
     bad: bool,
 }
 
-/// Number of values of the health's table.
+/// Number of values in the table of health.
 pub(crate) const VALUES: u16 = 14;
 
 /// Draws rates, losses, clocks, disk and processor.
@@ -253,7 +253,7 @@ fn values(health: &SystemHealth) -> [HealthValue; VALUES as usize] {
     ]
 }
 
-/// Whether nothing was lost and nothing is about to be.
+/// Whether nothing was lost or is about to be lost.
 pub(crate) fn is_well(health: &SystemHealth) -> bool {
     health.lost_frames + health.force_faults + health.encoder_skipped == 0
         && health.xruns_in + health.xruns_out == 0
@@ -265,7 +265,7 @@ pub(crate) fn is_well(health: &SystemHealth) -> bool {
         && !health.clock_off
 }
 
-/// Draws the health in one line, for a page that is about something else.
+/// Draws the health in one line, for the other pages.
 pub(crate) fn one_line(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let Some(health) = &state.health else {

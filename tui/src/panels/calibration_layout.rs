@@ -1,4 +1,4 @@
-//! The layout of a calibration's page: one instruction, the main reading, the points so far.
+//! Layout of a calibration's page: one instruction, the main reading, the points so far.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect, Spacing};
@@ -12,9 +12,9 @@ use crate::state::State;
 use crate::words::{render_line, wrap};
 use drawing::digits;
 
-/// Width from which the points and their chart stand side by side.
+/// Minimum width for the points and their chart side by side.
 const TWO_COLUMNS: u16 = 60;
-/// Rows that large digits must leave for the points.
+/// Minimum rows for the points below the large digits.
 const LEAST_POINTS: u16 = 4;
 
 pub(crate) fn render(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
@@ -99,7 +99,7 @@ pub(crate) fn title(state: &State, calibration: &CalibrationPage) -> Line<'stati
     Line::from(spans)
 }
 
-/// Returns what the calibration asks for or does, for the head of another page.
+/// Returns the calibration's request or activity, for the head of another page.
 pub(crate) fn beside<'a>(
     state: &State,
     calibration: &CalibrationPage,
@@ -117,7 +117,7 @@ pub(crate) fn beside<'a>(
     lines.collect()
 }
 
-/// Returns the line that is typed into, or the key that confirms.
+/// Returns the line with the typed text, or the key that confirms.
 fn asked<'a>(state: &'a State, calibration: &'a CalibrationPage) -> Line<'a> {
     let theme = state.ui.theme;
     let spans = match &calibration.asked {

@@ -1,4 +1,4 @@
-//! A calibration's measured points: as a list with their residuals, and as a chart with the fit.
+//! A calibration's measured points: a list with their residuals, and a chart with the fit.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -38,7 +38,7 @@ pub(crate) fn list(state: &State, calibration: &CalibrationPage, area: Rect, buf
     rows(findings, foot, buf);
     let chosen = state.chosen_point().unwrap_or_default();
     let room = usize::from(list.height);
-    // The selected point is always shown; beyond that, the last points.
+    // Shows the last points, or starts at the selected one if it is earlier.
     let first = calibration.points.len().saturating_sub(room).min(chosen);
     let chooses = matches!(
         calibration.asked,

@@ -1,4 +1,4 @@
-//! A calibration's live readings: the main one large where there is room, the others beside it.
+//! A calibration's live readings: the main one large if there is room, the others next to it.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -64,7 +64,7 @@ fn values(state: &State, watched: MainReading) -> Vec<NamedValue> {
     figures
 }
 
-/// Draws the main reading in large digits with the others beside it, or all in one row where the width is too small.
+/// Draws the main reading in large digits and the others next to it, or all in one row if the width is too small.
 pub(crate) fn large(state: &State, calibration: &CalibrationPage, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let figures = values(state, calibration.watched);

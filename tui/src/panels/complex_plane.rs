@@ -102,7 +102,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     }
 }
 
-/// Returns the contact of the last fit that has one.
+/// Returns the contact curves of the latest fit that has any.
 pub(crate) fn latest_curves(state: &State) -> Option<&ContactCurves> {
     state.fits.iter().rev().find_map(|fit| fit.curves.as_ref())
 }

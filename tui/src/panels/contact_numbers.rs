@@ -1,4 +1,4 @@
-//! The impedance in numbers: Z_m, Z_p and its drift, the noise floor, what is masked.
+//! The impedance in numbers: Z_m, Z_p and its drift, the noise floor, the masked fraction.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -10,7 +10,7 @@ use crate::event::{ComplexImpedance, Masked};
 use crate::state::State;
 use crate::strip::read;
 
-/// Rows of the panel.
+/// Height of the panel, rows.
 pub(crate) const ROWS: u16 = 7;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {

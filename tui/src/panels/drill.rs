@@ -1,4 +1,4 @@
-//! A drill: what is asked of the operator, and how the exercises before were met.
+//! A drill: the request to the operator, and the results of the exercises so far.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -24,7 +24,7 @@ pub(crate) fn instruction<'a>(state: &State, drill: &DrillView, columns: u16) ->
     };
     let words = format!("drill {count}· {}", escaped_line(&drill.instruction));
     let remark = drill.note.as_deref().map(escaped_line).unwrap_or_default();
-    // A remark is short, and of the last key: it comes first, lest it be cut.
+    // A remark is short and concerns the last key: it comes first so that it is not cut off.
     let remarks = wrap(&remark, columns).into_iter();
     let remarks = remarks.map(|line| Line::styled(line, theme.warning()));
     let words = wrap(&words, columns).into_iter();
@@ -33,7 +33,7 @@ pub(crate) fn instruction<'a>(state: &State, drill: &DrillView, columns: u16) ->
         .collect()
 }
 
-/// Draws the exercises that are over, the latest at the bottom.
+/// Draws the finished exercises, the latest at the bottom.
 pub(crate) fn render(state: &State, drill: &DrillView, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let met = drill.results.iter().filter(|result| result.met).count();

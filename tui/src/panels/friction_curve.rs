@@ -1,4 +1,4 @@
-//! Friction against amplitude: measured in the instances of the last fitted trial, and by its fit.
+//! Friction against amplitude: measured in the instances of the last fitted trial, and fitted.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;

@@ -1,4 +1,4 @@
-//! The help: what each key does here.
+//! The help: the keys that work on the current page.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;

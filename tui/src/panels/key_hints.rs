@@ -1,4 +1,4 @@
-//! The last row: the question that waits for confirmation, the remark on the last key, or the keys that have an effect.
+//! The last row: the question that waits for confirmation, the remark on the last key, or the keys with an effect.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -15,7 +15,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     if let Some(asked) = state.ui.confirm {
         let words = question(state, asked);
         let question = Line::styled(format!(" {words}  y yes · n no "), theme.alarm());
-        // The keys must not be what is cut.
+        // The keys must not be cut off.
         let question = if question.width() > area.width.into() {
             Line::styled(format!(" y/n: {words} "), theme.alarm())
         } else {
@@ -36,7 +36,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     }
     let hints = working(state).filter_map(|(row, meaning)| Some((row.shown, meaning.hint?)));
     for (key, does) in hints {
-        // A hint that does not fit whole is left out.
+        // A hint that does not fit completely is left out.
         columns += 3 + key.chars().count() + 1 + does.len();
         if columns > area.width.into() {
             break;
@@ -50,7 +50,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     Line::from(spans).render(area, buf);
 }
 
-/// Returns the question that confirms `asked`.
+/// Returns the question that asks for confirmation of `asked`.
 fn question(state: &State, asked: Action) -> String {
     let words = match asked {
         Action::Quit if state.calibration.is_some() => {

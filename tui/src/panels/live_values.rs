@@ -1,4 +1,4 @@
-//! Live values as text: numbers with a sign and a dash where nothing was measured, and how stale values are marked.
+//! Live values as text: signed numbers, dashes for missing values, and marks for stale ones.
 
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
@@ -27,7 +27,7 @@ pub(crate) fn drift(state: &State) -> String {
     })
 }
 
-/// Returns `digits` with a typographic minus sign, and none before a zero.
+/// Returns `digits` with a typographic minus sign, omitted before zero.
 pub(crate) fn signed(digits: String) -> String {
     match digits.strip_prefix('-') {
         Some(rest) if rest.bytes().all(|b| b == b'0' || b == b'.') => rest.to_owned(),
@@ -36,7 +36,7 @@ pub(crate) fn signed(digits: String) -> String {
     }
 }
 
-/// Returns `style`, or the faint one once live values are stale.
+/// Returns `style`, or the faint one if live values are stale.
 pub(crate) fn live_style(state: &State, style: Style) -> Style {
     if state.live_stale_s().is_some() {
         state.ui.theme.faint()
@@ -45,7 +45,7 @@ pub(crate) fn live_style(state: &State, style: Style) -> Style {
     }
 }
 
-/// Returns a title's secondary text, or nothing once live values are stale: their age needs the room.
+/// Returns a title's secondary text, or an empty one if live values are stale, since their age needs the room.
 pub(crate) fn aside(state: &State, words: String, style: Style) -> Span<'static> {
     match state.live_stale_s() {
         Some(_) => Span::default(),
@@ -53,7 +53,7 @@ pub(crate) fn aside(state: &State, words: String, style: Style) -> Span<'static>
     }
 }
 
-/// Returns the age of live values once they are stale.
+/// Returns the age of live values if they are stale.
 pub(crate) fn stale(state: &State) -> Line<'static> {
     match state.live_stale_s() {
         Some(age_s) => Line::styled(format!("stale {age_s:.0} s"), state.ui.theme.warning()),

@@ -17,7 +17,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     rows(lines.collect(), body, buf);
 }
 
-/// Draws the whole log, from where it is scrolled to: up from the newest line.
+/// Draws the whole log, scrolled up from the newest line.
 pub(crate) fn whole(state: &State, area: Rect, buf: &mut Buffer) {
     let title = Line::styled("log", state.ui.theme.strong());
     let shown = usize::from(area.height.saturating_sub(1));
@@ -34,7 +34,7 @@ pub(crate) fn whole(state: &State, area: Rect, buf: &mut Buffer) {
     for line in state.log.iter().skip(first).take(shown) {
         lines.extend(wrapped(state, line, body.width));
     }
-    // What is wrapped pushes the oldest lines out.
+    // Wrapped lines push out the oldest ones.
     let over = lines.len().saturating_sub(body.height.into());
     rows(lines.split_off(over), body, buf);
 }

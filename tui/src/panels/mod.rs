@@ -1,4 +1,4 @@
-//! One file per panel; each draws its part of the state into the area that it is given.
+//! The panels, one file each; each draws its part of the state into a given area.
 
 pub(crate) mod asked_detail;
 pub(crate) mod bench_tables;

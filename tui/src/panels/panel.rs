@@ -1,4 +1,4 @@
-//! The parts that panels share: the title on its rule, rows of lines, a remark in an empty panel.
+//! Parts shared by the panels: the title on its rule, rows of lines, a remark in an empty panel.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -9,7 +9,7 @@ use ratatui::widgets::Widget;
 use crate::state::State;
 use crate::words::render_line;
 
-/// Draws a panel's title on a thin rule and returns the area below it. Of `right`, the first line that fits is drawn.
+/// Draws a panel's title on a thin rule and returns the area below it. The first line of `right` that fits is drawn.
 pub(crate) fn titled(
     state: &State,
     left: Line,
@@ -64,7 +64,7 @@ fn blank(row: Rect, from: u16, columns: usize, buf: &mut Buffer) {
     }
 }
 
-/// Draws a few words in the middle of an empty area.
+/// Draws a short text in the middle of an empty area.
 pub(crate) fn note(words: &str, style: Style, area: Rect, buf: &mut Buffer) {
     if area.is_empty() {
         return;

@@ -9,7 +9,7 @@ use super::live_values::{TO_MICRO, TO_MILLI, drift, live_style, number, signed, 
 use super::panel::rows;
 use crate::state::State;
 
-/// Rows of the list.
+/// Height of the list, rows.
 pub(crate) const ROWS: u16 = 5;
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {

@@ -30,7 +30,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let faint = theme.faint();
     let flags = flags(state);
     let flags_columns = u16::try_from(flags.width()).unwrap_or(u16::MAX);
-    // The end of the line is cut first where the row is short.
+    // A line too long for the row is cut off at its end.
     if let Some(silent_s) = state.silent_s() {
         spans.push(Span::styled(
             format!(" no data from the bench for {silent_s:.0} s"),
@@ -40,7 +40,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         let tripped = state.safety == Some(SafetyState::Tripped);
         let style = if tripped { theme.bad() } else { faint };
         let words = Span::styled(format!(" {reason}"), style);
-        // What is no alarm gives way to the flags.
+        // Text other than an alarm gives way to the flags.
         let columns = spans[0].width() + words.width() + 2 + usize::from(flags_columns);
         if tripped || columns <= usize::from(row.width) {
             spans.push(words);
@@ -61,7 +61,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         flags.render(end, buf);
     }
     if state.safety == Some(SafetyState::Tripped) {
-        // Seen from across the room.
+        // Visible across the room.
         buf.set_style(row, Style::reset().patch(theme.alarm()));
     }
 }

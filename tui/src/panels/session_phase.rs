@@ -12,7 +12,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     render_line(line(state), area, buf);
 }
 
-/// Returns the phase with where in the session it is.
+/// Returns the phase and its place in the session.
 pub(crate) fn line(state: &State) -> Line<'static> {
     let theme = state.ui.theme;
     let phase = &state.phase;
@@ -50,7 +50,7 @@ pub(crate) fn line(state: &State) -> Line<'static> {
     Line::from(spans)
 }
 
-/// Returns the phase in words.
+/// Returns the name of the phase.
 fn words(kind: PhaseKind) -> &'static str {
     match kind {
         PhaseKind::Idle => "idle",

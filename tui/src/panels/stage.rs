@@ -1,4 +1,4 @@
-//! Where the session stands: what happens, what to tell the participant, what comes next, what is left.
+//! Progress of the session: the present step, the instruction to the participant, the next step, and the time and trials left.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -10,7 +10,7 @@ use crate::event::{PhaseKind, SafetyState};
 use crate::participant_screen::{Instruction, ParticipantView};
 use crate::state::State;
 
-/// Rows of the block where there is little room, and where there is more.
+/// Height of the block with little room and with more, rows.
 pub(crate) const ROWS: (u16, u16) = (3, 4);
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
@@ -28,7 +28,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
         lines.extend(next);
         lines.extend(left.map(|words| Line::from(vec![label("left"), Span::raw(words)])));
     } else {
-        // What is left stands at the end of the last line.
+        // The time and trials left are at the end of the last line.
         let last = next.unwrap_or_default();
         let left = left.unwrap_or_default();
         let room = usize::from(area.width).saturating_sub(last.width());
@@ -47,9 +47,9 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     rows(lines, area, buf);
 }
 
-/// Returns what to tell the participant.
+/// Returns the instruction to the participant.
 fn say(state: &State) -> Option<String> {
-    // Where nobody takes part there is nobody to tell.
+    // Without a protocol there is no participant.
     state.session.protocol.as_ref()?;
     let view = state.participant.as_ref()?;
     if state.phase.kind == PhaseKind::Finished {
@@ -117,7 +117,7 @@ fn feedback(view: &ParticipantView) -> String {
     format!("“{advice}” ({mean_n:.2} N of {min_n:.2} to {max_n:.2} N)")
 }
 
-/// Returns what comes next.
+/// Returns the next step.
 fn next(state: &State) -> Option<String> {
     let over = state.phase.kind == PhaseKind::Finished;
     let outlook = state.outlook.as_ref().filter(|_| !over)?;
@@ -136,7 +136,7 @@ fn next(state: &State) -> Option<String> {
     (!words.is_empty()).then_some(words)
 }
 
-/// Returns what is left of the session.
+/// Returns the time and trials left in the session.
 fn left(state: &State) -> Option<String> {
     let outlook = state.outlook.as_ref()?;
     if state.phase.kind == PhaseKind::Finished {

@@ -1,5 +1,5 @@
-//! The strips: live values over one time axis, drawn by a sweep like an oscilloscope's, which leaves what was drawn where
-//! it is.
+//! The strips: live values over one time axis, drawn by a sweep like an oscilloscope's, which leaves older values where
+//! they are.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -13,10 +13,10 @@ use crate::state::State;
 use crate::strip::{Select, Strip, Weight, magnitude, read};
 use drawing::plot::{self, Plot, Trace};
 
-/// Part of the sweep that is empty before its head.
+/// Empty fraction of the sweep ahead of its head.
 const GAP: f64 = 0.03;
 
-/// Draws all strips below each other.
+/// Draws all strips, one below the other.
 pub(crate) fn all(state: &State, area: Rect, buf: &mut Buffer) {
     let rows = Strip::ALL.map(|strip| match strip {
         Strip::Impedance | Strip::Friction => Constraint::Fill(5),
@@ -71,7 +71,7 @@ fn curves(state: &State, strip: Strip, area: Rect, buf: &mut Buffer) {
     let window_s = state.ui.window.seconds();
     let frozen = state.ui.frozen.as_ref();
     let is_stale = state.live_stale_s().is_some() && frozen.is_none();
-    // Held still, time runs from left to right; else the newest values are at the head of the sweep.
+    // Frozen strips run from left to right; otherwise the newest values are at the head of the sweep.
     let gap_s = if frozen.is_some() {
         0.0
     } else {
@@ -118,7 +118,7 @@ fn curves(state: &State, strip: Strip, area: Rect, buf: &mut Buffer) {
     .render(theme, area, buf);
 }
 
-/// Returns the kept spans between two times, where they stand on the strips.
+/// Returns the kept spans between two times, at their positions on the strips.
 fn spans(state: &State, (from_s, to_s): (f64, f64), place: impl Fn(f64) -> f64) -> Vec<plot::Span> {
     let window_s = state.ui.window.seconds();
     let mut spans = Vec::new();
@@ -134,7 +134,7 @@ fn spans(state: &State, (from_s, to_s): (f64, f64), place: impl Fn(f64) -> f64) 
         if from <= to {
             spans.push(plot::Span { from, to, kept });
         } else {
-            // Over the end of the sweep.
+            // The span wraps around the end of the sweep.
             spans.push(plot::Span {
                 from,
                 to: window_s,
@@ -171,7 +171,7 @@ fn cursors(state: &State, strip: Strip) -> Line<'static> {
     Line::styled(words, state.ui.theme.warning())
 }
 
-/// Returns the strip's name with what is measured now; what does not fit is left out.
+/// Returns the strip's name and present values, as far as they fit.
 fn title(state: &State, strip: Strip, columns: u16) -> Line<'static> {
     let theme = state.ui.theme;
     let (name, parts) = parts(state, strip);
@@ -188,7 +188,7 @@ fn title(state: &State, strip: Strip, columns: u16) -> Line<'static> {
             line.push_span(span);
             continue;
         }
-        // The first is cut rather than left out.
+        // The first part is cut off rather than left out.
         if part == 0 && room > 8 {
             let cut: String = span.content.chars().take(room - 1).collect();
             line.push_span(Span::styled(cut + "…", style));
@@ -278,7 +278,7 @@ fn parts(state: &State, strip: Strip) -> (&'static str, Vec<(String, Weight)>) {
     }
 }
 
-/// Returns an estimate with half of its 95 % interval, or why it is missing.
+/// Returns an estimate and half its 95 % confidence interval, or why it is missing.
 fn estimate(
     state: &State,
     select: fn(&Live) -> Option<ValueAndStd>,

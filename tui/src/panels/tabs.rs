@@ -1,4 +1,4 @@
-//! The second row: the pages with their keys, and who takes part in what.
+//! The second row: the pages with their keys, the participant and the protocol.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -19,7 +19,7 @@ const PAGES: [(Page, &str); 5] = [
 
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
-    // In place of the participant's screen, where a question waits.
+    // While a question waits, the run page is shown in place of the participant's screen.
     let shown = match state.ui.page {
         Page::Participant => Page::Run,
         page => page,
@@ -49,7 +49,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     if room < 8 {
         return;
     }
-    // What does not fit is cut at its end; what fits stands at the right.
+    // Text that does not fit is cut off at its end; text that fits is aligned to the right.
     let columns = u16::try_from(who.width().min(room)).unwrap_or(0);
     let end = Rect {
         x: area.right() - columns,
@@ -59,7 +59,7 @@ pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     render_line(who, end, buf);
 }
 
-/// Returns who takes part in what.
+/// Returns the participant and the protocol.
 fn participant(state: &State) -> Line<'_> {
     let theme = state.ui.theme;
     let session = &state.session;

@@ -1,5 +1,5 @@
 //! A trial's crops, one for each exploration: amplitude as an envelope, position, speed, forces; kept stretches shaded,
-//! rejected ones hatched, and why.
+//! rejected ones hatched, with the reasons.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::{Constraint, Layout, Rect, Spacing};
@@ -14,10 +14,10 @@ use crate::state::{State, TrialLine};
 use crate::words::wrap;
 use drawing::plot::{self, Plot, Trace, ValueAxis, put};
 
-/// Columns from which the explorations stand side by side.
+/// Minimum columns for explorations side by side.
 const SIDE_BY_SIDE: u16 = 76;
 
-/// Draws what is known of an attempt: its verdict with every reason, numbers, and its crops.
+/// Draws the details of an attempt: its verdict with every reason, numbers, and its crops.
 pub(crate) fn render(state: &State, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let Some(line) = state.chosen_trial() else {
@@ -103,7 +103,7 @@ pub(crate) fn exploration(state: &State, crop: &Crop, area: Rect, buf: &mut Buff
     let [pictures, text] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(told)]).areas(body);
     rows(why, text, buf);
-    // What has no three rows is left out, the least telling first.
+    // Charts without three rows are left out, the least informative first.
     let shown = usize::from(pictures.height / 3).clamp(1, 4);
     let charts: [fn(&State, &Crop, Rect, &mut Buffer); 4] = [amplitude, forces, speed, position];
     let areas = Layout::vertical((0..shown).map(|_| Constraint::Fill(1))).split(pictures);
@@ -112,7 +112,7 @@ pub(crate) fn exploration(state: &State, crop: &Crop, area: Rect, buf: &mut Buff
     }
 }
 
-/// Smallest and largest amplitude of each cell as a closed shape.
+/// Draws the minimum and maximum amplitude of each cell as a closed shape.
 fn amplitude(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
     let style = state.ui.theme.first_curve();
     let half_s = 0.5 / crop.amplitude_m.len().max(1) as f64;
@@ -155,7 +155,7 @@ fn position(state: &State, crop: &Crop, area: Rect, buf: &mut Buffer) {
     chart(state, crop, "mm", vec![curve], None, area, buf);
 }
 
-/// Draws curves over the whole width, from 0 to 1, behind them the stretches.
+/// Draws curves over the whole width, from 0 to 1, with the stretches behind them.
 fn chart(
     state: &State,
     crop: &Crop,
@@ -215,12 +215,12 @@ fn even(values: &[Option<f64>], scale: f64, style: Style) -> Trace {
     }
 }
 
-/// The middles of `count` equal cells between 0 and 1.
+/// Returns the centres of `count` equal cells between 0 and 1.
 fn places(count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |i| (i as f64 + 0.5) / count as f64)
 }
 
-/// Returns what is known of an attempt, in lines.
+/// Returns the details of an attempt, in lines.
 fn told<'a>(state: &State, line: &TrialLine, columns: u16) -> Vec<Line<'a>> {
     let theme = state.ui.theme;
     let mut lines = Vec::new();
@@ -284,7 +284,7 @@ fn told<'a>(state: &State, line: &TrialLine, columns: u16) -> Vec<Line<'a>> {
     lines
 }
 
-/// Returns why stretches are rejected, by kind, the most frequent first.
+/// Returns the reasons for rejected stretches, by kind, the most frequent first.
 fn kinds<'a>(state: &State, crop: &Crop, columns: u16) -> Vec<Line<'a>> {
     let mut counts: Vec<(&str, usize, &str)> = Vec::new();
     for stretch in crop.stretches.iter().filter(|s| !s.accepted) {
@@ -298,7 +298,7 @@ fn kinds<'a>(state: &State, crop: &Crop, columns: u16) -> Vec<Line<'a>> {
     counts.sort_by_key(|(_, count, _)| std::cmp::Reverse(*count));
     let theme = state.ui.theme;
     let line = |(kind, count, reason): (&str, usize, &str)| {
-        // One alone has its numbers.
+        // A single rejection is shown with its numbers.
         let words = if count == 1 { reason } else { kind };
         let words = format!(" {count} {words}");
         let shown: String = words

@@ -8,7 +8,7 @@ use super::live_values::{TO_MICRO, signed};
 use super::panel::{note, rows, titled};
 use crate::state::{State, TrialLine};
 
-/// Draws the list; on the trials' page, `chosen` is marked and the columns say more.
+/// Draws the list; on the page of trials, the selected attempt is marked and there are more columns.
 pub(crate) fn render(state: &State, chosen: bool, area: Rect, buf: &mut Buffer) {
     let theme = state.ui.theme;
     let judged = |accepted: bool| {
@@ -57,7 +57,7 @@ pub(crate) fn render(state: &State, chosen: bool, area: Rect, buf: &mut Buffer) 
     rows(lines.collect(), body, buf);
 }
 
-/// Whether the attempt is the running one.
+/// Whether the attempt is running.
 fn runs(state: &State, line: &TrialLine) -> bool {
     let phase = &state.phase;
     (line.trial, line.practice, line.attempt) == (phase.trial, phase.practice, phase.attempt)

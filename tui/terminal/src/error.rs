@@ -1,8 +1,8 @@
-//! Why the operator's screen could not go on.
+//! Errors of the operator's screen.
 
 use std::io;
 
-/// Why the operator's screen could not go on.
+/// Why the operator's screen ended.
 #[derive(Debug, thiserror::Error)]
 pub enum TerminalError {
     /// Standard input or output is not a terminal.
@@ -11,7 +11,7 @@ pub enum TerminalError {
     /// The terminal failed while it was used, for example because its window was closed.
     #[error("the terminal failed while {doing}: {source}")]
     Terminal {
-        /// What was being done.
+        /// Activity during the failure.
         doing: &'static str,
         /// The system's reason.
         #[source]
@@ -20,7 +20,7 @@ pub enum TerminalError {
 }
 
 impl TerminalError {
-    /// Returns what makes the error of a terminal that failed while `doing`.
+    /// Returns a function that wraps an error of the terminal while `doing`.
     pub fn failed(doing: &'static str) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Terminal { doing, source }
     }

@@ -1,5 +1,5 @@
-//! Frames on their way to the terminal: each whole, synchronized (DEC mode 2026, ignored where it is unknown), in one
-//! write, by a thread that may wait for a terminal that stands still.
+//! Output of frames to the terminal: each whole, synchronized (DEC mode 2026, ignored by terminals without it), in one
+//! write, by a thread that may wait for a blocked terminal.
 
 use std::io::{self, Write};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -9,7 +9,7 @@ use std::time::Duration;
 const BEGIN: &[u8] = b"\x1b[?2026h";
 const END: &[u8] = b"\x1b[?2026l";
 
-/// Keeps what is written until it is flushed, then hands it to the thread that writes.
+/// Buffers a frame until it is flushed, then hands it to the writing thread.
 #[derive(Debug)]
 pub struct FrameWriter {
     frame: Vec<u8>,
@@ -17,7 +17,7 @@ pub struct FrameWriter {
     frames: Frames,
 }
 
-/// What has become of the frames that were handed over.
+/// Status of the frames handed over.
 #[derive(Clone, Debug, Default)]
 pub struct Frames(Arc<Underway>);
 
@@ -34,10 +34,10 @@ struct State {
 }
 
 impl FrameWriter {
-    /// Starts the thread that writes to `to`. It ends with the writer, once `to` has taken all.
+    /// Starts the thread that writes to `to`. It ends after the writer is dropped and all frames are written.
     ///
     /// # Errors
-    /// When the system refuses a thread.
+    /// An error if the system cannot start a thread.
     pub fn start(to: impl Write + Send + 'static) -> io::Result<Self> {
         let (sender, handed_over) = mpsc::channel();
         let frames = Frames::default();
@@ -52,7 +52,7 @@ impl FrameWriter {
         })
     }
 
-    /// Returns what tells of the frames that were handed over.
+    /// Returns the status of the frames handed over.
     #[must_use]
     pub fn frames(&self) -> Frames {
         self.frames.clone()
@@ -60,13 +60,13 @@ impl FrameWriter {
 }
 
 impl Frames {
-    /// Whether the terminal has taken all frames. While it has not, another one would only make it later.
+    /// Whether all frames are written. Another frame before that would only add to the delay.
     #[must_use]
     pub fn are_written(&self) -> bool {
         self.0.lock().unwritten == 0
     }
 
-    /// Waits until the terminal has taken all frames, at most for `limit`. Returns whether it has.
+    /// Waits until all frames are written, at most for `limit`. Returns whether they are.
     pub(crate) fn wait(&self, limit: Duration) -> bool {
         let (state, _) = self
             .0
@@ -108,7 +108,7 @@ impl Write for FrameWriter {
     /// Hands the frame over.
     ///
     /// # Errors
-    /// The terminal's, of an earlier frame.
+    /// The terminal's error for an earlier frame.
     fn flush(&mut self) -> io::Result<()> {
         let mut state = self.frames.0.lock();
         if let Some(error) = state.failed.take() {

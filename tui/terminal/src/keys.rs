@@ -1,4 +1,4 @@
-//! Keys as the operator's terminal delivers them.
+//! Keys from the operator's terminal.
 
 use std::io;
 use std::time::Duration;
@@ -7,14 +7,14 @@ use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyModifiers, MouseEven
 
 /// A source of keys.
 pub trait Keys {
-    /// Waits for a key until `timeout`. Returns `Ok(None)` when no key came, or something else than a key.
+    /// Waits for a key until `timeout`. Returns `Ok(None)` if no key came, or another event.
     ///
     /// # Errors
-    /// When the terminal fails or is gone.
+    /// An error if the terminal fails or is gone.
     fn next(&mut self, timeout: Duration) -> io::Result<Option<KeyEvent>>;
 }
 
-/// Longest that is looked for a key that has come; crossterm does not look at all in no time.
+/// Timeout for a key that has arrived; crossterm does not check at all with a timeout of zero.
 const GLANCE: Duration = Duration::from_millis(1);
 
 /// The keys of this process's terminal.
@@ -24,20 +24,20 @@ pub struct TerminalKeys;
 impl Keys for TerminalKeys {
     fn next(&mut self, timeout: Duration) -> io::Result<Option<KeyEvent>> {
         wait_for_input(timeout)?;
-        // Asked even when nothing came: earlier input may hold several keys.
+        // Checked even without new input: earlier input may contain several keys.
         if !event::poll(GLANCE)? {
             return Ok(None);
         }
         Ok(match event::read()? {
             event::Event::Key(key) => Some(key),
             event::Event::Mouse(mouse) => wheel(mouse.kind),
-            // A resize is picked up by the next drawing.
+            // A resize is handled at the next drawing.
             _ => None,
         })
     }
 }
 
-/// Returns the key that a turn of the wheel stands for.
+/// Returns the key equivalent of a step of the mouse wheel.
 fn wheel(kind: MouseEventKind) -> Option<KeyEvent> {
     let code = match kind {
         MouseEventKind::ScrollDown => KeyCode::Char('j'),
@@ -47,10 +47,10 @@ fn wheel(kind: MouseEventKind) -> Option<KeyEvent> {
     Some(KeyEvent::new(code, KeyModifiers::NONE))
 }
 
-/// Waits for input, or for the terminal to go away, which crossterm's own waiting would never notice.
+/// Waits for input or for the terminal's end, which crossterm's own wait would never notice.
 ///
 /// # Errors
-/// [`io::ErrorKind::BrokenPipe`] when the terminal is gone.
+/// [`io::ErrorKind::BrokenPipe`] if the terminal is gone.
 #[cfg(unix)]
 fn wait_for_input(timeout: Duration) -> io::Result<()> {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -72,7 +72,7 @@ fn wait_for_input(timeout: Duration) -> io::Result<()> {
 /// Waits for input.
 ///
 /// # Errors
-/// When the terminal fails.
+/// An error if the terminal fails.
 #[cfg(not(unix))]
 fn wait_for_input(timeout: Duration) -> io::Result<()> {
     event::poll(timeout).map(drop)

@@ -1,7 +1,7 @@
-//! The operator's terminal: keys from it, whole frames to it, and as it was afterwards.
+//! The operator's terminal: keys from it, whole frames to it, and its restoration.
 //!
-//! A terminal may stand still, after Ctrl-S, with Scroll Lock, or behind a connection that is stuck. Nothing here waits
-//! for it: frames are written by a thread of their own, so that the key that stops the drive is read all the same.
+//! A terminal may block, after Ctrl-S, with Scroll Lock, or on a connection that hangs. No function here waits for it
+//! indefinitely: a separate thread writes the frames, so that the stop key is still read.
 
 mod error;
 mod frames;

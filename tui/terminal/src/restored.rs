@@ -1,4 +1,4 @@
-//! The terminal while the dashboard is shown on it, and as it was afterwards.
+//! Set-up of the terminal for the dashboard, and its restoration.
 
 use std::io::{self, IsTerminal, Write};
 use std::panic::PanicHookInfo;
@@ -12,11 +12,11 @@ use ratatui::crossterm::{cursor, execute, terminal};
 use crate::error::TerminalError;
 use crate::frames::{FrameWriter, Frames};
 
-/// Asks the terminal for presses of the mouse's buttons, of which the wheel is two; nothing on its movements.
+/// Requests reports of mouse buttons, which include the wheel, but not of mouse movements.
 const MOUSE_ON: &str = "\x1b[?1000h\x1b[?1006h";
 const MOUSE_OFF: &str = "\x1b[?1006l\x1b[?1000l";
 
-/// Returns columns and rows of the terminal on standard output; `None` when standard output is not a terminal.
+/// Returns columns and rows of the terminal on standard output; `None` if standard output is not a terminal.
 #[must_use]
 pub fn size() -> Option<(u16, u16)> {
     #[cfg(unix)]
@@ -31,8 +31,8 @@ pub fn size() -> Option<(u16, u16)> {
     }
 }
 
-/// Restores the operator's terminal, and says what waited for it. Harmless when called twice, from any thread, or
-/// when the dashboard was never shown. Errors are ignored: the terminal is the only place to report them.
+/// Restores the operator's terminal and prints the reports that waited for it. Harmless if called twice, from any
+/// thread, or if the dashboard was never shown. Errors are ignored: the terminal is the only place to report them.
 pub fn restore() {
     if SHOWN.swap(false, Ordering::SeqCst) {
         let _ = terminal::disable_raw_mode();
@@ -48,11 +48,11 @@ pub fn restore() {
 }
 
 /// Reports a panic in any thread in `words`, in place of the hook installed before. While the dashboard is shown, the
-/// report waits for [`restore`]: the terminal is put back last, by the dashboard's end, after whatever ends the bench
-/// in good order. Only a panic of the main thread, which waits for the dashboard, puts it back at once.
+/// report waits for [`restore`]: the terminal is restored last, at the end of the dashboard, after an orderly end of
+/// the bench. Only a panic of the main thread, which waits for the dashboard, restores it at once.
 ///
-/// Call it once, early. Hooks that make a bench safe are installed after it and so come before it: writing to a
-/// terminal can block.
+/// Call it once, early. Hooks that make a bench safe are installed after it and so run before it: writing to a terminal
+/// can block.
 pub fn install_panic_hook(words: impl Fn(&PanicHookInfo<'_>) -> String + Send + Sync + 'static) {
     std::panic::set_hook(Box::new(move |info| {
         let line = words(info);
@@ -69,18 +69,18 @@ pub fn install_panic_hook(words: impl Fn(&PanicHookInfo<'_>) -> String + Send + 
     }));
 }
 
-/// Reports of panics that wait until the terminal is restored.
+/// Panic reports to print after the terminal is restored.
 static UNSAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 fn say(line: &str) {
-    // Nothing is left to report it to.
+    // An error of standard error itself is ignored.
     let _ = writeln!(io::stderr(), "{line}");
 }
 
 /// Whether the dashboard has the terminal in raw mode and on the alternate screen.
 static SHOWN: AtomicBool = AtomicBool::new(false);
 
-/// How long a terminal that stands still is waited for at the end.
+/// Longest wait for a blocked terminal at the end.
 const PATIENCE: Duration = Duration::from_millis(250);
 
 /// The terminal while the dashboard is shown on it; restored when dropped.
@@ -90,10 +90,10 @@ pub struct OperatorScreen {
 }
 
 impl OperatorScreen {
-    /// Sets up this process's terminal; what is drawn on it goes to the writer.
+    /// Sets up this process's terminal; the writer takes its frames.
     ///
     /// # Errors
-    /// [`TerminalError::NoTerminal`] when standard input or output is not a terminal, [`TerminalError::Terminal`] when
+    /// [`TerminalError::NoTerminal`] if standard input or output is not a terminal, [`TerminalError::Terminal`] if
     /// it fails.
     pub fn enter() -> Result<(Self, FrameWriter), TerminalError> {
         if !io::stdin().is_terminal() || !io::stdout().is_terminal() {
@@ -118,7 +118,7 @@ impl OperatorScreen {
         Ok((screen, writer))
     }
 
-    /// Returns what tells whether the terminal takes what is drawn.
+    /// Returns the status of the frames, which says whether the terminal blocks.
     #[must_use]
     pub fn frames(&self) -> &Frames {
         &self.frames
@@ -128,7 +128,7 @@ impl OperatorScreen {
 impl Drop for OperatorScreen {
     fn drop(&mut self) {
         if !self.frames.wait(PATIENCE) {
-            // Whoever looks at it again is to find the terminal as it was, and the program's last words on it.
+            // The terminal must be restored, and the program's last messages printed, even if it blocked.
             discard();
             self.frames.wait(PATIENCE);
         }
@@ -136,10 +136,10 @@ impl Drop for OperatorScreen {
     }
 }
 
-/// Returns this process's standard output, for a thread that may wait in it: nothing else is to wait for its lock.
+/// Returns this process's standard output, for a thread that may block in it: no other thread should wait for its lock.
 ///
 /// # Errors
-/// The system's.
+/// The system's error.
 fn output() -> io::Result<impl Write + Send + 'static> {
     #[cfg(unix)]
     return Ok(std::fs::File::from(rustix::io::dup(io::stdout())?));
@@ -147,7 +147,7 @@ fn output() -> io::Result<impl Write + Send + 'static> {
     return Ok(io::stdout());
 }
 
-/// Throws away what the terminal has not taken, and lets it go on.
+/// Discards output that the terminal has not accepted, and resumes it.
 fn discard() {
     #[cfg(unix)]
     {

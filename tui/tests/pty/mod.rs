@@ -13,7 +13,7 @@ use rustix::io::{FdFlags, fcntl_setfd};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 
-/// Closed on exec from the start where the system offers it: another test may start a process at any time.
+/// Closed on exec from the start if the system supports it: another test may start a process at any time.
 #[cfg(target_os = "linux")]
 const FLAGS: OpenptFlags = OpenptFlags::RDWR
     .union(OpenptFlags::NOCTTY)
@@ -21,7 +21,7 @@ const FLAGS: OpenptFlags = OpenptFlags::RDWR
 #[cfg(not(target_os = "linux"))]
 const FLAGS: OpenptFlags = OpenptFlags::RDWR.union(OpenptFlags::NOCTTY);
 
-/// Far longer than anything here takes; reached only by a failure.
+/// Timeout far above the duration of any step here, reached only by a failure.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
 pub struct Screen {
@@ -69,7 +69,7 @@ impl Screen {
         tcsetwinsize(&self.controller, size).unwrap();
     }
 
-    /// Waits until `words` have been written, and forgets all before them.
+    /// Waits until `words` have been written, and drops all output up to them.
     pub fn wait_for(&mut self, words: &str) {
         let deadline = Instant::now() + PATIENCE;
         loop {

@@ -8,7 +8,7 @@ use super::manifest_error::{ManifestError, finite, not_negative};
 /// Meaning of an interval of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RecordedIntervalKind {
-    /// No finger is on the plate: Z_p is read here.
+    /// No finger is on the plate; Z_p is measured here.
     Unloaded,
     /// The finger slides.
     Exploration(Direction),
@@ -28,8 +28,8 @@ pub struct RecordedInterval {
 }
 
 impl RecordedInterval {
-    /// Converts an interval of the audio clock to the time of a recording whose sample 0 is at `recording_start_s`, s,
-    /// of that clock.
+    /// Converts an interval on the audio clock to the time of a recording with sample 0 at `recording_start_s`, s, on
+    /// that clock.
     #[must_use]
     pub fn relative_to(interval: protocols::Interval, recording_start_s: f64) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Rules of `recording.toml`, and the errors where it breaks them.
+//! Rules of `recording.toml`, and errors for their violations.
 
 use std::ops::RangeInclusive;
 
@@ -7,27 +7,27 @@ use strict::TomlError;
 /// Version of `recording.toml` that this crate writes and reads.
 pub const FORMAT: u32 = 1;
 
-/// Most intervals, and most events, that are read of a recording.
+/// Maximum number of intervals, and of events, read from a recording.
 pub const MAX_ENTRIES: usize = 10_000;
-/// Longest time that the intervals of a recording may last together, s.
+/// Longest total duration of the intervals of a recording, s.
 pub const MAX_INTERVALS_S: f64 = 1800.0;
-/// Longest time that they may last together, as a multiple of the recording's length: intervals may overlap.
+/// Longest total duration of the intervals, as a multiple of the recording's length; intervals may overlap.
 pub(super) const MAX_OVERLAP: f64 = 4.0;
 
-/// Why a `recording.toml` cannot be read.
+/// Error of reading a `recording.toml`.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ManifestReadError {
     /// The text is not TOML, or has an unknown or missing key.
     #[error(transparent)]
     Toml(#[from] TomlError),
-    /// A value breaks a rule.
+    /// A value violates a rule.
     #[error("{file}{}: {rule}", line.map(|line| format!(", line {line}")).unwrap_or_default())]
     Rule {
         /// The file, as the caller named it.
         file: String,
         /// Line of the key, from 1.
         line: Option<usize>,
-        /// The rule.
+        /// Violated rule.
         rule: ManifestError,
     },
 }
@@ -43,33 +43,33 @@ impl ManifestReadError {
     }
 }
 
-/// Broken rule of the manifest.
+/// Violated rule of the manifest.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ManifestError {
-    /// TOML cannot hold a value, such as an integer over 2⁶³ − 1.
+    /// TOML cannot represent a value, such as an integer over 2⁶³ − 1.
     #[error("recording.toml cannot be written: {reason}")]
     NotToml {
         /// Error text of the serialiser.
         reason: String,
     },
-    /// This program does not know the version.
+    /// This program does not support the version.
     #[error("`format` is {value}, but this program reads format {FORMAT} only")]
     Format {
-        /// The version in the file.
+        /// Version in the file.
         value: u32,
     },
-    /// A number is out of its range, or is not a number.
+    /// A number is outside its range or is not a number.
     #[error("`{key}` is {value}, allowed are {allowed}")]
     Value {
         /// The key, with its tables.
         key: String,
         /// Value of the key.
         value: f64,
-        /// The allowed values in words.
+        /// Allowed values in words.
         allowed: String,
     },
-    /// A list has more entries than are read.
+    /// A list has too many entries.
     #[error("`{key}` has {count} entries; at most {MAX_ENTRIES} are read")]
     TooMany {
         /// The list.
@@ -77,24 +77,24 @@ pub enum ManifestError {
         /// Number of its entries.
         count: usize,
     },
-    /// A profile has too few places, or not a ratio for each.
+    /// A profile has too few positions, or a different number of ratios.
     #[error(
         "`plate.profile` has {positions} `positions_m` and {ratios} `ratios`; it needs as many of both, and at least 2"
     )]
     ProfilePlaces {
-        /// Number of places.
+        /// Number of positions.
         positions: usize,
         /// Number of ratios.
         ratios: usize,
     },
-    /// The intervals last too long together.
+    /// The total duration of the intervals is too long.
     #[error(
         "`intervals` last {total_s:.1} s together; at most {limit_s:.1} s are analysed: four times the recording's length, and no more than {MAX_INTERVALS_S} s"
     )]
     IntervalTime {
-        /// Their lengths together, within the recording, s.
+        /// Total duration within the recording, s.
         total_s: f64,
-        /// The longest time allowed, s.
+        /// Longest allowed duration, s.
         limit_s: f64,
     },
     /// An interval ends before it starts.
@@ -115,7 +115,7 @@ pub enum ManifestError {
         /// The channel.
         index: u16,
     },
-    /// The recording is calibrated without a calibration, or the reverse.
+    /// A calibrated recording without a calibration, or an uncalibrated one with a calibration.
     #[error("`hardware.uncalibrated` is {uncalibrated}, but `hardware.calibration` is {}", if *.uncalibrated { "present" } else { "absent" })]
     Calibration {
         /// The flag.
@@ -153,7 +153,7 @@ pub enum ManifestError {
         /// Rate of the audio file, Hz.
         audio_hz: u32,
     },
-    /// The modulated carrier does not fit under half the sample rate.
+    /// The modulated carrier is not below half the sampling rate.
     #[error(
         "sample rate {sample_rate_hz} Hz is not above 2 · (`carrier_hz` {carrier_hz} + `modulation_hz` {modulation_hz}) = {} Hz",
         2.0 * (.carrier_hz + .modulation_hz)
@@ -169,7 +169,7 @@ pub enum ManifestError {
 }
 
 impl ManifestError {
-    /// Returns the dotted key that the rule is about.
+    /// Returns the dotted key that the rule concerns.
     fn key(&self) -> Option<String> {
         Some(match self {
             Self::NotToml { .. } => return None,

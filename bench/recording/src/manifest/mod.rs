@@ -1,4 +1,4 @@
-//! `recording.toml`: what a recording is of, and how its sample values become volts and metres.
+//! `recording.toml`: origin of a recording, and conversion of its samples to volts and metres.
 //!
 //! Peak amplitudes and exp(+iωt) throughout. The tables `channels`, `plate` and `intervals` are fixed; `participant`,
 //! `trial`, `hardware`, `software` and `events` are written by this bench and may be absent in a recording made
@@ -97,16 +97,16 @@ pub struct Manifest {
     pub events: Vec<RecordingEvent>,
 }
 
-/// Time before the report of an output xrun in which the drive may have a gap, s.
+/// Time by which a gap in the drive may precede the report of its output xrun, s.
 pub const BEFORE_REPORT_S: f64 = 0.1;
-/// Time after the report, s: the loop's delay and the gap itself.
+/// Time by which it may follow the report, s: the loop's delay plus the gap itself.
 pub const AFTER_REPORT_S: f64 = 0.25;
 
 impl Manifest {
     /// Reads and checks a `recording.toml`; `file` names it in errors.
     ///
     /// # Errors
-    /// [`ManifestReadError`] names the key, its line, its value and what is allowed; for unknown keys the nearest
+    /// [`ManifestReadError`] names the key, its line, its value and the allowed values; for unknown keys the nearest
     /// known key.
     pub fn parse(text: &str, file: &str) -> Result<Self, ManifestReadError> {
         let manifest: Self = strict::parse(text, file)?;
@@ -128,7 +128,7 @@ impl Manifest {
     /// Returns the text of `recording.toml`; the same manifest always gives the same bytes.
     ///
     /// # Errors
-    /// The first rule that is broken: a manifest that could not be read is not written.
+    /// The first violated rule; a manifest that could not be read back is not written.
     pub fn to_toml(&self) -> Result<String, ManifestError> {
         self.validate()?;
         toml::to_string(self).map_err(|error| ManifestError::NotToml {
@@ -136,7 +136,7 @@ impl Manifest {
         })
     }
 
-    /// Returns from when to when the force sensor was at the end of its range, s; in order, none touching another.
+    /// Returns the stretches with the force sensor at the end of its range, s; in order and disjoint.
     #[must_use]
     pub fn saturated_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
         let rate_hz = f64::from(sample_rate_hz);
@@ -146,8 +146,8 @@ impl Manifest {
         })
     }
 
-    /// Returns from when to when the drive may have been broken off by an output xrun, s; in order, none touching
-    /// another. Recordings of versions that did not look for the gap say only when the xrun was reported.
+    /// Returns the stretches in which an output xrun may have interrupted the drive, s; in order and disjoint. Recordings
+    /// of versions that did not locate the gap state only the time of the xrun's report.
     #[must_use]
     pub fn drive_gaps_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
         let rate_hz = f64::from(sample_rate_hz);
@@ -158,7 +158,7 @@ impl Manifest {
                 None => (reported_s - BEFORE_REPORT_S, reported_s + AFTER_REPORT_S),
             }
         });
-        // The drive went on without a gap.
+        // The drive continued without a gap.
         spans_s.retain(|(from_s, to_s)| to_s > from_s);
         spans_s
     }
@@ -183,10 +183,10 @@ impl Manifest {
         spans
     }
 
-    /// Checks every rule that needs nothing but the manifest.
+    /// Checks every rule that concerns the manifest alone.
     ///
     /// # Errors
-    /// The first rule that is broken.
+    /// The first violated rule.
     pub fn validate(&self) -> Result<(), ManifestError> {
         if self.format != FORMAT {
             return Err(ManifestError::Format { value: self.format });
@@ -242,7 +242,7 @@ impl Manifest {
     /// Checks the intervals against the length of the audio, s.
     ///
     /// # Errors
-    /// [`ManifestError::IntervalTime`]: together they last too long for their analysis to end in time.
+    /// [`ManifestError::IntervalTime`]: their total duration is too long for their analysis to end in time.
     pub fn validate_length(&self, duration_s: f64) -> Result<(), ManifestError> {
         let within = |time_s: f64| time_s.clamp(0.0, duration_s);
         let lengths_s = self.intervals.iter();
@@ -259,7 +259,7 @@ impl Manifest {
     /// Checks the manifest against the audio that it describes.
     ///
     /// # Errors
-    /// A channel is beyond the last one, or the sample rate differs from the stated one or is too low for the modulated
+    /// A channel does not exist, or the sampling rate differs from the stated one or is too low for the modulated
     /// carrier.
     pub fn validate_audio(
         &self,

@@ -1,4 +1,4 @@
-//! `[[clocks]]`: how the clocks fared that readings are placed by.
+//! `[[clocks]]`: drift and state of the clocks that give the times of readings.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,14 +1,14 @@
-//! `[plate.profile]`: the amplitude along the plate over that which the pickup reads.
+//! `[plate.profile]`: amplitude along the plate, relative to the amplitude at the pickup.
 
 use serde::{Deserialize, Serialize};
 
 use super::manifest_error::{MAX_ENTRIES, ManifestError, finite, require, within};
 
-/// Least and greatest ratio of a profile: beyond them the finger would be near a node of the plate, or the pickup.
+/// Smallest and largest ratio of a profile; beyond them the finger, or the pickup, would be near a node of the plate.
 pub const PROFILE_RATIOS: [f64; 2] = [0.2, 2.0];
-/// Fewest places of a profile.
+/// Smallest number of positions in a profile.
 const FEWEST_PLACES: usize = 2;
-/// Least distance between places, m.
+/// Smallest distance between positions, m.
 const LEAST_STEP_M: f64 = 1e-6;
 
 /// Amplitude at places along the plate over that which the pickup reads.
@@ -32,10 +32,10 @@ pub struct RecordedProfile {
 }
 
 impl RecordedProfile {
-    /// Checks that places and ratios belong together, and each ratio for its range.
+    /// Checks that there is a ratio for each position, and the range of each ratio.
     ///
     /// # Errors
-    /// The first rule that is broken.
+    /// The first violated rule.
     pub fn validate(&self) -> Result<(), ManifestError> {
         const POSITIONS: &str = "plate.profile.positions_m";
         const RATIOS: &str = "plate.profile.ratios";

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Time without a recurrence after which a fault of an input is over, s: longer than a period of the modulation, at
-/// whose every crest a channel may clip.
+/// Time without a recurrence that ends a fault of an input, s: longer than a period of the modulation, since a channel
+/// may clip at every crest.
 pub const QUIET_S: f64 = 0.5;
 
 /// Event at a sample of a recording.

@@ -1,10 +1,10 @@
-//! `[standard_errors]`: what the calibration leaves open of the constants that turn samples into amplitudes and forces.
+//! `[standard_errors]`: standard errors of the constants that convert samples to amplitudes and forces.
 
 use serde::{Deserialize, Serialize};
 
 use super::manifest_error::{ManifestError, within};
 
-/// Largest standard error, relative or in rad: beyond it nothing would be measured.
+/// Largest allowed standard error, relative or in rad; beyond it the measurement would be meaningless.
 const MOST: f64 = 0.5;
 
 /// Standard errors of the constants, each independent of the others; one that is not stated is 0.
@@ -34,10 +34,10 @@ pub struct StandardErrors {
 }
 
 impl StandardErrors {
-    /// Checks each for its range.
+    /// Checks the range of each standard error.
     ///
     /// # Errors
-    /// The first that is out of it.
+    /// The first one outside its range.
     pub fn validate(&self) -> Result<(), ManifestError> {
         for (key, value) in [
             ("amplitude_relative", self.amplitude_relative),

@@ -4,7 +4,7 @@ use strict::TomlError;
 
 use super::*;
 
-/// The example of the file format's description, written by hand as a laboratory would.
+/// Example of the format's documentation, written by hand as in another laboratory.
 const BY_HAND: &str = r#"format = 1
 carrier_hz = 35000.0
 modulation_hz = 6.0
@@ -255,7 +255,7 @@ fn audio_must_fit_the_description() {
         Err(ManifestError::SampleRate { .. })
     ));
     let by_hand = parse(BY_HAND).unwrap();
-    // 2 · (35 000 + 6) Hz is just too low; one more is enough.
+    // 2 · (35 000 + 6) Hz is just too low; 1 Hz more is enough.
     let error = by_hand.validate_audio(70_012, 2).unwrap_err();
     assert!(error.to_string().contains("= 70012 Hz"), "{error}");
     assert_eq!(by_hand.validate_audio(70_013, 2), Ok(()));
@@ -322,7 +322,7 @@ fn a_profile_that_is_none_is_refused_with_its_line() {
         .replace(positions, "positions_m = [0.05]")
         .replace(ratios, "ratios = [1.0]");
     assert!(parse(&one).is_err());
-    // The ends of the ranges are within them.
+    // The ranges include their ends.
     let [least, greatest] = PROFILE_RATIOS;
     let ends = format!("ratios = [{least:?}, 1.0, {greatest:?}]");
     assert!(parse(&with_profile().replace(ratios, &ends)).is_ok());

@@ -1,4 +1,4 @@
-//! Scales from sample values to volts and metres, and from volts to the force on the plate.
+//! Conversion of samples to volts and metres, and of volts to the force on the plate.
 
 use impedance::PlateConstants;
 use serde::{Deserialize, Serialize};
@@ -65,8 +65,8 @@ pub struct RecordedPlate {
 }
 
 impl RecordedPlate {
-    /// Returns the constants with which impedances are read. A negative force factor is a phase of half a turn, which
-    /// is not among them.
+    /// Returns the constants for measuring impedances. A negative force factor is a phase of half a turn, which is not
+    /// included in them.
     pub fn constants(&self) -> PlateConstants {
         PlateConstants {
             resonance_hz: self.resonance_hz,

@@ -1,4 +1,4 @@
-//! What the recorder is told, and what it answers.
+//! Messages to the recorder and its answers.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ pub enum RecorderMessage {
     Begin(Box<Begin>),
     /// Interleaved samples.
     Audio(Vec<f32>),
-    /// Number of frames that were lost.
+    /// Number of lost frames.
     Gap(u64),
     /// Force readings on the audio clock.
     Force(Vec<ForceRow>),
@@ -24,9 +24,9 @@ pub enum RecorderMessage {
     Position(Vec<PositionRow>),
     /// An event.
     Event(RecordingEvent),
-    /// An event that may go on: replaces the event of the flag of this number, if there is one.
+    /// Event that may continue: replaces the event of the same flag, if there is one.
     Flag(u64, RecordingEvent),
-    /// Clocks that readings are placed by; they replace what was known of them.
+    /// Clocks that give the times of readings; they replace the previous ones.
     Clocks(Vec<RecordedClock>),
     /// An interval with a known meaning.
     Interval(RecordedInterval),
@@ -45,23 +45,23 @@ pub struct Begin {
     pub format: AudioFormat,
 }
 
-/// Answer of the recorder; answers come in order.
+/// Answer of the recorder; answers arrive in order.
 #[derive(Debug)]
 pub enum RecorderNotice {
-    /// The folder is on disk and takes data.
+    /// The folder is on disk and accepts data.
     Began {
         /// The recording.
         folder: PathBuf,
     },
-    /// The recording has ended and is synced, and was read back. It may come after the next recording began.
+    /// The recording has ended, is synced and was read back. This may arrive after the start of the next recording.
     Saved {
         /// The recording.
         folder: PathBuf,
-        /// What the recording holds.
+        /// Size of the recording.
         on_disk: OnDisk,
-        /// Sums of its files; `None` if the recorder ended before it had read them.
+        /// Sums of its files; `None` if the recorder ended before reading them.
         sums: Option<Sums>,
-        /// Whether the trial was broken off.
+        /// Whether the trial was interrupted.
         interrupted: bool,
     },
     /// The recording failed; later data up to the next `Begin` are discarded.
@@ -70,37 +70,37 @@ pub enum RecorderNotice {
         folder: PathBuf,
         /// Reason.
         error: RecorderError,
-        /// What of it is readable.
+        /// Size of the readable part.
         kept: OnDisk,
     },
 }
 
-/// Why a recording failed.
+/// Error of a recording.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecorderError {
     /// A file could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// A file that was written and synced cannot be read.
+    /// A written and synced file cannot be read.
     #[error("the recording was written, but its files cannot be read again: {0}")]
     ReadBack(#[from] DiskError),
-    /// The disk was slower than the data for longer than the queue holds.
+    /// The disk was slower than the data for longer than the queue can bridge.
     #[error(
         "the recorder's queue overflowed: {messages} messages with {frames} frames of audio were lost after frame {at_frame}; the disk is too slow"
     )]
     Overflow {
-        /// Messages lost.
+        /// Number of lost messages.
         messages: u64,
-        /// Frames of audio among them.
+        /// Number of lost audio frames.
         frames: u64,
-        /// Frames recorded before.
+        /// Number of frames recorded before the loss.
         at_frame: u64,
     },
-    /// A recording was begun before the last one had ended.
+    /// A recording began before the previous one ended.
     #[error("the next recording began before this one had ended")]
     NotEnded,
-    /// The acquisition ended without ending the recording, by a panic for example.
+    /// The acquisition ended without ending the recording, for example by a panic.
     #[error("the acquisition ended before the recording had ended")]
     Disconnected,
 }
@@ -122,12 +122,12 @@ pub enum RecorderState {
 pub struct RecorderStatus {
     /// State of the recorder.
     pub state: RecorderState,
-    /// The current or the last recording.
+    /// Current or last recording.
     pub folder: Option<PathBuf>,
-    /// Frames taken, on disk or not.
+    /// Frames accepted, whether on disk or not.
     pub frames: u64,
-    /// What the last sync put on disk.
+    /// Size on disk at the last sync.
     pub on_disk: OnDisk,
-    /// Why the last recording failed.
+    /// Error of the last recording, if it failed.
     pub error: Option<String>,
 }

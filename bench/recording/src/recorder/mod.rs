@@ -1,8 +1,8 @@
-//! The recorder: a bounded queue from the acquisition into a [`RecordingWriter`](crate::RecordingWriter), on a thread or
+//! Recorder: a bounded queue from the acquisition into a [`RecordingWriter`](crate::RecordingWriter), on a thread or
 //! polled in lock step.
 //!
 //! Audio never waits for the disk: a full queue refuses data, the loss is counted, and the trial fails at that sample
-//! with an error. What was recorded up to there is kept.
+//! with an error. Data recorded before it are kept.
 
 mod message;
 mod recorder_core;
@@ -23,11 +23,11 @@ pub use recorder_core::{RecorderCore, SYNC_INTERVAL};
 /// Places in the queue that are reserved for messages without data.
 const RESERVED: usize = 16;
 
-/// Message that was not taken.
+/// Message that was not accepted.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SendError {
-    /// The queue is full. Data are counted as lost and fail the recording; other messages may be sent again.
+    /// The queue is full. Refused data count as lost and fail the recording; other messages may be sent again.
     #[error("the recorder's queue is full")]
     Full(RecorderMessage),
     /// The recorder has ended.
@@ -35,7 +35,7 @@ pub enum SendError {
     Closed(RecorderMessage),
 }
 
-/// Data that the full queue refused just before a message.
+/// Data refused by the full queue just before a message.
 #[derive(Debug, Default, Clone, Copy)]
 struct Loss {
     messages: u64,
@@ -52,7 +52,7 @@ struct Queued {
 #[derive(Debug)]
 struct Shared {
     made: Instant,
-    /// Time at which the recorder last went to its queue, or had done what it found there, ms since it was made.
+    /// Time at which the recorder last checked its queue or finished its messages, ms since its creation.
     seen_ms: AtomicU64,
     sample_rate_hz: AtomicU32,
     frames_sent: AtomicU64,
@@ -84,7 +84,7 @@ impl Shared {
         self.seen_ms.store(self.now_ms(), Ordering::Release);
     }
 
-    /// Returns the time since the recorder last went to its queue, s: it grows while the disk does not answer.
+    /// Returns the time since the recorder last checked its queue, s; it grows while the disk does not respond.
     fn unseen_s(&self) -> f64 {
         let seen_ms = self.seen_ms.load(Ordering::Acquire);
         self.now_ms().saturating_sub(seen_ms) as f64 * 1e-3
@@ -105,32 +105,32 @@ impl Shared {
     }
 }
 
-/// Gauge of the recorder's lag and state, for any thread.
+/// Gauge of the recorder's lag and state, usable from any thread.
 #[derive(Debug, Clone)]
 pub struct RecorderGauge(Arc<Shared>);
 
 impl RecorderGauge {
-    /// Returns the seconds of audio sent but neither on disk nor discarded after a failure.
+    /// Returns the audio sent but neither on disk nor discarded after a failure, s.
     #[must_use]
     pub fn lag_s(&self) -> f64 {
         self.0.seconds(self.0.lag_frames())
     }
 
-    /// Returns the lag, or the time since the recorder last went to its queue if that is longer, s: between recordings no
-    /// audio is sent that a recorder that hangs could lag behind.
+    /// Returns the lag, or the time since the recorder last checked its queue if that is longer, s: between recordings a
+    /// hung recorder has no lag, because no audio is sent.
     #[must_use]
     pub fn behind_s(&self) -> f64 {
         self.lag_s().max(self.0.unseen_s())
     }
 
-    /// Returns the greatest lag so far, s.
+    /// Returns the largest lag so far, s.
     #[must_use]
     pub fn greatest_lag_s(&self) -> f64 {
         let frames = self.0.greatest_lag_frames.load(Ordering::Relaxed);
         self.0.seconds(frames)
     }
 
-    /// Returns how many messages the full queue has refused so far: known at once, whatever the recorder waits for.
+    /// Returns the number of messages refused by the full queue so far; known at once, even while the recorder waits.
     #[must_use]
     pub fn messages_lost(&self) -> u64 {
         self.0.messages_lost.load(Ordering::Relaxed)
@@ -147,7 +147,7 @@ impl RecorderGauge {
     }
 }
 
-/// The acquisition's end of the queue; never blocks.
+/// Sending end of the queue, for the acquisition; never blocks.
 #[derive(Debug)]
 pub struct RecorderSender {
     queue: Sender<Queued>,
@@ -161,7 +161,7 @@ impl RecorderSender {
     /// Sends a message.
     ///
     /// # Errors
-    /// [`SendError`] gives the message back. If it held data, the recording has failed.
+    /// [`SendError`] returns the message. If it contained data, the recording has failed.
     pub fn send(&mut self, message: RecorderMessage) -> Result<(), SendError> {
         if let RecorderMessage::Begin(begin) = &message {
             self.channels = u64::from(begin.format.channels).max(1);
@@ -192,7 +192,7 @@ impl RecorderSender {
         if is_data && self.queue.len() >= self.data_capacity {
             return full(self, message);
         }
-        // Counted before it can be settled.
+        // Counted before the recorder can settle it.
         self.shared.frames_sent.fetch_add(frames, Ordering::Release);
         let sent = self.queue.try_send(Queued {
             lost_before: self.lost,
@@ -223,10 +223,10 @@ impl RecorderSender {
     }
 }
 
-/// Longest time that sums may hold up the end of a session.
+/// Longest time that computing sums may delay the end of a session.
 const LAST_SUMS: Duration = Duration::from_millis(400);
 
-/// Recorder at the other end of the queue, to be run on a thread or polled.
+/// Receiving end of the queue, to be run on a thread or polled.
 #[derive(Debug)]
 pub struct RecorderTask {
     core: RecorderCore,
@@ -236,17 +236,17 @@ pub struct RecorderTask {
     shared: Arc<Shared>,
 }
 
-/// Whether a polled recorder may still get messages.
+/// Whether a polled recorder may still receive messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Polled {
-    /// The sender is still there.
+    /// The sender still exists.
     Open,
-    /// The sender is gone; whatever was open has been failed and kept.
+    /// The sender was dropped; an open recording has failed and is kept.
     Closed,
 }
 
 impl RecorderTask {
-    /// Takes every message that waits, syncs if it is time, and reads on for the sums of what is saved.
+    /// Handles all waiting messages, syncs if it is due, and reads on for the sums of saved recordings.
     pub fn poll(&mut self, now: Instant) -> Polled {
         self.shared.see();
         let polled = loop {
@@ -266,8 +266,8 @@ impl RecorderTask {
         polled
     }
 
-    /// Takes every message that waits, for the last time, and reads on for the sums of what is saved. What is not summed
-    /// within 0.4 s is reported without, because whoever ended the session does not wait.
+    /// Handles all waiting messages for the last time, and reads on for the sums of saved recordings. Recordings without
+    /// sums after 0.4 s are reported without them, so that ending a session takes no longer.
     pub fn finish(&mut self, now: Instant) {
         self.poll(now);
         let begun = Instant::now();
@@ -278,7 +278,7 @@ impl RecorderTask {
         self.publish();
     }
 
-    /// Runs until the sender is gone.
+    /// Runs until the sender is dropped.
     pub fn run(mut self) {
         loop {
             let wait = if self.core.is_summing() {
@@ -301,10 +301,10 @@ impl RecorderTask {
         }
     }
 
-    /// Runs on a thread of its own.
+    /// Runs on a new thread.
     ///
     /// # Errors
-    /// The operating system has no thread to give.
+    /// The operating system cannot create a thread.
     pub fn spawn(self) -> io::Result<JoinHandle<()>> {
         thread::Builder::new()
             .name("recorder".to_owned())
@@ -344,16 +344,15 @@ impl RecorderTask {
         }
         drop(shown);
         while let Some(notice) = self.core.take_notice() {
-            // Recording goes on even if nobody receives the notices.
+            // Recording continues even if the receiver of the notices was dropped.
             let _ = self.notices.send(notice);
         }
     }
 }
 
-/// Makes a recorder whose queue holds `data_capacity` messages with data.
+/// Creates a recorder with a queue for `data_capacity` messages with data.
 ///
-/// DESIGN.md asks for 10 s: that many seconds divided by the length of an audio block, times the messages sent per
-/// block.
+/// DESIGN.md requires 10 s: that many seconds divided by the length of an audio block, times the messages sent per block.
 #[must_use]
 pub fn recorder(data_capacity: usize) -> (RecorderSender, Receiver<RecorderNotice>, RecorderTask) {
     let (queue, waiting) = crossbeam_channel::bounded(data_capacity + RESERVED);
@@ -393,7 +392,7 @@ mod tests {
             );
         }
         recorder.poll(Instant::now());
-        // Made before, and looked at now.
+        // The recorder was created before `begun`, but has just checked its queue.
         assert!(gauge.behind_s() < begun.elapsed().as_secs_f64());
     }
 }

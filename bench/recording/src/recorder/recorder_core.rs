@@ -1,4 +1,4 @@
-//! The recorder without queue or clock of its own.
+//! Recorder without queue or clock.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -13,25 +13,25 @@ use crate::storage::{FileSystem, Storage};
 use crate::sums::Summing;
 use crate::writer::{Ending, OnDisk, RecordingWriter, WriteError};
 
-/// Time between syncs; together with the sync itself well under the 1 s within which everything must be on disk.
+/// Time between syncs; together with the sync well under the 1 s within which everything must be on disk.
 pub const SYNC_INTERVAL: Duration = Duration::from_millis(400);
 
-/// Bytes of a saved recording that are read back for its sums before the queue is looked at again: well under 0.1 s.
+/// Bytes of a saved recording read back for its sums before the queue is checked again: well under 0.1 s.
 const SUM_BYTES: usize = 4 << 20;
 
-/// Recorder without queue or clock of its own.
+/// Recorder without queue or clock.
 #[derive(Debug)]
 pub struct RecorderCore {
     storage: Arc<dyn Storage>,
     writer: Option<RecordingWriter>,
     status: RecorderStatus,
     synced_at: Option<Instant>,
-    /// Recordings that have ended and whose sums are being made, oldest first.
+    /// Ended recordings with unfinished sums, oldest first.
     summing: VecDeque<Ended>,
     notices: VecDeque<RecorderNotice>,
 }
 
-/// A recording that has ended and is synced.
+/// Recording that has ended and is synced.
 #[derive(Debug)]
 struct Ended {
     summing: Summing,
@@ -57,13 +57,13 @@ impl Default for RecorderCore {
 }
 
 impl RecorderCore {
-    /// Makes a recorder without an open recording.
+    /// Creates a recorder without an open recording.
     #[must_use]
     pub fn new() -> Self {
         Self::on(Arc::new(FileSystem))
     }
 
-    /// Makes a recorder without an open recording, on any storage.
+    /// Creates a recorder without an open recording, on any storage.
     #[must_use]
     pub fn on(storage: Arc<dyn Storage>) -> Self {
         Self {
@@ -76,7 +76,7 @@ impl RecorderCore {
         }
     }
 
-    /// Takes one message. Errors become notices; data outside a recording are discarded.
+    /// Handles one message. Errors become notices; data outside a recording are discarded.
     pub fn handle(&mut self, message: RecorderMessage) {
         match message {
             RecorderMessage::Begin(begin) => self.begin(*begin),
@@ -101,7 +101,7 @@ impl RecorderCore {
         }
     }
 
-    /// Syncs when [`SYNC_INTERVAL`] has passed since the last sync; `now` is the monotonic clock, also in lock step.
+    /// Syncs if [`SYNC_INTERVAL`] has passed since the last sync; `now` is the monotonic clock, also in lock step.
     pub fn tick(&mut self, now: Instant) {
         let due = self
             .synced_at
@@ -112,7 +112,7 @@ impl RecorderCore {
         }
     }
 
-    /// Reads on in the oldest recording without sums; when nothing else waits. [`RecorderNotice::Saved`] follows.
+    /// Reads on in the oldest recording without sums; to be called when idle. [`RecorderNotice::Saved`] follows.
     pub fn sum(&mut self) {
         let Some(ended) = self.summing.front_mut() else {
             return;
@@ -127,13 +127,13 @@ impl RecorderCore {
         }
     }
 
-    /// Returns whether recordings wait for their sums.
+    /// Returns whether recordings still lack their sums.
     #[must_use]
     pub fn is_summing(&self) -> bool {
         !self.summing.is_empty()
     }
 
-    /// Reports recordings that wait for their sums as saved without.
+    /// Reports recordings without finished sums as saved without them.
     pub(super) fn leave_sums(&mut self) {
         let ended = self.summing.drain(..);
         self.notices.extend(ended.map(|ended| ended.saved()));
@@ -205,7 +205,7 @@ impl RecorderCore {
         }
     }
 
-    /// Ends the recording at this sample, because data were lost on their way to the recorder.
+    /// Ends the recording at this sample, because data were lost on the way to the recorder.
     pub(super) fn overflow(&mut self, messages: u64, frames: u64) {
         let Some(writer) = &mut self.writer else {
             return;

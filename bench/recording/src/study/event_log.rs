@@ -1,7 +1,7 @@
-//! The log of a session: start, descriptors, events and stop in the manner of bluesky, one JSON object per line.
+//! Log of a session: start, descriptors, events and stop in the manner of bluesky, one JSON object per line.
 //!
-//! Every document is on disk when the call of [`EventLog`] that appends it returns. A log that does not end in a stop
-//! is of a session that was killed; a resumed session appends another start. A log is not written longer than it is read.
+//! Every document is on disk when the call of [`EventLog`] that appends it returns. A log without a stop at its end
+//! belongs to a killed session; a resumed session appends another start. A log never exceeds the size limit for reading.
 
 use std::collections::BTreeMap;
 use std::io::{self, SeekFrom};
@@ -15,10 +15,10 @@ use crate::DiskError;
 use crate::disk::{self, OnPath};
 use crate::storage::{FileSystem, Storage, StoredFile};
 
-/// Longest log that is written and read, bytes: some 120 000 events, four hundred times those of a long session.
+/// Maximum size of a log, bytes: some 120 000 events, four hundred times as many as in a long session.
 const LIMIT_BYTES: u64 = 64 << 20;
 
-/// Bytes of a log that are kept for its stop.
+/// Bytes of a log that are reserved for its stop.
 const STOP_BYTES: u64 = 64 << 10;
 
 /// Line of the log.
@@ -35,23 +35,23 @@ pub enum Document {
     Stop(Stop),
 }
 
-/// Start of a session: all that is needed to repeat it.
+/// Start of a session, with everything needed to repeat it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     /// Wall clock, RFC 3339.
     pub time: String,
-    /// Whether an earlier part of this session precedes.
+    /// Whether this part resumes an earlier part of the session.
     pub resumed: bool,
-    /// Participant's identifier.
+    /// Identifier of the participant.
     pub participant: String,
     /// Number of the session, from 1.
     pub session: u32,
     /// Name of the protocol.
     pub protocol: String,
-    /// File in the session's folder that holds the protocol as this part follows it; absent in logs of earlier versions.
+    /// File in the session's folder with the protocol of this part; absent in logs of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub protocol_file: Option<String>,
-    /// Keys of the protocol that were edited since the part before, each with its values; empty unless the operator
+    /// Keys of the protocol that were edited since the previous part, each with both values; empty unless the operator
     /// accepted an edited protocol.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub protocol_edits: Vec<String>,
@@ -61,17 +61,17 @@ pub struct Start {
     pub software: String,
     /// Version of the program.
     pub version: String,
-    /// Devices by what they are for.
+    /// Devices by purpose.
     pub devices: BTreeMap<String, String>,
-    /// The calibration in use; null if uncalibrated.
+    /// Calibration in use; null if uncalibrated.
     pub calibration: Option<String>,
-    /// The whole effective configuration.
+    /// Effective configuration.
     pub configuration: Value,
-    /// Faults that are injected on purpose, such as `estop@12s`; absent in a session of data.
+    /// Faults injected on purpose, such as `estop@12s`; absent in a session with real data.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rehearsed: Vec<String>,
-    /// Rows of the preflight: what was looked at, its verdict and what was found, the times of the exercised stops among
-    /// them. Null in logs of versions that had none.
+    /// Rows of the preflight: check, verdict and finding, including the times of the exercised stops. Null in logs of
+    /// versions without preflight.
     #[serde(default)]
     pub preflight: Value,
 }
@@ -81,7 +81,7 @@ pub struct Start {
 pub struct Descriptor {
     /// Name of the stream.
     pub stream: String,
-    /// The keys of `data` in its events.
+    /// Keys of `data` in its events.
     pub data_keys: BTreeMap<String, DataKey>,
 }
 
@@ -106,9 +106,9 @@ pub struct LogEvent {
     pub seq_num: u64,
     /// Wall clock, RFC 3339.
     pub time: String,
-    /// Seconds on the audio clock since the session began, which wall clock jumps leave alone.
+    /// Time on the audio clock since the session began, s; not affected by jumps of the wall clock.
     pub audio_s: f64,
-    /// The values.
+    /// Values.
     pub data: Map<String, Value>,
 }
 
@@ -126,53 +126,53 @@ pub struct Stop {
     pub num_events: u64,
 }
 
-/// How a session ended.
+/// Exit status of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ExitStatus {
     /// All trials are done.
     Success,
-    /// The operator broke it off.
+    /// The operator aborted the session.
     Abort,
-    /// A fault broke it off.
+    /// A fault ended the session.
     Fail,
 }
 
-/// Why a log cannot be written or read.
+/// Error of writing or reading a log.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum EventLogError {
     /// The operating system refused.
     #[error(transparent)]
     Disk(#[from] DiskError),
-    /// A line is no document, and not merely torn by a killed process.
+    /// A line is not a document, and was not merely torn by a killed process.
     #[error("{}: line {line}: {reason}", path.display())]
     Line {
-        /// The log.
+        /// Path of the log.
         path: PathBuf,
-        /// The line, from 1.
+        /// Number of the line, from 1.
         line: usize,
         /// Error text of the parser.
         reason: String,
     },
-    /// Nobody could read the log any more if it grew on.
+    /// The log would become too long to be read.
     #[error(
         "{}: a document of {bytes} bytes would make the log longer than the {limit_bytes} bytes that are read: \
          begin another session with --new-session",
         path.display()
     )]
     Full {
-        /// The log.
+        /// Path of the log.
         path: PathBuf,
-        /// Length of the document.
+        /// Length of the document, bytes.
         bytes: u64,
-        /// Longest log.
+        /// Maximum length of the log, bytes.
         limit_bytes: u64,
     },
-    /// JSON cannot hold a value.
+    /// JSON cannot represent a value.
     #[error("a document for {} cannot be written: {reason}", path.display())]
     Json {
-        /// The log.
+        /// Path of the log.
         path: PathBuf,
         /// Error text of the serialiser.
         reason: String,
@@ -184,7 +184,7 @@ pub enum EventLogError {
 pub struct LogContent {
     /// Documents in order.
     pub documents: Vec<Document>,
-    /// Torn lines, from 1, each the last before a killed process; they are left out.
+    /// Numbers of torn lines, from 1, each the last line of a killed process; they are omitted.
     pub torn_lines: Vec<usize>,
 }
 
@@ -212,15 +212,15 @@ pub struct EventLog {
     path: PathBuf,
     storage: Arc<dyn Storage>,
     file: Box<dyn StoredFile>,
-    /// Length of the whole lines.
+    /// Length of the complete lines, bytes.
     bytes: u64,
     events: u64,
-    /// Whether the last line may be torn or not on the disk: another one after it would make the log unreadable.
+    /// Whether the last line may be torn or not on disk; a further line would make the log unreadable.
     spoilt: bool,
 }
 
 impl EventLog {
-    /// Makes a new log; a file that exists is an error.
+    /// Creates a log; fails if the file exists.
     ///
     /// # Errors
     /// The operating system refused.
@@ -228,7 +228,7 @@ impl EventLog {
         Self::create_on(Arc::new(FileSystem), path)
     }
 
-    /// As [`create`](Self::create), on any storage.
+    /// Does the same as [`create`](Self::create), on any storage.
     ///
     /// # Errors
     /// The disk refused.
@@ -237,15 +237,15 @@ impl EventLog {
         Self::open_on(storage, path).map(|(log, _)| log)
     }
 
-    /// Opens a log to append to it, ending a line that a killed process left torn.
+    /// Opens a log for appending; ends a line torn by a killed process.
     ///
     /// # Errors
-    /// The operating system refused, or a line is no document.
+    /// The operating system refused, or a line is not a document.
     pub fn open(path: PathBuf) -> Result<(Self, LogContent), EventLogError> {
         Self::open_on(Arc::new(FileSystem), path)
     }
 
-    /// As [`open`](Self::open), on any storage.
+    /// Does the same as [`open`](Self::open), on any storage.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -357,26 +357,26 @@ impl EventLog {
         }
         let written = self.file.write_all(line.as_bytes());
         if written.is_err() {
-            // Half a line would spoil the next one.
+            // Half a line would corrupt the next one.
             self.spoilt = self.file.set_len(self.bytes).is_err();
         }
         written.on("write", &self.path)?;
         self.bytes += line.len() as u64;
         self.events += u64::from(matches!(document, Document::Event(_)));
         let synced = self.file.sync_data();
-        // A second sync could succeed after the system dropped what it could not write.
+        // A second sync could succeed after the system dropped unwritten data.
         self.spoilt = synced.is_err();
         synced.on("sync", &self.path)?;
-        // An unlinked file syncs without complaint.
+        // Syncing an unlinked file succeeds.
         self.storage.find(&self.path).on("find", &self.path)?;
         Ok(())
     }
 }
 
-/// Reads a log. A line that cannot be read is left out if nothing or a start follows it: a killed process tore it.
+/// Reads a log. An unreadable line at the end or before a start was torn by a killed process and is omitted.
 ///
 /// # Errors
-/// The operating system refused, or another line is no document.
+/// The operating system refused, or another line is not a document.
 pub fn read(path: &Path) -> Result<LogContent, EventLogError> {
     parse(&files::read(path, LIMIT_BYTES).on("read", path)?, path)
 }
@@ -415,7 +415,7 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("events.jsonl");
         let mut log = EventLog::create(path.clone()).unwrap();
-        // Most of it in one document, as nobody waits for a hundred thousand that are synced.
+        // Mostly in one document, because syncing a hundred thousand documents takes too long.
         let mut length = (LIMIT_BYTES - STOP_BYTES) as usize - 1000;
         let mut events = 0;
         while length > 0 {

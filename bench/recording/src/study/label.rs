@@ -6,7 +6,7 @@ use std::str::FromStr;
 /// Part of a session: practice or experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum TrialBlock {
-    /// Trials to get used to the task, which are not analysed.
+    /// Trials to practise the task, which are not analysed.
     Practice,
     /// Trials of the experiment.
     Main,
@@ -24,7 +24,7 @@ pub struct TrialLabel {
 }
 
 impl TrialLabel {
-    /// Makes the label of an attempt in a session that begins with `practice_trials` practice trials; each part of the
+    /// Creates the label of an attempt in a session that begins with `practice_trials` practice trials; each part of the
     /// session is counted from 1.
     #[must_use]
     pub fn new(key: &protocols::TrialKey, practice_trials: u32) -> Self {
@@ -91,7 +91,7 @@ impl FromStr for TrialLabel {
                 number: number.parse().ok()?,
                 attempt: attempt.parse().ok()?,
             };
-            // Only the one spelling that is written: no `+1`, no other padding.
+            // Only the canonical spelling: no `+1`, no other padding.
             (label.number >= 1 && label.attempt >= 1 && label.to_string() == name).then_some(label)
         };
         parse().ok_or_else(|| NoTrialLabel {

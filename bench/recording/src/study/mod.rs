@@ -1,4 +1,4 @@
-//! Study folders: participants, sessions, trials. A study only grows; nothing in it is overwritten.
+//! Study folders: participants, sessions, trials. A study only grows; its files are never overwritten.
 //!
 //! ```text
 //! STUDY/dataset_description.json
@@ -38,7 +38,7 @@ use crate::disk::{self, DiskError, OnPath};
 use crate::lock::Lock;
 use crate::storage::{FileSystem, Storage};
 
-/// Lock file of the instance that works on the study.
+/// Lock file of the instance that uses the study.
 pub const LOCK_FILE: &str = ".friction-bench.lock";
 
 /// `dataset_description.json`, with the keys of BIDS.
@@ -49,7 +49,7 @@ pub struct Description {
     pub name: String,
     /// Type of the data, `raw`.
     pub dataset_type: String,
-    /// Programs that wrote it.
+    /// Programs that wrote the study.
     pub generated_by: Vec<GeneratedBy>,
 }
 
@@ -63,7 +63,7 @@ pub struct GeneratedBy {
     pub version: String,
 }
 
-/// Study, locked against other instances for as long as the value lives.
+/// Study, locked against other instances until it is dropped.
 #[derive(Debug)]
 pub struct Study {
     folder: PathBuf,
@@ -73,10 +73,10 @@ pub struct Study {
 }
 
 impl Study {
-    /// Opens the study in `folder`, or makes one named after the folder; missing folders above it are made too.
+    /// Opens the study in `folder`, or creates one named after the folder; missing parent folders are created too.
     ///
     /// # Errors
-    /// The folder holds something else, or another instance holds the study.
+    /// The folder contains other files, or another instance uses the study.
     pub fn open_or_create(folder: &Path, generated_by: GeneratedBy) -> Result<Self, StudyError> {
         fs::create_dir_all(folder).on("create", folder)?;
         let description_path = folder.join(DESCRIPTION_FILE);
@@ -89,8 +89,7 @@ impl Study {
         Self::open_locked(Arc::new(FileSystem), folder, generated_by, Some(lock))
     }
 
-    /// Opens the study in `folder` of a storage that no other program can reach, and so without a lock, or makes one
-    /// there.
+    /// Opens or creates the study in `folder` of a storage that no other program can reach, and therefore without a lock.
     ///
     /// # Errors
     /// The disk refused.
@@ -126,10 +125,10 @@ impl Study {
         })
     }
 
-    /// Opens the study in `folder`, which must be one.
+    /// Opens the existing study in `folder`.
     ///
     /// # Errors
-    /// The folder holds no study, or another instance holds it.
+    /// The folder is not a study, or another instance uses it.
     pub fn open(folder: &Path) -> Result<Self, StudyError> {
         let description = folder.join(DESCRIPTION_FILE);
         if !description.is_file() {
@@ -146,21 +145,21 @@ impl Study {
         })
     }
 
-    /// Returns what the study holds of a participant, beside what other participants' folders say.
+    /// Returns the data of a participant in the study, without searching other participants' folders.
     ///
     /// # Errors
-    /// [`StudyError::NoParticipant`]; [`StudyError::Link`] where the participant's folder is a symbolic link; or
-    /// something in it cannot be read.
+    /// [`StudyError::NoParticipant`]; [`StudyError::Link`] if the participant's folder is a symbolic link; or a file in
+    /// it cannot be read.
     pub fn traces(&self, participant: &ParticipantId) -> Result<Traces, StudyError> {
         Traces::find(&self.folder, participant)
     }
 
-    /// Removes what [`Study::traces`] found of a participant: its folder, with whatever came into it since, and its
-    /// line of `participants.tsv`. A line in [`REMOVALS_FILE`] says that somebody was removed on `date`. Everything is
-    /// on disk when this returns; if it was broken off, it can be done again.
+    /// Removes the data that [`Study::traces`] found of a participant: the folder with its current content, and the lines
+    /// of `participants.tsv` and `exclusions.tsv`. A line in [`REMOVALS_FILE`] states that a participant was removed on
+    /// `date`. Everything is on disk when this returns; if it was interrupted, it can be repeated.
     ///
     /// # Errors
-    /// The operating system refused; what was not removed is still found by [`Study::traces`].
+    /// The operating system refused; [`Study::traces`] still finds the remaining data.
     pub fn remove(&self, traces: &Traces, date: &str) -> Result<(), StudyError> {
         traces.remove(&self.folder, date)
     }
@@ -195,8 +194,8 @@ impl Study {
         Ok(last.unwrap_or(0).saturating_add(1))
     }
 
-    /// Requires that no participant of the study differs from this one in upper and lower case only: their folders are one
-    /// on a disk that does not tell cases apart.
+    /// Requires that no participant of the study has an identifier that differs from this one only in case: their folders
+    /// would be the same on a disk that ignores case.
     fn require_one_case(&self, participant: &ParticipantId) -> Result<(), StudyError> {
         let path = self.folder.join(PARTICIPANTS_FILE);
         let table = participants::Table::read(&*self.storage, &path)?;
@@ -210,11 +209,12 @@ impl Study {
         }
     }
 
-    /// Begins a session: its folder and its log, and the participant's line in `participants.tsv` if it is the first.
-    /// `date` is the day as `2026-01-31`, `protocol` the protocol's name.
+    /// Begins a session: creates its folder and log, and the participant's line in `participants.tsv` if it is their
+    /// first session. `date` is the day as `2026-01-31`, `protocol` the protocol's name.
     ///
     /// # Errors
-    /// [`StudyError::OtherCase`]; [`StudyError::SessionExists`], which names the next free session, if the session was held already.
+    /// [`StudyError::OtherCase`]; [`StudyError::SessionExists`], with the next free session, if the session was held
+    /// already.
     pub fn begin_session(
         &self,
         participant: &ParticipantId,
@@ -232,9 +232,9 @@ impl Study {
         {
             return Err(error).on("create", &participant_folder)?;
         }
-        // Whoever is in the table has a folder.
+        // Every participant in the table has a folder.
         disk::sync_parent(storage, &participant_folder)?;
-        // Before the session can be resumed, because resuming registers nobody.
+        // Before the session can be resumed, because resuming does not register the participant.
         participants::register(storage, &self.folder, participant, date, protocol)?;
         match storage.create_folder(&folder) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
@@ -249,7 +249,7 @@ impl Study {
         SessionFolder::create(Arc::clone(&self.storage), folder)
     }
 
-    /// Returns what `participants.tsv` states of a participant; nothing of one who is not in it.
+    /// Returns the data of a participant in `participants.tsv`; empty if the participant is not listed.
     ///
     /// # Errors
     /// The table cannot be read.
@@ -258,15 +258,15 @@ impl Study {
         Ok(participants::Table::read(&*self.storage, &path)?.person(participant))
     }
 
-    /// Fills in what `participants.tsv` does not state yet of a participant; what it states stays.
+    /// Fills in missing data of a participant in `participants.tsv`; existing data are kept.
     ///
     /// # Errors
-    /// The disk refused; the table is as it was.
+    /// The disk refused; the table is unchanged.
     pub fn describe(&self, participant: &ParticipantId, person: &Person) -> Result<(), StudyError> {
         participants::describe(&*self.storage, &self.folder, participant, person)
     }
 
-    /// Opens a session that was broken off, to resume it.
+    /// Opens an interrupted session to resume it.
     ///
     /// # Errors
     /// The session does not exist, or it ended with success.
@@ -296,7 +296,7 @@ pub fn session_name(session: u32) -> String {
     format!("ses-{session:02}")
 }
 
-/// Returns the number of the last session in a participant's folder; `None` if there is none.
+/// Returns the number of the last session in a participant's folder; `None` without a session.
 ///
 /// # Errors
 /// The folder cannot be listed.
@@ -320,7 +320,7 @@ fn study_name(folder: &Path) -> String {
         )
 }
 
-/// Returns whether a folder holds nothing but a lock, left by an instance that was killed while it made the study.
+/// Returns whether a folder contains only a lock, left by an instance that was killed while creating the study.
 fn is_unused(folder: &Path) -> Result<bool, StudyError> {
     Ok(disk::entries(folder)?
         .iter()

@@ -1,6 +1,6 @@
-//! `participants.tsv`: a line for each participant, with the day of the first session and what is known of the person.
+//! `participants.tsv`: a line for each participant, with the day of the first session and the personal data stated.
 //!
-//! Columns are found by their names: a table of an earlier version lacks some, and a laboratory may have added its own.
+//! Columns are found by name: a table of an earlier version lacks some, and a laboratory may have added others.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ const DATE: &str = "first_session_date";
 const PROTOCOL: &str = "protocol";
 const HEADER: &str = "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness\n";
 
-/// A table in memory.
+/// Table in memory.
 pub(super) struct Table {
     columns: Vec<String>,
     rows: Vec<Vec<String>>,
@@ -29,7 +29,7 @@ impl Table {
             reason: reason.to_owned(),
         };
         let text = String::from_utf8(bytes).map_err(|_| broken("it is not UTF-8 text"))?;
-        // Spreadsheets mark their UTF-8 so.
+        // Spreadsheets begin UTF-8 files with this mark.
         let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
         let cells = |line: &str| line.split('\t').map(str::to_owned).collect::<Vec<_>>();
         let mut lines = text.lines().map(|line| line.trim_end_matches('\r'));
@@ -41,7 +41,7 @@ impl Table {
         Ok(Self { columns, rows })
     }
 
-    /// Replaces the file as a whole, so that no line is ever torn.
+    /// Replaces the file as a whole, so that lines are never torn.
     fn write(&self, storage: &dyn Storage, path: &Path) -> Result<(), DiskError> {
         let mut text = self.columns.join("\t") + "\n";
         for row in &self.rows {
@@ -50,7 +50,7 @@ impl Table {
         disk::replace_file_on(storage, path, text.as_bytes())
     }
 
-    /// Returns the participant who differs from this one in upper and lower case only.
+    /// Returns the participant with an identifier that differs from this one only in case.
     pub(super) fn in_other_case(&self, participant: &ParticipantId) -> Option<&str> {
         let wanted = participant.as_str();
         let mut known = self.rows.iter().map(|row| row[0].as_str());
@@ -62,7 +62,7 @@ impl Table {
         self.rows.iter().position(is)
     }
 
-    /// Returns the number of a column, which is added to every row if the table has none.
+    /// Returns the index of a column, which is added to every row if it is missing.
     fn column(&mut self, name: &str) -> usize {
         let at = self.columns.iter().position(|column| column == name);
         at.unwrap_or_else(|| {
@@ -78,7 +78,7 @@ impl Table {
         }
     }
 
-    /// Returns what the table says of a participant; a cell that says nothing known counts as not stated.
+    /// Returns the data of a participant; a cell with an unknown value counts as not stated.
     pub(super) fn person(&self, participant: &ParticipantId) -> Person {
         let mut person = Person::default();
         if let Some(row) = self.row(participant) {
@@ -92,7 +92,7 @@ impl Table {
     }
 }
 
-/// Makes an empty table unless there is one.
+/// Creates an empty table if it is missing.
 pub(super) fn require_table(storage: &dyn Storage, path: &Path) -> Result<(), DiskError> {
     if disk::exists(storage, path)? {
         return Ok(());
@@ -113,7 +113,7 @@ pub(super) fn require_cells(date: &str, protocol: &str) -> Result<(), StudyError
     Ok(())
 }
 
-/// Adds the participant's line unless the table has one.
+/// Adds the participant's line if it is missing.
 pub(super) fn register(
     storage: &dyn Storage,
     folder: &Path,
@@ -124,7 +124,7 @@ pub(super) fn register(
     let path = &folder.join(PARTICIPANTS_FILE);
     let mut table = Table::read(storage, path)?;
     if table.row(participant).is_some() {
-        // A copy that was not synced before is now.
+        // This also syncs a file that an earlier attempt left unsynced.
         return Ok(disk::sync_parent(storage, path)?);
     }
     let (date_at, protocol_at) = (table.column(DATE), table.column(PROTOCOL));
@@ -139,7 +139,7 @@ pub(super) fn register(
     Ok(table.write(storage, path)?)
 }
 
-/// Fills in what the table does not state yet of a participant. What it states stays: an age is that at the first session.
+/// Fills in missing data of a participant. Existing data are kept: an age is the one at the first session.
 pub(super) fn describe(
     storage: &dyn Storage,
     folder: &Path,

@@ -1,4 +1,4 @@
-//! Removes a participant from a study.
+//! Removal of a participant from a study.
 
 use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
@@ -9,35 +9,35 @@ use protocols::ParticipantId;
 use super::study_error::{EXCLUSIONS_FILE, PARTICIPANTS_FILE, StudyError};
 use crate::disk::{self, DiskError, OnPath};
 
-/// File with one line for each participant who was removed: the date, and nothing of the person.
+/// File with one line for each removed participant: the date, without any personal data.
 pub const REMOVALS_FILE: &str = "removals.tsv";
 
 const REMOVALS_HEADER: &str = "removed_on\twhat\n";
-/// Largest file beside the participants' folders that is searched for a participant, bytes.
+/// Maximum size of a file searched for a participant, bytes; files in participants' folders are not searched.
 const SEARCHED_BYTES: u64 = 16 << 20;
-/// Levels of folders beside the participants' folders that are searched.
+/// Maximum depth of folders searched, apart from participants' folders.
 const SEARCHED_DEPTH: usize = 4;
 
-/// What a study holds of a participant.
+/// Data of a participant in a study.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Traces {
     participant: String,
-    /// The participant's folder, if there is one.
+    /// The participant's folder, if it exists.
     pub folder: Option<PathBuf>,
-    /// Folders in it, itself included.
+    /// Number of folders in it, including itself.
     pub folders: u64,
-    /// Files in it.
+    /// Number of files in it.
     pub files: u64,
-    /// Symbolic links in it, which are removed without what they lead to.
+    /// Number of symbolic links in it, which are removed without their targets.
     pub links: u64,
-    /// Bytes of the files.
+    /// Total size of the files, bytes.
     pub bytes: u64,
     /// Whether the participant is in `participants.tsv`.
     pub listed: bool,
-    /// Lines of `exclusions.tsv` about the participant.
+    /// Number of lines of `exclusions.tsv` about the participant.
     pub exclusions: usize,
-    /// Files of the study, outside all participants' folders, that have the participant's identifier in their name or
-    /// text. They are not removed.
+    /// Files of the study, outside all participants' folders, with the participant's identifier in their name or text.
+    /// They are not removed.
     pub elsewhere: Vec<PathBuf>,
 }
 
@@ -87,18 +87,18 @@ impl Traces {
         line.split('\t').next() == Some(&self.participant)
     }
 
-    /// Returns whether a line of `exclusions.tsv`, whose columns may be in any order, is about the participant.
+    /// Returns whether a line of `exclusions.tsv` is about the participant; its columns may be in any order.
     fn is_excluded_by(&self, line: &str) -> bool {
         line.split('\t').any(|cell| cell.trim() == self.participant)
     }
 
-    /// Counts what is in a folder; links are counted and not followed.
+    /// Counts the content of a folder; links are counted and not followed.
     fn count(&mut self, folder: &Path) -> Result<(), DiskError> {
         self.folders += 1;
         for entry in fs::read_dir(folder).on("list", folder)? {
             let entry = entry.on("list", folder)?;
             let path = entry.path();
-            // Of the entry itself, not of what it may lead to.
+            // Metadata of the entry itself, not of a link's target.
             let found = entry.metadata().on("read", &path)?;
             if found.is_symlink() {
                 self.links += 1;
@@ -112,7 +112,7 @@ impl Traces {
         Ok(())
     }
 
-    /// Looks for the participant beside the participants' folders.
+    /// Searches for the participant outside the participants' folders.
     fn search(&mut self, folder: &Path, depth: usize) -> Result<(), DiskError> {
         for entry in fs::read_dir(folder).on("list", folder)? {
             let entry = entry.on("list", folder)?;
@@ -133,7 +133,7 @@ impl Traces {
                 if name != EXCLUSIONS_FILE {
                     return text;
                 }
-                // What stays of it.
+                // Lines that will remain after the removal.
                 let lines = text.split_inclusive(|byte| *byte == b'\n');
                 let stays = |line: &&[u8]| !self.is_excluded_by(&String::from_utf8_lossy(line));
                 lines.filter(stays).collect::<Vec<_>>().concat()
@@ -146,7 +146,7 @@ impl Traces {
         Ok(())
     }
 
-    /// Returns whether a text has the identifier, and not merely a longer one that begins with it.
+    /// Returns whether a text contains the identifier, other than as the beginning of a longer one.
     fn is_named_in(&self, text: &[u8]) -> bool {
         let name = self.participant.as_bytes();
         text.windows(name.len()).enumerate().any(|(at, window)| {
@@ -163,12 +163,12 @@ impl Traces {
                         path: folder.clone(),
                     });
                 }
-                // It follows no links itself.
+                // `remove_dir_all` does not follow links.
                 _ => fs::remove_dir_all(folder).on("remove", folder)?,
             }
             disk::sync_folder(study)?;
         }
-        // Before the last trace is gone: if the program is killed, a line too many is better than none.
+        // Before the last trace is removed: if the program is killed, a superfluous line is better than a missing one.
         note_removal(study, date)?;
         if self.exclusions > 0 {
             remove_lines(study, EXCLUSIONS_FILE, |line| self.is_excluded_by(line))?;

@@ -6,9 +6,9 @@ use super::study_error::StudyError;
 use crate::AudioFormat;
 use crate::disk::OnPath;
 
-/// Longest usual line of `force.csv`: 14 characters of time, twice 12 of force, separators.
+/// Longest usual line of `force.csv`, bytes: 14 characters of time, twice 12 of force, separators.
 const FORCE_ROW_BYTES: f64 = 41.0;
-/// Longest usual line of `position.csv`.
+/// Longest usual line of `position.csv`, bytes.
 const POSITION_ROW_BYTES: f64 = 28.0;
 
 /// Rates of the data of a recording.
@@ -23,7 +23,7 @@ pub struct DataRates {
 }
 
 impl DataRates {
-    /// Returns the bytes that a recording of `duration_s` seconds takes, rounded up; an upper estimate.
+    /// Returns an upper estimate of the size of a recording of `duration_s` seconds, bytes, rounded up.
     #[must_use]
     pub fn bytes(&self, duration_s: f64) -> u64 {
         let audio = f64::from(self.audio.sample_rate_hz) * self.audio.frame_bytes() as f64;
@@ -32,10 +32,10 @@ impl DataRates {
     }
 }
 
-/// Returns the bytes that this user may still write on the disk of `path`, which must exist.
+/// Returns the bytes that this user may still write to the disk of `path`, which must exist.
 ///
 /// # Errors
-/// The operating system refused, or the platform does not tell (WebAssembly).
+/// The operating system refused, or the platform does not report it (WebAssembly).
 pub fn free_bytes(path: &Path) -> Result<u64, StudyError> {
     Ok(available_space(path).on("ask for the free space of", path)?)
 }

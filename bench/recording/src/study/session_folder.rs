@@ -1,4 +1,4 @@
-//! A session's folder.
+//! Folder of a session.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use crate::disk;
 use crate::reader::{self, ReadError};
 use crate::storage::Storage;
 
-/// File of a session's log.
+/// Log of a session.
 pub const EVENTS_FILE: &str = "events.jsonl";
 
 /// Folder of a session, with its log open for appending.
@@ -28,7 +28,7 @@ pub struct SessionFolder {
 pub struct RecordedTrial {
     /// Trial and attempt.
     pub label: TrialLabel,
-    /// The folder.
+    /// Folder of the recording.
     pub folder: PathBuf,
     /// Description of the recording; its trial has no `end` if the recording was cut off.
     pub manifest: Result<Manifest, ReadError>,
@@ -47,7 +47,7 @@ impl SessionFolder {
     pub(super) fn open(storage: Arc<dyn Storage>, folder: PathBuf) -> Result<Self, StudyError> {
         let path = folder.join(EVENTS_FILE);
         if !disk::exists(&*storage, &path)? {
-            // Killed between making the folder and the log.
+            // The program was killed between creating the folder and the log.
             return Self::create(storage, folder);
         }
         let (log, before) = EventLog::open_on(Arc::clone(&storage), path)?;
@@ -65,7 +65,7 @@ impl SessionFolder {
         &self.folder
     }
 
-    /// Returns what the log held when the session was opened; nothing for a new session.
+    /// Returns the content of the log when the session was opened; empty for a new session.
     #[must_use]
     pub fn log_before(&self) -> &LogContent {
         &self.before
@@ -82,11 +82,11 @@ impl SessionFolder {
             .is_some_and(|stop| stop.exit_status == ExitStatus::Success)
     }
 
-    /// Keeps a copy of a file that this session depends on, such as the protocol, and returns where it is. If the
-    /// session has another content under that name already (it was resumed after an edit), the copy is numbered.
+    /// Stores a copy of a file that this session depends on, such as the protocol, and returns its path. If the session
+    /// has another content under that name already (it was resumed after an edit), the copy is numbered.
     ///
     /// # Errors
-    /// The name has folders in it, or the operating system refused.
+    /// The name includes folders, or the operating system refused.
     pub fn snapshot(&self, name: &str, contents: &str) -> Result<PathBuf, StudyError> {
         let plain = Path::new(name).file_name() == Some(name.as_ref()) && !name.contains('\\');
         if !plain {
@@ -107,7 +107,7 @@ impl SessionFolder {
             }
             let held = disk::read_on(&*self.storage, &path, contents.len() as u64);
             if held.is_ok_and(|held| held == contents.as_bytes()) {
-                // An earlier attempt may have failed after it was written.
+                // An earlier attempt may have failed after writing the file.
                 disk::sync_parent(&*self.storage, &path)?;
                 return Ok(path);
             }
@@ -115,7 +115,7 @@ impl SessionFolder {
         }
     }
 
-    /// Returns the folder for a new recording, which does not exist yet; the recorder makes it.
+    /// Returns the folder for a new recording, which does not exist yet; the recorder creates it.
     ///
     /// # Errors
     /// [`StudyError::TrialExists`] if the attempt was recorded already.

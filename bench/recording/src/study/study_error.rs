@@ -1,4 +1,4 @@
-//! Why a study or a session of it cannot be used.
+//! Errors of studies and their sessions.
 
 use std::path::PathBuf;
 
@@ -6,14 +6,14 @@ use super::event_log::EventLogError;
 use crate::DiskError;
 use crate::lock;
 
-/// File that describes the study, in the manner of BIDS.
+/// Description of the study, in the manner of BIDS.
 pub const DESCRIPTION_FILE: &str = "dataset_description.json";
 /// File with one line per participant.
 pub const PARTICIPANTS_FILE: &str = "participants.tsv";
-/// File with one line for each participant, session or trial that the analysis leaves out.
+/// File with one line for each participant, session or trial that is excluded from the analysis.
 pub const EXCLUSIONS_FILE: &str = "exclusions.tsv";
 
-/// Why a study cannot be used.
+/// Error of using a study.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyError {
@@ -32,13 +32,13 @@ pub enum StudyError {
         /// The folder.
         path: PathBuf,
     },
-    /// The folder holds no study.
+    /// The folder is not a study.
     #[error("{} is not a study: it has no {DESCRIPTION_FILE}; check the spelling", path.display())]
     NoStudy {
         /// The folder.
         path: PathBuf,
     },
-    /// The study holds nothing of a participant.
+    /// The study has no data of a participant.
     #[error("{} holds nothing of {participant}; check the spelling", path.display())]
     NoParticipant {
         /// The study's folder.
@@ -46,7 +46,7 @@ pub enum StudyError {
         /// The participant.
         participant: String,
     },
-    /// The study knows the participant by another case of letters, which some disks do not tell apart.
+    /// The study has the participant in another case, and some disks ignore case.
     #[error(
         "{participant} and {known}, which {} knows, differ in upper and lower case only: write {known} if it is the same \
          person, or choose another code",
@@ -57,10 +57,10 @@ pub enum StudyError {
         path: PathBuf,
         /// The participant.
         participant: String,
-        /// The one that the study knows.
+        /// Identifier in the study.
         known: String,
     },
-    /// A symbolic link stands where a folder of the study is expected.
+    /// A folder of the study is a symbolic link.
     #[error(
         "{} is a symbolic link, which is not followed out of the study; remove it, and what it leads to, by hand",
         path.display()
@@ -74,7 +74,7 @@ pub enum StudyError {
     Description {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the fault.
         reason: String,
     },
     /// Another instance uses the study.
@@ -82,10 +82,10 @@ pub enum StudyError {
     InUse {
         /// The study.
         path: PathBuf,
-        /// Process that holds the lock, if it left its number.
+        /// Process that holds the lock, if known.
         holder: Option<u32>,
     },
-    /// The session was held already.
+    /// The session exists already.
     #[error(
         "{} exists already and is never overwritten; go on with it by `--resume`, or begin session {next} by `--new-session`",
         path.display()
@@ -93,7 +93,7 @@ pub enum StudyError {
     SessionExists {
         /// The session's folder.
         path: PathBuf,
-        /// The first free session number.
+        /// First free session number.
         next: u32,
     },
     /// The session to be resumed does not exist.
@@ -102,12 +102,12 @@ pub enum StudyError {
         /// The session's folder.
         path: PathBuf,
     },
-    /// The session has ended with success.
+    /// The session ended with success.
     #[error("{} has ended; begin session {next} by `--new-session`", path.display())]
     SessionEnded {
         /// The session's folder.
         path: PathBuf,
-        /// The first free session number.
+        /// First free session number.
         next: u32,
     },
     /// The trial was recorded already.
@@ -132,10 +132,10 @@ pub enum StudyError {
     Table {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the fault.
         reason: String,
     },
-    /// The name of a snapshot is no plain file name.
+    /// The name of a snapshot is not a plain file name.
     #[error("a snapshot cannot be named {name:?}; a file name without folders is needed")]
     SnapshotName {
         /// The name.
@@ -147,7 +147,7 @@ pub enum StudyError {
         path.display(), *free as f64 / 1e9, *needed as f64 / 1e9
     )]
     NoRoom {
-        /// A folder on the disk.
+        /// Folder on the disk.
         path: PathBuf,
         /// Bytes free.
         free: u64,

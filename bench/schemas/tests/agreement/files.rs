@@ -1,4 +1,4 @@
-//! The files that come with the program, and their readers.
+//! Shipped files and their readers.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ fn table(text: &str) -> Table {
     text.parse().unwrap()
 }
 
-/// Returns the TOML files below a folder whose names `wanted` takes.
+/// Returns the TOML files below a folder with names accepted by `wanted`.
 fn below(folder: &str, wanted: impl Fn(&str) -> bool) -> Vec<(String, Table)> {
     let mut found = Vec::new();
     let mut folders = vec![root().join(folder)];
@@ -38,7 +38,7 @@ fn below(folder: &str, wanted: impl Fn(&str) -> bool) -> Vec<(String, Table)> {
     found
 }
 
-/// Returns the files of a kind that come with the program, with their names.
+/// Returns the shipped files of a kind, with their names.
 pub fn shipped(name: &str) -> Vec<(String, Table)> {
     let seed = |name: &str| name.starts_with("sound");
     match name {
@@ -53,7 +53,7 @@ pub fn shipped(name: &str) -> Vec<(String, Table)> {
                     table(&config::whole_template()),
                 ),
             ];
-            // What other sensors change of the simulated bench.
+            // Changes of the simulated bench for other sensors.
             for sensor in ["channels", "netft", "field-box"] {
                 let file = format!("mock-bench-{sensor}.toml");
                 let mut whole = mock.clone();
@@ -64,7 +64,7 @@ pub fn shipped(name: &str) -> Vec<(String, Table)> {
             files
         }
         "calibration" => {
-            // None comes with the program: a bench that was never calibrated has a calibration of nothing.
+            // No calibration is shipped: a bench that was never calibrated has an empty one.
             let config = Config::parse(config::TEMPLATE, "template").unwrap();
             let identity = Identity::of(&config, "in".to_owned(), "out".to_owned());
             let text = CalibrationFile::of(identity).to_text().unwrap();
@@ -91,7 +91,7 @@ pub fn shipped(name: &str) -> Vec<(String, Table)> {
     }
 }
 
-/// Returns why the reader cannot take a file's keys and types, whatever the rules for its values.
+/// Returns the reader's error for a file's keys and types, without the rules for its values.
 fn structure(name: &str, table: &Table) -> Result<(), TomlError> {
     let text = table.to_string();
     match name {
@@ -99,7 +99,7 @@ fn structure(name: &str, table: &Table) -> Result<(), TomlError> {
             Err(ConfigError::Toml(error)) => Err(error),
             _ => Ok(()),
         },
-        // Its first line is read before the rest.
+        // The first line is read before the rest.
         "calibration" => {
             let mut rest = table.clone();
             let hash = rest.remove("sha256");
@@ -129,12 +129,12 @@ fn structure(name: &str, table: &Table) -> Result<(), TomlError> {
     }
 }
 
-/// Returns whether the reader takes a file's keys and types.
+/// Returns whether the reader accepts a file's keys and types.
 pub fn accepts_structure(name: &str, table: &Table) -> bool {
     structure(name, table).is_ok()
 }
 
-/// Returns the keys that the reader knows where the key `0` stands.
+/// Returns the keys that the reader allows in the table with the unknown key `0`.
 pub fn unknown_key(name: &str, table: &Table) -> Vec<String> {
     match structure(name, table) {
         Err(TomlError::UnknownKey { key, known, .. }) if key == "0" => known,

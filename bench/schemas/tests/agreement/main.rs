@@ -1,4 +1,4 @@
-//! A schema takes and refuses what the reader of its file does.
+//! Tests that a schema accepts and refuses the same files as their reader.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -45,7 +45,7 @@ fn every_file_that_comes_with_the_program_is_valid() {
     }
 }
 
-/// The line by which an editor finds a schema.
+/// The first line tells an editor which schema to use.
 #[test]
 fn a_first_line_that_names_a_schema_is_read() {
     let text = format!("#:schema ./bench.schema.json\n{}", config::TEMPLATE);
@@ -55,7 +55,7 @@ fn a_first_line_that_names_a_schema_is_read() {
     );
 }
 
-/// Changes one thing of a table and of every table and list in it.
+/// Returns copies of a value, each with one change in one of its tables and lists.
 fn changed(value: &toml::Value, change: &dyn Fn(&Table) -> Vec<Table>) -> Vec<toml::Value> {
     match value {
         toml::Value::Table(table) => {
@@ -84,13 +84,13 @@ fn changed(value: &toml::Value, change: &dyn Fn(&Table) -> Vec<Table>) -> Vec<to
     }
 }
 
-/// Requires schema and reader to agree on every change of every file; returns how many both refused.
+/// Requires schema and reader to agree on every change of every file; returns the number of changes that both refused.
 fn both_agree(change: &dyn Fn(&Table) -> Vec<Table>) -> usize {
     let mut refused = 0;
     for name in schemas::names() {
         let mut validator = Validator::of(name);
         let mut samples = shipped(name);
-        // A few say it all: one made of the schema has every key.
+        // A few files suffice: the one made from the schema has every key.
         samples.truncate(2);
         samples.push(("sample".to_owned(), sample::of(name)));
         for (file, table) in samples {
@@ -164,7 +164,7 @@ fn a_wrong_type_and_an_unknown_word_are_refused() {
     assert!(both_agree(&wrong) > 500);
 }
 
-/// Neither has a key that the other has not.
+/// Schema and reader have the same keys.
 #[test]
 fn every_table_has_the_keys_of_its_reader() {
     let mut tables = 0;

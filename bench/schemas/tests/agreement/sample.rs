@@ -1,9 +1,9 @@
-//! A file made of a schema alone, with every key that it has.
+//! File made from a schema alone, with all of its keys.
 
 use serde_json::{Map, Value, json};
 use toml::Table;
 
-/// Returns a file with every key of the schema of that name.
+/// Returns a file with every key of the schema called `name`.
 pub fn of(name: &str) -> Table {
     let schema = schemas::schema_of(name).unwrap();
     let value = sample(&schema, &schema);
@@ -26,7 +26,7 @@ fn sample(root: &Value, node: &Value) -> Value {
         if let Some(last) = node[either].as_array().and_then(|all| all.last()) {
             return match either {
                 "enum" => last.clone(),
-                // Of a word or a pattern, the word.
+                // If a word or a pattern is allowed, the word.
                 _ if last.get("pattern").is_some() => sample(root, &node[either][0]),
                 _ => sample(root, last),
             };
@@ -54,7 +54,7 @@ fn sample(root: &Value, node: &Value) -> Value {
     }
 }
 
-/// Returns the keys that the schema states for the table in which the key `0` stands.
+/// Returns the keys that the schema allows in the table with the unknown key `0`.
 pub fn keys_beside_unknown(schema: &Value, table: &Table) -> Vec<String> {
     let instance = serde_json::to_value(table).unwrap();
     find(schema, schema, &instance).unwrap()

@@ -1,4 +1,4 @@
-//! Python's `jsonschema-rs`, which shares no code with what makes the schemas.
+//! Validation by Python's `jsonschema-rs`, which shares no code with the generator of the schemas.
 
 use std::env;
 use std::io::{BufRead, BufReader, Write};
@@ -7,7 +7,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use serde_json::Value;
 
-/// A Python that validates by one schema of draft 2020-12.
+/// Python process that validates against one schema of draft 2020-12.
 pub struct Validator {
     child: Child,
     instances: Option<ChildStdin>,
@@ -15,7 +15,7 @@ pub struct Validator {
 }
 
 impl Validator {
-    /// Starts it with the schema of the files called `name`, which is itself valid.
+    /// Starts the process with the schema of the files called `name`, after validating the schema itself.
     pub fn of(name: &str) -> Self {
         let python = python();
         let mut child = Command::new(&python)
@@ -34,7 +34,7 @@ impl Validator {
         validator
     }
 
-    /// Returns where and how `instance` departs from the schema.
+    /// Returns the violations of the schema in `instance`, with their places.
     pub fn errors(&mut self, instance: &Value) -> Vec<String> {
         let instances = self.instances.as_mut().unwrap();
         writeln!(instances, "{instance}").unwrap();

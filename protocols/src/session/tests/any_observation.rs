@@ -20,10 +20,10 @@ fn every_action_survives_json() {
     }
 }
 
-/// One step of a participant, operator and bench who do anything.
+/// One step of an arbitrary participant, operator and bench.
 #[derive(Clone, Debug)]
 enum Move {
-    /// Do as the screen says, for a while, under an operator who ends a pause or does not.
+    /// The participant follows the screen for a while; the operator ends a pause or does not.
     Follow {
         steps: u8,
         resume: bool,
@@ -36,7 +36,7 @@ enum Move {
     },
     Trip,
     LoseDisplay,
-    /// The dead-man switch is not held, or the hour's driving time used up, for a while.
+    /// The dead-man switch is not held, or the hour's driving time is used up, for a while.
     NotYet {
         steps: u16,
         hold: Option<Hold>,
@@ -45,7 +45,7 @@ enum Move {
     Analyse {
         normal_n: f64,
     },
-    /// The recorder tells of the recording that ended last, of which it told already or not, or no longer tells.
+    /// The recorder reports the recording that ended last, possibly again, or stops reporting.
     Record {
         fails: bool,
         tells: bool,
@@ -68,7 +68,7 @@ fn a_move() -> impl Strategy<Value = Move> {
         about(|number, attempt| OperatorCommand::Redo { number, attempt }),
         about(|number, attempt| OperatorCommand::AcceptAnyway { number, attempt }),
     ];
-    // Rare, or few sessions would get far.
+    // Aborts are rare, or few sessions would get far.
     let command = prop_oneof![100 => command, 1 => Just(OperatorCommand::Abort)];
     let holds = prop::option::of(prop_oneof![
         Just(Hold::Release),

@@ -1,4 +1,4 @@
-//! What a trial waits for: the hour's driving time, and the dead-man switch.
+//! Conditions before a trial: the hour's driving time, and the dead-man switch.
 
 use super::rig::*;
 use crate::session::*;
@@ -30,7 +30,7 @@ fn each_trial_waits_until_the_switch_was_released_and_is_held() {
         if rig.session.phase() == Phase::Hold {
             break;
         }
-        // After its drive the switch must be released anew.
+        // After its drive the switch must be released again.
         let after = matches!(rig.session.phase(), Phase::Analysing | Phase::Verdict);
         let hold = if after { Hold::Release } else { Hold::Held };
         holding(&mut rig, hold, 1);
@@ -52,7 +52,7 @@ fn a_switch_that_nobody_holds_pauses_the_session() {
     assert_eq!(rig.session.phase(), Phase::Paused);
     assert!(rig.events().contains(&SessionEventKind::DeadManNotHeld));
     assert_eq!(rig.begun().len(), 0);
-    // The operator goes on, and it is waited for again.
+    // The operator continues, and the session waits again.
     rig.step(|o| {
         o.hold = Some(Hold::Press);
         o.command = Some(OperatorCommand::Resume);

@@ -40,7 +40,7 @@ fn a_whole_session_runs_as_the_protocol_says() {
     );
 }
 
-/// Neither time nor the participant begins the next trial while the operator is asked; a command does.
+/// While the operator is asked, neither time nor the participant begins the next trial; a command does.
 #[test]
 fn a_judged_trial_waits_for_the_operators_answer() {
     for answered in [true, false] {
@@ -216,7 +216,7 @@ fn the_button_counts_only_with_the_finger_on_the_plate() {
 
 #[test]
 fn a_command_that_does_not_fit_the_phase_is_refused() {
-    // Of the first attempt, in which each of these phases is.
+    // All of these phases belong to the first attempt.
     let (number, attempt) = (1, 1);
     let redo = OperatorCommand::Redo { number, attempt };
     let accept = OperatorCommand::AcceptAnyway { number, attempt };
@@ -237,7 +237,7 @@ fn a_command_that_does_not_fit_the_phase_is_refused() {
             rig.tell(consent());
         }
         rig.until(phase);
-        // The finger rests and no button is pressed, so that nothing but the command could act.
+        // The finger rests and the button is not pressed, so that only the command could act.
         rig.step(|o| {
             o.command = Some(command.clone());
             o.button_pressed = false;

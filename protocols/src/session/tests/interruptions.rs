@@ -190,7 +190,7 @@ fn a_pause_that_waits_is_withdrawn_hurried_and_outlives_a_repetition() {
     rig.tell(redo);
     assert_eq!(rig.session.phase(), Phase::Paused);
     rig.tell(OperatorCommand::Resume);
-    // In the last trial there is nothing to pause for afterwards.
+    // After the last trial there is nothing left to pause.
     rig.until(Phase::Rest);
     while rig.session.trials_left() > 1 || rig.session.phase() != Phase::Exploration {
         rig.step(|_| {});

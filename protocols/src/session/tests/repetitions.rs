@@ -1,4 +1,4 @@
-//! Verdicts, and the repetitions that follow from them.
+//! Verdicts and the repetitions that they cause.
 
 use super::rig::*;
 use crate::record::{TrialOutcome, TrialRecord};
@@ -218,7 +218,7 @@ fn a_verdict_is_announced_before_it_takes_hold() {
     assert!(rig.session.records().is_empty());
 }
 
-/// Pressed in one trial and answered in the next, a command does nothing.
+/// A command given in one trial and received in the next has no effect.
 #[test]
 fn a_command_about_another_attempt_is_refused() {
     let mut rig = Rig::new(demo()).consented();
@@ -240,7 +240,7 @@ fn a_command_about_another_attempt_is_refused() {
         assert_eq!(rig.events().last(), Some(&refused));
         assert_eq!(rig.session.phase(), Phase::Exploration);
     }
-    // The next attempt at the same trial is another one too.
+    // The next attempt at the same trial counts as another one.
     let redo = rig.redo();
     rig.tell(redo.clone());
     rig.tell(redo);

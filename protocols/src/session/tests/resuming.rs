@@ -193,7 +193,7 @@ fn a_finished_session_cannot_be_gone_beyond() {
     );
 }
 
-/// A resumed session whose log takes back, once it is read again, that these trials were accepted.
+/// Returns a resumed session after the log withdrew the acceptance of these trials.
 fn lost(rig: &Rig, lost: &[u32]) -> (Session, Vec<SessionEventKind>) {
     let mut events = rig.events();
     let records = records_from_events(&events);
@@ -220,7 +220,7 @@ fn a_trial_whose_recording_is_lost_is_repeated_and_the_log_keeps_that() {
     while rig.session.trials_left() > 2 {
         rig.step(|_| {});
     }
-    // The attempt after it has begun and is broken off.
+    // The attempt after it has begun and is cut off.
     rig.until(Phase::Exploration);
     let (session, events) = lost(&rig, &[3]);
     assert_eq!(session.trials_left(), 3);
@@ -238,7 +238,7 @@ fn a_trial_whose_recording_is_lost_is_repeated_and_the_log_keeps_that() {
     assert_eq!(keys(&rig), [(3, 2), (4, 2), (5, 1)]);
     assert_eq!(rig.session.summary().accepted, 4);
 
-    // The program was killed in that part too.
+    // The program was killed in that part, too.
     let records = records_from_events(&killed);
     let session = Session::resume(demo(), sub("sub-01"), 7, &records).unwrap();
     let mut rig = Rig::with(demo(), session).consented();

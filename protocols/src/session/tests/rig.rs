@@ -1,4 +1,4 @@
-//! A session with a scripted participant, and what must hold of it whatever happens.
+//! A session with a scripted participant, and the invariants of every session.
 
 use crate::analysis::{ExplorationAnalysis, TrialAnalysis};
 use crate::protocol::{Protocol, built_in};
@@ -28,7 +28,7 @@ pub(super) fn consent() -> OperatorCommand {
     }
 }
 
-/// What the bench would find in a trial where each exploration was pressed with `normal_n`.
+/// Returns the analysis of a trial with each exploration pressed with `normal_n`.
 pub(super) fn analysis(key: &TrialKey, protocol: &Protocol, normal_n: f64) -> TrialAnalysis {
     let instance = Instance {
         start_s: 1.0,
@@ -61,7 +61,7 @@ pub(super) fn analysis(key: &TrialKey, protocol: &Protocol, normal_n: f64) -> Tr
     }
 }
 
-/// A session, a participant who does as the screen says, and a bench that answers.
+/// A session, a participant who follows the screen, and a bench that answers.
 pub(super) struct Rig {
     pub(super) protocol: Protocol,
     pub(super) session: Session,
@@ -74,10 +74,10 @@ pub(super) struct Rig {
     pub(super) presses: bool,
     pub(super) analyses: bool,
     pub(super) normal_n: f64,
-    /// Attempt whose recording has ended and is not told of.
+    /// Attempt with a recording that has ended but is not reported yet.
     pub(super) to_save: Option<TrialKey>,
     pub(super) saves: bool,
-    /// Attempts whose recordings were told to be saved.
+    /// Attempts with recordings reported as saved.
     pub(super) saved: HashSet<TrialKey>,
 }
 
@@ -169,7 +169,7 @@ impl Rig {
         self.step(|o| o.command = Some(command))
     }
 
-    /// Number and attempt of the trial that commands are about; those of the first if there is none.
+    /// Returns number and attempt of the trial for commands; those of the first trial if none runs.
     pub(super) fn about(&self) -> (u32, u32) {
         let key = self.session.current();
         key.map_or((1, 1), |key| (key.number, key.attempt))
@@ -185,7 +185,7 @@ impl Rig {
         OperatorCommand::AcceptAnyway { number, attempt }
     }
 
-    /// Pauses at once, whatever runs.
+    /// Pauses at once, in any state.
     pub(super) fn pause_now(&mut self) {
         let command = match self.session.current() {
             Some(key) => OperatorCommand::PauseNow {
@@ -202,13 +202,13 @@ impl Rig {
         self
     }
 
-    /// Tells that the recording of an attempt failed.
+    /// Reports that the recording of an attempt failed.
     pub(super) fn fail(&mut self, key: &TrialKey) -> &[Action] {
         let failed = RecordingOutcome::Failed(FULL.to_owned());
         self.step(|o| o.recording = Some((key.clone(), failed)))
     }
 
-    /// Steps until `phase`, for at most ten minutes of session.
+    /// Steps until `phase`, for at most ten minutes of session time.
     pub(super) fn until(&mut self, phase: Phase) -> &mut Self {
         for _ in 0..(600.0 / STEP_S) as usize {
             if self.session.phase() == phase {
@@ -283,7 +283,7 @@ impl Rig {
     }
 }
 
-/// Everything that must hold whatever is observed.
+/// Checks the invariants, which hold for any observations.
 pub(super) fn check_invariants(steps: &[Vec<Action>], protocol: &Protocol) {
     let mut consented = false;
     let mut driven = false;

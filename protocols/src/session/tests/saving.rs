@@ -1,11 +1,11 @@
-//! Trials whose recordings are saved late, or not at all.
+//! Trials with recordings that are saved late or never.
 
 use super::rig::*;
 use crate::record::TrialOutcome;
 use crate::session::*;
 use crate::trial::*;
 
-/// A session whose first trial waits in `phase` for its recording, of which nothing is heard.
+/// Returns a session in `phase` of its first trial, without a report from the recorder.
 fn unsaved_in(phase: Phase) -> (Rig, TrialKey) {
     let mut rig = Rig::new(demo()).consented();
     rig.saves = false;
@@ -78,7 +78,7 @@ fn a_trial_whose_recording_fails_in_any_phase_is_interrupted_and_repeated() {
         assert_eq!(stops, in_trial(phase), "{phase:?}");
         assert_eq!(rig.session.phase(), Phase::Paused, "{phase:?}");
         assert_eq!(rig.outcomes(), [not_saved()], "{phase:?}");
-        // The bench trips the drive besides.
+        // The bench trips the drive, too.
         rig.step(|o| o.safety = Safety::Tripped("the recording failed".to_owned()));
         assert_eq!(rig.session.phase(), Phase::Fault, "{phase:?}");
         assert_eq!(rig.outcomes(), [not_saved()], "{phase:?}");
@@ -139,7 +139,7 @@ fn pauses_do_not_prolong_the_time_in_which_a_recording_is_to_be_saved() {
     assert_eq!(rig.session.phase(), Phase::Paused);
     completes(rig);
 
-    // A recording that is saved during the pause is.
+    // A recording can be saved during the pause.
     let (mut rig, _) = unsaved_in(Phase::Saving);
     rig.tell(OperatorCommand::Pause);
     rig.saves = true;

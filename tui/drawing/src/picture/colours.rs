@@ -1,4 +1,4 @@
-//! The colours that a terminal chooses by itself, chosen here.
+//! Fixed colours for pictures, in place of the terminal's choice.
 
 use ratatui::buffer::Cell;
 use ratatui::style::{Color, Modifier};
@@ -7,16 +7,16 @@ use ratatui::style::{Color, Modifier};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Ink(pub(super) u8, pub(super) u8, pub(super) u8);
 
-/// The terminal whose colours a picture has.
+/// Colour scheme of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Paper {
-    /// Light characters on a dark ground.
+    /// Light characters on a dark background.
     Dark,
-    /// Dark characters on a light ground, for print.
+    /// Dark characters on a light background, for print.
     Light,
 }
 
-/// How one cell is painted, reversal and dimness done.
+/// Colours of one cell, with reversal and dimness applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Painted {
     pub(super) ink: Ink,
@@ -28,7 +28,7 @@ pub(super) struct Painted {
     pub(super) hidden: bool,
 }
 
-/// The sixteen colours on dark ground: 4.5:1 against it at least, but for black.
+/// The sixteen colours on a dark background: contrast at least 4.5:1, except black.
 const ON_DARK: [Ink; 16] = [
     Ink(40, 44, 52),
     Ink(240, 101, 101),
@@ -47,7 +47,7 @@ const ON_DARK: [Ink; 16] = [
     Ink(115, 215, 230),
     Ink(255, 255, 255),
 ];
-/// The sixteen colours on light ground: 4.5:1 against it at least, but for the whites.
+/// The sixteen colours on a light background: contrast at least 4.5:1, except the whites.
 const ON_LIGHT: [Ink; 16] = [
     Ink(25, 25, 30),
     Ink(190, 20, 30),
@@ -142,11 +142,11 @@ impl Paper {
 }
 
 impl Ink {
-    /// Returns `eighths` of this over the rest of `ground`.
+    /// Returns `eighths` of this colour mixed with `ground` for the rest.
     pub(super) fn over(self, ground: Self, eighths: u16) -> Self {
         let mix = |above: u8, below: u8| {
             let sum = u16::from(above) * eighths + u16::from(below) * (8 - eighths);
-            // A mean of two bytes is a byte.
+            // A weighted mean of two bytes fits in a byte.
             (sum / 8) as u8
         };
         Self(

@@ -1,8 +1,8 @@
-//! A drawn screen as a picture (SVG) and as plain text, the same bytes for the same cells: for manuals, reports and bug
-//! reports.
+//! A drawn screen as a picture (SVG) and as plain text, for manuals, reports and bug reports. The same cells yield the
+//! same bytes.
 //!
-//! Lines, blocks and braille dots are drawn as shapes, so that curves look the same whatever fonts the reader has; text
-//! stays text, which can be searched and copied.
+//! Lines, blocks and braille dots are drawn as shapes, so that curves look the same in all fonts; text stays text,
+//! which can be searched and copied.
 
 mod colours;
 mod shapes;
@@ -13,7 +13,7 @@ pub use svg::svg;
 
 use ratatui::buffer::{Buffer, CellWidth};
 
-/// Returns the characters of each row without the blanks at its end, one line a row.
+/// Returns the characters of each row without its trailing blanks, one line per row.
 ///
 /// ```
 /// use ratatui::{buffer::Buffer, layout::Rect, style::Style};
@@ -33,7 +33,7 @@ pub fn text(screen: &Buffer) -> String {
     written
 }
 
-/// Returns the symbols of row `y` with their columns; a wide one covers the cell after it.
+/// Returns the symbols of row `y` with their columns; a wide one also covers the next cell.
 fn symbols(screen: &Buffer, y: u16) -> impl Iterator<Item = (u16, &str)> {
     let mut covered = 0;
     (screen.area.left()..screen.area.right()).filter_map(move |x| {

@@ -1,4 +1,4 @@
-//! Characters that draw rather than spell, as rectangles in a cell of 8 × 16.
+//! Line, block and braille characters as rectangles in a cell of 8 × 16.
 
 /// Width and height of a cell.
 pub(super) const CELL: (u32, u32) = (8, 16);
@@ -21,7 +21,7 @@ fn tile(x: u32, y: u32, width: u32, height: u32) -> Tile {
     }
 }
 
-/// Returns the tiles of a drawing character, and how many eighths of the ink they have; `None` for one that spells.
+/// Returns the tiles of a drawing character, and the eighths of ink in them; `None` for any other character.
 pub(super) fn tiles(character: char) -> Option<(Vec<Tile>, u16)> {
     let (width, height) = CELL;
     let code = u32::from(character);
@@ -46,7 +46,7 @@ pub(super) fn tiles(character: char) -> Option<(Vec<Tile>, u16)> {
     }
 }
 
-/// Dots 1 to 8 of braille, by bit.
+/// Returns the dots of a braille character, dots 1 to 8 by bit.
 fn dots(bits: u32) -> Vec<Tile> {
     const PLACES: [(u32, u32); 8] = [
         (1, 1),
@@ -65,7 +65,7 @@ fn dots(bits: u32) -> Vec<Tile> {
     raised.map(|(_, &(x, y))| tile(x, y, 2, 2)).collect()
 }
 
-/// Widths of the lines from a cell's middle: left, right, up, down.
+/// Returns the widths of the lines from a cell's centre: left, right, up, down; `None` for other characters.
 fn arms(character: char) -> Option<[u32; 4]> {
     Some(match character {
         '─' => [1, 1, 0, 0],

@@ -11,12 +11,12 @@ use super::symbols;
 
 /// Space around the cells.
 const MARGIN: u32 = 8;
-/// Where a row's letters stand, below its top.
+/// Distance of a row's baseline from its top.
 const BASELINE: u32 = 12;
 
-/// Draws `screen` as an SVG document that any browser, or a page of a book, shows.
+/// Draws `screen` as an SVG document for browsers and books.
 ///
-/// `title` is what a reader hears who does not see the picture. The same cells yield the same bytes.
+/// `title` is the text for readers who cannot see the picture. The same cells yield the same bytes.
 ///
 /// ```
 /// use ratatui::{buffer::Buffer, layout::Rect, style::Style};
@@ -62,7 +62,7 @@ struct Picture {
     words: String,
 }
 
-/// Characters beside each other that look alike.
+/// Adjacent characters of the same appearance.
 struct Run {
     column: u32,
     cells: u32,
@@ -130,7 +130,7 @@ impl Picture {
         self.flush(run, top);
     }
 
-    /// Writes a run's words, of the width of its cells in whatever font.
+    /// Writes the text of a run, as wide as its cells in any font.
     fn flush(&mut self, run: Option<Run>, top: u32) {
         let Some(run) = run else { return };
         let marked = run.painted.underlined || run.painted.crossed_out;
@@ -175,12 +175,12 @@ impl Picture {
     }
 }
 
-/// Whether `symbol` does not go on with `run`: a second blank, which browsers would swallow, or what follows one.
+/// Whether `symbol` must not extend `run`: a second blank, which browsers would drop, or a symbol after only blanks.
 fn ends(run: &Run, symbol: &str) -> bool {
     run.text.ends_with(' ') && (symbol == " " || run.text.trim().is_empty())
 }
 
-/// Adds a tile, to the one before it if it goes on to the right.
+/// Adds a tile, or extends the last one if it continues it to the right.
 fn add(tiles: &mut Vec<Tile>, tile: Tile) {
     if let Some(last) = tiles.last_mut()
         && (last.y, last.height) == (tile.y, tile.height)
@@ -208,7 +208,7 @@ fn paths(tiles: &BTreeMap<Ink, Vec<Tile>>, document: &mut String) {
     }
 }
 
-/// Escapes what XML reserves; characters that it forbids become U+FFFD.
+/// Escapes the characters reserved by XML; forbidden characters become U+FFFD.
 fn escaped_for_xml(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {

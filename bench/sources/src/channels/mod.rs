@@ -1,5 +1,5 @@
-//! A force sensor whose gauges are on inputs of the sound card: on the audio clock sample by sample, with no clock to
-//! align and no frame to lose.
+//! A force sensor with gauges on inputs of the sound card: the samples share the audio clock, so that neither clock alignment
+//! nor frames are needed.
 
 mod decimator;
 mod fading;

@@ -34,7 +34,7 @@ impl Wired {
     }
 }
 
-/// Returns calibrations, lines, sources and limits of the bench of `config`, whose calibrations are in `file`. A date in
+/// Returns calibrations, lines, sources and limits of the bench of `config`, with its calibrations in `file`. A date in
 /// simulated time has no age in real time, and vice versa.
 #[must_use]
 pub fn facts(config: &Config, file: Option<&CalibrationFile>, hardware: &Hardware) -> BenchFacts {

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 const DAMPING: f64 = 0.1;
 /// Largest accepted detuning, in half-bandwidths: a plate warms by some kelvin.
 const DETUNING: f64 = 0.3;
-/// Share of the calibrated signal below which the pickup is silent: a finger halves the signal at most.
+/// Share of the calibrated signal below which the pickup is silent: a finger removes only half of the signal.
 const SILENT: f64 = 0.02;
 /// Largest slip considered, samples.
 const SLIPS: i32 = 4;

@@ -1,4 +1,4 @@
-//! Options of an instrument whose analog output is on a spare input.
+//! Options of an instrument with its analog output on a spare input.
 
 use crate::reference::{Follows, Reference, StatedDelay};
 use clap::Args;

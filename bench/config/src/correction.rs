@@ -56,7 +56,7 @@ pub enum Implausible {
     Crosstalk {
         /// Axis that reads the force.
         from: &'static str,
-        /// Axis whose force is computed from it.
+        /// Axis of the force computed from it.
         to: &'static str,
         /// Newtons per newton read.
         crosstalk: f64,

@@ -298,7 +298,7 @@ impl Force {
         }
     }
 
-    /// Returns whether the sensor is on inputs of the sound card, without a line or network of its own.
+    /// Returns whether the sensor is on inputs of the sound card, without a separate line or network.
     #[must_use]
     pub fn is_on_inputs(&self) -> bool {
         matches!(self.sensor, Sensor::Channels(_))

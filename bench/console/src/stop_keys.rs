@@ -67,7 +67,7 @@ impl StopKeys {
     }
 }
 
-/// Kills the program if it does not react to an earlier request to end.
+/// Interrupts a program that hangs after an earlier request to end.
 fn interrupt() {
     #[cfg(unix)]
     let _ = rustix::process::kill_process(rustix::process::getpid(), rustix::process::Signal::INT);

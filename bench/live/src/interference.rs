@@ -142,7 +142,7 @@ struct DisturbanceWatch {
 }
 
 impl DisturbanceWatch {
-    /// Examines interleaved samples; returns the disturbances that persist since earlier excerpts.
+    /// Examines interleaved samples; returns the disturbances that were also present in earlier excerpts.
     fn look(&mut self, samples: &[f32]) -> Vec<Notice> {
         let mut notices = Vec::new();
         for (input, channel) in self.inputs {

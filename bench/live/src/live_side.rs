@@ -40,7 +40,7 @@ pub struct FitNews {
 }
 
 impl LiveSide {
-    /// Creates the live side of a session whose trials are fitted at the other end of `refits` and `fits`. A normal force of at
+    /// Creates the live side of a session with its trials fitted at the other end of `refits` and `fits`. A normal force of at
     /// least `contact_n`, N, means that a finger is on the plate.
     pub fn new(
         contact_n: f64,

@@ -251,7 +251,7 @@ pub fn judged(
     }
 }
 
-/// Returns a text on an attempt whose verdict the operator overruled; `None` for other attempts.
+/// Returns a text on an attempt with a verdict that the operator overruled; `None` for other attempts.
 pub fn overruled(record: &TrialRecord, protocol: &Protocol) -> Option<String> {
     let sort = if record.key.practice {
         "practice"

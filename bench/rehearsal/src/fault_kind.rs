@@ -84,7 +84,7 @@ const fn lost(
     }
 }
 
-/// A row of a fault that the recording marks, over so many `what`.
+/// Returns the row of a fault that the recording marks; its argument `what` is a number of frames.
 const fn flag(
     name: &'static str,
     words: &'static str,

@@ -9,9 +9,9 @@ use crate::rehearsed_fault::RehearsedFault;
 pub struct OverlapError {
     /// The fault.
     pub fault: FaultKind,
-    /// Beginning of the earlier, s.
+    /// Beginning of the earlier fault, s.
     pub earlier_s: f64,
-    /// Beginning of the later, s.
+    /// Beginning of the later fault, s.
     pub later_s: f64,
 }
 

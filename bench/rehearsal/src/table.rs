@@ -58,7 +58,7 @@ pub enum Required {
     Flag,
     /// Refuse to arm (REFUSE): `check` and the steps before every session detect the fault.
     Refuse,
-    /// Count the event once, and continue.
+    /// Register the input once, and continue.
     GoOn,
 }
 
@@ -72,7 +72,7 @@ pub enum Within {
 }
 
 impl Within {
-    /// Returns the time on a bench whose devices may be silent for up to `silence_s`, s.
+    /// Returns the time on a bench with devices that may be silent for up to `silence_s`, s.
     #[must_use]
     pub fn seconds(self, silence_s: f64) -> f64 {
         match self {

@@ -23,9 +23,9 @@ pub struct Listing {
 /// One sound layer.
 #[derive(Debug)]
 pub struct AudioHost {
-    /// Its name in `bench.toml`.
+    /// Name in `bench.toml`.
     pub name: &'static str,
-    /// Its devices.
+    /// Devices of the layer.
     pub devices: Vec<DeviceInfo>,
     /// Reason why the layer is unavailable.
     pub unavailable: Option<String>,

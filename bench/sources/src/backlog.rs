@@ -8,7 +8,7 @@ const FEWEST_LOOKS: u32 = 100;
 /// Distinguishes a source that is faster than its reader from a reader that was held up.
 #[derive(Debug, Default)]
 pub(crate) struct Backlog {
-    /// Time of the first read since then that did not empty the buffer, s.
+    /// Time of the first read that left data after the buffer was last empty, s.
     since_s: Option<f64>,
     looks: u32,
 }

@@ -100,8 +100,8 @@ pub trait ForceSource: Send {
     /// Returns the amount of invalid data up to the last poll, which was at `now_ns`.
     fn nonsense(&mut self, now_ns: u64) -> Nonsense;
 
-    /// Returns the error for a source whose clock runs `fast_ppm` fast against the sound card's, beyond the tolerance; the
-    /// card's clock runs `card_ppm` fast against the computer's.
+    /// Returns the error for a source with a clock that runs `fast_ppm` fast against the sound card's, beyond the tolerance;
+    /// the card's clock runs `card_ppm` fast against the computer's.
     fn off_rate(&self, fast_ppm: f64, card_ppm: f64) -> SourceGone {
         SourceGone::Clock {
             of: "force sensor",

@@ -22,8 +22,8 @@ impl Numbering {
         *self = Self::default();
     }
 
-    /// Records the number of a frame, whose device time is `later` than all earlier ones or not; returns whether the frame
-    /// follows them.
+    /// Records the number of a frame; `later` tells whether its device time is later than all earlier ones. Returns whether the
+    /// frame follows them.
     pub(crate) fn follows(&mut self, number: u16, later: bool, faults: &mut LineFaults) -> bool {
         let ahead = self.last.map_or(1, |last| number.wrapping_sub(last));
         // By the number alone, a frame after a silence of half the range would seem to be an earlier one.

@@ -52,9 +52,9 @@ impl Decimator {
         self.lost
     }
 
-    /// Processes consecutive interleaved frames; the first has the number `first`. After a gap or a non-finite sample, all
-    /// values whose filter spans it are lost. `clips` tells whether a sample is at the end of its converter's range. Returns
-    /// the number of non-finite samples.
+    /// Processes consecutive interleaved frames; the first has the number `first`. A gap or a non-finite sample loses all
+    /// values with a filter that spans it. `clips` tells whether a sample is at the end of its converter's range. Returns the
+    /// number of non-finite samples.
     pub(super) fn take(
         &mut self,
         first: u64,

@@ -1,4 +1,4 @@
-//! Detection of a constant load whose reading decays, as with a capacitor between gauge and converter.
+//! Detection of a constant load with a decaying reading, as caused by a capacitor between gauge and converter.
 
 /// Number of readings averaged before the maximum is taken.
 const PIECE: usize = 40;

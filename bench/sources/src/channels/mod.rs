@@ -1,5 +1,5 @@
-//! A force sensor with gauges on inputs of the sound card: the samples share the audio clock, so that neither clock alignment
-//! nor frames are needed.
+//! A force sensor with gauges on inputs of the sound card: its samples share the audio clock, which avoids the alignment of
+//! clocks and the loss of messages.
 
 mod decimator;
 mod fading;

@@ -13,7 +13,7 @@ use super::reader::Reader;
 use super::writer::Writer;
 use crate::serial::split_port;
 
-/// Baud rate; ignored by the box, whose port is USB.
+/// Baud rate; ignored by the box, because its port is USB.
 const BAUD: u32 = 2_000_000;
 /// Timeout of a box's identification, ns.
 const ANSWER_NS: u64 = 2_000_000_000;
@@ -65,7 +65,7 @@ impl Link {
             clock,
         };
         link.ask(now_ns);
-        // Clears the stop of a box whose previous bench program died.
+        // Clears the stop of a box after the previous bench program died.
         link.say(|word| word.enable = false)?;
         Ok(link)
     }

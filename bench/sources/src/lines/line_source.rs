@@ -7,8 +7,8 @@ use safety::{InputLine, OutputLine};
 
 use super::digital_lines::Lines;
 
-/// GPIO chip whose lines are acquired by number. Levels are defined without a wire: inputs are pulled down, so that an open
-/// loop reads low, and outputs start low.
+/// GPIO chip with lines acquired by number. Levels are defined without a wire: inputs are pulled down, so that an open loop
+/// reads low, and outputs start low.
 pub trait LineSource {
     /// Returns the name of the chip.
     fn chip(&self) -> String;
@@ -16,13 +16,13 @@ pub trait LineSource {
     /// Acquires a line as an input called `name`.
     ///
     /// # Errors
-    /// The operating system's reason.
+    /// If the operating system refuses the line.
     fn input(&self, name: &'static str, line: u8) -> io::Result<Box<dyn InputLine>>;
 
     /// Acquires a line as an output called `name`.
     ///
     /// # Errors
-    /// The operating system's reason.
+    /// If the operating system refuses the line.
     fn output(&self, name: &'static str, line: u8) -> io::Result<Box<dyn OutputLine>>;
 
     /// Returns the current user of a line, if the chip reports it.
@@ -96,7 +96,7 @@ pub enum LineError {
         line: u8,
         /// The chip.
         chip: String,
-        /// The operating system's reason.
+        /// If the operating system refuses the line.
         source: io::Error,
     },
 }

@@ -1,4 +1,4 @@
-//! An encoder whose two signals are polled as digital lines.
+//! An encoder with two signals that are polled as digital lines.
 
 use safety::InputLine;
 

@@ -13,7 +13,7 @@ const VANISHED: f64 = 0.3;
 pub(super) struct BrokenOff(pub(super) String);
 
 impl BrokenOff {
-    /// Returns the reason for a trip of the safety watch, in terms of the calibration.
+    /// Returns the break caused by a trip of the safety watch, with a reason in terms of the calibration.
     pub(super) fn by(trip: &Trip) -> Self {
         Self(match trip {
             Trip::Readback {

@@ -39,7 +39,7 @@ pub enum ChannelFault {
         "the pickup's input is silent, {share:.1e} of what was calibrated: its cable is out, or [channels.pickup] names another input"
     )]
     Silent {
-        /// Level now over the calibrated one.
+        /// Ratio of the present level to the calibrated one.
         share: f64,
     },
     /// The pickup has the wrong polarity.
@@ -52,7 +52,7 @@ pub enum ChannelFault {
     Slipped {
         /// Delay beyond the calibrated one, samples.
         samples: i32,
-        /// The same delay as phase at the carrier, rad.
+        /// Delay as a phase at the carrier, rad.
         phase_rad: f64,
     },
     /// The plate's resonance has shifted, or a finger or an object rests on the plate.
@@ -70,7 +70,7 @@ pub enum ChannelFault {
         "the pickup reads {ratio:.2} times what was calibrated: a gain was changed, or a finger rests on the plate"
     )]
     Gain {
-        /// Level now over the calibrated one.
+        /// Ratio of the present level to the calibrated one.
         ratio: f64,
     },
 }

@@ -38,7 +38,7 @@ impl DropOuts {
     /// Records the next block's header; returns whether an xrun was reported with it.
     ///
     /// # Errors
-    /// If the card has delivered frames that were overwritten before they were read.
+    /// If frames delivered by the card were lost before they were read.
     pub(super) fn take(&mut self, header: &BlockHeader) -> anyhow::Result<bool> {
         let lost = header.first_frame.saturating_sub(self.frames);
         self.frames = header.first_frame + u64::from(header.frames);

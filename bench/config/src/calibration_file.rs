@@ -133,8 +133,8 @@ pub struct KeptLength {
     pub largest_departure: Quantity,
 }
 
-/// Least and greatest ratio of a profile that can be used: beyond them the finger would be near a node of the plate, or
-/// the pickup.
+/// Smallest and largest usable ratio of a profile; outside this range, the finger or the pickup would be near a node of the
+/// plate.
 pub const PROFILE_RATIOS: [f64; 2] = [0.2, 2.0];
 
 /// `[[profile.places]]`: one place.

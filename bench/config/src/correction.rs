@@ -3,7 +3,7 @@
 use safety::SENSITIVITY;
 use serde::{Deserialize, Serialize};
 
-/// Largest share of one axis' force that the other axis of a valid sensor reads, N/N.
+/// Largest share of one axis' force that the other axis of a working sensor reads, N/N.
 pub const MOST_CROSSTALK: f64 = 0.3;
 
 /// Matrix and tare of one force sensor: F = M · (reading − tare).
@@ -36,7 +36,7 @@ impl Default for Correction {
     }
 }
 
-/// A correction that a valid sensor never needs: it could hide a press from the safety watch.
+/// A correction that a working sensor never needs: it could hide a press from the safety watch.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Implausible {
     /// The gain of an axis is far from 1, or negative.
@@ -78,7 +78,7 @@ pub enum Implausible {
 const AXES: [&str; 2] = ["normal", "lateral"];
 
 impl Correction {
-    /// Rejects a correction that a valid sensor never needs; `most_n` holds the safety watch's limits, normal and lateral, N.
+    /// Rejects a correction that a working sensor never needs; `most_n` holds the safety watch's limits, normal and lateral, N.
     ///
     /// # Errors
     /// [`Implausible`] with the entry and the remedy.

@@ -64,7 +64,7 @@ pub enum CalibrationError {
         /// Argument of `friction-bench calibrate` for the missing measurement.
         command: &'static str,
     },
-    /// The force sensor's correction is one that a valid sensor never needs.
+    /// The force sensor's correction is one that a working sensor never needs.
     #[error("{} cannot be used: run `friction-bench calibrate force`", path.display())]
     Implausible {
         /// The file.
@@ -134,7 +134,7 @@ impl Effective {
     /// Returns the bench of `config` with the constants of the calibration at `path`.
     ///
     /// # Errors
-    /// [`CalibrationError`] if the file is absent, was edited, lacks a measurement, or has a correction that a valid sensor
+    /// [`CalibrationError`] if the file is absent, was edited, lacks a measurement, or has a correction that a working sensor
     /// never needs.
     pub fn calibrated(config: Config, path: &Path) -> Result<Self, CalibrationError> {
         let calibration = InForce::read(path, &config)?;

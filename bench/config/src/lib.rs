@@ -198,8 +198,8 @@ impl Config {
         self.force.is_none().then(|| text.to_owned())
     }
 
-    /// Returns each value that the safety watch relies on and that is looser than its default, as `safety.readback_tolerance =
-    /// 0.4 (default 0.25)`.
+    /// Returns each value that the safety watch relies on and that is looser than its default, such as the text
+    /// `safety.readback_tolerance = 0.4 (default 0.25)`.
     ///
     /// ```
     /// # let text = include_str!("../../bench-template.toml").replace("silence_s = 0.05", "silence_s = 0.1");

@@ -1,4 +1,4 @@
-//! Signals during a step: the step ends in good order, and then the demonstration.
+//! Signals during a step: they end the step properly, and then the demonstration.
 
 use std::io;
 use std::process::Child;

@@ -55,7 +55,7 @@ impl SensorClock {
         Some(self.map.to_host_s(self.device_s(count))? - self.latency_s)
     }
 
-    /// Returns a count in seconds of the sensor's clock.
+    /// Converts a count to seconds of the sensor's clock.
     pub(crate) fn device_s(&self, count: u64) -> f64 {
         count as f64 / self.counts_per_s
     }

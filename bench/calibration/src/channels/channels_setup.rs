@@ -72,8 +72,7 @@ impl ChannelsSetup {
         self.config.channels.drive.index
     }
 
-    /// Returns the level of the faint scan, V peak: the safety watch takes it for silence and never trips, even if nothing
-    /// comes back.
+    /// Returns the level of the faint scan, V peak: the safety watch takes it for silence and does not trip on any read-back.
     pub(super) fn faint_v(&self) -> f64 {
         let floor_v = self.config.safety.readback_floor_v;
         let faint_v = if floor_v > 0.0 {

@@ -72,7 +72,8 @@ pub fn compare(
     let level = |index: u16| present.levels.get(usize::from(index)).copied();
     let read = level(drive).unwrap_or(0.0);
     if read < ABSENT * commanded_units {
-        // The pickup reads the plate's response, and the misplaced cable the drive itself: the loudest input is taken.
+        // The pickup reads the plate's response, but the input with the drive's cable reads the drive itself and is the
+        // loudest.
         let share = |input: &config::MeasuredInput| {
             let level = level(input.index).unwrap_or(0.0);
             level / (commanded_units * input.gain.value)

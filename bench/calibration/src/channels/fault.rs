@@ -83,7 +83,7 @@ pub enum ChannelsFault {
         input: u16,
         /// Additional delay, samples.
         samples: i32,
-        /// The same delay as phase at the carrier, rad.
+        /// Delay as a phase at the carrier, rad.
         phase_rad: f64,
     },
     /// A channel has slipped since the previous calibration.
@@ -113,7 +113,7 @@ pub enum ChannelsFault {
     Crosstalk {
         /// The input.
         input: u16,
-        /// Crosstalk over the drive's reading, dB.
+        /// Crosstalk relative to the drive's reading, dB.
         crosstalk_db: f64,
         /// Largest crosstalk allowed, dB.
         limit_db: f64,
@@ -142,7 +142,7 @@ pub enum ChannelsFault {
         /// Largest residual allowed, as a fraction.
         limit: f64,
     },
-    /// An input has too large a delay.
+    /// The delay of an input is too large, in either direction.
     #[error(
         "input {input} is {samples:+.2} samples later than the drive's, more than calibration.delay_samples = {limit}: use two inputs of one converter on one clock"
     )]
@@ -181,7 +181,7 @@ pub enum ChannelsFault {
     NoisierThanCalibrated {
         /// The input.
         input: u16,
-        /// Noise now over the calibrated one.
+        /// Ratio of the present noise to the calibrated one.
         ratio: f64,
     },
 }

@@ -18,7 +18,8 @@ pub struct Rung {
 pub const STEP: f64 = 1.17;
 /// Lowest level, as a share of the highest.
 pub const LOWEST: f64 = 0.05;
-/// Relative shortfall from the line through the first level above which a level counts as cut off, even if its peaks are not.
+/// Largest relative shortfall from proportionality to the first level; a larger one counts as clipping, even if the peaks are
+/// not cut off.
 const SHORT: f64 = 0.01;
 /// Largest level of an input, relative to its clipping level.
 const BEYOND: f64 = 1.5;

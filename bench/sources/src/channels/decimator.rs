@@ -82,7 +82,7 @@ impl Decimator {
                 history.push(f64::from(value));
             }
             let due = *self.next.get_or_insert_with(|| {
-                // The grid is that of the card's frames, whatever was lost.
+                // The grid follows the card's frame numbers, independent of gaps.
                 (self.first + self.half).next_multiple_of(self.factor)
             });
             if number == due + self.half {

@@ -22,7 +22,7 @@ const LONGEST_LINE_BYTES: usize = 80;
 #[derive(Default)]
 pub struct LineDecoder {
     line: Vec<u8>,
-    /// Whether the first line, usually torn, has ended.
+    /// Whether the first line, usually incomplete, has ended.
     begun: bool,
     clock: DeviceCount,
     expected: Option<ExpectedCount>,

@@ -11,8 +11,8 @@ use anyhow::Context;
 /// Capacity of the queue of lines; further lines are dropped.
 const WAITING_LINES: usize = 1 << 16;
 
-/// Output whose writer never waits for the reader: a separate thread writes the lines, since a pipe may be full and a terminal
-/// stopped. Dropping it waits until all lines are written.
+/// Output that never makes its writer wait for the reader: a separate thread writes the lines, since a pipe may be full and a
+/// terminal stopped. Dropping it waits until all lines are written.
 ///
 /// ```
 /// use std::io::Write;

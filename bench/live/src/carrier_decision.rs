@@ -148,7 +148,7 @@ impl CarrierDecision {
             return Vec::new();
         }
         let from_hz = bench.config().plate.resonance_hz;
-        // Rounded to a whole number of hertz, whose phase is exact in the generator and the demodulator.
+        // Rounded to a whole number of hertz, because generator and demodulator represent its phase exactly.
         let to_hz = (from_hz + drift_hz.value).round();
         let proposal = Proposal {
             from_hz,

@@ -106,7 +106,7 @@ impl Measured {
         self.enable_wired.then_some(most_v)
     }
 
-    /// Returns whether the tone was read back: it exceeds the silence clearly, whatever the gain of the read-back.
+    /// Returns whether the tone was read back: it clearly exceeds the silence, independently of the gain of the read-back.
     pub fn tone_is_read_back(&self) -> bool {
         let level = |frames: &mut dyn Iterator<Item = &ZmFrame>| {
             frames.map(|frame| frame.drive_v.norm()).fold(0.0, f64::max)

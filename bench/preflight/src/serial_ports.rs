@@ -1,4 +1,4 @@
-//! Check for serial ports whose names depend on the order in which devices were found.
+//! Check for serial ports with names that depend on the order in which devices were found.
 
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-/// A field box that cannot be used, or no longer.
+/// A field box that cannot be used, or can no longer be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FieldBoxGone {
     /// Its port no longer exists.

@@ -153,7 +153,7 @@ fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
         SafetyState::Tripped {
             trip: Trip::Readback { measured_v, .. },
         } => *measured_v,
-        // The loop delay has a row of its own.
+        // The loop delay has a separate row.
         SafetyState::Tripped {
             trip: Trip::LoopDelay { .. },
         } => return,

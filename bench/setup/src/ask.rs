@@ -55,7 +55,7 @@ impl Terminal {
         Self { ended }
     }
 
-    /// Waits for the answer. The prompt runs on a thread of its own because it waits for keys only.
+    /// Waits for the answer. The prompt runs on a separate thread because it waits for keys only.
     ///
     /// # Errors
     /// If the prompt fails, or a signal comes first; the terminal is then restored.

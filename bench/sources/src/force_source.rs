@@ -9,7 +9,7 @@ use crate::gone::SourceGone;
 /// Time at which a force acted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Moment {
-    /// Time on the host's clock, s, for a sensor with a clock of its own, aligned with the host's.
+    /// Time on the host's clock, s, for a sensor with its own clock, aligned with the host's.
     Host(f64),
     /// Frame of the sound card, counted from 0 as delivered, for a sensor on the card's inputs.
     Card(f64),

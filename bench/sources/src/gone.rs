@@ -5,7 +5,7 @@ use safety::GpioError;
 
 use crate::field_box::FieldBoxGone;
 
-/// A source that is no longer available, for good.
+/// A source that has become unavailable for good.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceGone {
     /// The serial port no longer exists.

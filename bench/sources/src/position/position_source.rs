@@ -36,7 +36,7 @@ pub trait PositionSource: Send {
         take: &mut dyn FnMut(Counted),
     ) -> Result<(), SourceGone>;
 
-    /// Returns the state of a source with a clock of its own.
+    /// Returns the state of a source that has its own clock.
     fn health(&self) -> SourceHealth {
         SourceHealth::default()
     }

@@ -3,7 +3,7 @@
 use crate::device_time::ExpectedCount;
 use crate::force_source::LineFaults;
 
-/// A sample of the force sensor at one instant of its own clock.
+/// A sample of the force sensor at one time on the sensor's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceSample {
     /// Device time, unwrapped to 64 bits, µs. It continues through a restart of the device.

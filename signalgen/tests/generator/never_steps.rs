@@ -1,4 +1,4 @@
-//! The promises that hold whatever is commanded: the drive never steps, and blocks do not matter.
+//! Guarantees for all commands: the drive never steps, and its division into blocks has no effect.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -7,8 +7,7 @@ use signalgen::{DriveCommand, DrivePhase, Generator, SweepLaw, ToneList, Wavefor
 
 use crate::generator_fixture::{FULL_SCALE_V, settings_at, tone};
 
-/// At this rate and with carriers this slow, a step of the envelope would stand out among the
-/// samples themselves.
+/// At this rate and with carriers this slow, a step of the envelope would be visible in the samples themselves.
 const SLOW_RATE_HZ: u32 = 8_000;
 const HIGHEST_CARRIER_HZ: f64 = 40.0;
 const HIGHEST_MODULATION_HZ: f64 = 10.0;
@@ -138,7 +137,7 @@ proptest! {
         }
     }
 
-    /// The result is the same however the frames are divided into blocks.
+    /// The result does not depend on the division of the frames into blocks.
     #[test]
     fn block_size_does_not_matter(
         commands in prop::collection::vec(any_command(), 1..6),

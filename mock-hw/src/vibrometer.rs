@@ -31,7 +31,7 @@ pub(crate) struct Vibrometer {
     text: Vec<u8>,
 }
 
-/// Handle that aims the vibrometer at a place along the plate; initially at the middle, near the pickup. Any thread may hold a
+/// Handle that aims the vibrometer at a place along the plate; initially at the middle, at the pickup. Any thread may hold a
 /// clone.
 #[derive(Debug, Clone, Default)]
 pub struct VibrometerAim(Arc<Mutex<Option<f64>>>);

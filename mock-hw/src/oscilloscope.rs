@@ -1,9 +1,9 @@
 //! Oscilloscope on the drive and on the amplifier's lines: writes its latest readings to a memory-mapped file.
 //!
 //! Stores into mapped memory never block, and the file keeps them when the program hangs, is killed or has ended: another
-//! program can read when the plate became silent, whatever the state of the bench. Put the file on a memory file system
-//! (`/dev/shm`). Times are on the machine's monotonic clock, ns, taken when a period is simulated: a machine that falls behind
-//! makes them later, never earlier. The file also has a button: [`press_estop`] presses the e-stop from the other program.
+//! program can read when the plate became silent, in any state of the bench. Put the file on a memory file system (`/dev/shm`).
+//! Times are on the machine's monotonic clock, ns, taken when a period is simulated: a machine that falls behind makes them
+//! later, never earlier. The file also has a button: [`press_estop`] presses the e-stop from the other program.
 
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -111,7 +111,7 @@ impl Readings {
     }
 }
 
-/// Presses or releases the e-stop of the apparatus whose oscilloscope uses the file at `path`.
+/// Presses or releases the e-stop of the apparatus with the oscilloscope file at `path`.
 ///
 /// # Errors
 /// If the file cannot be written.

@@ -78,7 +78,7 @@ pub type Connect = extern "C" fn(Board);
 /// Symbol of that function.
 pub const CONNECT: &[u8] = b"mock_nidaqmx_connect\0";
 
-/// An apparatus whose converters, lines and counter can be connected to a library.
+/// An apparatus with converters, lines and counter to connect to a library.
 pub struct Rack {
     cards: Arc<SoundCards>,
     board: Arc<PinBoard>,

@@ -44,7 +44,7 @@ pub(crate) struct WorldClock {
 }
 
 impl WorldClock {
-    /// Starts a clock whose sample clock is fast by `clock_ppm`.
+    /// Starts a clock with a sample clock that is fast by `clock_ppm`.
     pub(crate) fn new(pace: Pace, period_frames: u32, clock_ppm: f64) -> Self {
         let base_rate_hz = f64::from(BASE_RATE_HZ) * (1.0 + 1e-6 * clock_ppm);
         Self {

@@ -11,7 +11,7 @@ use crate::{
     stream_layout::{LayoutError, nonzero},
 };
 
-/// Time of a block on the stream's own clock, ns. Clocks of different streams need not share an origin.
+/// Time of a block on the stream's clock, ns. Clocks of different streams need not share an origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BlockTime {
     /// Time at which the callback was invoked.

@@ -135,7 +135,7 @@ pub struct DriveConfig {
     pub volts_per_unit: f64,
     /// Limit of the drive, V peak across the actuators; at most [`crate::HARD_LIMIT_V`].
     pub limit_v: f64,
-    /// Length of every ramp but the emergency stop's, s; [`DEFAULT_RAMP_S`] by default.
+    /// Length of every ramp except the emergency stop's, s; [`DEFAULT_RAMP_S`] by default.
     pub ramp_s: f64,
 }
 

@@ -414,7 +414,7 @@ mod tests {
         generator
     }
 
-    /// FAULTS 8: past every check, the amplitude itself goes bad under way.
+    /// FAULTS 8: the amplitude becomes invalid during a program, after all checks.
     /// Fault 8.
     /// Hazards 3, 6.
     #[test]

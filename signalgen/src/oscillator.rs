@@ -1,4 +1,4 @@
-//! Carrier oscillator: a sine whose phase is continuous through every change of frequency.
+//! Carrier oscillator: a sine with a phase that is continuous through every change of frequency.
 
 use crate::{
     phase_accumulator::{PhaseAccumulator, PhaseStep},

@@ -127,7 +127,7 @@ impl Timeline {
     }
 }
 
-/// A sweep whose frame `n` begins at the law's frequency at time n/rate.
+/// A sweep; frame `n` begins at the law's frequency at time n/rate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Glide {
     course: Course,

@@ -15,7 +15,8 @@ const START_S: f64 = 10.0;
 const UNSEEN_S: f64 = 2.0;
 /// Longest wait for the operator at each step, s.
 pub(crate) const PATIENCE_S: f64 = 60.0;
-/// Time from a trip until the amplifier is off even if the card renders no samples, s (HAZARDS.md, "What stops the drive").
+/// Time from a trip until the amplifier is off, even with a card that renders no samples, s (HAZARDS.md, "What stops the
+/// drive").
 const DISABLED_S: f64 = 0.02;
 /// Row of a lost card in FAULTS.md.
 const CARD: u8 = 5;
@@ -42,7 +43,7 @@ pub(crate) struct Sight<'a> {
 pub(crate) enum Order {
     /// Drive.
     Drive,
-    /// Stop with ramps.
+    /// Stop in an orderly way.
     Pause,
     /// Stop at once, at the operator's request.
     Stop,
@@ -99,7 +100,7 @@ pub(crate) struct Exercise {
 }
 
 impl Exercise {
-    /// Begins an exercise whose fault comes after `settle_s` of driving; `by_hand` if a person causes it. `silence_s` is the
+    /// Begins an exercise with the fault after `settle_s` of driving; `by_hand` if a person causes it. `silence_s` is the
     /// bench's setting.
     pub fn new(fault: FaultKind, by_hand: bool, settle_s: f64, silence_s: f64) -> Self {
         let within_s = match fault.row().required {
@@ -503,7 +504,7 @@ impl Exercise {
         self.since_s = Some(now_s);
     }
 
-    /// Ends an exercise whose steps are all done: met if in time.
+    /// Ends an exercise after all steps: met if in time.
     fn conclude(&mut self) {
         let stops = self.fault.row().required != Required::Flag;
         let late_s = self

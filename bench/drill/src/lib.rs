@@ -2,7 +2,7 @@
 //! recorded.
 //!
 //! On simulated hardware a [`FaultHand`] injects the faults. On real hardware a person is asked to cause them, during a faint
-//! tone. Each exercise opens the bench anew, because some faults end it.
+//! tone. Each exercise opens the bench again, because some faults end it.
 
 mod course;
 mod draw;

@@ -63,7 +63,7 @@ pub(crate) struct Signs {
 }
 
 impl Signs {
-    /// Takes what was acquired.
+    /// Takes an acquired batch.
     pub fn take(&mut self, batch: &Batch, gauges: &Gauges) {
         self.now.account = batch.account;
         if let Some(field) = gauges.field.get() {
@@ -78,7 +78,7 @@ impl Signs {
         self.warnings.clear();
     }
 
-    /// Returns the sign that the fault has left; `None` if there is no sign yet.
+    /// Returns the sign left by the fault; `None` if there is no sign yet.
     pub fn flag(&self) -> Option<String> {
         let (fault, before) = self.since.as_ref()?;
         let (account, force) = (self.now.account, self.now.force.since(&before.force));

@@ -51,7 +51,7 @@ impl ForceSetup {
         Ok(Self { masses, ..setup })
     }
 
-    /// Plans a full calibration whose masses the operator will list.
+    /// Plans a full calibration; the operator will list the masses.
     ///
     /// # Errors
     /// If `config` has no sensor, or a number is out of range.

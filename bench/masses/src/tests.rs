@@ -361,7 +361,7 @@ fn every_way_to_go_wrong_has_its_words() {
         }
     }
     let stays = |of: [f64; 2], t: f64| {
-        // The operator leaves part of the mass on the plate.
+        // The operator leaves the 20 g on the plate.
         [if t > 20.0 { of[0].max(0.196) } else { of[0] }, of[1]]
     };
     let said = measured(setup(), &stays, None).err().unwrap().to_string();
@@ -444,7 +444,7 @@ fn what_cannot_be_asked_for_is_refused_before_anything_is_opened() {
     assert!(said.to_string().contains("[force]"), "{said}");
 }
 
-/// Returns the setup of a bench whose gauges are on inputs of the card.
+/// Returns the setup of a bench with the gauges on inputs of the card.
 fn on_inputs() -> ForceSetup {
     let text = include_str!("../../mock-bench.toml");
     let channels = "source = \"channels\"\nchannels = { inputs = [2, 3], newtons_per_v = [[1.0, 0.0], [0.0, 1.0]] }";

@@ -53,7 +53,7 @@ fn departures(places: &[Place]) -> Vec<(f64, f64)> {
     let mean = places.iter().map(|place| place.ratio).sum::<f64>() / n;
     let variance: f64 = places.iter().map(|place| place.error.powi(2)).sum();
     let departure = |place: &Place| {
-        // Derivatives of the deviation with respect to another place, and to this one.
+        // Weight of another place's error in the deviation, and additional weight of this place's variance.
         let by_other = place.ratio / mean / n;
         let by_own = 1.0 - 2.0 * by_other;
         let squares = by_own * place.error.powi(2) + by_other.powi(2) * variance;

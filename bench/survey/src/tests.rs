@@ -36,7 +36,7 @@ fn asks_for_the_finger(step: &NextStep) -> bool {
     matches!(step, NextStep::Ask(Request::RestFinger { .. }))
 }
 
-/// Places a finger in a procedure whose bare plate has been measured.
+/// Places a finger in a procedure that has measured the bare plate.
 fn placed(finger: &mut FingerProcedure) {
     finger.ask();
     let ready = StepOutcome::Answered(Answer::Ready, Capture::default());
@@ -91,7 +91,7 @@ fn a_bench_that_wants_a_held_switch_or_has_no_force_sensor_drives_no_finger() {
     assert!(why.contains("[force]"), "{why}");
 }
 
-/// Returns places whose ratios deviate from one by `departures`, each with this relative error.
+/// Returns places with ratios that deviate from one by `departures`, each with this relative error.
 fn places(departures: &[f64], error: f64) -> Vec<Place> {
     let place = |departure: &f64| Place {
         position_m: 0.0,
@@ -112,7 +112,7 @@ fn a_plate_is_uniform_only_if_its_errors_allow_to_say_so() {
     ] {
         let (departure, of, verdict) = judged(&places(&departures, error));
         assert_eq!(verdict, expected, "{departures:?} ± {error}");
-        // The mean includes a third of its own error, and of each other's.
+        // The mean includes a third of each place's error, its own included.
         let (own, other) = ((2.0 - departure) / 3.0, (1.0 + departure) / 3.0);
         let expected_error = error * (own * own + 2.0 * other * other).sqrt();
         assert!((of - expected_error).abs() < 1e-12, "{of}");
@@ -149,7 +149,7 @@ fn a_plate_is_judged_by_each_of_its_places_with_its_error() {
 
 #[test]
 fn the_kept_length_is_judged_by_itself_up_to_its_ends() {
-    // From 5 mm to 5 mm before the end of a plate of 105 mm, whose kept length is from 22.5 to 82.5 mm.
+    // From 5 mm to 5 mm before the end of a plate of 105 mm; the kept length is from 22.5 to 82.5 mm.
     let along = |count: u32, drop: f64| -> Vec<Place> {
         let place = |i| {
             let position_m = 0.005 + 0.095 * f64::from(i) / f64::from(count - 1);

@@ -25,7 +25,7 @@ const CLOCK: u16 = 0x03;
 const CLOCK_VALUE: u16 = 0x0312;
 const GAIN: u16 = 0x04;
 
-/// Oversampling ratio: number of modulator periods, of half the converter's clock, per conversion.
+/// Oversampling ratio: periods of the modulator clock, which is half the converter's clock, per conversion.
 pub const OSR: u32 = 2048;
 
 /// Bits of the status that are checked: all but F_RESYNC and the reserved ones (8.6.2).

@@ -7,7 +7,7 @@ pub const SILENCE_US: u64 = 80_000;
 /// Line levels requested by a command of the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Order {
-    /// Whether the amplifier is to be enabled.
+    /// Whether to enable the amplifier.
     pub enable: bool,
     /// Level of the heartbeat line.
     pub heartbeat: bool,

@@ -24,7 +24,7 @@ const HEAD_BYTES: usize = 2;
 pub enum Refused {
     /// Damaged: wrong length, encoding or checksum.
     Torn,
-    /// Intact, but of this version of the protocol.
+    /// Intact, but of the given other version of the protocol.
     Version(u8),
     /// Intact, but of another protocol or an unknown kind, or with fields that do not fit its kind.
     Unknown,

@@ -10,7 +10,7 @@ const REPORT: u8 = 0x02;
 pub struct Identity {
     /// Version of its firmware: major, minor, patch.
     pub firmware: [u8; 3],
-    /// Serial number, unique to the box.
+    /// Serial number, permanently stored in the box.
     pub serial: [u8; 8],
     /// Reports per second, Hz.
     pub report_hz: u16,

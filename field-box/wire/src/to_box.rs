@@ -12,7 +12,7 @@ const HEARTBEAT: u8 = 2;
 pub struct Word {
     /// Sequence number; wraps.
     pub sequence: u16,
-    /// Whether the amplifier is to be enabled.
+    /// Whether to enable the amplifier.
     pub enable: bool,
     /// Level of the heartbeat line.
     pub heartbeat: bool,

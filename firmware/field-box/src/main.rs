@@ -64,7 +64,7 @@ macro_rules! start {
 fn main() -> ! {
     let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
     let board = Board::of(peripherals);
-    // First of all the amplifier is disabled, as it is while the pins float.
+    // First the amplifier is disabled, as it is while the pins float.
     let enable = Output::new(board.enable, Level::Low);
     let heartbeat = Output::new(board.heartbeat, Level::Low);
     let estop = contact(board.estop.into());

@@ -29,7 +29,7 @@ pub enum ApparatusError {
         "no simulated serial port for the {device}: this operating system has no pseudo-terminals"
     )]
     NoSerialPort {
-        /// Device whose port was requested.
+        /// Device of the requested port.
         device: &'static str,
     },
     /// A field box was requested for an apparatus without digital lines.

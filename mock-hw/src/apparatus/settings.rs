@@ -55,7 +55,7 @@ impl ApparatusConfig {
         }
     }
 
-    /// Returns the same apparatus with a data acquisition card, whose periods of 1 ms hold whole frames at each of its rates.
+    /// Returns the same apparatus with a data acquisition card; its periods of 1 ms hold whole frames at each of its rates.
     #[must_use]
     pub fn with_acquisition_card(mut self) -> Self {
         self.acquisition_card = true;

@@ -1,4 +1,4 @@
-//! A box without forces on its converter, for a bench whose force sensor has another interface.
+//! A box without forces on its converter, for a bench with a force sensor on another interface.
 
 use std::io;
 use std::path::Path;

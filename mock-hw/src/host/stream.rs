@@ -207,7 +207,7 @@ impl<S: Opened> Track<S> {
         self.stream = Some(stream);
     }
 
-    /// Removes the stream whose handle holds `running`.
+    /// Removes the stream with the handle `running`.
     pub(super) fn close(&mut self, running: &Arc<AtomicBool>) -> Option<S> {
         self.stream
             .take_if(|stream| Arc::ptr_eq(&stream.buffer().running, running))

@@ -111,8 +111,8 @@ impl Fingertip {
     /// # Ok::<(), mock_world::scenario::ScenarioError>(())
     /// ```
     ///
-    /// σ_t and Z_t are normal, truncated to physical values; μ0 has the published Spearman correlation ρ_S with Im Z_t
-    /// through a Gaussian copula, whose Pearson correlation is 2 sin(π ρ_S/6).
+    /// σ_t and Z_t are normal, truncated to physical values; μ0 has the published Spearman correlation ρ_S with Im Z_t through
+    /// a Gaussian copula of Pearson correlation 2 sin(π ρ_S/6).
     #[must_use]
     pub fn draw(scenario: &Scenario, seed: u64) -> Self {
         let participant = &scenario.participant;

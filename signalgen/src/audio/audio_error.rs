@@ -13,7 +13,7 @@ pub enum AudioError {
     HostUnavailable {
         /// Name of the host.
         host: String,
-        /// Message of the backend, with a remedy where one is known.
+        /// Message of the backend, with a remedy if one is known.
         reason: String,
     },
     /// The device name matches no device, or several.

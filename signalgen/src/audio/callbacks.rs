@@ -44,7 +44,7 @@ impl Once {
 /// Timeout of JACK for opening a stream, and period at which ALSA checks whether a silent one is lost.
 const BACKEND_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Opens an output stream, paused, whose callback renders the drive.
+/// Opens an output stream, paused; its callback renders the drive.
 pub(super) fn open_output(
     device: &Device,
     config: StreamConfig,
@@ -61,7 +61,7 @@ pub(super) fn open_output(
     }
 }
 
-/// Opens an input stream, paused, whose callback passes its blocks to `writer`.
+/// Opens an input stream, paused; its callback passes its blocks to `writer`.
 pub(super) fn open_input(
     device: &Device,
     config: StreamConfig,

@@ -131,7 +131,7 @@ fn prefer(indices: Vec<usize>, has_quality: impl Fn(usize) -> bool) -> Vec<usize
 }
 
 /// Returns whether two raw devices are the same: the same device number on the same card, which ALSA names by name and by
-/// number. The descriptive name does not tell cards apart, as all cards of a model share it.
+/// number. The descriptive name does not distinguish cards of one model.
 fn same(a: &DeviceInfo, b: &DeviceInfo, card_named: &impl Fn(&str) -> Option<String>) -> bool {
     let place = |device: &DeviceInfo| {
         let (_, place) = device.id.split_once(":hw:CARD=")?;

@@ -50,7 +50,7 @@ pub struct Open<B> {
     playing: bool,
 }
 
-/// State of one device whose input channels are all wired to the drive's output channel.
+/// State of one device with all input channels wired to the drive's output channel.
 #[derive(Default)]
 pub struct Card {
     pub output: Option<Open<OutputBody>>,
@@ -134,7 +134,7 @@ fn take<T: ConverterSample>(
     assert_no_alloc(|| (input.body)(&data, info));
 }
 
-/// A host whose one device is the stepped card.
+/// A host with the stepped card as its only device.
 #[derive(Clone)]
 pub struct Bench {
     card: Arc<Mutex<Card>>,
@@ -155,7 +155,7 @@ impl Default for Bench {
 }
 
 impl Bench {
-    /// Returns a bench whose card has these sample formats.
+    /// Returns a bench with a card of these sample formats.
     pub fn offering(formats: &'static [CpalFormat]) -> Self {
         Self {
             card: Arc::default(),

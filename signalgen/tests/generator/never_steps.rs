@@ -84,8 +84,8 @@ fn any_command() -> impl Strategy<Value = DriveCommand> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// FAULTS 15: whatever is commanded and whenever, the envelope moves no faster than its ramp
-    /// and modulation allow, and the samples no faster than that and the carrier.
+    /// FAULTS 15: for any commands at any time, the envelope changes no faster than its ramp and modulation allow, and the
+    /// samples no faster than the envelope and the carrier allow.
     /// Fault 15.
     /// Hazards 3, 6.
     #[test]

@@ -1,7 +1,7 @@
 use super::*;
 use tui::action::AttemptName;
 
-/// A bench and its clock, for exercises whose fault comes after 1 s of driving, with a `silence_s` of 0.05 s.
+/// A bench and its clock, for exercises with the fault after 1 s of driving and a `silence_s` of 0.05 s.
 struct Bench {
     exercise: Exercise,
     now_s: f64,

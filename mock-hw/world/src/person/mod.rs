@@ -1,4 +1,4 @@
-//! Virtual participant, who perceives the screen and cue sounds, moves one finger and presses a button.
+//! Virtual participant: perceives the screen and cue sounds, moves one finger and presses a button.
 
 mod gaze;
 mod hand;

@@ -37,7 +37,7 @@ pub(crate) struct GaugeBridge {
     volts: SMatrix<f64, GAUGES, GAUGES>,
     offset_v: f64,
     noise_v: f64,
-    /// Factor by which the coupling capacitor's voltage decays per sample; 1 without a capacitor.
+    /// Factor by which the voltage behind the coupling capacitor decays per sample; 1 without a capacitor.
     keep: f64,
     /// Voltage before and behind the capacitor.
     coupled: [(f64, f64); GAUGES],

@@ -550,7 +550,7 @@ fn dac(sample: f32) -> f64 {
     }
 }
 
-/// Returns the tissue whose impedance at `omega` is Z_t.
+/// Returns the tissue with the impedance Z_t at `omega`.
 fn tissue(z_t_n_s_per_m: [f64; 2], omega: f64) -> Tissue {
     let [damping_n_s_per_m, im] = z_t_n_s_per_m;
     Tissue {

@@ -10,7 +10,7 @@ use crate::seed;
 
 /// Relative change of Z_t per relative change of μ0 (assumed: wet skin has more friction and is softer).
 const TISSUE_SHARE: f64 = -0.7;
-/// Relative change of σ_t per relative change of μ0 (assumed likewise).
+/// Relative change of σ_t per relative change of μ0 (assumed for the same reason).
 const ROUGHNESS_SHARE: f64 = -0.3;
 
 /// An Ornstein–Uhlenbeck process that starts at its mean.

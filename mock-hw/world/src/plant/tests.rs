@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::*;
 use crate::scenario::ParticipantTable;
 
-/// Returns a bench without noise, whose finger is given and constant.
+/// Returns a bench without noise, with a given, constant finger.
 fn ideal() -> Scenario {
     let mut s = Scenario::default();
     s.amplifier.volts_per_unit = 40.0;

@@ -96,7 +96,8 @@ pub fn built_in(name: &str) -> Result<Scenario, ScenarioError> {
             let known = built_in_names();
             let (laws, others): (Vec<&str>, Vec<&str>) =
                 known.iter().partition(|known| known.starts_with("laws/"));
-            // An unknown name more likely means a whole scenario than a law, unless it resembles the law's own name.
+            // An unknown name more likely means a whole scenario than a law, unless it begins with `laws/` or ends a law's
+            // name.
             let law = strict::nearest(name, &laws);
             let is_law = |law: &String| name.starts_with("laws/") || law.ends_with(name);
             let nearest = law

@@ -1,4 +1,4 @@
-//! `[reference]`: a vibrometer whose analog output is on a spare input of the sound card.
+//! `[reference]`: a vibrometer with its analog output on a spare input of the sound card.
 
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};

@@ -10,7 +10,7 @@ use nalgebra::{Complex, Matrix3, Vector3};
 
 pub type C = Complex<f64>;
 
-/// Returns a bench without noise, whose finger is given and constant.
+/// Returns a bench without noise, with a given, constant finger.
 pub fn ideal() -> Scenario {
     let mut s = Scenario::default();
     s.amplifier.volts_per_unit = 40.0;

@@ -33,7 +33,7 @@ const ALONE: Duration = Duration::from_millis(20);
 
 /// A bench used for a drill.
 pub struct Watched {
-    /// Its hardware.
+    /// Hardware of the bench.
     pub hardware: Hardware,
     /// Injects faults; `None` if the operator is asked to cause them.
     pub hand: Option<FaultHand>,

@@ -24,7 +24,7 @@ const SAME_SECOND: u32 = 1000;
 pub struct DrillRecord {
     /// Version of the format.
     pub format: u32,
-    /// When it began.
+    /// Time of the beginning.
     pub began: Timestamp,
     /// Name of the operator.
     pub operator: String,
@@ -63,10 +63,10 @@ pub struct ExerciseRecord {
     /// Reason why it was missed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub missed: Option<String>,
-    /// How the bench showed it.
+    /// Stop or flag by which the bench showed the fault.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub shown: String,
-    /// Its times.
+    /// Times of the exercise.
     pub times: Times,
 }
 

@@ -180,7 +180,7 @@ pub(crate) fn lock() -> Locked {
     Locked(twin)
 }
 
-/// Locks the library, and connects an apparatus first if there is none.
+/// Locks the library; connects an apparatus first if necessary.
 pub(crate) fn with_apparatus() -> Locked {
     let mut twin = lock();
     if twin.board.is_none() {

@@ -6,9 +6,9 @@ use std::collections::VecDeque;
 const VISUAL_DELAY_S: f64 = 0.1;
 /// Time over which the speed is estimated, s.
 const SPEED_WINDOW_S: f64 = 0.1;
-/// Time after which a seen position is forgotten, s.
+/// Time after which a perceived position is forgotten, s.
 const MEMORY_S: f64 = 1.0;
-/// Least time between two seen positions, s.
+/// Least time between two perceived positions, s.
 const GLANCE_S: f64 = 5e-3;
 const GLANCES: usize = 256;
 /// Fraction of the visual delay that prediction compensates.

@@ -30,7 +30,7 @@ const REARMED_S: f64 = 0.5;
 pub(crate) struct Sight<'a> {
     /// Time on a monotonic clock, s.
     pub now_s: f64,
-    /// State of the safety monitor.
+    /// State of the safety watch.
     pub safety: &'a SafetyState,
     /// Whether the plate is driven, ramps included.
     pub sounds: bool,
@@ -484,8 +484,8 @@ impl Exercise {
         }
     }
 
-    /// Ends the exercise because the bench has ended; if the remedy is to end the bench anyway, the exercise continues without
-    /// it.
+    /// Handles the end of the bench: the exercise is missed, unless the bench has shown the fault and the remedy ends the bench
+    /// anyway; it then continues without a bench.
     pub fn bench_ended(&mut self, why: &str) {
         let shown = matches!(self.stage, Stage::Noticed | Stage::Acknowledged { .. });
         let ends_anyway = matches!(self.fault.row().remedy, Remedy::Restart(_));

@@ -13,10 +13,10 @@ use signalgen::{ToneList, Waveform};
 
 /// Level of the tones under the finger, V peak; lowered where a limit requires it. It moves the bare plate by about 0.5 µm,
 /// which is also the amplitude that the finger feels if it leaves the plate during a tone: an eighth of the crest during
-/// exploration (46.8 V), and just enough for the safety monitor to detect an amplifier with half the gain.
+/// exploration (46.8 V), and just enough for the safety watch to detect an amplifier with half the gain.
 pub const FINGER_V: f64 = 6.0;
 /// Least and greatest mean normal force of the resting finger, N: about that of an exploration, and a third of
-/// `safety.max_normal_n`, at which the safety monitor stops the drive.
+/// `safety.max_normal_n`, at which the safety watch stops the drive.
 pub const FINGER_N: [f64; 2] = [0.3, 1.0];
 /// Largest standard deviation of the normal force, relative to its mean.
 const STEADY: f64 = 0.2;

@@ -19,7 +19,7 @@ const HIGHEST_V: f64 = 20.0;
 const FEWEST_LEVELS: usize = 3;
 /// Largest meter reading accepted, V peak.
 const MOST_V: f64 = 500.0;
-/// Lowest frequency of the tone, Hz: the safety monitor evaluates the read-back over 1 ms.
+/// Lowest frequency of the tone, Hz: the safety watch evaluates the read-back over 1 ms.
 const LOWEST_HZ: f64 = 1e3;
 /// Time skipped at the beginning of each tone, and length of the reading, s.
 const SETTLE_S: f64 = 0.2;

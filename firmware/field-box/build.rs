@@ -1,4 +1,4 @@
-//! Tells the linker where flash and memory are.
+//! Passes the memory layout of flash and RAM to the linker.
 
 fn main() {
     println!("cargo:rustc-link-search={}", env!("CARGO_MANIFEST_DIR"));

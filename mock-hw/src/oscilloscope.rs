@@ -1,22 +1,22 @@
-//! An oscilloscope on the drive and on the lines of the amplifier: its latest readings, in a file that is mapped into memory.
+//! Oscilloscope on the drive and on the amplifier's lines: writes its latest readings to a memory-mapped file.
 //!
-//! Stores into mapped memory wait for nobody, and the file keeps them when the program hangs, is killed or has ended: another
-//! program sees when the plate became silent whatever has become of the bench. The file belongs where no disk is behind it
-//! (`/dev/shm`). Times are of the machine's monotonic clock, ns, taken when a period was simulated: a machine that is late
-//! makes them later, never earlier. Beside the screen is a button: [`press_estop`] presses the e-stop from that other program.
+//! Stores into mapped memory never block, and the file keeps them when the program hangs, is killed or has ended: another
+//! program can read when the plate became silent, in any state of the bench. Put the file on a memory file system (`/dev/shm`).
+//! Times are on the machine's monotonic clock, ns, taken when a period is simulated: a machine that falls behind makes them
+//! later, never earlier. The file also has a button: [`press_estop`] presses the e-stop from the other program.
 
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// Drive across the actuators over this counts, V RMS over a period of the simulation.
+/// Drive across the actuators that counts as driven, V RMS over a period of the simulation.
 const DRIVEN_V: f64 = 0.7;
-/// Samples out of the card over this count, full scale 1.
+/// Sample of the card that counts as driven, full scale 1.
 const PLAYED: f32 = 0.012;
 
 /// First word of the file.
 const MARK: u64 = u64::from_le_bytes(*b"oscillo1");
 
-/// Words of the file, each in the machine's order of bytes.
+/// Words of the file, each in native byte order.
 #[derive(Clone, Copy)]
 enum Word {
     Mark,
@@ -36,43 +36,43 @@ const ENABLE: u64 = 1;
 const HEARTBEAT: u64 = 2;
 const POWER: u64 = 4;
 
-/// State of the lines of the amplifier in a period.
+/// State of the amplifier's lines in a period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct AmplifierLines {
-    /// The bench asks for power.
+    /// Whether the bench requests power.
     pub enable: bool,
     /// Level of the heartbeat.
     pub heartbeat: bool,
-    /// The amplifier passes the drive.
+    /// Whether the amplifier passes the drive.
     pub power: bool,
 }
 
-/// Readings of the oscilloscope. Times are of the machine's monotonic clock, ns; 0 is never.
+/// Readings of the oscilloscope. Times are on the machine's monotonic clock, ns; 0 stands for never.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Readings {
     /// Time of the latest period.
     pub looked_ns: u64,
     /// Latest time at which the card played a driven sample.
     pub played_ns: u64,
-    /// Latest time at which a driven sample came to the plate.
+    /// Latest time at which a driven sample reached the plate.
     pub driven_ns: u64,
     /// Latest edge of the heartbeat.
     pub beat_ns: u64,
     /// Latest time at which the enable line fell.
     pub opened_ns: u64,
-    /// Longest time between two periods, which a machine that keeps up makes short, ns.
+    /// Longest time between two periods, ns; short if the machine keeps up.
     pub late_ns: u64,
-    /// Whether the bench asks for power.
+    /// Whether the bench requests power.
     pub enable: bool,
     /// Whether the amplifier passes the drive.
     pub power: bool,
 }
 
 impl Readings {
-    /// Reads the file of an oscilloscope; `None` while there is none.
+    /// Reads the file of an oscilloscope; `None` if it does not exist.
     ///
     /// # Errors
-    /// When the file cannot be read, or is another one.
+    /// If the file cannot be read, or is not an oscilloscope's.
     pub fn read(path: &Path) -> io::Result<Option<Self>> {
         let bytes = match std::fs::read(path) {
             Ok(bytes) => bytes,
@@ -88,7 +88,7 @@ impl Readings {
         };
         match word(Word::Mark) {
             MARK => {}
-            // It is being made.
+            // The file is being created.
             0 => return Ok(None),
             _ => {
                 return Err(io::Error::new(
@@ -111,10 +111,10 @@ impl Readings {
     }
 }
 
-/// Presses the e-stop of the apparatus whose oscilloscope has the file at `path`, or releases it.
+/// Presses or releases the e-stop of the apparatus with the oscilloscope file at `path`.
 ///
 /// # Errors
-/// When the file cannot be written.
+/// If the file cannot be written.
 pub fn press_estop(path: &Path, pressed: bool) -> io::Result<()> {
     let mut file = std::fs::File::options().write(true).open(path)?;
     let at = Word::Estop as usize * size_of::<u64>();
@@ -130,7 +130,7 @@ pub fn monotonic_ns() -> u64 {
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
-/// The instrument, at the apparatus of one process. It goes on where the one before it in the same file was.
+/// Oscilloscope of one process's apparatus. It continues the readings of an earlier one in the same file.
 #[derive(Debug)]
 pub(crate) struct Oscilloscope {
     screen: screen::Screen,
@@ -140,10 +140,10 @@ pub(crate) struct Oscilloscope {
 }
 
 impl Oscilloscope {
-    /// Opens the file at `path`, or makes it.
+    /// Opens or creates the file at `path`.
     ///
     /// # Errors
-    /// When it cannot be made or mapped, or on an operating system without mapped files.
+    /// If it cannot be created or mapped, or on an operating system without mapped files.
     pub fn open(path: &Path) -> io::Result<Self> {
         let screen = screen::Screen::open(path)?;
         screen.set(Word::Mark, MARK);
@@ -155,14 +155,14 @@ impl Oscilloscope {
         })
     }
 
-    /// Returns whether the e-stop is pressed, when its button has been pressed or released since the last call.
+    /// Returns the new state of the e-stop button if it has changed since the last call.
     pub fn pressed(&mut self) -> Option<bool> {
         let pressed = self.screen.get(Word::Estop) != 0;
         let before = std::mem::replace(&mut self.pressed, pressed);
         (pressed != before).then_some(pressed)
     }
 
-    /// Takes in a period that ends now: the card's samples, the voltage across the actuators and the lines.
+    /// Records a period that ends now: the card's samples, the voltage across the actuators and the lines.
     pub fn look(&mut self, drive: &[f32], rms_v: f64, lines: AmplifierLines) {
         let now_ns = screen::now_ns();
         self.see(now_ns, drive, rms_v, lines);
@@ -216,7 +216,7 @@ mod screen {
 
     pub(super) use super::monotonic_ns as now_ns;
 
-    /// The mapped words.
+    /// Mapped words of the file.
     #[derive(Debug)]
     pub(super) struct Screen {
         words: NonNull<[AtomicU64; WORDS]>,

@@ -1,20 +1,19 @@
-//! The digital lines of the apparatus, as embedded-hal 1.0 pins.
+//! Digital lines of the apparatus, as embedded-hal 1.0 pins.
 //!
 //! | line | direction, seen from the bench | meaning |
 //! | --- | --- | --- |
 //! | encoder A, B | in | quadrature of the finger's carriage, 25 µm a count; B leads A towards increasing position |
 //! | e-stop loop | in | normally closed: high is healthy, low is pressed or a cut wire |
 //! | button | in | high while the participant presses it |
-//! | dead-man switch | in | high while a hand holds it: open when first looked at, held from two seconds later on |
+//! | dead-man switch | in | high while a hand holds it: open when first read, held from two seconds later on |
 //! | amplifier enable | out | high asks for power |
 //! | heartbeat | out | any edge, rising or falling, retriggers a hardware one-shot of 100 ms |
 //!
-//! The amplifier passes the drive only while enable is high, the one-shot runs and the e-stop loop is healthy: a bench
-//! that hangs with its lines driven loses the drive all the same.
+//! The amplifier passes the drive only while enable is high, the one-shot runs and the e-stop loop is healthy: a bench that
+//! hangs with its lines driven still loses the drive.
 //!
-//! The encoder shows its states one at a time, the next one when both lines have been read. A poller that is delayed by
-//! the operating system or by the period of the simulation sees late counts but no wrong ones, as behind a hardware
-//! counter.
+//! The encoder shows its states one at a time, the next one only after both lines have been read. A poller delayed by the
+//! operating system or by the period of the simulation sees late counts but no wrong ones, as with a hardware counter.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -26,20 +25,19 @@ use crate::oscilloscope::AmplifierLines;
 use crate::world_clock::{Pace, WorldClock};
 use mock_world::scenario::Scenario;
 
-/// Latency of the encoder in real time, ns: the simulation advances in bursts, and a reader faster than them must still
-/// see every state.
+/// Latency of the encoder in real time, ns: the simulation advances in bursts, but a faster reader must see every state.
 pub const ENCODER_LATENCY_NS: u64 = 10_000_000;
 
-/// Time for which the dead-man switch is open before a hand first closes it, ns.
+/// Time for which the dead-man switch stays open before a hand first closes it, ns.
 pub const FIRST_HELD_NS: u64 = 2_000_000_000;
 
-/// Number of positions kept for readers: a third of a second at the default period.
+/// Number of positions kept for readers: 1/3 s at the default period.
 const HISTORY: u64 = 1024;
 
 /// Levels of A and B in four successive states towards increasing position.
 const QUADRATURE: [[bool; 2]; 4] = [[false, false], [false, true], [true, true], [true, false]];
 
-/// Why a simulated pin could not be read or driven.
+/// Reason why a simulated pin could not be read or driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum PinError {
     /// The GPIO chip was removed.
@@ -110,27 +108,27 @@ pub(crate) struct PinBoard {
     counts_per_m: f64,
     gone: AtomicBool,
     amplifier_dead: AtomicBool,
-    /// Bits of the amplifier's gain, as a share of the scenario's.
+    /// Bits of the amplifier's gain relative to the scenario's.
     amplifier_gain: AtomicU64,
     estop_pressed: AtomicBool,
     estop_cut: AtomicBool,
     person_button: AtomicBool,
     held_button: AtomicBool,
     dead_man_let_go: AtomicBool,
-    /// When the dead-man switch was first looked at, ns.
+    /// Time at which the dead-man switch was first read, ns.
     dead_man_looked_ns: OnceLock<u64>,
     enable: AtomicBool,
     heartbeat: AtomicBool,
     one_shot: Mutex<OneShot>,
     relay_welded: AtomicBool,
-    /// Bits of the carriage positions, m; that of the end of step k is in slot k mod [`HISTORY`].
+    /// Bits of the carriage positions, m; slot k mod [`HISTORY`] is for the end of step k.
     positions_m: Box<[AtomicU64]>,
     /// Number of positions written.
     written: AtomicU64,
     shown: Mutex<Option<Shown>>,
 }
 
-/// The encoder state on the lines.
+/// Encoder state on the lines.
 #[derive(Debug, Clone, Copy)]
 struct Shown {
     count: i64,
@@ -139,7 +137,7 @@ struct Shown {
 }
 
 impl PinBoard {
-    /// Returns the lines of an apparatus that is off.
+    /// Returns the lines of an apparatus that is switched off.
     pub(crate) fn new(scenario: &Scenario, clock: Arc<WorldClock>) -> Arc<Self> {
         Arc::new(Self {
             clock,
@@ -184,7 +182,7 @@ impl PinBoard {
         }
     }
 
-    /// Whether the amplifier passes the drive at simulated time `ns`.
+    /// Returns whether the amplifier passes the drive at simulated time `ns`.
     pub(crate) fn amplifier_on(&self, ns: u64) -> bool {
         let closed = lock(&self.one_shot).runs_at(ns)
             && self.enable.load(Ordering::Acquire)
@@ -193,7 +191,7 @@ impl PinBoard {
             && !self.amplifier_dead.load(Ordering::Acquire)
     }
 
-    /// Returns the levels of the amplifier's lines, beside whether it passes the drive.
+    /// Returns the levels of the amplifier's lines together with `power`, whether it passes the drive.
     pub(crate) fn amplifier_lines(&self, power: bool) -> AmplifierLines {
         AmplifierLines {
             enable: self.enable.load(Ordering::Acquire),
@@ -202,7 +200,7 @@ impl PinBoard {
         }
     }
 
-    /// Returns the encoder's counts, as a counter in hardware beside it has them.
+    /// Returns the encoder's counts, as from a hardware counter.
     pub(crate) fn counted(&self) -> i64 {
         let newest = self.written.load(Ordering::Acquire).checked_sub(1);
         let carriage_m = newest.map_or(0.0, |newest| self.stored_m(newest));
@@ -221,7 +219,7 @@ impl PinBoard {
         now_ns >= looked_ns + FIRST_HELD_NS && !self.dead_man_let_go.load(Ordering::Acquire)
     }
 
-    /// Drives the lines to the amplifier at `now_ns`, by a device beside it.
+    /// Sets the lines to the amplifier at `now_ns`, for a field box.
     pub(crate) fn drive_beside(&self, enable: bool, heartbeat: bool, now_ns: u64) {
         self.enable.store(enable, Ordering::Release);
         if self.heartbeat.swap(heartbeat, Ordering::AcqRel) != heartbeat {
@@ -229,7 +227,7 @@ impl PinBoard {
         }
     }
 
-    /// Takes in the person's button and the carriage position at the end of a step.
+    /// Takes the state of the person's button and the carriage position at the end of a step.
     pub(crate) fn update(&self, position_m: f64, button: bool) {
         self.person_button.store(button, Ordering::Release);
         let index = self.written.load(Ordering::Relaxed);
@@ -246,7 +244,7 @@ impl PinBoard {
             .store(share.to_bits(), Ordering::Release);
     }
 
-    /// Returns the amplifier's gain, as a share of the scenario's.
+    /// Returns the amplifier's gain relative to the scenario's.
     pub(crate) fn amplifier_gain(&self) -> f64 {
         f64::from_bits(self.amplifier_gain.load(Ordering::Acquire))
     }
@@ -293,7 +291,7 @@ impl PinBoard {
             if self.clock.pace() == Pace::Stepped {
                 return self.stored_m(newest);
             }
-            // Slot k holds the end of step k, which is the start of step k + 1.
+            // Slot k stores the end of step k, which is the start of step k + 1.
             let shown_ns = now_ns.saturating_sub(ENCODER_LATENCY_NS);
             let Some(before) = self.clock.step_at(shown_ns).checked_sub(1) else {
                 return self.stored_m(0);
@@ -306,14 +304,14 @@ impl PinBoard {
             let start_ns = self.clock.ns_of(before + 1);
             let length_ns = self.clock.ns_of(before + 2) - start_ns;
             let part = shown_ns.saturating_sub(start_ns) as f64 / length_ns as f64;
-            // Half the history is a margin for the writer: only a reader that was suspended for longer retries.
+            // Half the history is a margin for the writer: only a reader suspended for longer retries.
             if self.written.load(Ordering::Acquire) - written < HISTORY / 2 {
                 return from + (to - from) * part.min(1.0);
             }
         }
     }
 
-    /// Returns the level of line A (0) or B (1), and notes that it was read.
+    /// Returns the level of line A (0) or B (1), and records the read.
     fn encoder(&self, line: usize, now_ns: u64) -> bool {
         let carriage = (self.carriage_m(now_ns) * self.counts_per_m).floor() as i64;
         let mut shown = lock(&self.shown);
@@ -360,8 +358,8 @@ impl PinBoard {
 
 /// Retriggerable one-shot, which runs for a fixed time after the last edge.
 ///
-/// The beginning of the run is kept, because a real-time simulation that was suspended makes up for time in which no
-/// edge came: an edge after the suspension must not keep the amplifier on during it.
+/// Stores the beginning of the run, because a real-time simulation that was suspended catches up over a time without edges: an
+/// edge after the suspension must not keep the amplifier on during it.
 #[derive(Debug)]
 struct OneShot {
     length_ns: u64,
@@ -479,7 +477,7 @@ mod tests {
         assert!(one_shot.runs_at(3_050_000_000));
     }
 
-    /// Follows the lines as a counter does; `None` when both change at once.
+    /// Counts the states as a counter does; `None` if both lines change at once.
     fn follow(states: impl IntoIterator<Item = [bool; 2]>) -> Option<i64> {
         let place = |state| QUADRATURE.iter().position(|s| *s == state);
         let mut count = 0;
@@ -521,7 +519,7 @@ mod tests {
             let mut state = [false; 2];
             let mut states = Vec::new();
             for step in 0..400 {
-                // 0.25 m/s for 60 steps of 1/3 ms, then still.
+                // 0.25 m/s for 60 steps of 1/3 ms, then at rest.
                 board.update(0.25 / 3e3 * f64::from(step.min(60)) + 1e-6, false);
                 for line in order {
                     state[line] = board.encoder(line, 0);
@@ -540,7 +538,7 @@ mod tests {
         let (mut simulated, mut previous_m) = (0, 0.0);
         for poll in 0..5_000u64 {
             let now_ns = 200_000 * poll;
-            // The simulation wakes every 8 ms and makes up for all that is due.
+            // The simulation wakes every 8 ms and catches up.
             while clock.ns_of(simulated + 1) <= now_ns / 8_000_000 * 8_000_000 {
                 simulated += 1;
                 let end_s = 1e-9 * clock.ns_of(simulated) as f64;

@@ -1,8 +1,8 @@
-//! The apparatus as a simulated library of National Instruments sees it: converters, lines and a counter behind C
-//! functions, so that library and program need not share anything but them.
+//! Interface of the apparatus to a simulated library of National Instruments: converters, lines and a counter behind C
+//! functions, the only items shared by library and program.
 //!
-//! The library is a program of its own ([`Board`] is a table of C functions), loaded by the bench. [`Rack::connect`] puts
-//! an apparatus of this process behind it; on its own it makes one.
+//! The library is a separate program, loaded by the bench ([`Board`] is a table of C functions). [`Rack::connect`] connects it
+//! to an apparatus of this process; without one it creates its own.
 #![expect(
     unsafe_code,
     reason = "the simulated library is a C library, loaded as the real one is"
@@ -20,21 +20,21 @@ use crate::host::{SoundCards, cpal_host};
 use crate::pins::{PinBoard, Pins};
 use crate::world_clock::Pace;
 
-/// What the library gives the apparatus: it is called in each period, first to play and then to record.
+/// Functions of the library, called in each period: first to play and then to record.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct Deck {
-    /// Fills so many samples of the first output, full scale 1.
+    /// Fills a number of samples of the first output, full scale 1.
     pub play: extern "C" fn(*mut f32, usize),
-    /// Takes so many interleaved samples of all inputs, full scale 1.
+    /// Takes a number of interleaved samples of all inputs, full scale 1.
     pub record: extern "C" fn(*const f32, usize),
-    /// Is told of a fault of the outputs (1) or inputs (0): [`XRUN`] or [`GONE`].
+    /// Receives a fault of the outputs (1) or inputs (0): [`XRUN`] or [`GONE`].
     pub fail: extern "C" fn(u32, u32),
 }
 
-/// A buffer ran over or dry.
+/// A buffer overran or underran.
 pub const XRUN: u32 = 1;
-/// The card is gone.
+/// The card has gone.
 pub const GONE: u32 = 2;
 
 /// Lines of the apparatus by number.
@@ -46,45 +46,45 @@ pub const ENABLE: u32 = 2;
 /// Amplifier heartbeat.
 pub const HEARTBEAT: u32 = 3;
 
-/// What the apparatus gives the library.
+/// Functions and properties of the apparatus for the library.
 #[repr(C)]
 #[derive(Debug)]
 pub struct Board {
     /// First argument of each function.
     pub context: *const c_void,
-    /// Whether time passes only when somebody steps the apparatus: it then waits for the program.
+    /// Whether the apparatus is stepped: it then waits for the program.
     pub stepped: u32,
     /// Number of inputs.
     pub inputs: u32,
-    /// Opens the converters at a rate, Hz, with a time from input to input, s; 0 if it did.
+    /// Opens the converters at a rate, Hz, with a time between successive inputs, s; returns 0 on success.
     pub open: extern "C" fn(*const c_void, u32, f64, Deck) -> i32,
     /// Closes the converters.
     pub close: extern "C" fn(*const c_void),
-    /// Returns the level of a line, negative where it cannot be read.
+    /// Returns the level of a line; negative if it cannot be read.
     pub level: extern "C" fn(*const c_void, u32) -> i32,
-    /// Drives a line; negative where it cannot be driven.
+    /// Drives a line; negative if it cannot be driven.
     pub drive: extern "C" fn(*const c_void, u32, u32) -> i32,
     /// Returns the encoder's counts.
     pub count: extern "C" fn(*const c_void) -> i64,
-    /// Ends the use of the table.
+    /// Releases the table.
     pub release: extern "C" fn(*const c_void),
 }
 
 // SAFETY: the context is of a value that any thread may use.
 unsafe impl Send for Board {}
 
-/// The function by which the library takes a [`Board`] in the place of the one that it has.
+/// Function of the library that takes a [`Board`] and replaces the present one.
 pub type Connect = extern "C" fn(Board);
-/// Its name.
+/// Symbol of that function.
 pub const CONNECT: &[u8] = b"mock_nidaqmx_connect\0";
 
-/// An apparatus whose converters, lines and counter can be put behind a library.
+/// An apparatus with converters, lines and counter to connect to a library.
 pub struct Rack {
     cards: Arc<SoundCards>,
     board: Arc<PinBoard>,
 }
 
-/// Why a library cannot be put before an apparatus.
+/// Reason why a library cannot be connected to an apparatus.
 #[derive(Debug, thiserror::Error)]
 #[error("{} is no simulated library of National Instruments: {source}", path.display())]
 pub struct NoTwin {
@@ -92,8 +92,7 @@ pub struct NoTwin {
     source: libloading::Error,
 }
 
-/// Returns the path of the simulated library: where cargo has put it, beside this program or with what it depends on, or
-/// where a package has.
+/// Returns the path of the simulated library: next to this program, among its dependencies, or where a package installs it.
 #[must_use]
 pub fn library() -> Option<PathBuf> {
     let program = std::env::current_exe().ok()?;
@@ -104,7 +103,7 @@ pub fn library() -> Option<PathBuf> {
     found.into_iter().find(|file| file.is_file())
 }
 
-/// What the functions of a [`Board`] work on.
+/// State behind the functions of a [`Board`].
 struct Desk {
     cards: Arc<SoundCards>,
     board: Arc<PinBoard>,
@@ -142,17 +141,17 @@ impl Rack {
         }
     }
 
-    /// Puts the apparatus behind the simulated library at `path`, which stays loaded.
+    /// Connects the apparatus to the simulated library at `path`, which stays loaded.
     ///
     /// # Errors
-    /// [`NoTwin`] when it is none.
+    /// [`NoTwin`] if it is not a simulated library.
     pub fn connect(&self, path: &Path) -> Result<(), NoTwin> {
         // SAFETY: a library that has this function is the simulated one, whose prototype it is.
         let connected = unsafe {
             libloading::Library::new(path).and_then(|library| {
                 let connect: Connect = *library.get(CONNECT)?;
                 connect(self.board());
-                // It has threads' state; and the bench loads it as well.
+                // The library has thread-local state, and the bench loads it too.
                 std::mem::forget(library);
                 Ok(())
             })
@@ -241,7 +240,7 @@ extern "C" fn level(context: *const c_void, line: u32) -> i32 {
     let level = match line {
         ESTOP => pins.estop.is_high(),
         BUTTON => pins.button.is_high(),
-        // Nothing is wired to it: the card pulls it down.
+        // An unconnected line: the card pulls it down.
         _ => Ok(false),
     };
     level.map_or(-1, i32::from)

@@ -1,44 +1,43 @@
-//! Software between the program and the sound card that changes samples without reporting it: a resampler, a wrong
-//! order of channels, a channel that falls behind.
+//! Software between the program and the sound card that changes samples without reporting it: a resampler, a wrong order of
+//! channels, a delayed channel.
 
 use std::collections::VecDeque;
 
 use mock_world::plant::kaiser_sinc;
 use mock_world::scenario::{ChannelSlip, SoundLayerTable};
 
-/// Number of zero crossings of the interpolation kernel to either side.
+/// Number of zero crossings of the interpolation kernel on either side.
 const CROSSINGS: f64 = 32.0;
-/// Centre of the slope of the anti-alias filter, as a share of half the lower rate. The slope is a tenth of the lower
-/// rate wide.
+/// Centre of the anti-alias filter's transition, relative to half the lower rate. The transition is a tenth of the lower rate
+/// wide.
 const PASS: f64 = 0.9;
-/// Number of kernel values per input sample; linear interpolation between them is true to 1e-5.
+/// Number of kernel values per input sample; linear interpolation between them is accurate to 1e-5.
 const FINENESS: f64 = 512.0;
 
 /// The layer in both directions.
 #[derive(Debug)]
 pub(crate) struct SoundLayer {
     resampler: Option<[Stage; 2]>,
-    /// Samples of the drive that wait.
+    /// Delayed samples of the drive.
     waiting: VecDeque<f32>,
     inputs: Vec<usize>,
     slip: Option<Slipping>,
-    /// A frame before it is reordered.
+    /// A frame before its channels are reordered.
     frame: Vec<f32>,
     rate_hz: f64,
     frames: u64,
 }
 
-/// The channel that falls behind.
+/// State of the delayed channel.
 #[derive(Debug)]
 struct Slipping {
     slip: ChannelSlip,
-    /// The last samples of the channel.
+    /// Latest samples of the channel.
     ring: Vec<f32>,
 }
 
 impl SoundLayer {
-    /// Builds the layer for a sound card of `channels` inputs at `rate_hz`; of the spread of the delay it takes
-    /// `share`.
+    /// Builds the layer for a sound card of `channels` inputs at `rate_hz`; `share` scales the spread of the delay.
     pub fn new(settings: &SoundLayerTable, channels: usize, rate_hz: f64, share: f64) -> Self {
         let delay_s = settings.delay_s + share * settings.delay_spread_s;
         let resampler = settings.rate_hz.map(|layer_hz| {
@@ -71,7 +70,7 @@ impl SoundLayer {
     pub fn play(&mut self, drive: &mut [f32]) {
         if !self.waiting.is_empty() {
             for sample in drive.iter_mut() {
-                // One out for one in: it never grows.
+                // One sample out for each one in: the queue never grows.
                 let before = self.waiting.pop_front().unwrap_or(0.0);
                 self.waiting.push_back(std::mem::replace(sample, before));
             }
@@ -108,7 +107,7 @@ impl SoundLayer {
     }
 }
 
-/// Change of the sample rate, by a Kaiser-windowed sinc about every output instant.
+/// Change of the sampling rate, by a Kaiser-windowed sinc about every output instant.
 #[derive(Debug)]
 struct Stage {
     /// Number of input samples per output sample.
@@ -123,7 +122,7 @@ struct Stage {
 }
 
 impl Stage {
-    /// Builds a stage that passes frequencies below `cutoff`, as a share of half the input's rate.
+    /// Creates a stage that passes frequencies below `cutoff`, relative to half the input's rate.
     fn new(step: f64, cutoff: f64) -> Self {
         let half = CROSSINGS / cutoff;
         let kernel = (0..=(half * FINENESS) as usize + 1)
@@ -146,10 +145,10 @@ impl Stage {
         self.taken += 1;
     }
 
-    /// Returns the next output sample, once all inputs that it depends on have come.
+    /// Returns the next output sample once all inputs that it depends on have arrived.
     fn pull(&mut self) -> Option<f64> {
         let at = self.made as f64 * self.step;
-        // Two samples in hand at the beginning, so that no output is missing when inputs arrive unevenly.
+        // Starts with two samples in reserve, so that no output is missing when inputs arrive unevenly.
         let in_hand = if self.primed { 0.0 } else { 2.0 };
         if (self.taken as f64) < at + self.half + 1.0 + in_hand {
             return None;
@@ -178,7 +177,7 @@ mod tests {
 
     const RATE_HZ: f64 = 192e3;
 
-    /// Peak amplitude at `heard_hz` when a tone of `played_hz` is played.
+    /// Returns the peak amplitude at `heard_hz` when a tone of `played_hz` is played.
     fn heard(settings: &SoundLayerTable, played_hz: f64, heard_hz: f64) -> f64 {
         let mut layer = SoundLayer::new(settings, 2, RATE_HZ, 0.0);
         let mut drive: Vec<f32> = (0..38_400)
@@ -257,7 +256,7 @@ mod tests {
         assert_eq!(channel(0).next(), Some(2.1));
         assert_eq!(channel(2).next(), Some(3.1));
         let late: Vec<f32> = channel(1).collect();
-        // The fifth sample on is what was heard two samples before.
+        // From the fifth sample on, each is the input of two samples earlier.
         assert_eq!(late[..4], [1.1, 1.2, 1.3, 1.4]);
         assert_eq!(late[4..], [1.3, 1.4, 1.5, 1.6]);
     }

@@ -1,4 +1,4 @@
-//! A vibrometer on the plate: a separate instrument that sends the peak amplitude in micrometres as lines of text.
+//! Vibrometer on the plate: a separate instrument that sends the peak amplitude in micrometres as lines of text.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -12,7 +12,7 @@ use mock_world::run_truth::TruthSample;
 use mock_world::scenario::PlateTable;
 use mock_world::seed;
 
-/// Number of truth samples, one a millisecond, that one line averages: 100 lines a second.
+/// Number of truth samples, one per millisecond, averaged for one line: 100 lines per second.
 const SAMPLES_PER_LINE: usize = 10;
 /// Relative standard deviation of the instrument's calibration (assumed: 0.05 %, a laser vibrometer with certificate).
 const SCALE_SD: f64 = 5e-4;
@@ -27,11 +27,11 @@ pub(crate) struct Vibrometer {
     sum_m: f64,
     samples: usize,
     aim: VibrometerAim,
-    /// Text of the line being sent; kept, so that a running simulation does not allocate.
+    /// Text of the line being sent; reused, so that a running simulation does not allocate.
     text: Vec<u8>,
 }
 
-/// Handle that aims the vibrometer at a place along the plate; the middle, by the pickup, at first. Any thread may hold a
+/// Handle that aims the vibrometer at a place along the plate; initially at the middle, at the pickup. Any thread may hold a
 /// clone.
 #[derive(Debug, Clone, Default)]
 pub struct VibrometerAim(Arc<Mutex<Option<f64>>>);
@@ -47,13 +47,13 @@ impl VibrometerAim {
     }
 }
 
-/// Length that no line exceeds, bytes.
+/// Upper bound of the length of a line, bytes.
 const LINE_BYTES: usize = 64;
 
 impl Vibrometer {
-    /// Draws the instrument by `seed`.
+    /// Draws the instrument from `seed`.
     ///
-    /// On a `synchronous` line every byte sent is readable before the simulation goes on.
+    /// On a `synchronous` line every byte sent is readable before the simulation continues.
     pub(crate) fn open(seed: u64, synchronous: bool) -> io::Result<Self> {
         let mut rng = seed::stream(seed, seed::Stream::Vibrometer);
         let off: f64 = StandardNormal.sample(&mut rng);
@@ -68,7 +68,7 @@ impl Vibrometer {
         })
     }
 
-    /// Returns the serial port, to be opened by path.
+    /// Returns the path of the serial port.
     pub(crate) fn path(&self) -> Option<&Path> {
         self.line.path()
     }
@@ -87,7 +87,7 @@ impl Vibrometer {
     ) -> io::Result<()> {
         let shape = self.aim.position_m().map_or(1.0, |at_m| plate.shape(at_m));
         for sample in truth {
-            // Without a finger the truth is of the middle.
+            // Without a finger the true amplitude is that of the middle.
             self.sum_m += shape * sample.amplitude_m;
             self.samples += 1;
             if self.samples == SAMPLES_PER_LINE {

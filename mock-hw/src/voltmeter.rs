@@ -1,4 +1,4 @@
-//! A voltmeter across the actuators: a separate instrument that sends the true RMS in volts as lines of text.
+//! Voltmeter across the actuators: a separate instrument that sends the true RMS in volts as lines of text.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -11,9 +11,9 @@ use mock_world::plant::SquaredVolts;
 use mock_world::scenario::MeterTable;
 use mock_world::seed;
 
-/// Time that one line averages, s.
+/// Averaging time of one line, s.
 const LINE_S: f64 = 0.05;
-/// Length that no line exceeds, bytes.
+/// Upper bound of the length of a line, bytes.
 const LINE_BYTES: usize = 64;
 
 /// The instrument and its serial line.
@@ -24,12 +24,12 @@ pub(crate) struct Voltmeter {
     rng: ChaCha8Rng,
     seen: SquaredVolts,
     line_from_s: f64,
-    /// Text of the line being sent; kept, so that a running simulation does not allocate.
+    /// Text of the line being sent; reused, so that a running simulation does not allocate.
     text: Vec<u8>,
 }
 
 impl Voltmeter {
-    /// Draws the instrument by `seed`. On a `synchronous` line every byte is readable before the simulation goes on.
+    /// Draws the instrument from `seed`. On a `synchronous` line every byte is readable before the simulation continues.
     pub(crate) fn open(table: &MeterTable, seed: u64, synchronous: bool) -> io::Result<Self> {
         let mut rng = seed::stream(seed, seed::Stream::Voltmeter);
         let off: f64 = StandardNormal.sample(&mut rng);
@@ -44,12 +44,12 @@ impl Voltmeter {
         })
     }
 
-    /// Returns the serial port, to be opened by path.
+    /// Returns the path of the serial port.
     pub(crate) fn path(&self) -> Option<&Path> {
         self.line.path()
     }
 
-    /// Measures a period that ended at true time `now_s`, and sends a line when it is due.
+    /// Measures a period that ended at true time `now_s`, and sends a line if one is due.
     pub(crate) fn watch(&mut self, volts: SquaredVolts, now_s: f64) -> io::Result<()> {
         self.seen.sum_v2 += volts.sum_v2;
         self.seen.frames += volts.frames;

@@ -1,4 +1,4 @@
-//! Simulated time: who advances it, and how far it has come.
+//! Simulated time and its pace.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -6,16 +6,16 @@ use std::time::{Duration, Instant};
 /// Highest sample rate of the sound cards, Hz; periods are counted in its frames.
 pub const BASE_RATE_HZ: u32 = 192_000;
 
-/// Who advances the simulated world.
+/// Pace of the simulated world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pace {
-    /// A thread of the apparatus keeps the simulation level with the machine's monotonic clock.
+    /// A thread of the apparatus keeps the simulation in step with the machine's monotonic clock.
     RealTime,
-    /// Time passes only in `Apparatus::step`; the same seed and the same calls give the same bits.
+    /// Time advances only in `Apparatus::step`; the same seed and the same calls give bit-identical results.
     Stepped,
 }
 
-/// How well a real-time simulation kept up with the machine's clock.
+/// Delays of a real-time simulation against the machine's clock.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Lateness {
     /// Number of steps that ended more than 5 ms after they were due.
@@ -24,27 +24,27 @@ pub struct Lateness {
     pub worst_ns: u64,
 }
 
-/// Delay after its due time from which a step counts as late.
+/// Delay from which a step counts as late.
 const LATE: Duration = Duration::from_millis(5);
 
 /// Duration of one frame at 1 µHz, ns.
 const FRAME: u128 = 1_000_000_000_000_000;
 
-/// Simulated time, counted in periods so that no rounding builds up.
+/// Simulated time, counted in periods so that no rounding errors accumulate.
 #[derive(Debug)]
 pub(crate) struct WorldClock {
     period_frames: u32,
-    /// True value of [`BASE_RATE_HZ`], µHz: it includes the error of the sample clock.
+    /// True value of [`BASE_RATE_HZ`], µHz, including the error of the sample clock.
     base_rate_uhz: u128,
     steps: AtomicU64,
-    /// Machine time of simulated time 0; `None` when the simulation is stepped.
+    /// Machine time of simulated time 0; `None` if the simulation is stepped.
     epoch: Option<Instant>,
     late_steps: AtomicU64,
     worst_ns: AtomicU64,
 }
 
 impl WorldClock {
-    /// Starts a clock whose sample clock runs `clock_ppm` too fast.
+    /// Starts a clock with a sample clock that is fast by `clock_ppm`.
     pub(crate) fn new(pace: Pace, period_frames: u32, clock_ppm: f64) -> Self {
         let base_rate_hz = f64::from(BASE_RATE_HZ) * (1.0 + 1e-6 * clock_ppm);
         Self {
@@ -57,7 +57,7 @@ impl WorldClock {
         }
     }
 
-    /// Returns who advances the simulation.
+    /// Returns the pace of the simulation.
     pub(crate) fn pace(&self) -> Pace {
         match self.epoch {
             Some(_) => Pace::RealTime,
@@ -75,12 +75,12 @@ impl WorldClock {
         1e6 * f64::from(self.period_frames) / self.base_rate_uhz as f64
     }
 
-    /// Returns the time up to which everything has been simulated, ns.
+    /// Returns the time up to which the world has been simulated, ns.
     pub(crate) fn simulated_ns(&self) -> u64 {
         self.ns_of(self.steps.load(Ordering::Acquire))
     }
 
-    /// Returns the simulated time, ns: by the machine's clock in real time, the end of the last step otherwise.
+    /// Returns the simulated time, ns: from the machine's clock in real time, otherwise the end of the last step.
     pub(crate) fn now_ns(&self) -> u64 {
         match self.epoch {
             Some(epoch) => epoch.elapsed().as_nanos() as u64,
@@ -113,7 +113,7 @@ impl WorldClock {
         }
     }
 
-    /// Returns how long a real-time simulation may sleep before its next period is complete.
+    /// Returns the time that a real-time simulation may sleep before its next period is complete.
     pub(crate) fn until_due(&self) -> Duration {
         let due = Duration::from_nanos(self.ns_of(self.steps.load(Ordering::Acquire) + 1));
         match self.epoch {
@@ -122,7 +122,7 @@ impl WorldClock {
         }
     }
 
-    /// Returns how well real time was kept.
+    /// Returns the delays against real time.
     pub(crate) fn lateness(&self) -> Lateness {
         Lateness {
             late_steps: self.late_steps.load(Ordering::Relaxed),
@@ -157,7 +157,7 @@ mod tests {
     fn step_number_and_time_agree() {
         let clock = WorldClock::new(Pace::Stepped, 64, 0.0);
         for step in [0, 1, 2, 3, 2_999, 3_000, 1_800_000] {
-            // A step's start rounds down to whole nanoseconds, so the next one is inside it.
+            // The start of a step is rounded down to whole nanoseconds, so the next nanosecond is inside it.
             assert_eq!(clock.step_at(clock.ns_of(step) + 1), step);
         }
     }

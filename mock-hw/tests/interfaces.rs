@@ -1,6 +1,6 @@
-//! The simulated apparatus seen from outside: through cpal, a serial port and embedded-hal pins.
+//! Tests of the simulated apparatus through its interfaces: cpal, a serial port and embedded-hal pins.
 //!
-//! Where the operating system has no pseudo-terminals, only sound cards and pins are tested.
+//! Without pseudo-terminals in the operating system, only sound cards and pins are tested.
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
 #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! A period of a running simulation allocates nothing, however many streams and ports are open.
+//! A period of a running simulation does not allocate, with all streams and ports open.
 
 use assert_no_alloc::{AllocDisabler, assert_no_alloc};
 use cpal::traits::{DeviceTrait, HostTrait, StreamTrait};
@@ -45,7 +45,7 @@ fn a_step_of_a_running_world_allocates_nothing() {
         ..Percept::default()
     });
     let mut pass = || (0..6_000).for_each(|_| apparatus.step().unwrap());
-    // The person's memory of the slider grows to its length once.
+    // The person's memory of the slider grows to its full length once.
     pass();
     assert_no_alloc(pass);
 }

@@ -1,4 +1,4 @@
-//! The apparatus between the two directions of an audio server.
+//! Apparatus between the two directions of an audio server.
 #![cfg(unix)]
 
 use mock_hw::apparatus::{Outboard, Timetable};

@@ -1,4 +1,4 @@
-//! Rendering speed of the generator, in frames: at 192 kHz a second of drive is 192 000 of them.
+//! Rendering speed of the generator, in frames: at 192 kHz one second of drive is 192 000 frames.
 
 use std::hint::black_box;
 

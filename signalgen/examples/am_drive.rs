@@ -1,12 +1,12 @@
-//! Renders an amplitude-modulated drive, prints its statistics, and writes it to a WAV file if asked to.
+//! Renders an amplitude-modulated drive, prints its statistics, and optionally writes it to a WAV file.
 //!
 //! ```text
 //! cargo run -p signalgen --example am_drive -- mean_v=40 modulation_index=0.95 wav=am_drive.wav
 //! ```
 //!
-//! Every parameter of [`Drive`] can be given as `name=value`; what is not given is the drive of Huloux 2021, section IV
-//! (35 kHz, 6 Hz, 95 %), at an assumed amplitude, limit and full scale. The drive is refused, never clamped, where it
-//! exceeds the limit, the converter's full scale or what the sample rate can carry.
+//! Every parameter of [`Drive`] can be given as `name=value`; by default it is the drive of Huloux 2021, section IV (35 kHz, 6
+//! Hz, 95 %), at an assumed amplitude, limit and full scale. A drive that exceeds the limit, the converter's full scale or the
+//! capacity of the sampling rate is refused, never clamped.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a command")]
 
@@ -16,7 +16,7 @@ use hound::{SampleFormat, WavSpec, WavWriter};
 use signalgen::{DriveCommand, DriveConfig, DriveSettings, Generator, ProgramError, Waveform};
 use thiserror::Error;
 
-/// Frames rendered at a time.
+/// Frames per rendered block.
 const BLOCK_FRAMES: usize = 4_096;
 /// Longest drive, s.
 const LONGEST_S: f64 = 3_600.0;
@@ -55,7 +55,7 @@ impl Default for Drive {
     }
 }
 
-/// Why there is no drive.
+/// Reason why the drive is refused.
 #[derive(Debug, Error)]
 enum Refusal {
     #[error("{argument:?} is not name=value with one of the names {NAMES}")]
@@ -106,7 +106,7 @@ impl Drive {
         Ok(drive)
     }
 
-    /// Renders ramp, drive and ramp; passes each block to `sink`.
+    /// Renders ramp in, drive and ramp out; passes each block to `sink`.
     fn render(
         &self,
         mut sink: impl FnMut(&[f32]) -> Result<(), Refusal>,

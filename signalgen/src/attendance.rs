@@ -1,4 +1,4 @@
-//! A drive that nobody watches any more stops by itself.
+//! Stops the drive when no thread monitors it any longer.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,21 +9,21 @@ struct Shown {
     limit_frames: AtomicU64,
 }
 
-/// Shows the output callback that the drive is watched; lock-free. Once it is required, a plate that is driven
-/// without it is stopped as by [`crate::KillSwitch::kill`]: by a watch that hangs, starves or is gone, though nothing
+/// Reports to the output callback that the drive is monitored; lock-free. Once reports are required, a plate driven without
+/// them is stopped as by [`crate::KillSwitch::kill`]: this covers a monitor that hangs, starves or has ended although nothing
 /// else has failed.
 #[derive(Clone, Debug, Default)]
 pub struct Attendance(Arc<Shown>);
 
 impl Attendance {
-    /// Requires from now on that it is shown at least once in `limit_frames` rendered frames.
+    /// Requires at least one report per `limit_frames` rendered frames from now on.
     pub fn require(&self, limit_frames: u64) {
         self.show();
         let limit_frames = limit_frames.max(1);
         self.0.limit_frames.store(limit_frames, Ordering::Release);
     }
 
-    /// Shows that the drive is watched now.
+    /// Reports that the drive is monitored now.
     pub fn show(&self) {
         self.0.times.fetch_add(1, Ordering::AcqRel);
     }
@@ -34,7 +34,7 @@ impl Attendance {
 pub(crate) struct AttendanceCheck {
     attendance: Attendance,
     times_seen: u64,
-    /// Frames rendered since it was last shown.
+    /// Frames rendered since the latest report.
     missed_frames: u64,
 }
 
@@ -47,7 +47,7 @@ impl AttendanceCheck {
         }
     }
 
-    /// Counts `frames` that are about to be rendered; returns whether the drive is required to be watched and is not.
+    /// Counts `frames` that are about to be rendered; returns whether a required report is overdue.
     pub(crate) fn is_missed(&mut self, frames: usize) -> bool {
         let shown = &self.attendance.0;
         let times = shown.times.load(Ordering::Acquire);
@@ -131,7 +131,7 @@ mod tests {
             1,
             "a silent drive need not be watched"
         );
-        // Coming back starts nothing; a re-arming decided before the stop does not undo it.
+        // A late report starts nothing; a re-arming decided before the stop does not undo it.
         attendance.show();
         drive.rearm_knowing(0).unwrap();
         assert_eq!(phase(&mut renderer, &drive), DrivePhase::EmergencyStopped);

@@ -1,4 +1,4 @@
-//! The input direction: blocks of samples out through a ring, with an account of every frame.
+//! Input direction: passes blocks of samples through a ring, with an account of every frame.
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
@@ -11,7 +11,7 @@ use crate::{
     stream_layout::{LayoutError, nonzero},
 };
 
-/// Time of a block on the stream's own clock, ns. Clocks of different streams need not share an origin.
+/// Time of a block on the stream's clock, ns. Clocks of different streams need not share an origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BlockTime {
     /// Time at which the callback was invoked.
@@ -20,16 +20,16 @@ pub struct BlockTime {
     pub capture_ns: u64,
 }
 
-/// The account of a block of frames: position, losses, times, and the state of the drive.
+/// Account of a block of frames: position, losses, times, and the state of the drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockHeader {
-    /// Index of the first frame among all frames delivered to the input callback, dropped ones included: where it
-    /// exceeds the end of the block before, the ring was full in between. Frames lost in an xrun are not counted, for
-    /// no backend reports how many they are.
+    /// Index of the first frame among all frames delivered to the input callback, dropped ones included: if it exceeds the end
+    /// of the previous block, the ring was full in between. Frames lost in an xrun are not counted, because backends do not
+    /// report their number.
     pub first_frame: u64,
     /// Number of frames in the block.
     pub frames: u32,
-    /// Number of frames dropped so far for want of room in the ring.
+    /// Number of frames dropped so far because the ring was full.
     pub dropped_frames: u64,
     /// Time on the stream's clock.
     pub time: BlockTime,
@@ -43,7 +43,7 @@ pub struct BlockHeader {
     pub drive: DriveState,
 }
 
-/// The body of the input callback: passes blocks of samples with their headers to its [`InputReader`].
+/// Body of the input callback: passes blocks of samples with their headers to its [`InputReader`].
 pub struct InputWriter {
     samples: Producer<f32>,
     headers: Producer<BlockHeader>,
@@ -56,7 +56,7 @@ pub struct InputWriter {
     tap: Option<TapWriter>,
 }
 
-/// The reading side of the input, with one owner.
+/// Reading side of the input, with one owner.
 #[derive(Debug)]
 pub struct InputReader {
     samples: Consumer<f32>,
@@ -66,8 +66,8 @@ pub struct InputReader {
 }
 
 impl InputWriter {
-    /// Connects a writer to a reader with room for `ring_frames` frames in blocks of no fewer than `fewest_frames`;
-    /// smaller blocks fill the ring sooner. Allocates the ring.
+    /// Connects a writer to a reader, with room for `ring_frames` frames in blocks of at least `fewest_frames`; smaller blocks
+    /// fill the ring sooner. Allocates the ring.
     ///
     /// # Errors
     /// If any of the numbers is 0.
@@ -104,8 +104,8 @@ impl InputWriter {
         Ok((writer, reader))
     }
 
-    /// Hands `channels` out a second time, through a ring of `ring_frames` frames in blocks of no fewer than
-    /// `fewest_frames`. Allocates the ring.
+    /// Adds a second reader of `channels`, with a ring of `ring_frames` frames in blocks of at least `fewest_frames`. Allocates
+    /// the ring.
     ///
     /// # Errors
     /// If any of the numbers is 0, or there are no channels.
@@ -152,11 +152,11 @@ impl InputWriter {
             output_xruns: self.health.xruns(StreamDirection::Output),
             drive: self.last_drive,
         };
-        // `push` saw room, and this writer alone fills it.
+        // `push` found room, and only this writer fills it.
         let _ = self.headers.push(header);
     }
 
-    /// Pushes the samples if there is room for them and for a header; returns whether it did.
+    /// Pushes the samples if there is room for them and a header; returns whether it did.
     fn push<T: ConverterSample>(&mut self, samples: &[T]) -> bool {
         if self.headers.is_full() {
             return false;
@@ -172,7 +172,7 @@ impl InputWriter {
 }
 
 impl InputReader {
-    /// Returns the xruns of input and output once a stream is over, and no block will carry their count any more.
+    /// Returns the xruns of input and output once a stream has ended and no later block can report them.
     #[must_use]
     pub fn last_xruns(&self) -> Option<(u64, u64)> {
         let [input, output] = [StreamDirection::Input, StreamDirection::Output]

@@ -1,4 +1,4 @@
-//! The commanding side of the drive: commands, kills and the published state, all lock-free.
+//! Commanding side of the drive: commands, kills and the published state, all lock-free.
 
 use std::sync::{
     Arc,
@@ -17,7 +17,7 @@ use crate::{
 /// Commands that can wait for the next output callback.
 const COMMAND_RING: usize = 64;
 
-/// Why the drive did not take a command.
+/// Reason why the drive did not accept a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum CommandError {
     /// The ring is full: the output callback has not run for a while.
@@ -25,21 +25,21 @@ pub enum CommandError {
         "{COMMAND_RING} commands are waiting and the output does not take them: the stream is not running"
     )]
     RingFull,
-    /// The output stream is gone.
+    /// The output stream is closed.
     #[error("the output stream is closed")]
     Closed,
 }
 
-/// A command together with the number of kills that its sender knew of when sending it.
+/// A command and the number of kills known to its sender.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SentCommand {
     pub(crate) command: DriveCommand,
     pub(crate) kills_known: u64,
 }
 
-/// The commanding side of the drive, with one owner.
+/// Commanding side of the drive, with one owner.
 ///
-/// When it is dropped, as a panic's unwinding does, the drive makes an emergency stop.
+/// Dropping it, for example while a panic unwinds, makes an emergency stop.
 ///
 /// ```
 /// use signalgen::{
@@ -76,7 +76,7 @@ pub struct DriveHandle {
 }
 
 impl DriveHandle {
-    /// Returns a handle, the commands it sends, its kill switch, and where to publish the state that it reads.
+    /// Returns a handle, its command queue, its kill switch, and the publisher of the state that it reads.
     pub(crate) fn connect() -> (Self, Consumer<SentCommand>, KillSwitch, StatePublisher) {
         let (producer, consumer) = RingBuffer::new(COMMAND_RING);
         let (publisher, published) = seqlock::channel();
@@ -90,12 +90,12 @@ impl DriveHandle {
         (handle, consumer, kill_switch, publisher)
     }
 
-    /// Sends a command, in force from the next output callback on. Lock-free.
+    /// Sends a command, which takes effect at the next output callback. Lock-free.
     ///
     /// A [`DriveCommand::Rearm`] releases only kills that had happened when it was sent.
     ///
     /// # Errors
-    /// If the output stream is closed or does not run.
+    /// If the output stream is closed or not running.
     pub fn send(&mut self, command: DriveCommand) -> Result<(), CommandError> {
         let kills_known = self.kill_switch.kills();
         self.send_knowing(command, kills_known)
@@ -126,8 +126,7 @@ impl DriveHandle {
         self.send(DriveCommand::Rearm)
     }
 
-    /// Re-arms on a decision made when there had been `kills_known` kills ([`KillSwitch::kills`]): a later kill stays
-    /// in force.
+    /// Re-arms on a decision made after `kills_known` kills ([`KillSwitch::kills`]): a later kill stays in effect.
     ///
     /// # Errors
     /// As [`Self::send`].
@@ -147,7 +146,7 @@ impl DriveHandle {
         self.monitor.clone()
     }
 
-    /// Returns where whoever watches the drive shows it.
+    /// Returns the handle for threads that monitor the drive.
     #[must_use]
     pub fn attendance(&self) -> Attendance {
         self.attendance.clone()
@@ -171,8 +170,8 @@ impl DriveMonitor {
         self.0.read()
     }
 
-    /// Returns the published state, or `None` while it is being written: for callbacks and threads of high priority,
-    /// which must not wait.
+    /// Returns the published state, or `None` while it is being written: for callbacks and high-priority threads, which must
+    /// not wait.
     #[must_use]
     pub fn try_published(&self) -> Option<DriveState> {
         self.0.try_read()

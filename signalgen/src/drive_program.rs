@@ -1,4 +1,4 @@
-//! Waveforms of the drive, and the settings that they are admitted under.
+//! Waveforms of the drive, and the settings under which they are admitted.
 
 use thiserror::Error;
 
@@ -7,11 +7,11 @@ use crate::{
     sweep::{SweepLaw, ToneList},
 };
 
-/// Default length of a ramp, s: an assumption, some twenty time constants of the plate
-/// (2Q/ω ≈ 2.3 ms), so that the plate follows it without ringing.
+/// Default length of a ramp, s: an assumption, about twenty time constants of the plate (2Q/ω ≈ 2.3 ms), so that the plate
+/// follows it without ringing.
 pub const DEFAULT_RAMP_S: f64 = 0.050;
-/// Length of the ramp of an emergency stop, s: an assumption, about the plate's time constant, below
-/// which a faster stop would gain nothing.
+/// Length of the ramp of an emergency stop, s: an assumption, about the plate's time constant; a faster stop would gain
+/// nothing.
 pub const EMERGENCY_RAMP_S: f64 = 0.002;
 /// Longest ramp that can be configured, s.
 pub const LONGEST_RAMP_S: f64 = 10.0;
@@ -60,8 +60,8 @@ pub enum Waveform {
         /// Amplitude, V peak.
         amplitude_v: f64,
     },
-    /// Tones in turn at one amplitude, the phase continuous from each to the next, then silence. The first dwell starts
-    /// when the ramp in is over, and the ramp out follows the last.
+    /// Tones in sequence at one amplitude with continuous phase, then silence. The first dwell starts after the ramp in, and
+    /// the ramp out follows the last dwell.
     SteppedTones {
         /// Frequencies of the tones.
         tones: ToneList,
@@ -72,20 +72,20 @@ pub enum Waveform {
     },
 }
 
-/// A waveform or setting that cannot or must not be rendered.
+/// A waveform or setting that is invalid or not allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum ProgramError {
-    /// A parameter is not a number, or outside its range.
+    /// A parameter is not a number, or out of range.
     #[error("{parameter} = {value} must be {allowed}")]
     OutOfRange {
         /// Name of the parameter.
         parameter: &'static str,
         /// Value of the parameter.
         value: f64,
-        /// Allowed values, in words.
+        /// Allowed values, as text.
         allowed: &'static str,
     },
-    /// The sample rate cannot carry the signal.
+    /// The sampling rate is too low for the signal.
     #[error(
         "sample rate {sample_rate_hz} Hz is not above 2 × (carrier {carrier_hz} Hz + modulation {modulation_hz} Hz) \
          = {needed_hz} Hz: choose a higher rate or a lower carrier"
@@ -121,12 +121,12 @@ pub enum ProgramError {
         /// Volts across the actuators at full scale.
         full_scale_v: f64,
     },
-    /// The configured limit cannot be used.
+    /// The configured limit is invalid.
     #[error(transparent)]
     Limit(#[from] LimitError),
 }
 
-/// Unchecked configuration of a drive, which [`DriveSettings::new`] checks.
+/// Unchecked configuration of a drive; [`DriveSettings::new`] checks it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveConfig {
     /// Sample rate of the output, Hz.
@@ -135,12 +135,11 @@ pub struct DriveConfig {
     pub volts_per_unit: f64,
     /// Limit of the drive, V peak across the actuators; at most [`crate::HARD_LIMIT_V`].
     pub limit_v: f64,
-    /// Length of every ramp but the emergency stop's, s; [`DEFAULT_RAMP_S`] by default.
+    /// Length of every ramp except the emergency stop's, s; [`DEFAULT_RAMP_S`] by default.
     pub ramp_s: f64,
 }
 
-/// Checked settings of a drive. Programs are admitted under them and rendered by a
-/// [`crate::Generator`] of the same settings.
+/// Checked settings of a drive. Programs are admitted under them and rendered by a [`crate::Generator`] with the same settings.
 ///
 /// ```
 /// use signalgen::{DriveConfig, DriveSettings, ProgramError, Waveform};
@@ -252,11 +251,11 @@ impl DriveSettings {
         ((seconds * f64::from(self.sample_rate_hz)).round() as u64).max(1)
     }
 
-    /// Admits a waveform, which is the only way to a [`Program`].
+    /// Admits a waveform; the only constructor of a [`Program`].
     ///
     /// # Errors
-    /// If a parameter is not a number or out of range, the sample rate is not above
-    /// 2 · (carrier + modulation), or the peak exceeds the configured limit or full scale.
+    /// If a parameter is not a number or out of range, the sampling rate does not exceed 2 · (carrier + modulation), or the
+    /// peak exceeds the configured limit or full scale.
     pub fn admit(&self, waveform: Waveform) -> Result<Program, ProgramError> {
         match waveform {
             Waveform::Silence => {}
@@ -372,7 +371,7 @@ impl DriveSettings {
     }
 }
 
-/// A waveform admitted under certain [`DriveSettings`].
+/// A waveform admitted under some [`DriveSettings`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Program {
     waveform: Waveform,
@@ -386,7 +385,7 @@ impl Program {
         &self.waveform
     }
 
-    /// Returns the settings that the program was admitted under.
+    /// Returns the settings under which the program was admitted.
     #[must_use]
     pub fn settings(&self) -> &DriveSettings {
         &self.settings
@@ -405,7 +404,7 @@ fn positive(parameter: &'static str, value: f64) -> Result<(), ProgramError> {
     }
 }
 
-/// Longest sweep or dwell, s; a day, far from where frame counts lose precision.
+/// Longest sweep or dwell, s: one day, far below the length at which frame counts lose precision.
 const LONGEST_S: f64 = 86_400.0;
 
 fn duration(parameter: &'static str, value: f64) -> Result<(), ProgramError> {

@@ -1,4 +1,4 @@
-//! The amplitude-modulation envelope, A(t) = A_mean · (1 + m · sin(2π f_m t + φ0)).
+//! Amplitude-modulation envelope, A(t) = A_mean · (1 + m · sin(2π f_m t + φ0)).
 
 use crate::{
     phase_accumulator::{PhaseAccumulator, PhaseStep},
@@ -15,7 +15,7 @@ pub struct AmplitudeEnvelope {
 }
 
 impl AmplitudeEnvelope {
-    /// Makes an envelope of constant amplitude, V peak.
+    /// Creates an envelope of constant amplitude, V peak.
     #[must_use]
     pub fn constant(amplitude_v: f64, sample_rate_hz: u32) -> Self {
         Self {
@@ -26,7 +26,7 @@ impl AmplitudeEnvelope {
         }
     }
 
-    /// Makes an envelope of sinusoidal modulation of `modulation_index` (0 to 1) about `mean_v` (V peak), with phase
+    /// Creates an envelope with sinusoidal modulation of `modulation_index` (0 to 1) about `mean_v` (V peak), with phase
     /// `start_phase_rad` at the first frame.
     #[must_use]
     pub fn modulated(

@@ -1,4 +1,4 @@
-//! The generator: renders programs sample by sample under commands, and keeps the state of the drive.
+//! Generator: renders programs sample by sample under commands, and keeps the state of the drive.
 
 use crate::{
     drive_program::{DriveSettings, Program, Waveform},
@@ -13,15 +13,15 @@ use crate::{
 /// A command to the generator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DriveCommand {
-    /// Ramps from the present output to this program, from the program's beginning.
+    /// Ramps from the present output to the beginning of this program.
     Start(Program),
-    /// Ramps as [`DriveCommand::Start`] does, but a modulated program continues at the present modulation phase instead
-    /// of its start phase: for a change of amplitude, index or frequency under way.
+    /// Ramps as [`DriveCommand::Start`] does, but a modulated program continues at the present modulation phase instead of its
+    /// start phase: for a change of amplitude, index or frequency during a program.
     Adjust(Program),
     /// Ramps to silence.
     Stop,
-    /// Ramps to silence in [`crate::EMERGENCY_RAMP_S`] and latches: from then on every command but
-    /// [`DriveCommand::Rearm`] is refused.
+    /// Ramps to silence in [`crate::EMERGENCY_RAMP_S`] and latches: all later commands except [`DriveCommand::Rearm`] are
+    /// refused.
     EmergencyStop,
     /// Releases the latch of an emergency stop or a trip, once the drive is silent; starts nothing.
     Rearm,
@@ -33,7 +33,7 @@ pub enum DrivePhase {
     /// Silent, ready for a program.
     #[default]
     Silent,
-    /// Ramping from silence or the last program to the program.
+    /// Ramping from silence or the previous program to the program.
     RampingIn,
     /// Rendering the program at its full amplitude.
     Steady,
@@ -43,7 +43,7 @@ pub enum DrivePhase {
     EmergencyRamp,
     /// Silent and latched by an emergency stop.
     EmergencyStopped,
-    /// Silent and latched by the limiter, or by a program of other settings.
+    /// Silent and latched by the limiter, or by a program admitted under other settings.
     Tripped(TripCause),
 }
 
@@ -67,7 +67,7 @@ impl DrivePhase {
     }
 }
 
-/// The tone of a stepped program that sounds at full amplitude.
+/// Tone of a stepped program that plays at full amplitude.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepState {
     /// Index of the tone in the program's list.
@@ -79,7 +79,7 @@ pub struct StepState {
 /// State of the drive after a block of frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DriveState {
-    /// Number of frames rendered since the generator was made; the index of the next frame.
+    /// Number of frames rendered since the generator was created; the index of the next frame.
     pub frames: u64,
     /// Phase of the drive from the next frame on.
     pub phase: DrivePhase,
@@ -89,20 +89,18 @@ pub struct DriveState {
     pub carrier_hz: f64,
     /// Current step of a stepped program; `None` during its ramps and for other programs.
     pub step: Option<StepState>,
-    /// Number of programs accepted so far: rises with each accepted [`DriveCommand::Start`] or
-    /// [`DriveCommand::Adjust`].
+    /// Number of accepted programs: rises with each accepted [`DriveCommand::Start`] or [`DriveCommand::Adjust`].
     pub programs: u32,
-    /// Number of commands refused because of a latch.
+    /// Number of commands refused while latched.
     pub refused: u32,
 }
 
 /// Renders the drive in units of output full scale.
 ///
-/// The envelope is continuous through every command: a new program is blended in from the
-/// amplitude of the last frame by a raised cosine. Between two frames it therefore changes by at most
-/// `Δ·π/(2N)` for the ramp (Δ the larger of the amplitudes on its two sides, N its frames) plus the
-/// program's own modulation slope; asserted by `envelope_never_steps` in `tests/generator`.
-/// Only a trip goes to zero at once.
+/// The envelope is continuous through every command: a new program is blended in from the amplitude of the last frame by a
+/// raised cosine. Between two frames it therefore changes by at most `Δ·π/(2N)` for the ramp (Δ the larger of the amplitudes on
+/// its two sides, N its number of frames) plus the program's own modulation slope; asserted by `envelope_never_steps` in
+/// `tests/generator`. Only a trip goes to zero at once.
 ///
 /// ```
 /// use signalgen::{DriveCommand, DriveConfig, DrivePhase, DriveSettings, Generator, Waveform};
@@ -139,7 +137,7 @@ pub struct Generator {
 }
 
 impl Generator {
-    /// Makes a silent generator.
+    /// Creates a silent generator.
     #[must_use]
     pub fn new(settings: DriveSettings) -> Self {
         let rate = settings.sample_rate_hz();
@@ -155,7 +153,7 @@ impl Generator {
         }
     }
 
-    /// Returns the settings that programs must be admitted under.
+    /// Returns the settings under which programs must be admitted.
     #[must_use]
     pub fn settings(&self) -> &DriveSettings {
         &self.settings
@@ -167,10 +165,10 @@ impl Generator {
         self.state
     }
 
-    /// Takes a command, in force from the next frame on. Neither allocates nor blocks.
+    /// Takes a command, which takes effect at the next frame. Neither allocates nor blocks.
     ///
     /// While latched, the generator refuses and counts every command that starts a program, and a re-arming before the
-    /// emergency ramp is over. A program of other settings trips the drive.
+    /// emergency ramp is over. A program admitted under other settings trips the drive.
     pub fn apply(&mut self, command: DriveCommand) {
         match command {
             DriveCommand::Start(program) => self.start(&program, false),
@@ -263,7 +261,7 @@ impl Generator {
             DrivePhase::RampingIn | DrivePhase::Steady => {
                 self.ramp_to_silence(self.settings.ramp_frames(), DrivePhase::RampingOut);
             }
-            // Already silent or on the way there, so a second ramp would only delay it.
+            // Already silent or ramping down; a second ramp would only delay it.
             DrivePhase::Silent
             | DrivePhase::RampingOut
             | DrivePhase::EmergencyRamp
@@ -328,8 +326,7 @@ impl Generator {
             return 0.0;
         }
 
-        // The timeline runs at full amplitude only, and at its end makes this frame the first of
-        // the ramp out.
+        // The timeline advances at full amplitude only; at its end this frame becomes the first of the ramp out.
         let motion = if self.state.phase == DrivePhase::Steady {
             self.timeline.advance()
         } else {
@@ -397,7 +394,7 @@ mod tests {
     use super::*;
     use crate::drive_program::DriveConfig;
 
-    /// A generator at 60 V of a limit of 80 V.
+    /// Returns a generator at 60 V with a limit of 80 V.
     fn steady() -> Generator {
         let settings = DriveSettings::new(DriveConfig {
             sample_rate_hz: 192_000,
@@ -417,7 +414,7 @@ mod tests {
         generator
     }
 
-    /// FAULTS 8: past every check, the amplitude itself goes bad under way.
+    /// FAULTS 8: the amplitude becomes invalid during a program, after all checks.
     /// Fault 8.
     /// Hazards 3, 6.
     #[test]

@@ -1,4 +1,4 @@
-//! Some channels of the input handed out a second time, to a reader that owes nothing to the first.
+//! Second reader of some input channels, independent of the first.
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
@@ -7,21 +7,21 @@ use crate::sample::ConverterSample;
 /// A block of tapped frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TapBlock {
-    /// Index of the first frame, counted as in [`BlockHeader::first_frame`](crate::BlockHeader): where it exceeds the
-    /// end of the block before, the tap's own ring was full in between.
+    /// Index of the first frame, counted as in [`BlockHeader::first_frame`](crate::BlockHeader): if it exceeds the end of the
+    /// previous block, the tap's own ring was full in between.
     pub first_frame: u64,
     /// Number of frames in the block.
     pub frames: u32,
 }
 
-/// The writing side, within the input callback.
+/// Writing side, within the input callback.
 pub(crate) struct TapWriter {
     channels: Vec<usize>,
     samples: Producer<f32>,
     blocks: Producer<TapBlock>,
 }
 
-/// The reading side of a tap, with one owner.
+/// Reading side of a tap, with one owner.
 #[derive(Debug)]
 pub struct InputTap {
     channels: usize,
@@ -29,8 +29,8 @@ pub struct InputTap {
     blocks: Consumer<TapBlock>,
 }
 
-/// Connects both sides of a tap of `channels`, with room for `ring_frames` frames in blocks of no fewer than
-/// `fewest_frames`. Allocates the rings.
+/// Connects both sides of a tap of `channels`, with room for `ring_frames` frames in blocks of at least `fewest_frames`.
+/// Allocates the rings.
 pub(crate) fn connect(
     channels: &[usize],
     ring_frames: usize,
@@ -53,7 +53,7 @@ pub(crate) fn connect(
 }
 
 impl TapWriter {
-    /// Passes on the tapped channels of one block of `of` channels, interleaved, or drops it whole if there is no room.
+    /// Passes on the tapped channels of an interleaved block of `of` channels, or drops the whole block if there is no room.
     /// Neither allocates, locks, logs nor panics.
     pub(crate) fn take<T: ConverterSample>(&mut self, first_frame: u64, block: &[T], of: usize) {
         let frames = block.len() / of;
@@ -74,7 +74,7 @@ impl TapWriter {
                     .map_or(f32::NAN, |sample| sample.to_unit())
             })
         }));
-        // There was room, and this writer alone fills it.
+        // There was room, and only this writer fills it.
         let _ = self.blocks.push(TapBlock {
             first_frame,
             frames: frames as u32,
@@ -106,7 +106,7 @@ impl InputTap {
         self.channels
     }
 
-    /// Returns the two sides of a tap that is fed by hand, for tests and simulations of what reads it.
+    /// Returns both sides of a tap without a stream, for tests and simulations.
     #[must_use]
     pub fn by_hand(channels: usize, ring_frames: usize) -> (TapFeed, Self) {
         let all: Vec<usize> = (0..channels).collect();
@@ -115,14 +115,14 @@ impl InputTap {
     }
 }
 
-/// The writing side of a tap without a stream.
+/// Writing side of a tap without a stream.
 pub struct TapFeed {
     writer: TapWriter,
     channels: usize,
 }
 
 impl TapFeed {
-    /// Passes on interleaved frames, the first of which has this index.
+    /// Passes on interleaved frames; `first_frame` is the index of the first.
     pub fn feed(&mut self, first_frame: u64, frames: &[f32]) {
         self.writer.take(first_frame, frames, self.channels);
     }

@@ -3,15 +3,15 @@
 //! Voltages are volts **peak** across the actuators, samples are in units of converter full scale, and phases follow
 //! exp(+iωt).
 //!
-//! A [`Waveform`] is admitted under checked settings ([`DriveSettings::admit`]) and thereby becomes a [`Program`]. It
-//! travels as a [`DriveCommand`] over a lock-free ring ([`DriveHandle::send`]) to the [`DriveRenderer`], which renders
-//! it in the output callback. The input callback hands its blocks to an [`InputWriter`]; an [`InputReader`] takes them
-//! out on another thread. Neither callback allocates, locks, logs or panics (`tests/real_time.rs`).
+//! [`DriveSettings::admit`] checks a [`Waveform`] and turns it into a [`Program`]. A [`DriveCommand`] carries it over a
+//! lock-free ring ([`DriveHandle::send`]) to the [`DriveRenderer`], which renders it in the output callback. The input callback
+//! passes its blocks to an [`InputWriter`]; an [`InputReader`] takes them out on another thread. Neither callback allocates,
+//! locks, logs or panics (`tests/real_time.rs`).
 //!
 //! Cargo features:
 //!
-//! - `sound-card`: the module `audio`, which opens a sound card through cpal (ALSA, CoreAudio, WASAPI) and runs both
-//!   callbacks on it. Everything else is free of input and output and builds for any target of the standard library.
+//! - `sound-card`: the module `audio`, which opens a sound card through cpal (ALSA, CoreAudio, WASAPI) and runs both callbacks
+//!   on it. The rest does no input or output and builds for any target of the standard library.
 //! - `jack`: in addition, a JACK server as the host of the sound card.
 
 mod attendance;

@@ -1,11 +1,11 @@
-//! The limiter: the last check of every voltage before the converter.
+//! Limiter: the last check of every voltage before the converter.
 
 use thiserror::Error;
 
-/// Hard limit of the drive, volts peak across the actuators: no configuration raises it.
+/// Hard limit of the drive, volts peak across the actuators; no configuration can raise it.
 ///
-/// An assumption, for the paper does not specify the piezo discs: the ×20 amplifier of SCIENCE.md section 1 fed with
-/// ±7.5 V, three quarters of a common ±10 V output.
+/// An assumption, because the paper does not specify the piezo discs: the ×20 amplifier of SCIENCE.md section 1 with ±7.5 V at
+/// its input, three quarters of a common ±10 V output.
 pub const HARD_LIMIT_V: f64 = 150.0;
 
 /// Excess over the limit that counts as rounding, as a factor.
@@ -17,34 +17,34 @@ pub enum TripCause {
     /// A voltage is not a number, or infinite.
     #[error("drive voltage is not a finite number")]
     NotFinite,
-    /// A voltage is beyond the configured limit.
+    /// A voltage exceeds the configured limit.
     #[error("drive voltage beyond the configured limit")]
     OverRange,
-    /// A program was admitted under other settings than the generator's.
+    /// A program was admitted under settings other than the generator's.
     #[error("program was admitted under other drive settings")]
     ForeignProgram,
 }
 
-/// A limit that the limiter refuses.
+/// A limit that the limiter rejects.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum LimitError {
-    /// The limit is beyond [`HARD_LIMIT_V`].
+    /// The limit exceeds [`HARD_LIMIT_V`].
     #[error(
         "drive limit {limit_v} V peak is above the hard limit of {HARD_LIMIT_V} V peak: lower limit_v"
     )]
     AboveHardLimit {
-        /// The limit asked for, V peak.
+        /// Requested limit, V peak.
         limit_v: f64,
     },
     /// The limit is zero, negative or not a number.
     #[error("drive limit {limit_v} V peak must be above 0 and at most {HARD_LIMIT_V} V peak")]
     NotPositive {
-        /// The limit asked for, V peak.
+        /// Requested limit, V peak.
         limit_v: f64,
     },
 }
 
-/// Passes voltages within the configured limit, and nothing else.
+/// Passes only voltages within the configured limit.
 ///
 /// ```
 /// use signalgen::{Limiter, TripCause};
@@ -61,7 +61,7 @@ pub struct Limiter {
 }
 
 impl Limiter {
-    /// Makes a limiter at `limit_v` volts peak.
+    /// Creates a limiter at `limit_v` volts peak.
     ///
     /// # Errors
     /// If the limit is not in 0 < limit ≤ [`HARD_LIMIT_V`]: it is rejected, never clamped.
@@ -81,10 +81,10 @@ impl Limiter {
         self.limit_v
     }
 
-    /// Returns `volts` if they may go out.
+    /// Returns `volts` if they are within the limit.
     ///
     /// # Errors
-    /// If they may not: the caller puts out zero and latches. An excess below 1e-9 of the limit is rounding and passes.
+    /// If they are not: the caller must output zero and latch. An excess below 1e-9 of the limit counts as rounding and passes.
     #[inline]
     pub fn check(&self, volts: f64) -> Result<f64, TripCause> {
         if volts.abs() <= self.limit_v * ROUNDING {

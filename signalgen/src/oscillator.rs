@@ -1,4 +1,4 @@
-//! The carrier's oscillator: a sine whose phase is continuous through every change of frequency.
+//! Carrier oscillator: a sine with a phase that is continuous through every change of frequency.
 
 use crate::{
     phase_accumulator::{PhaseAccumulator, PhaseStep},
@@ -15,7 +15,7 @@ pub struct CarrierOscillator {
 }
 
 impl CarrierOscillator {
-    /// Makes a carrier of `frequency_hz`, rounded to the nearest nanohertz.
+    /// Creates a carrier of `frequency_hz`, rounded to the nearest nanohertz.
     #[must_use]
     pub fn new(frequency_hz: f64, sample_rate_hz: u32) -> Self {
         Self {
@@ -32,7 +32,7 @@ impl CarrierOscillator {
         self.step = PhaseStep::new(frequency_hz, self.sample_rate_hz);
     }
 
-    /// Returns the frequency in force, Hz.
+    /// Returns the present frequency, Hz.
     #[must_use]
     pub fn frequency_hz(&self) -> f64 {
         self.frequency_hz
@@ -57,7 +57,7 @@ impl CarrierOscillator {
         self.phase.advance(self.step);
     }
 
-    /// Holds the frequency in force, which ends a glide.
+    /// Keeps the present frequency, which ends a glide.
     pub fn hold(&mut self) {
         self.set_frequency(self.frequency_hz);
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-/// Steps of frequency per hertz: frequencies are whole numbers of nanohertz.
+/// Frequency steps per hertz: frequencies are whole numbers of nanohertz.
 const STEPS_PER_HZ: f64 = 1e9;
 const STEPS_PER_HZ_EXACT: u64 = 1_000_000_000;
 /// One turn of the accumulator, 2⁶⁴.
@@ -10,8 +10,8 @@ pub(crate) const TURN: f64 = 18_446_744_073_709_551_616.0;
 
 /// Phase as a fraction of a turn in units of 2⁻⁶⁴, with the exact remainder below that.
 ///
-/// The remainder counts in units of 2⁻⁶⁴ / (rate · 10⁹), so that advancing by any [`PhaseStep`] of
-/// the same rate, any number of times, makes no rounding error at all.
+/// The remainder counts in units of 2⁻⁶⁴ / (rate · 10⁹), so that any number of advances by any [`PhaseStep`] of the same rate
+/// has no rounding error.
 ///
 /// ```
 /// use signalgen::{PhaseAccumulator, PhaseStep};
@@ -31,7 +31,7 @@ pub struct PhaseAccumulator {
 }
 
 impl PhaseAccumulator {
-    /// Makes the phase of `rad` radians, any finite number of turns.
+    /// Returns the phase of `rad` radians, any finite number of turns.
     #[must_use]
     pub fn from_rad(rad: f64) -> Self {
         let fraction = (rad / TAU).rem_euclid(1.0);
@@ -53,7 +53,7 @@ impl PhaseAccumulator {
     /// Returns the phase in radians, `0 ≤ rad < 2π`.
     #[must_use]
     pub fn rad(self) -> f64 {
-        // Dropping the bits that f64 cannot hold keeps the result below 2π.
+        // Dropping the bits that f64 cannot represent keeps the result below 2π.
         (self.turns >> 11) as f64 * (TAU / (1_u64 << 53) as f64)
     }
 
@@ -68,8 +68,7 @@ impl PhaseAccumulator {
         }
     }
 
-    /// Advances by `cycles` turns (`0 ≤ cycles < 1`), to within 2⁻⁵³ of a turn: for frequencies
-    /// that change with every frame.
+    /// Advances by `cycles` turns (`0 ≤ cycles < 1`), to within 2⁻⁵³ of a turn: for frequencies that change with every frame.
     #[inline]
     pub fn advance_by_cycles(&mut self, cycles: f64) {
         self.turns = self.turns.wrapping_add((cycles * TURN) as u64);
@@ -85,10 +84,10 @@ pub struct PhaseStep {
 }
 
 impl PhaseStep {
-    /// Makes the advance per frame of `frequency_hz` at `sample_rate_hz`.
+    /// Returns the advance per frame of `frequency_hz` at `sample_rate_hz`.
     ///
-    /// The frequency is rounded to the nearest nanohertz; the advance is then exact. Aliases (frequencies of the rate
-    /// and above) wrap, and negative frequencies do not advance: programs are checked against the rate beforehand.
+    /// The frequency is rounded to the nearest nanohertz; the advance is then exact. Aliases (frequencies at or above the rate)
+    /// wrap, and negative frequencies do not advance: programs are checked against the rate beforehand.
     #[must_use]
     pub fn new(frequency_hz: f64, sample_rate_hz: u32) -> Self {
         let modulus = u64::from(sample_rate_hz.max(1)) * STEPS_PER_HZ_EXACT;
@@ -101,7 +100,7 @@ impl PhaseStep {
         }
     }
 
-    /// Returns whether the phase stands still.
+    /// Returns whether the phase does not advance.
     #[inline]
     #[must_use]
     pub fn is_zero(self) -> bool {
@@ -113,8 +112,8 @@ impl PhaseStep {
 mod tests {
     use super::*;
 
-    /// 35 kHz at 192 kHz is 35 turns in 192 frames: the accumulator must come back to exactly 0
-    /// each time, which a rounded increment (2⁶⁴ · 35/192 is not whole) does not.
+    /// 35 kHz at 192 kHz is 35 turns in 192 frames: the accumulator must return to exactly 0 each time, which a rounded
+    /// increment (2⁶⁴ · 35/192 is not whole) does not.
     #[test]
     fn rational_frequency_closes_exactly() {
         let step = PhaseStep::new(35_000.0, 192_000);

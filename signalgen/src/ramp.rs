@@ -1,4 +1,4 @@
-//! Raised-cosine ramps, so that the drive never steps.
+//! Raised-cosine ramps, which keep the drive free of steps.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -17,7 +17,7 @@ pub struct Ramp {
 }
 
 impl Ramp {
-    /// Makes a ramp at its beginning, at least one frame long.
+    /// Creates a ramp at its beginning, at least one frame long.
     #[must_use]
     pub fn new(frames: u32) -> Self {
         let frames = frames.max(1);

@@ -1,4 +1,4 @@
-//! The output direction: commands in through a ring, the generator rendered in the callback.
+//! Output direction: takes commands from a ring and renders the generator in the callback.
 
 use rtrb::Consumer;
 
@@ -12,10 +12,10 @@ use crate::{
     stream_layout::{LayoutError, nonzero},
 };
 
-/// Frames rendered at a time.
+/// Frames per rendered chunk.
 const CHUNK_FRAMES: usize = 256;
 
-/// The body of the output callback: obeys the commands of its [`DriveHandle`] and renders the drive into one channel.
+/// Body of the output callback: executes the commands of its [`DriveHandle`] and renders the drive into one channel.
 #[derive(Debug)]
 pub struct DriveRenderer {
     generator: Generator,
@@ -30,11 +30,11 @@ pub struct DriveRenderer {
 }
 
 impl DriveRenderer {
-    /// Connects `generator` to a handle. The drive goes to channel `drive_channel` (from 0) of `channels`; every other
-    /// channel is silent.
+    /// Connects `generator` to a handle. The drive goes to channel `drive_channel` (from 0) of `channels`; the other channels
+    /// are silent.
     ///
     /// # Errors
-    /// If there is no channel, or `drive_channel` is not among them.
+    /// If there is no channel, or `drive_channel` is out of range.
     pub fn connect(
         generator: Generator,
         channels: usize,
@@ -63,7 +63,7 @@ impl DriveRenderer {
         Ok((renderer, handle))
     }
 
-    /// Obeys the waiting commands, renders the interleaved `out` and publishes the state.
+    /// Executes the waiting commands, renders the interleaved `out` and publishes the state.
     ///
     /// Neither allocates, locks, logs nor panics; asserted by `tests/real_time.rs` and, through cpal, `tests/duplex`.
     pub fn render<T: ConverterSample>(&mut self, out: &mut [T]) {

@@ -40,7 +40,7 @@ impl fmt::Display for SampleFormat {
     }
 }
 
-/// A name that no sample format has.
+/// A name that is not a sample format.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("sample format {name:?} is not one of f32, i32, i24, i16")]
 pub struct UnknownFormat {
@@ -61,7 +61,7 @@ impl FromStr for SampleFormat {
     }
 }
 
-/// A sample of 24 bits in the low bits of a 32-bit container.
+/// A 24-bit sample in the low bits of a 32-bit container.
 ///
 /// Writing sign-extends into the top byte. Reading ignores the top byte, which some drivers leave at 0 for negative
 /// samples.
@@ -94,7 +94,7 @@ impl I24 {
     }
 }
 
-/// A converter's sample, to and from units of full scale.
+/// A converter's sample, convertible to and from units of full scale.
 pub trait ConverterSample: Copy + Send + 'static {
     /// Silence.
     const ZERO: Self;
@@ -118,7 +118,7 @@ impl ConverterSample for f32 {
     }
 }
 
-// A full scale of 2³¹, 2²³ and 2¹⁵ makes reading exact but for rounding to f32; +1.0 saturates.
+// With a full scale of 2³¹, 2²³ or 2¹⁵, reading is exact up to rounding to f32; +1.0 saturates.
 impl ConverterSample for i32 {
     const ZERO: Self = 0;
 
@@ -179,7 +179,7 @@ mod tests {
             assert_eq!(sample.container(), raw);
             assert_eq!(I24::from_unit(sample.to_unit()), sample);
         }
-        // f32 holds 24 bits, which is what the best converters have.
+        // f32 has 24 bits of precision, as many as the best converters.
         for raw in (i32::MIN..=i32::MAX - 255).step_by(256 * 4_099) {
             assert_eq!(i32::from_unit(raw.to_unit()), raw);
         }

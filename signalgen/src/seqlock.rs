@@ -1,4 +1,4 @@
-//! A sequence lock: the output callback publishes the drive's state, and any thread reads it whole.
+//! Sequence lock: the output callback publishes the drive's state, and any thread reads it consistently.
 
 use std::sync::{
     Arc,
@@ -10,7 +10,7 @@ use crate::{
     limiter::TripCause,
 };
 
-/// The published state, field by field in atomics: the writer never waits, a reader that meets a write tries again.
+/// Published state, field by field in atomics: the writer never waits, and a reader that meets a write retries.
 #[derive(Debug, Default)]
 struct Slot {
     /// Number of half-writes: odd while a write is under way.
@@ -26,7 +26,7 @@ struct Slot {
     refused: AtomicU32,
 }
 
-/// The one writing side.
+/// The single writing side.
 #[derive(Debug)]
 pub(crate) struct StatePublisher(Arc<Slot>);
 
@@ -41,7 +41,7 @@ pub(crate) fn channel() -> (StatePublisher, PublishedState) {
 }
 
 impl StatePublisher {
-    /// Publishes a state. Takes `&mut self`, for two writers at once would tear the state.
+    /// Publishes a state. Takes `&mut self` because two simultaneous writers would tear the state.
     pub(crate) fn publish(&mut self, state: &DriveState) {
         let slot = &*self.0;
         let sequence = slot.sequence.load(Ordering::Relaxed);
@@ -69,7 +69,7 @@ impl StatePublisher {
 }
 
 impl PublishedState {
-    /// Returns the last state published, whole; waits out a write under way.
+    /// Returns the latest published state; waits while a write is under way.
     pub(crate) fn read(&self) -> DriveState {
         loop {
             if let Some(state) = self.try_read() {
@@ -79,7 +79,7 @@ impl PublishedState {
         }
     }
 
-    /// Returns the last state published, or `None` while a write is under way: for callbacks, which must not wait.
+    /// Returns the latest published state, or `None` while a write is under way: for callbacks, which must not wait.
     pub(crate) fn try_read(&self) -> Option<DriveState> {
         let slot = &*self.0;
         let before = slot.sequence.load(Ordering::Acquire);
@@ -139,7 +139,7 @@ fn decode_phase(code: u32) -> DrivePhase {
 mod tests {
     use super::*;
 
-    /// A state whose every field follows from one number, so that a torn read shows.
+    /// Returns a state with all fields computed from one number, so that a torn read is detectable.
     fn state(n: u64) -> DriveState {
         DriveState {
             frames: n,

@@ -75,7 +75,7 @@ mod tests {
         let mut worst = 0.0_f64;
         let mut turns = 0_u64;
         for _ in 0..2_000_000 {
-            // The golden ratio visits the circle evenly and hits no table point.
+            // Steps of the golden ratio cover the circle evenly and hit no table point.
             turns = turns.wrapping_add(0x9E37_79B9_7F4A_7C15);
             let angle = TAU * (turns as f64 / TURN);
             worst = worst

@@ -1,4 +1,4 @@
-//! Health of the two streams: xruns, faults, age of the last callback.
+//! Health of the two streams: xruns, faults, and age of the latest callback.
 
 use std::{
     sync::{
@@ -10,22 +10,22 @@ use std::{
 
 use thiserror::Error;
 
-/// A fault that a stream's error callback reported.
+/// A fault reported by a stream's error callback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum StreamFault {
     /// A buffer under- or overrun: frames were lost.
     #[error("buffer under- or overrun")]
     Xrun,
-    /// The device or its server went away.
+    /// The device or its server has gone.
     #[error("device or audio server no longer available")]
     DeviceLost,
-    /// The stream is no longer valid and must be opened anew.
+    /// The stream is no longer valid and must be reopened.
     #[error("stream no longer valid")]
     Invalidated,
     /// The system routed the stream to another device.
     #[error("stream rerouted to another device")]
     Rerouted,
-    /// Real-time scheduling was refused; the stream goes on.
+    /// Real-time scheduling was refused; the stream continues.
     #[error("real-time scheduling refused")]
     RealtimeDenied,
     /// Any other error of the backend.
@@ -42,7 +42,7 @@ const FAULTS: [StreamFault; 6] = [
     StreamFault::Backend,
 ];
 
-/// Time of the last callback while there has been none.
+/// Time of the latest callback before the first one.
 const NEVER: u64 = u64::MAX;
 
 /// Direction of a stream.
@@ -68,7 +68,7 @@ struct Counters {
     callbacks: AtomicU64,
     last_callback_ns: AtomicU64,
     xruns: AtomicU64,
-    /// Index into [`FAULTS`] plus one; 0 for none.
+    /// Index into [`FAULTS`] plus one; 0 for no fault.
     last_fault: AtomicU8,
     lost: AtomicBool,
 }
@@ -113,13 +113,13 @@ pub struct StreamHealth(Arc<Shared>);
 pub struct DirectionHealth {
     /// Number of callbacks so far.
     pub callbacks: u64,
-    /// Age of the last callback on the monotonic clock; `None` before the first.
+    /// Age of the latest callback on the monotonic clock; `None` before the first.
     pub callback_age: Option<Duration>,
-    /// Number of xruns reported so far. No backend reports how many frames each lost.
+    /// Number of reported xruns. Backends do not report how many frames each lost.
     pub xruns: u64,
-    /// Last fault reported.
+    /// Latest reported fault.
     pub last_fault: Option<StreamFault>,
-    /// Whether the device was lost or the stream invalidated: it will not call back again.
+    /// Whether the device was lost or the stream invalidated; no further callbacks will come.
     pub device_lost: bool,
 }
 
@@ -130,7 +130,7 @@ impl Default for StreamHealth {
 }
 
 impl StreamHealth {
-    /// Starts both directions' counters at 0 and the clock of [`Self::now_ns`] now.
+    /// Starts both directions' counters at 0, and the clock of [`Self::now_ns`].
     #[must_use]
     pub fn new() -> Self {
         Self(Arc::new(Shared {
@@ -158,7 +158,7 @@ impl StreamHealth {
         }
     }
 
-    /// Returns the nanoseconds of the monotonic clock since these counters were made, before the streams were opened:
+    /// Returns the time on the monotonic clock since these counters were created, ns, which is before the streams were opened:
     /// the clock of [`crate::BlockHeader::arrived_ns`].
     #[must_use]
     pub fn now_ns(&self) -> u64 {

@@ -1,8 +1,8 @@
-//! Numbers of channels and frames that a stream cannot have.
+//! Invalid numbers of channels and frames of a stream.
 
 use thiserror::Error;
 
-/// A layout of channels and frames that no stream can have.
+/// An invalid layout of channels and frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum LayoutError {
     /// A number of channels or frames is 0.
@@ -11,12 +11,12 @@ pub enum LayoutError {
         /// Name of the parameter.
         parameter: &'static str,
     },
-    /// The drive's channel is not among the channels of the output.
+    /// The drive's channel is not an output channel.
     #[error(
         "drive_channel = {drive_channel} must be below the number of output channels, {channels}"
     )]
     DriveChannel {
-        /// The channel asked for, from 0.
+        /// Requested channel, from 0.
         drive_channel: usize,
         /// Number of output channels.
         channels: usize,

@@ -1,8 +1,8 @@
-//! Frequency over time: sweeps and stepped tones, phase-continuous throughout.
+//! Frequency over time: sweeps and stepped tones with continuous phase.
 
 use thiserror::Error;
 
-/// Law by which the frequency of a sweep passes from one end to the other.
+/// Law of a sweep's frequency over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SweepLaw {
     /// Equal hertz per second.
@@ -11,8 +11,8 @@ pub enum SweepLaw {
     Logarithmic,
 }
 
-/// Largest number of tones in a program. They travel to the audio callback by value, for a list on the heap would be
-/// freed there.
+/// Largest number of tones in a program. They travel to the audio callback by value, because a list on the heap would be freed
+/// there.
 pub const MAX_TONES: usize = 128;
 
 /// A list with no tones, or with more than [`MAX_TONES`].
@@ -23,7 +23,7 @@ pub struct ToneCountError {
     pub count: usize,
 }
 
-/// Frequencies of a stepped-tone program, 1 to [`MAX_TONES`] of them.
+/// Frequencies of a stepped-tone program, 1 to [`MAX_TONES`].
 ///
 /// ```
 /// use signalgen::{ToneCountError, ToneList};
@@ -40,7 +40,7 @@ pub struct ToneList {
 }
 
 impl ToneList {
-    /// Makes a list of the tones in the order in which they sound, Hz.
+    /// Creates a list of tones, Hz, in playing order.
     ///
     /// # Errors
     /// If the list is empty or longer than [`MAX_TONES`].
@@ -93,18 +93,18 @@ pub(crate) enum CarrierMotion {
     Over(f64),
 }
 
-/// The running frequency plan of a program at full amplitude, advanced frame by frame.
+/// Frequency plan of a program at full amplitude, advanced frame by frame.
 #[derive(Clone, Copy, Debug)]
 #[expect(
     clippy::large_enum_variant,
     reason = "a boxed tone list would be freed in the audio callback"
 )]
 pub(crate) enum Timeline {
-    /// One frequency for as long as the program lasts.
+    /// One frequency throughout the program.
     Constant,
     /// A sweep.
     Sweep(Glide),
-    /// Tones in turn.
+    /// Tones in sequence.
     Steps(Steps),
 }
 
@@ -127,7 +127,7 @@ impl Timeline {
     }
 }
 
-/// A sweep whose frame `n` begins at the law's frequency at time n/rate.
+/// A sweep; frame `n` begins at the law's frequency at time n/rate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Glide {
     course: Course,
@@ -202,7 +202,7 @@ impl Glide {
     }
 }
 
-/// Tones one after the other, each for `dwell_frames` frames.
+/// Tones in sequence, each for `dwell_frames` frames.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Steps {
     tones: ToneList,

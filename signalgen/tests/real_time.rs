@@ -15,7 +15,7 @@ static ALLOCATOR: assert_no_alloc::AllocDisabler = assert_no_alloc::AllocDisable
 
 const CHANNELS: usize = 3;
 const DRIVE_CHANNEL: usize = 1;
-/// More than one chunk of the renderer, and no multiple of it.
+/// More than one chunk of the renderer, and not a multiple of it.
 const FRAMES: usize = 700;
 
 fn settings() -> DriveSettings {
@@ -81,7 +81,7 @@ fn run<T: ConverterSample>() -> (f32, f32) {
     for command in commands() {
         drive.send(command).unwrap();
         for _ in 0..3 {
-            // Not silence: the callback must write every sample itself.
+            // Not silence: the callback must overwrite every sample.
             block.fill(T::from_unit(0.9));
             assert_no_alloc(|| {
                 renderer.render(&mut block);

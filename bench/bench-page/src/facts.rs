@@ -1,4 +1,4 @@
-//! What the operator should know of the bench itself.
+//! Facts on the bench for the operator.
 
 use config::{CalibrationFile, Config, HardwareStop, Provenance, Quantity, unverified};
 use devices::Hardware;
@@ -9,7 +9,7 @@ use tui::event::{BenchFacts, BenchLine, CalibrationFact, PartFact};
 
 const DAY_S: f64 = 86_400.0;
 
-/// Lines that the bench has, wherever they are.
+/// Lines available on the bench, from any device.
 #[derive(Debug, Clone, Copy)]
 struct Wired {
     /// The e-stop's loop.
@@ -23,7 +23,7 @@ struct Wired {
 }
 
 impl Wired {
-    /// Returns which of the lines there are.
+    /// Returns which lines are available.
     fn of(lines: &Lines) -> Self {
         Self {
             estop: lines.estop.is_some(),
@@ -34,8 +34,8 @@ impl Wired {
     }
 }
 
-/// Returns calibrations, lines, sources and limits of the bench of `config`, whose calibrations are in `file`. Dates of
-/// simulated time have no age in another.
+/// Returns calibrations, lines, sources and limits of the bench of `config`, with its calibrations in `file`. A date in
+/// simulated time has no age in real time, and vice versa.
 #[must_use]
 pub fn facts(config: &Config, file: Option<&CalibrationFile>, hardware: &Hardware) -> BenchFacts {
     let clock = &hardware.clock;
@@ -60,7 +60,7 @@ fn calibrations(
     now: Timestamp,
     simulated: bool,
 ) -> Vec<CalibrationFact> {
-    // A tare is a part of the force sensor's.
+    // The tare belongs to the calibration of the force sensor.
     let same_time = |name: &str| {
         let part = if name == "tare" { "force" } else { name };
         file.is_some_and(|file| file.is_in_simulated_time(part) == simulated)

@@ -1,4 +1,4 @@
-//! How the machinery does.
+//! Health of the bench's tasks and devices.
 
 use devices::Gauges;
 use recording::pipeline::Account;
@@ -6,10 +6,10 @@ use tui::event::{LineStates, SystemHealth};
 
 use crate::processor::ProcessorMeter;
 
-/// Health is reported this often, ns.
+/// Time between two reports of health, ns.
 const PERIOD_NS: u64 = 500_000_000;
 
-/// Reads how the machinery does, and its rates since the last reading.
+/// Reads the health of the bench, and the rates since the last reading.
 #[derive(Debug, Default)]
 pub struct HealthMeter {
     processor: ProcessorMeter,
@@ -19,7 +19,7 @@ pub struct HealthMeter {
 }
 
 impl HealthMeter {
-    /// Returns how the machinery does, twice a second; recorder and disk are left to whoever records.
+    /// Returns the health twice a second; the caller fills in recorder and disk if it records.
     pub fn read(
         &mut self,
         now_ns: u64,

@@ -1,4 +1,4 @@
-//! What the dashboard's page of the bench is told, the same in a session, in `monitor`, in a drill and while calibrating.
+//! Data for the dashboard's page of the bench, shared by sessions, `monitor`, drills and calibrations.
 
 mod facts;
 mod health;

@@ -1,15 +1,15 @@
-//! The processor time that this program takes.
+//! Processor time of this program.
 
-/// Measures it.
+/// Measures the processor time.
 #[derive(Debug, Default)]
 pub(crate) struct ProcessorMeter {
-    /// Clock and processor time when it was last read, s.
+    /// Clock and processor time of the last reading, s.
     before: Option<(f64, f64)>,
 }
 
 impl ProcessorMeter {
-    /// Returns the processor time per second of `now_s` since the last call, in cores; `None` at the first call, and where
-    /// the system does not tell.
+    /// Returns the processor time per second of `now_s` since the last call, in cores; `None` at the first call, and on systems
+    /// that do not report it.
     pub(crate) fn cores(&mut self, now_s: f64) -> Option<f64> {
         let used_s = used_s()?;
         let (at_s, before_s) = self.before.replace((now_s, used_s))?;

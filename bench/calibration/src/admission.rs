@@ -1,4 +1,4 @@
-//! Which tones a calibration may play: those within the bench's limits, and loud ones only where nobody hears them.
+//! Admission of a calibration's tones: within the bench's limits, and inaudible if they are loud.
 
 use config::{AudibleCarrier, Config, Limits};
 use devices::drive_control::settings;
@@ -31,7 +31,7 @@ impl Admission {
     }
 }
 
-/// Requires tones that nobody hears, or a reason; faint ones, by which a path is looked at, are exempt.
+/// Requires inaudible tones, or a stated reason; the faint tones that test a path are exempt.
 fn require_unheard(limits: &Limits, waveform: &Waveform) -> Result<(), AudibleCarrier> {
     let (lowest_hz, loudest_v) = match waveform {
         Waveform::Silence => return Ok(()),

@@ -1,4 +1,4 @@
-//! The files that a calibration leaves beside the calibration file, whether it passes or ends early.
+//! Files that a calibration writes next to the calibration file, whether it passes or ends early.
 
 use std::path::{Path, PathBuf};
 
@@ -7,10 +7,10 @@ use anyhow::Context;
 
 use crate::broken_off::EndedEarly;
 
-/// Puts the points of `what`, and their figure if there is one, beside the calibration at `path`.
+/// Writes the points of `what`, and their figure if given, next to the calibration at `path`.
 ///
 /// # Errors
-/// When they cannot be written.
+/// If a file cannot be written.
 pub fn write_beside(
     path: &Path,
     what: &str,
@@ -28,8 +28,8 @@ pub fn write_beside(
     Ok(written)
 }
 
-/// Returns the error of a calibration that ended, with how to go on; the points of one that nobody attended are put into the
-/// table `what` beside the calibration at `path`.
+/// Returns the error of a calibration that ended early, with advice on how to continue; the points of an unattended calibration
+/// are written to the table `what` next to the calibration at `path`.
 #[must_use]
 pub fn ended_early(error: anyhow::Error, path: &Path, what: &str) -> anyhow::Error {
     let Some(early) = error.downcast_ref::<EndedEarly>() else {

@@ -1,19 +1,19 @@
-//! A step that was broken off, and can be made again: what was measured before it stays.
+//! Steps that were broken off and can be repeated; earlier measurements are kept.
 
 use safety::Trip;
 
 use crate::operator::{CalibrationProgress, PointRead};
 
-/// Share of the command below which a read-back is no gain error: the carrier is gone.
+/// Read-back below which the carrier counts as lost rather than as a gain error, as a share of the command.
 const VANISHED: f64 = 0.3;
 
-/// Why a step was broken off.
+/// Reason why a step was broken off.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(super) struct BrokenOff(pub(super) String);
 
 impl BrokenOff {
-    /// Returns what a trip of the safety watch means for a calibration.
+    /// Returns the break caused by a trip of the safety watch, with a reason in terms of the calibration.
     pub(super) fn by(trip: &Trip) -> Self {
         Self(match trip {
             Trip::Readback {
@@ -30,18 +30,18 @@ impl BrokenOff {
     }
 }
 
-/// A measurement that ended early, with nobody there who could go on with it.
+/// A measurement that ended early because no operator was present to continue it.
 #[derive(Debug, thiserror::Error)]
 #[error("{why:#}")]
 pub struct EndedEarly {
-    /// Why it ended.
+    /// Reason for the end.
     pub why: anyhow::Error,
-    /// Points measured until then.
+    /// Points measured before the end.
     pub points: Vec<PointRead>,
 }
 
 impl EndedEarly {
-    /// Makes the error of a measurement that had come this far.
+    /// Creates the error of a measurement with this progress.
     pub(super) fn after(progress: Option<CalibrationProgress>, why: anyhow::Error) -> Self {
         let points = progress.map_or_else(Vec::new, |progress| progress.points);
         Self { why, points }
@@ -50,7 +50,7 @@ impl EndedEarly {
     /// Returns the points as CSV, each number with its unit.
     ///
     /// # Errors
-    /// Never for what can be printed.
+    /// Never for text that can be printed.
     pub fn table(&self) -> anyhow::Result<String> {
         let mut table = csv::Writer::from_writer(Vec::new());
         table.write_record(["at", "value", "residual"])?;

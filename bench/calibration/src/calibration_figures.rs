@@ -1,4 +1,4 @@
-//! Figures of calibrations: measured points, the law fitted to them, and the residuals.
+//! Figures of calibrations: measured points, the fit, and the residuals.
 
 use num_complex::Complex64;
 
@@ -9,7 +9,7 @@ use crate::points::{Admittance, PickupPoint};
 const MICRO: f64 = 1e6;
 const NANO: f64 = 1e9;
 
-/// Returns a figure of panels one above the other, a column wide.
+/// Returns a figure of stacked panels, one column wide.
 #[must_use]
 pub fn figure(name: &str, title: &str, caption: String, panels: Vec<Panel>) -> Figure {
     Figure {
@@ -24,7 +24,7 @@ pub fn figure(name: &str, title: &str, caption: String, panels: Vec<Panel>) -> F
     }
 }
 
-/// Returns the line at zero, as long as the points.
+/// Returns a zero line over the range of the points.
 #[must_use]
 pub fn zero_line(points: &[(f64, f64)]) -> Series {
     let ends = [points.first(), points.last()];
@@ -165,8 +165,8 @@ pub fn pickup(
 pub struct InputCurves {
     /// Index of the input.
     pub index: u16,
-    /// Frequency of each tone, Hz, and the relative residual of the ratio to the drive's input about one gain and one
-    /// delay; empty for the drive's input.
+    /// Frequency of each tone, Hz, and the relative residual of the ratio to the drive's input about one gain and one delay;
+    /// empty for the drive's input.
     pub departures: Vec<(f64, Complex64)>,
     /// Level of each rung, V peak, and the amplitude read, of full scale.
     pub levels: Vec<(f64, f64)>,

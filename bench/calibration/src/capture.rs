@@ -1,4 +1,4 @@
-//! Captures of a calibration: samples, forces and an instrument's readings of one step, and where its tones lie.
+//! Captures of a calibration: samples, forces and an instrument's readings of one step, with the frames of its tones.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use sources::TimedForce;
 pub struct Dwell {
     /// Frequency, Hz.
     pub carrier_hz: f64,
-    /// Frames of the capture in which it sounds.
+    /// Frames of the capture that contain the tone.
     pub frames: Range<usize>,
 }
 
@@ -37,12 +37,12 @@ pub struct Capture {
     pub force_saturated: [usize; 2],
     /// Frames at which the instrument's readings arrived, and the readings, m.
     pub known_m: Vec<(usize, f64)>,
-    /// Number of frames acquired when the generator was first seen to play; `None` while nothing is played.
+    /// Number of frames acquired when the generator was first seen to play; `None` before that.
     pub began: Option<usize>,
 }
 
 impl Capture {
-    /// Takes a reading of the force sensor.
+    /// Adds a reading of the force sensor.
     pub(super) fn take_force(&mut self, force: &TimedForce) {
         self.normal_n.push(force.normal_n);
         self.lateral_n.push(force.lateral_n);
@@ -51,10 +51,10 @@ impl Capture {
         *lateral += usize::from(force.lateral_saturated);
     }
 
-    /// Reads `channel` at the tone of `dwell`, `settle_s` after its beginning.
+    /// Reads `channel` during the tone of `dwell`, from `settle_s` after its start.
     ///
     /// # Errors
-    /// When the rest of the tone is too short.
+    /// If the rest of the tone is too short.
     pub fn tone(
         &self,
         dwell: &Dwell,
@@ -113,14 +113,14 @@ impl Capture {
     }
 }
 
-/// Length of the pieces in which the start of a tone is looked for, s.
+/// Length of the pieces in which the onset of a tone is sought, s.
 const ONSET_S: f64 = 5e-4;
-/// Least ratio of a tone's level to that of the silence before it.
+/// Smallest ratio of a tone's level to that of the silence before it.
 const LEAST_RISE: f64 = 4.0;
-/// Share of the loudest input's level below which the tone is not on the drive's input.
+/// Level below which the tone is not on the drive's input, as a share of the loudest input's level.
 const MISPLACED: f64 = 0.01;
 
-/// Returns the last `frames` frames of a tone that is held.
+/// Returns the last `frames` frames of a held tone.
 pub(super) fn held_tone(capture: &Capture, waveform: &Waveform, frames: usize) -> Vec<Dwell> {
     let Waveform::Tone { carrier_hz, .. } = *waveform else {
         return Vec::new();
@@ -132,7 +132,7 @@ pub(super) fn held_tone(capture: &Capture, waveform: &Waveform, frames: usize) -
     }]
 }
 
-/// Returns the amplitude of a tone with the root mean square of each piece of `piece` frames of a channel.
+/// Returns, for each piece of `piece` frames of a channel, the amplitude of a tone with the same root mean square.
 fn levels(capture: &Capture, channel: usize, piece: usize) -> Vec<f64> {
     let samples: Vec<f64> = capture
         .samples
@@ -152,7 +152,7 @@ fn levels(capture: &Capture, channel: usize, piece: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Returns the levels of the drive's input, or those of the loudest input where the drive's is nearly silent.
+/// Returns the levels of the drive's input, or those of the loudest input if the drive's is nearly silent.
 fn loud_levels(capture: &Capture, drive_channel: usize, piece: usize) -> Vec<f64> {
     let full = |levels: &[f64]| levels.iter().copied().fold(0.0, f64::max);
     let drive = levels(capture, drive_channel, piece);
@@ -165,8 +165,8 @@ fn loud_levels(capture: &Capture, drive_channel: usize, piece: usize) -> Vec<f64
     }
 }
 
-/// Returns where each tone lies, from the ramp of known length before the first: half way up after half its length.
-/// Empty where no tone came back.
+/// Returns the frames of each tone, located by the ramp of known length before the first tone: it reaches half its level after
+/// half its length. Empty if no tone came back.
 pub(super) fn dwells(
     capture: &Capture,
     waveform: &Waveform,
@@ -186,7 +186,7 @@ pub(super) fn dwells(
     let Some(half) = levels.iter().position(|&level| level >= 0.5 * full) else {
         return Ok(Vec::new());
     };
-    // The crossing lies between the middles of two pieces.
+    // The crossing lies between the centres of two pieces.
     let before = levels[half.saturating_sub(1)];
     let share = if levels[half] > before {
         (0.5 * full - before) / (levels[half] - before)

@@ -1,19 +1,18 @@
-//! Comparison of drive and pickup with their calibration, by one tone at the resonance with no finger on the plate.
+//! Comparison of drive and pickup with their calibration, by one tone at the resonance of the bare plate.
 //!
-//! The ratio of pickup to drive is divided by the calibrated one; its inverse is Z_p now over Z_p at the calibration: 1
-//! where nothing has changed, with the detuning 2Q Δf/f₀ as its imaginary part. Any other value is matched against the
-//! known faults of channels.
+//! The ratio of pickup to drive is divided by the calibrated one. The inverse is Z_p now over Z_p at the calibration: 1 without
+//! a change, with the detuning 2Q Δf/f₀ as its imaginary part. Any other value is matched against the known faults of channels.
 
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Largest relative change of the damping that is no fault.
+/// Largest relative change of the damping that is accepted.
 const DAMPING: f64 = 0.1;
-/// Largest detuning that is no fault, in half bandwidths: a plate warms by some kelvin.
+/// Largest accepted detuning, in half-bandwidths: a plate warms by some kelvin.
 const DETUNING: f64 = 0.3;
-/// Share of the calibrated signal below which the pickup is silent: a finger takes only half of it.
+/// Share of the calibrated signal below which the pickup is silent: a finger removes only half of the signal.
 const SILENT: f64 = 0.02;
-/// Largest slip that is looked for, samples.
+/// Largest slip considered, samples.
 const SLIPS: i32 = 4;
 
 /// The calibrated response and the constants needed to compare with it.
@@ -35,12 +34,12 @@ pub enum ChannelFault {
     /// The cables of drive and pickup are on each other's inputs.
     #[error("drive and pickup are swapped: exchange their cables, or their indices in bench.toml")]
     Swapped,
-    /// The pickup reads nothing but crosstalk.
+    /// The pickup reads only crosstalk.
     #[error(
         "the pickup's input is silent, {share:.1e} of what was calibrated: its cable is out, or [channels.pickup] names another input"
     )]
     Silent {
-        /// Level now over the calibrated one.
+        /// Ratio of the present level to the calibrated one.
         share: f64,
     },
     /// The pickup has the wrong polarity.
@@ -53,10 +52,10 @@ pub enum ChannelFault {
     Slipped {
         /// Delay beyond the calibrated one, samples.
         samples: i32,
-        /// The same delay as phase at the carrier, rad.
+        /// Delay as a phase at the carrier, rad.
         phase_rad: f64,
     },
-    /// The plate responds with another resonance, or with something resting on it.
+    /// The plate's resonance has shifted, or a finger or an object rests on the plate.
     #[error(
         "the plate answers as if its resonance had moved by {shift_hz:+.1} Hz and its damping by {damping_percent:+.0} %: a finger rests on it, or it has drifted; clear it, then calibrate the plate again"
     )]
@@ -66,17 +65,17 @@ pub enum ChannelFault {
         /// Apparent change of damping, %.
         damping_percent: f64,
     },
-    /// The response has another size and the same phase.
+    /// The response has a different magnitude, but the same phase.
     #[error(
         "the pickup reads {ratio:.2} times what was calibrated: a gain was changed, or a finger rests on the plate"
     )]
     Gain {
-        /// Level now over the calibrated one.
+        /// Ratio of the present level to the calibrated one.
         ratio: f64,
     },
 }
 
-/// Returns the distance from the calibrated response, 1 at the edge of what is no fault.
+/// Returns the distance from the calibrated response; values up to 1 are accepted.
 fn distance(relative: Complex64) -> f64 {
     let impedance = relative.inv();
     if !impedance.is_finite() {
@@ -90,7 +89,7 @@ fn distance(relative: Complex64) -> f64 {
 /// Compares a measured ratio of pickup to drive, in sample units.
 ///
 /// # Errors
-/// [`ChannelFault`] names the likeliest fault.
+/// [`ChannelFault`] with the most likely fault.
 pub fn compare(measured: Complex64, expected: Expected) -> Result<(), ChannelFault> {
     let relative = measured / expected.ratio;
     if distance(relative) <= 1.0 {

@@ -1,4 +1,4 @@
-//! Measurements of the plate alone: what was captured while something rested on it is not used.
+//! Measurements of the bare plate: captures with a load on the plate are rejected.
 
 use anyhow::bail;
 use jiff::Timestamp;
@@ -12,9 +12,8 @@ use config::Config;
 /// Length of the silence in which the force sensor is read, s.
 pub(super) const LISTEN_S: f64 = 0.3;
 
-/// A procedure `P` that is given only captures with nothing on the plate. The operator is asked to clear it before
-/// anything is driven and whenever something rests on it, and the step is repeated; where no operator is there, the
-/// measurement ends.
+/// A procedure `P` that receives only captures of the bare plate. The operator is asked to clear the plate before the first
+/// drive and whenever a load rests on it, and the step is repeated; without an operator, the measurement ends.
 pub struct ClearPlate<P> {
     procedure: P,
     zero_n: f64,
@@ -23,7 +22,7 @@ pub struct ClearPlate<P> {
     asked: Option<Asked>,
 }
 
-/// Why the operator was asked to clear the plate.
+/// Reason why the operator was asked to clear the plate.
 #[derive(Clone, Copy)]
 enum Asked {
     /// The plate is about to be driven.
@@ -33,7 +32,7 @@ enum Asked {
 }
 
 impl<P> ClearPlate<P> {
-    /// Wraps `procedure` on the bench of `config`; `attended` when an operator can be asked.
+    /// Wraps `procedure` on the bench of `config`; `attended` means that an operator can be asked.
     pub fn new(procedure: P, config: &Config, attended: bool) -> Self {
         Self {
             procedure,
@@ -44,7 +43,7 @@ impl<P> ClearPlate<P> {
         }
     }
 
-    /// Returns the procedure that is wrapped.
+    /// Returns the wrapped procedure.
     pub fn inner(&self) -> &P {
         &self.procedure
     }
@@ -121,7 +120,7 @@ mod tests {
     use super::*;
     use crate::operator::Answer;
 
-    /// Counts the captures that it is given.
+    /// Counts the captures that it receives.
     #[derive(Default)]
     struct Counts(u32);
 

@@ -1,4 +1,4 @@
-//! Frames that a step lost, and xruns: those that cost nothing are counted, and no step is measured with a gap in it.
+//! Lost frames and xruns of a step: harmless xruns are counted, and no step is measured with a gap.
 
 use std::f64::consts::TAU;
 
@@ -9,36 +9,36 @@ use signalgen::BlockHeader;
 use crate::broken_off::BrokenOff;
 use crate::capture::Capture;
 
-/// Number of frames that a phase of the carrier is read from.
+/// Number of frames for one reading of the carrier's phase.
 const WINDOW: usize = 512;
-/// Frames left out at either end of a tone, where its beginning is not known better.
+/// Frames excluded at either end of a tone, because its start is not known more precisely.
 const EDGE: usize = 96;
-/// Largest turn of the carrier's phase from one window to the next, rad; a single frame turns a carrier of 35 kHz by 1.15
-/// rad. Whole periods that are missing turn it by nothing, and a steady tone reads the same without them.
+/// Largest change of the carrier's phase between windows, rad; a single missing frame turns a carrier of 35 kHz by 1.15 rad. A
+/// gap of whole periods does not turn it, but does not affect the reading of a steady tone either.
 const TURN_RAD: f64 = 0.012;
-/// Number of xruns in one silence from which on it is not begun again.
+/// Largest number of repetitions of one silence after xruns.
 const SILENCES: u32 = 10;
 /// Largest change of the carrier's amplitude within a tone, relative.
 const CHANGE: f64 = 0.02;
 
-/// Account of the stream and of the step that is under way.
+/// Count of drop-outs in the stream and in the present step.
 #[derive(Debug, Default)]
 pub(super) struct DropOuts {
-    /// Number of frames that the card has delivered.
+    /// Number of frames delivered by the card.
     pub(super) frames: u64,
     lost: u64,
     xruns: (u64, u64),
     /// Number of input and output xruns reported during the step.
     step: (u64, u64),
-    /// Number of times that the step's silence was begun again.
+    /// Number of repetitions of the step's silence.
     silences: u32,
 }
 
 impl DropOuts {
-    /// Takes the next block's header; returns whether an xrun was reported with it.
+    /// Records the next block's header; returns whether an xrun was reported with it.
     ///
     /// # Errors
-    /// When the card has delivered frames that nobody fetched.
+    /// If frames delivered by the card were lost before they were read.
     pub(super) fn take(&mut self, header: &BlockHeader) -> anyhow::Result<bool> {
         let lost = header.first_frame.saturating_sub(self.frames);
         self.frames = header.first_frame + u64::from(header.frames);
@@ -57,16 +57,16 @@ impl DropOuts {
         Ok(new != (0, 0))
     }
 
-    /// Begins a step, before which no xrun matters.
+    /// Begins a step; earlier xruns do not affect it.
     pub(super) fn begin(&mut self) {
         (self.step, self.silences) = ((0, 0), 0);
     }
 
-    /// Requires that no xrun during the step cost a frame of its tones, of the input or of the output, as the phase of the
-    /// carrier on `channel` shows.
+    /// Requires that no xrun during the step lost a frame of its tones, on input or output, as shown by the phase of the
+    /// carrier on `channel`.
     ///
     /// # Errors
-    /// When one did, or it cannot be told.
+    /// If a frame was lost, or if this cannot be determined.
     pub(super) fn require_whole(&self, capture: &Capture, channel: usize) -> anyhow::Result<()> {
         if self.step == (0, 0) || goes_on(capture, channel) {
             return Ok(());
@@ -78,10 +78,10 @@ impl DropOuts {
         .into())
     }
 
-    /// Requires that a silence with an xrun in it was not listened to too often already.
+    /// Requires that the silence was not repeated too often because of xruns.
     ///
     /// # Errors
-    /// When one xrun follows the other.
+    /// If xruns continue.
     pub(super) fn listen_anew(&mut self) -> anyhow::Result<()> {
         self.silences += 1;
         if self.silences > SILENCES {
@@ -94,7 +94,7 @@ impl DropOuts {
         Ok(())
     }
 
-    /// Returns the account of the stream so far.
+    /// Returns the drop-outs of the stream so far.
     pub(super) fn account(&self) -> Account {
         Account {
             frames: self.frames,
@@ -105,13 +105,13 @@ impl DropOuts {
         }
     }
 
-    /// Returns the number of xruns so far, of either direction.
+    /// Returns the number of xruns so far, in both directions.
     pub(super) fn xruns(&self) -> u64 {
         self.xruns.0 + self.xruns.1
     }
 }
 
-/// Returns whether there are tones and each goes on from its beginning to its end without a jump of phase or level.
+/// Returns whether there are tones and each is continuous, without a jump of phase or level.
 fn goes_on(capture: &Capture, channel: usize) -> bool {
     !capture.dwells.is_empty()
         && capture.dwells.iter().all(|dwell| {
@@ -133,7 +133,7 @@ fn goes_on(capture: &Capture, channel: usize) -> bool {
         })
 }
 
-/// Returns amplitude and phase of the carrier in the window that begins at frame `start`; its phase counts from frame 0.
+/// Returns amplitude and phase of the carrier in the window that starts at frame `start`; the phase is relative to frame 0.
 fn phasor(capture: &Capture, channel: usize, start: usize, step_rad: f64) -> Complex64 {
     let from = start * capture.channels + channel;
     let samples = capture.samples.get(from..).unwrap_or_default();
@@ -142,7 +142,7 @@ fn phasor(capture: &Capture, channel: usize, start: usize, step_rad: f64) -> Com
         .map(|(frame, &sample)| {
             let place = (frame - start) as f64 + 0.5;
             let hann = 1.0 - (TAU * place / WINDOW as f64).cos();
-            // The turn of the carrier is taken off by whole turns first: a capture is millions of frames long.
+            // Whole turns of the carrier are removed first, because a capture is millions of frames long.
             let turns = (step_rad / TAU * frame as f64).fract();
             Complex64::from_polar(hann * f64::from(sample), -TAU * turns)
         })
@@ -157,7 +157,7 @@ mod tests {
 
     const RATE_HZ: f64 = 192_000.0;
 
-    /// Two tones of 0.1 s on channel 1 of 2, a gap of `lost` frames from frame `at` on.
+    /// Returns two tones of 0.1 s on channel 1 of 2, with a gap of `lost` frames at frame `at`.
     fn capture(at: usize, lost: usize) -> Capture {
         let tones = [(34_987.0, 0..19_200), (35_013.0, 19_200..38_400)];
         let mut samples = Vec::new();
@@ -200,7 +200,7 @@ mod tests {
     fn an_xrun_that_cost_nothing_ends_no_step_and_one_that_cost_a_frame_does() {
         let mut drop_outs = DropOuts::default();
         assert!(!drop_outs.take(&header(0, (0, 0))).unwrap());
-        // Without a report nothing is looked into.
+        // Without a reported xrun, the phase is not checked.
         drop_outs.require_whole(&capture(5_000, 3), 1).unwrap();
         assert!(drop_outs.take(&header(256, (1, 1))).unwrap());
         drop_outs.require_whole(&capture(0, 0), 1).unwrap();
@@ -216,7 +216,7 @@ mod tests {
             drop_outs.listen_anew().unwrap();
         }
         assert!(drop_outs.listen_anew().is_err(), "xruns without end");
-        // Another step begins: what the one before lost is not its own.
+        // A new step does not inherit the xruns of the one before.
         drop_outs.begin();
         drop_outs.listen_anew().unwrap();
         drop_outs.require_whole(&capture(5_000, 3), 1).unwrap();

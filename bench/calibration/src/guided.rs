@@ -1,4 +1,4 @@
-//! Guidance of the operator by a page of the dashboard.
+//! Guidance of the operator on a page of the dashboard.
 
 use tui::calibration_page::{
     CalibrationPage, CalibrationReadings, Chart, MainReading, PointLine, Question, Reply,
@@ -24,18 +24,18 @@ pub struct Guided<F> {
     progress: CalibrationProgress,
     watched: MainReading,
     failed: Option<String>,
-    /// Why a step was broken off, while the operator is asked to go on.
+    /// Reason why a step was broken off, while the operator is asked to continue.
     broken_off: Option<String>,
     safety: Option<(SafetyState, bool)>,
     safety_shown_s: f64,
 }
 
 impl Guided<Dashboard> {
-    /// Opens the page `title` on this process's terminal, with what is known of the bench and warned of; leaving it ends
-    /// the bench of `life`.
+    /// Opens the page `title` on this process's terminal, with facts and warnings on the bench; quitting the page ends the
+    /// bench of `life`.
     ///
     /// # Errors
-    /// When no thread can be started.
+    /// If a thread cannot be started.
     pub fn open(
         title: String,
         simulated: bool,
@@ -52,7 +52,7 @@ impl Guided<Dashboard> {
 }
 
 impl<F: Front> Guided<F> {
-    /// Shows the page `title` on `front`, with what is known of the bench and warned of.
+    /// Shows the page `title` on `front`, with facts and warnings on the bench.
     pub fn new(
         mut front: F,
         title: String,
@@ -147,7 +147,7 @@ impl<F: Front> Guided<F> {
     }
 }
 
-/// Returns `words` with a capital at their beginning and a full stop at their end.
+/// Returns `words` with an initial capital and a final full stop.
 fn sentence(words: &str) -> String {
     let mut letters = words.trim_end_matches('.').chars();
     let first = letters.next().map(char::to_uppercase);
@@ -292,7 +292,7 @@ impl<F: Front> Operator for Guided<F> {
 mod tests {
     use super::*;
 
-    /// Keeps what is shown.
+    /// Front end that records the events shown.
     #[derive(Default)]
     struct Shown(Vec<Event>);
 

@@ -6,17 +6,17 @@ use crate::procedure::Procedure;
 use ::figures::Figure;
 use config::{CalibrationFile, Quantity};
 
-/// A procedure whose result is a part of the calibration file.
+/// A procedure with a result for the calibration file.
 pub trait Calibrates: Procedure {
     /// Name of its command and of its table.
     const NAME: &'static str;
-    /// A finger is on the plate, so that the drive counts for a person.
+    /// Whether a finger is on the plate, so that the driving time counts for a person.
     const DRIVES_A_FINGER: bool = false;
 
     /// Judges the measurement, made on `date` by `operator`.
     ///
     /// # Errors
-    /// When the measurement determines nothing.
+    /// If the measurement determines no result.
     fn judge(&self, date: Timestamp, operator: &str) -> anyhow::Result<Judged>;
 }
 
@@ -61,9 +61,9 @@ pub enum Part {
     Plate {
         /// Measured constants.
         plate: Box<config::MeasuredPlate>,
-        /// The same plate under a finger, if that was measured too.
+        /// The same plate under a finger, if measured.
         finger: Option<Box<config::MeasuredFinger>>,
-        /// The amplitude along its length, if that was measured too.
+        /// The amplitude along its length, if measured.
         profile: Option<Box<config::MeasuredProfile>>,
     },
     /// `[force]`: the force sensor's matrix and tare.
@@ -80,12 +80,12 @@ pub enum Part {
 }
 
 impl Part {
-    /// Puts the part into `calibration`; returns a remark on what it invalidates, if anything.
+    /// Writes the part into `calibration`; returns a remark on the parts that it invalidates, if any.
     pub fn put_into(self, calibration: &mut CalibrationFile) -> Option<String> {
         match self {
             Self::Pickup(pickup) => {
                 calibration.pickup = Some(*pickup);
-                // Both rest on the pickup's old sensitivity.
+                // Both depend on the pickup's previous sensitivity.
                 (calibration.finger, calibration.profile) = (None, None);
                 calibration.plate.take().map(|_| {
                     "the plate's force factor was computed with the old sensitivity and no longer holds: run `friction-bench calibrate plate` again".to_owned()

@@ -12,13 +12,13 @@ use crate::typed_table;
 
 /// Length of a micrometre, the unit of typed amplitudes and of instruments, m.
 const MICROMETRE_M: f64 = 1e-6;
-/// Length that no line with a number exceeds, bytes.
+/// Largest length of a line with a number, bytes.
 const LONGEST_LINE: usize = 256;
-/// Number of consecutive lines without a number that show another device, or another baud rate.
+/// Number of consecutive lines without a number that indicate another device or another baud rate.
 const NONSENSE_LINES: u32 = 20;
-/// Most pieces that one look at an instrument reads: one that sends without end must not hold the task that drives.
+/// Largest number of reads per poll, so that an endless sender cannot block the task that drives the plate.
 const MOST_READS: usize = 16;
-/// Most looks in a row that do not come to the end of what it has sent.
+/// Largest number of consecutive polls that do not empty the port's buffer.
 const MOST_UNENDED: u32 = 200;
 
 /// Known peak amplitudes of a ladder of drive levels.
@@ -28,11 +28,11 @@ pub enum Known {
     Values(Vec<f64>),
     /// Rows of a table.
     Table(Vec<KnownRow>),
-    /// An instrument on a serial port measures them.
+    /// Measured by an instrument on a serial port.
     Instrument,
-    /// An instrument whose analog output is on a spare input measures them, with their phase.
+    /// Measured with their phase by an instrument with its analog output on a spare input.
     Reference(Reference),
-    /// The operator types them while the plate moves.
+    /// Typed by the operator while the plate moves.
     Typed,
 }
 
@@ -43,14 +43,14 @@ pub struct KnownRow {
     pub drive_v: f64,
     /// Peak amplitude, m.
     pub known_m: f64,
-    /// Frequency at which it holds, Hz; `None` where the table does not say.
+    /// Frequency at which the amplitude holds, Hz; `None` if the table has no such column.
     pub at_hz: Option<f64>,
 }
 
 /// Reads a table with the columns `drive_v,known_um`, or `drive_v,known_um,known_at_hz`.
 ///
 /// # Errors
-/// When it cannot be read, or a column is missing.
+/// If the table cannot be read, or a column is missing.
 pub fn read_table(path: &Path) -> anyhow::Result<Vec<KnownRow>> {
     #[derive(serde::Deserialize)]
     struct Row {
@@ -87,16 +87,16 @@ impl Read for NeverWaiting {
     }
 }
 
-/// An instrument on a serial port that sends one number a line: an interferometer or vibrometer its peak amplitude in
+/// An instrument on a serial port that sends one number per line: an interferometer or vibrometer sends its peak amplitude in
 /// micrometres, a meter its volts.
 pub struct Instrument {
     port: Box<dyn Read + Send>,
-    /// Size of a line's unit in SI.
+    /// Unit of the lines, in SI.
     si_per_unit: f64,
     path: PathBuf,
     line: Vec<u8>,
     nonsense: u32,
-    /// Looks in a row that have not come to the end of what was sent.
+    /// Number of consecutive polls that did not empty the port's buffer.
     unended: u32,
 }
 
@@ -104,7 +104,7 @@ impl Instrument {
     /// Opens the instrument's serial port.
     ///
     /// # Errors
-    /// When the port does not exist or is busy.
+    /// If the port does not exist or is busy.
     pub fn open(path: &Path, baud: u32) -> anyhow::Result<Self> {
         let port = serialport::new(path.to_string_lossy(), baud)
             .timeout(Duration::from_millis(1))
@@ -118,7 +118,7 @@ impl Instrument {
         Ok(Self::on(Box::new(NeverWaiting(port)), path))
     }
 
-    /// Reads lines in volts.
+    /// Interprets the lines as volts.
     #[must_use]
     pub fn in_volts(mut self) -> Self {
         self.si_per_unit = 1.0;
@@ -131,7 +131,7 @@ impl Instrument {
         self.si_per_unit == 1.0
     }
 
-    /// Listens to `port`, whose reads never wait; `path` is its name in errors.
+    /// Reads from `port`, which must not block; `path` names it in errors.
     #[must_use]
     pub fn on(port: Box<dyn Read + Send>, path: &Path) -> Self {
         Self {
@@ -147,7 +147,7 @@ impl Instrument {
     /// Passes each number that has arrived to `reading`, m or V.
     ///
     /// # Errors
-    /// When the port has disappeared, or sends no numbers.
+    /// If the port no longer exists, or sends no numbers.
     pub fn poll(&mut self, mut reading: impl FnMut(f64)) -> anyhow::Result<()> {
         let mut bytes = [0; 512];
         for _ in 0..MOST_READS {
@@ -216,8 +216,7 @@ impl Instrument {
     }
 }
 
-/// Longest time from a change of the amplitude to the first line that no longer depends on the old one, s (an
-/// assumption).
+/// Longest time from a change of the amplitude to the first line that no longer depends on the old one, s (an assumption).
 pub const INSTRUMENT_LAG_S: f64 = 0.1;
 
 #[cfg(test)]

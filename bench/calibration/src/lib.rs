@@ -1,8 +1,8 @@
-//! Calibrations of a bench: what is measured, in which steps, and whether the result may be used.
+//! Calibrations of a bench: the measurements, their steps, and the verdicts on their results.
 //!
 //! A [`procedure::Procedure`] decides one step at a time; [`rig::run`] plays it on the bench and asks the
-//! [`operator::Operator`], who is [`guided::Guided`] by the dashboard or [`unattended::Unattended`];
-//! [`judged::Calibrates`] judges what came out.
+//! [`operator::Operator`], who is [`guided::Guided`] by the dashboard or [`unattended::Unattended`]; [`judged::Calibrates`]
+//! judges the result.
 
 mod admission;
 pub mod beside;

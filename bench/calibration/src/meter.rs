@@ -1,10 +1,10 @@
-//! Means over the time since the operator was last shown a reading.
+//! Means since the last reading shown to the operator.
 
 use crate::known::Instrument;
 use crate::operator::LiveReading;
 use crate::watched_inputs::WatchedInputs;
 
-/// Sums over the time since the operator was last shown a reading.
+/// Sums since the last reading shown to the operator.
 #[derive(Default)]
 pub(super) struct Meter {
     pub(super) frames: usize,
@@ -28,7 +28,7 @@ impl Meter {
         self.frames += block.len() / channels;
     }
 
-    /// Returns the means since the last reading, which begin anew, and the latest reading of the instrument `of`.
+    /// Returns the means since the last reading, and the latest reading of the instrument `of`; restarts the sums.
     pub(super) fn reading(
         &mut self,
         watched: &WatchedInputs,

@@ -1,4 +1,4 @@
-//! The operator as a calibration sees them: asked for one thing at a time, shown the readings, answering.
+//! The operator of a calibration, who receives one request at a time, sees the readings, and answers.
 
 use config::MeterReads;
 use safety::{DoseLeft, SafetyState};
@@ -30,7 +30,7 @@ impl ForceAxis {
         }
     }
 
-    /// Returns its index among readings: normal 0, lateral 1.
+    /// Returns the index of the axis among readings: normal 0, lateral 1.
     #[must_use]
     pub fn index(self) -> usize {
         match self {
@@ -49,9 +49,9 @@ pub fn grams(mass_kg: f64) -> f64 {
 /// A way to connect the signal's cables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Cabling {
-    /// One signal is connected to all inputs.
+    /// The same signal is connected to all inputs.
     AllInputs,
-    /// The drive's read-back alone is connected; the other inputs are open.
+    /// Only the drive's read-back is connected; the other inputs are open.
     DriveOnly,
     /// The bench is wired for measurements.
     Bench,
@@ -67,18 +67,18 @@ pub enum Request {
         /// Mass, kg.
         mass_kg: f64,
     },
-    /// Name a mass that is at hand for this axis, or say that these are all; [`Answer::Redo`] removes one.
+    /// Name an available mass for this axis, or report that the list is complete; [`Answer::Redo`] removes one.
     NameMass {
         /// Axis of the force sensor.
         axis: ForceAxis,
     },
-    /// Take everything off the plate: weights, finger.
+    /// Remove everything from the plate, including weights and the finger.
     Unload,
     /// Rest a finger on the plate and keep it still.
     RestFinger {
-        /// Least normal force, N.
+        /// Smallest normal force, N.
         least_n: f64,
-        /// Greatest normal force, N.
+        /// Largest normal force, N.
         most_n: f64,
     },
     /// Aim the vibrometer at a place on the plate.
@@ -92,30 +92,30 @@ pub enum Request {
     KnownAmplitude {
         /// Drive level, V peak.
         drive_v: f64,
-        /// Amplitude that the points so far predict, m.
+        /// Amplitude predicted by the points so far, m.
         expected_m: Option<f64>,
     },
-    /// Read the meter at the actuators and type what it shows.
+    /// Read the meter at the actuators and type its reading.
     MeterReading {
         /// Drive level, V peak.
         drive_v: f64,
-        /// What the meter reads of a sine.
+        /// Quantity of a sine that the meter reads.
         reads: MeterReads,
     },
     /// Review the points: keep them, or name one to measure again.
     Review,
-    /// Remove what broke the step off; it is measured again.
+    /// Remove the cause of the break; the step is then repeated.
     GoOn,
 }
 
-/// Unit in which a number is typed, and whether it may be left out.
+/// Unit of a typed number, and whether the number is optional.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NumberEntry {
     /// Unit on the screen.
     pub unit: &'static str,
     /// Size of that unit in SI.
     pub si_per_unit: f64,
-    /// Whether Enter alone is allowed: it is [`Answer::Ready`].
+    /// Whether Enter alone is accepted, as [`Answer::Ready`].
     pub optional: bool,
 }
 
@@ -179,7 +179,7 @@ impl Request {
         }
     }
 
-    /// Returns how its number is typed; `None` when it asks for none.
+    /// Returns the format of the number to type; `None` for a request without a number.
     #[must_use]
     pub fn input(&self) -> Option<NumberEntry> {
         match self {
@@ -233,7 +233,7 @@ pub enum OperatorInput {
     Rearm,
 }
 
-/// Present readings: means over the time since the reading before.
+/// Present readings: means since the previous reading.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LiveReading {
     /// Time on the audio clock, s.
@@ -244,19 +244,19 @@ pub struct LiveReading {
     pub lateral_n: Option<f64>,
     /// Read-back of the drive, V peak.
     pub drive_v: f64,
-    /// Amplitude of the pickup by the sensitivity in force, m peak.
+    /// Amplitude of the pickup by the present sensitivity, m peak.
     pub amplitude_m: f64,
     /// Largest sample of any input, of full scale.
     pub level: f64,
-    /// Latest reading of an instrument that reads micrometres, m peak.
+    /// Latest reading of an instrument in micrometres, m peak.
     pub known_m: Option<f64>,
-    /// Latest reading of a meter that reads volts, V.
+    /// Latest reading of a meter in volts, V.
     pub known_v: Option<f64>,
     /// State of the safety watch.
     pub safety: SafetyState,
-    /// Whether the plate is driven, ramps included.
+    /// Whether the plate is driven, including ramps.
     pub sounds: bool,
-    /// What is left of the hour's driving time.
+    /// Remaining driving time of the hour.
     pub dose: Option<DoseLeft>,
 }
 
@@ -267,9 +267,9 @@ pub struct CalibrationProgress {
     pub step: usize,
     /// Number of steps.
     pub steps: usize,
-    /// Present activity in a few words, shown while nothing is asked.
+    /// Present activity in a few words, shown while no request is open.
     pub doing: String,
-    /// Note on the last answer or step: why it is repeated.
+    /// Note on the last answer or step, such as the reason for a repetition.
     pub note: Option<String>,
     /// Points measured so far.
     pub points: Vec<PointRead>,
@@ -282,7 +282,7 @@ pub struct CalibrationProgress {
 /// A measured point in words.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PointRead {
-    /// Place of the point on its axis, with unit.
+    /// Position of the point on its axis, with unit.
     pub at: String,
     /// Reading, with unit.
     pub value: String,
@@ -305,9 +305,9 @@ pub struct Curve {
     pub fit: Vec<(f64, f64)>,
 }
 
-/// An operator who is asked and shown what happens: a person, or a program in their place.
+/// An operator who receives requests and sees the progress: a person, or a program in their place.
 pub trait Operator: Send {
-    /// Replaces the present request; `None` when nothing is asked any more.
+    /// Replaces the present request; `None` ends it.
     fn ask(&mut self, request: Option<&Request>);
 
     /// Shows the progress of the measurement, after every step.
@@ -316,25 +316,25 @@ pub trait Operator: Send {
     /// Shows the present readings, about twenty times a second.
     fn show(&mut self, now: &LiveReading);
 
-    /// Shows how the machinery does, twice a second.
+    /// Shows the health of the bench, twice a second.
     fn health(&mut self, _now: &SystemHealth) {}
 
-    /// Returns the operator's next input; `None` when there is none.
+    /// Returns the operator's next input, if any.
     ///
     /// # Errors
-    /// When the request cannot be fulfilled: the error says what to do.
+    /// If the request cannot be fulfilled; the error gives the remedy.
     fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>>;
 
-    /// Reports that a step was broken off, and waits for [`Answer::Ready`]; `too_early` repeats the question because the
-    /// drive is not armed again yet. Returns whether somebody is there to go on.
+    /// Reports that a step was broken off, and waits for [`Answer::Ready`]; `too_early` repeats the question because the drive
+    /// is not yet armed again. Returns whether an operator is present to continue.
     fn broken_off(&mut self, why: &str, too_early: bool) -> bool;
 
-    /// Reports that the measurement has failed; returns whether an operator reads it and will then quit.
+    /// Reports that the measurement has failed; returns whether an operator reads the report and will then quit.
     fn failed(&mut self, why: &str) -> bool;
 
-    /// Ends the operator's screen: the measurement is over.
+    /// Closes the operator's screen at the end of the measurement.
     fn close(&mut self);
 }
 
-/// Hands of a simulated apparatus: does at once what a calibration asks of its operator.
+/// Simulated operator's hands, which carry out a calibration's requests at once.
 pub type Hands = Box<dyn FnMut(&Request) + Send>;

@@ -1,4 +1,4 @@
-//! A coarse look at the unloaded plate's response: tones about a frequency, and drive and pickup at each.
+//! Coarse scan of the unloaded plate's response: drive and pickup at tones about a frequency.
 
 use std::f64::consts::PI;
 
@@ -11,22 +11,22 @@ use signalgen::{ToneList, Waveform};
 use crate::capture::Capture;
 use crate::procedure::NextStep;
 
-/// Level of the coarse look, V peak: harmless at any resonance.
+/// Level of the coarse scan, V peak: harmless at any resonance.
 pub(super) const LOOK_V: f64 = 2.0;
-/// Number of tones of the coarse look.
+/// Number of tones of the coarse scan.
 pub(super) const LOOK_TONES: usize = 41;
-/// Distance between the tones of the coarse look, Hz: a plate with Q = 350 has a bandwidth of 100 Hz.
+/// Distance between the tones of the coarse scan, Hz: a plate with Q = 350 has a bandwidth of 100 Hz.
 pub(super) const LOOK_STEP_HZ: f64 = 40.0;
-/// Length of each tone of the coarse look, s.
+/// Length of each tone of the coarse scan, s.
 const LOOK_DWELL_S: f64 = 0.05;
-/// Time at the start of each tone that is not read, s.
+/// Settling time at the start of each tone, s.
 const LOOK_SETTLE_S: f64 = 0.025;
-/// Number of time constants 2Q/ω after which the tone before has decayed: e⁻¹⁸ = 1.5e-8.
+/// Number of time constants 2Q/ω after which the previous tone has decayed: e⁻¹⁸ = 1.5e-8.
 pub(super) const SETTLE_TIME_CONSTANTS: f64 = 18.0;
-/// Largest reading of the pickup that a level may aim at, of full scale.
+/// Largest target reading of the pickup, of full scale.
 pub(super) const FULLEST: f64 = 0.8;
 
-/// Returns the step that plays the coarse look about `about_hz`.
+/// Returns the step that plays the coarse scan about `about_hz`.
 pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<NextStep> {
     let tones: Vec<f64> = (0..LOOK_TONES)
         .map(|i| about_hz + LOOK_STEP_HZ * (i as f64 - (LOOK_TONES / 2) as f64))
@@ -38,12 +38,12 @@ pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<NextStep> {
     })))
 }
 
-/// Returns the responses of the coarse look.
+/// Returns the responses of the coarse scan.
 pub(super) fn looked(capture: &Capture, config: &Config) -> anyhow::Result<Vec<Response>> {
     responses(capture, config, LOOK_SETTLE_S)
 }
 
-/// Returns the time that the plate takes to settle, s.
+/// Returns the settling time of the plate, s.
 pub(super) fn settle_s(resonance_hz: f64, quality: f64) -> f64 {
     SETTLE_TIME_CONSTANTS * quality / (PI * resonance_hz)
 }
@@ -53,7 +53,7 @@ pub(super) fn peak_units_per_v(look: &[Response], config: &Config) -> f64 {
     look.iter().map(|r| r.ratio.norm()).fold(0.0, f64::max) / config.channels.drive.volts_per_unit
 }
 
-/// Returns the level at which the amplitude, the pickup's range or the drive approaches its limit, V peak.
+/// Returns the highest level at which the amplitude, the pickup's range and the drive stay within their limits, V peak.
 #[must_use]
 pub fn highest_level_v(units_per_v: f64, metres_per_unit: f64, config: &Config) -> f64 {
     let by_amplitude = 0.9 * config.calibration.max_amplitude_m / (units_per_v * metres_per_unit);
@@ -81,13 +81,13 @@ pub(super) fn require_unsaturated(
     Ok(())
 }
 
-/// Least ratio of the carrier's amplitude to everything else in the drive's input.
+/// Smallest ratio of the carrier's amplitude to the rest of the drive's input.
 const LEAST_RATIO: f64 = 3.0;
 
 /// Returns the pickup's response to the drive at each captured tone, from `settle_s` after its start.
 ///
 /// # Errors
-/// An input is saturated, or the carrier does not survive the loop.
+/// If an input is saturated, or the carrier does not survive the loop.
 pub fn responses(
     capture: &Capture,
     config: &Config,

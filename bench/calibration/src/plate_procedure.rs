@@ -1,4 +1,4 @@
-//! `calibrate plate`: a second-order admittance fitted to tones about the resonance, with no finger on the plate.
+//! `calibrate plate`: a second-order admittance fitted to tones about the resonance, without a finger on the plate.
 
 use std::fmt::Write as _;
 
@@ -22,36 +22,36 @@ use crate::procedure::{NextStep, Procedure, StepOutcome};
 use config::Config;
 use config::{Provenance, Quantity};
 
-/// Number of tones of the close look.
+/// Number of tones of the fine scan.
 const TONES: usize = 31;
-/// Bandwidths that the close look spans to either side of the resonance.
+/// Span of the fine scan to either side of the resonance, bandwidths.
 const BANDWIDTHS: f64 = 2.0;
 /// Length of the reading at each tone, s.
 pub const WINDOW_S: f64 = 0.06;
 
-/// What a calibration of the plate takes from the bench.
+/// Setup of a calibration of the plate.
 #[derive(Debug, Clone)]
 pub struct PlateSetup {
-    /// Frequency about which the resonance is looked for, Hz.
+    /// Frequency about which the resonance is sought, Hz.
     pub about_hz: f64,
-    /// Level of the close look, V peak; lowered where a limit requires it.
+    /// Level of the fine scan, V peak; lowered where a limit requires it.
     pub drive_v: f64,
     /// Sensitivity of the pickup, m per unit.
     pub metres_per_unit: Quantity,
-    /// Resonance at the calibration before, Hz; `None` at the first.
+    /// Resonance at the previous calibration, Hz; `None` at the first one.
     pub before_hz: Option<f64>,
-    /// Phase of the pickup as an instrument on an input measured it, and at which frequency, Hz.
+    /// Phase of the pickup as measured with an instrument on an input, and its frequency, Hz.
     pub pickup_phase: Option<(Quantity, f64)>,
-    /// How well the channels follow each other, relative and rad.
+    /// Match of the channels, relative and rad.
     pub channel_match: f64,
     config: Config,
 }
 
 impl PlateSetup {
-    /// Checks and collects the setup on the bench of `config`; `held` is the calibration so far.
+    /// Checks and collects the setup on the bench of `config`; `held` is the present calibration.
     ///
     /// # Errors
-    /// When the level is out of its range.
+    /// If the level is out of its range.
     pub fn new(
         config: &Config,
         held: &config::CalibrationFile,
@@ -96,9 +96,9 @@ pub struct PlateProcedure {
     stage: PlateStage,
     level_v: f64,
     settle_s: f64,
-    /// Response that was fitted.
+    /// Fitted responses.
     pub responses: Vec<Response>,
-    /// Fit to the response; `None` until it is measured.
+    /// Fit to the responses; `None` before the measurement.
     pub fit: Option<PlateFit>,
 }
 
@@ -111,7 +111,7 @@ enum PlateStage {
 }
 
 impl PlateProcedure {
-    /// Makes a procedure that has not begun.
+    /// Creates a procedure that has not yet begun.
     #[must_use]
     pub fn new(setup: PlateSetup) -> Self {
         Self {
@@ -210,7 +210,7 @@ impl Procedure for PlateProcedure {
     }
 }
 
-/// Returns the fit as a single point: it can only be repeated as a whole.
+/// Returns the fit as a single point, since it can only be repeated as a whole.
 fn point_read(fit: &PlateFit) -> PointRead {
     PointRead {
         at: format!("{TONES} tones"),
@@ -256,7 +256,7 @@ impl Calibrates for PlateProcedure {
         let of_sensitivity = sensitivity.standard_error / sensitivity.value;
         let of_mass = config.plate.modal_mass_relative_error;
         let of_fit = relative(fit.static_ratio).hypot(2.0 * relative(f0));
-        // The sensitivity's fewer points decide how many values stand behind the factor where its error does.
+        // If the sensitivity's error dominates, its smaller number of points determines the degrees of freedom.
         let freedom = if of_sensitivity > of_fit {
             sensitivity.degrees_of_freedom
         } else {
@@ -350,11 +350,11 @@ impl Calibrates for PlateProcedure {
     }
 }
 
-/// Phase of the force against the voltage that is read back from which on it is remarked, rad: far more than the losses of
-/// an actuator, as much as a slow monitor output of an amplifier.
+/// Phase of the force against the voltage read back above which a remark is added, rad: far more than an actuator's losses
+/// cause, and as much as a slow monitor output of an amplifier.
 const TURNED_RAD: f64 = 0.3;
 
-/// Returns a remark where the force is not in phase with the voltage that is read back.
+/// Returns a remark if the force is not in phase with the voltage read back.
 fn turned_force(phase: &Quantity) -> Option<String> {
     (phase.value.abs() > TURNED_RAD).then(|| {
         format!(
@@ -365,11 +365,10 @@ fn turned_force(phase: &Quantity) -> Option<String> {
 }
 
 impl PlateProcedure {
-    /// Returns by how much the force is ahead of the voltage that is read back; `None` where the pickup's own phase was not
-    /// measured.
+    /// Returns the phase lead of the force over the voltage read back; `None` if the pickup's own phase was not measured.
     fn force_phase(&self, fit: &PlateFit) -> Option<Quantity> {
         let (own, at_hz) = self.setup.pickup_phase.as_ref()?;
-        // The pickup's phase is a delay's, so it goes with the frequency.
+        // The pickup's phase comes from a delay, so it is proportional to the frequency.
         let own_rad = own.value * fit.resonance_hz.value / at_hz;
         let ahead_rad = Complex64::cis(own_rad - fit.pickup_phase_rad.value).arg();
         let error = own
@@ -379,7 +378,7 @@ impl PlateProcedure {
         Some(Quantity::new(ahead_rad, error, freedom, "rad"))
     }
 
-    /// Returns the resonance now less that at the calibration before, Hz.
+    /// Returns the change of the resonance since the previous calibration, Hz.
     fn drift_hz(&self, fit: &PlateFit) -> Option<f64> {
         self.setup
             .before_hz
@@ -440,7 +439,7 @@ impl PlateProcedure {
         }
     }
 
-    /// Returns the time after which the plate is read at each tone, s.
+    /// Returns the settling time of the plate at each tone, s.
     #[must_use]
     pub fn settle_s(&self) -> f64 {
         self.settle_s
@@ -454,7 +453,7 @@ impl PlateProcedure {
         frequency_hz: f64,
     ) -> Complex64 {
         let volts_per_unit = self.setup.config.channels.drive.volts_per_unit;
-        // The phase is a delay's, so it goes with the frequency.
+        // The phase comes from a delay, so it is proportional to the frequency.
         let phase = plate.pickup_phase_rad.value * frequency_hz / plate.resonance_hz.value;
         Complex64::from_polar(plate.metres_per_unit, phase)
             * Complex64::new(0.0, TAU * frequency_hz)

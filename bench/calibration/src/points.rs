@@ -13,7 +13,7 @@ pub struct PickupPoint {
     pub known_m: f64,
     /// Standard deviation of the known amplitude, m.
     pub sigma_m: f64,
-    /// Phase of the known displacement less that of the reading, rad; `None` where only its amplitude is known.
+    /// Phase of the known displacement minus that of the reading, rad; `None` if only its amplitude is known.
     pub turn_rad: Option<f64>,
 }
 

@@ -5,20 +5,20 @@ use signalgen::Waveform;
 use crate::capture::Capture;
 use crate::operator::{Answer, CalibrationProgress, Request};
 
-/// Time for which a held tone has sounded before an answer is taken, s.
+/// Shortest time for which a held tone has sounded before an answer is accepted, s.
 pub const HELD_S: f64 = 1.0;
 
 /// The next step of a calibration.
 #[derive(Debug, Clone)]
 pub enum NextStep {
-    /// Captures silence for so many seconds.
+    /// Captures silence for this time, s.
     Listen(f64),
-    /// Plays a waveform that ends by itself, stepped tones, and captures it.
+    /// Plays and captures a waveform that ends, namely stepped tones.
     Play(Box<Waveform>),
     /// Asks the operator, in silence.
     Ask(Request),
-    /// Asks the operator while a tone sounds, for at least [`HELD_S`]. Repeated with the same tone, it continues
-    /// without a break.
+    /// Asks the operator while a tone sounds, for at least [`HELD_S`]. A repetition with the same tone continues it without a
+    /// break.
     Sound(Box<Waveform>, Request),
     /// Ends the measurement: everything has been measured.
     Done,
@@ -31,13 +31,12 @@ pub enum StepOutcome {
     Began,
     /// Capture of a step that listened or played.
     Captured(Capture),
-    /// The operator's answer, with a capture of at least the last [`HELD_S`] before it; the only dwell of a tone that
-    /// sounded is that time at full amplitude.
+    /// The operator's answer, with a capture of at least the last [`HELD_S`] before it; the only dwell of a held tone is that
+    /// time at full amplitude.
     Answered(Answer, Capture),
 }
 
-/// A measurement as a sequence of steps, free of side effects: it decides from the outcome of the last step what comes
-/// next.
+/// A measurement as a sequence of steps, free of side effects: it decides the next step from the outcome of the last one.
 ///
 /// ```
 /// use calibration::operator::CalibrationProgress;
@@ -69,7 +68,7 @@ pub trait Procedure: Send + 'static {
     /// Decides the next step from the outcome of the last one.
     ///
     /// # Errors
-    /// When the measurement cannot be made: the error says why and what to do.
+    /// If the measurement is impossible; the error gives the reason and the remedy.
     fn next(&mut self, outcome: StepOutcome) -> anyhow::Result<NextStep>;
 
     /// Returns the progress of the measurement.

@@ -18,7 +18,7 @@ impl Recent {
         }
     }
 
-    /// Takes the samples of one channel of `block`, which has a frame of `channels` after the other.
+    /// Adds the samples of one channel of `block`, which consists of interleaved frames of `channels` samples.
     pub(crate) fn take(&mut self, block: &[f32], channels: usize, channel: usize) {
         for &sample in block.iter().skip(channel).step_by(channels) {
             if self.samples.len() == self.most {
@@ -28,12 +28,12 @@ impl Recent {
         }
     }
 
-    /// Returns the number of samples that the amplitude is of.
+    /// Returns the number of samples behind the amplitude.
     pub(crate) fn len(&self) -> usize {
         self.samples.len()
     }
 
-    /// Returns the amplitude whatever the frequency, peak; `None` where samples are no numbers, or there are none.
+    /// Returns the peak amplitude at any frequency; `None` without samples, or if some are not finite.
     pub(crate) fn amplitude(&self) -> Option<f64> {
         let n = self.samples.len() as f64;
         let mean = self.samples.iter().sum::<f64>() / n;

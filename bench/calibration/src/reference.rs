@@ -1,4 +1,5 @@
-//! A vibrometer's or interferometer's analog output on a spare input: complex displacements, known while the pickup is read.
+//! A vibrometer's or interferometer's analog output on a spare input, which measures complex displacements while the pickup is
+//! read.
 
 use std::f64::consts::TAU;
 
@@ -6,12 +7,12 @@ use anyhow::bail;
 use config::{CalibrationFile, Config};
 use num_complex::Complex64;
 
-/// |sample| from which on the instrument's output counts as cut off.
+/// |sample| above which the instrument's output counts as cut off.
 const CLIPPED: f64 = 0.98;
-/// Least ratio of the tone's amplitude to everything else on the input.
+/// Smallest ratio of the tone's amplitude to the rest of the input.
 const LEAST_RATIO: f64 = 3.0;
 
-/// Quantity that the instrument's output follows, and how much of it a volt is.
+/// Quantity measured by the instrument, with its scale per volt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Follows {
     /// Displacement, m/V.
@@ -20,10 +21,10 @@ pub enum Follows {
     Velocity(f64),
 }
 
-/// StatedDelay of the instrument's output behind the plate, by its maker.
+/// Delay of the instrument's output behind the plate, as stated by its maker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StatedDelay {
-    /// StatedDelay, s.
+    /// Delay, s.
     pub delay_s: f64,
     /// Standard uncertainty, s.
     pub error_s: f64,
@@ -37,26 +38,27 @@ pub struct Reference {
     follows: Follows,
     volts_per_unit: f64,
     delay: Option<StatedDelay>,
-    /// Phase of its input less that of the drive's, its standard error and the frequency that it was measured at, rad and
-    /// Hz; `None` where `calibrate channels` has not measured it.
+    /// Phase of the instrument's input minus that of the drive's, its standard error, and the frequency of the measurement, rad
+    /// and Hz; `None` if `calibrate channels` has not measured it.
     input: Option<(f64, f64, f64)>,
 }
 
 /// A reading of the instrument at a tone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Displacement {
-    /// Envelope of the displacement on the time of the drive's input, m peak; its phase is right where it is known.
+    /// Envelope of the displacement at the time of the drive's input, m peak; its phase is valid only where `phase_error_rad`
+    /// is.
     pub(crate) value_m: Complex64,
-    /// Standard deviation of its amplitude by the noise, m.
+    /// Standard deviation of its amplitude due to noise, m.
     pub(crate) sigma_m: f64,
 }
 
 impl Reference {
-    /// Checks an instrument on input `channel` of the bench of `config`, whose inputs `held` may have compared;
-    /// `volts_per_unit` are the volts of a full-scale sample of that input.
+    /// Checks an instrument on input `channel` of the bench of `config`, with the inputs as compared in `held`, if at all;
+    /// `volts_per_unit` is the voltage of a full-scale sample of that input.
     ///
     /// # Errors
-    /// When the input is not a spare one, or a number is out of its range.
+    /// If the input is not spare, or a number is out of its range.
     pub fn new(
         (channel, volts_per_unit): (u16, f64),
         follows: Follows,
@@ -118,10 +120,10 @@ impl Reference {
         })
     }
 
-    /// Returns the displacement of which the instrument's input reads `tone` at `carrier_hz` over `frames` frames.
+    /// Returns the displacement for which the instrument's input reads `tone` at `carrier_hz` over `frames` frames.
     ///
     /// # Errors
-    /// When the input is cut off, or reads no tone.
+    /// If the input is cut off, or reads no tone.
     pub(crate) fn displacement(
         &self,
         tone: &metrology::tone::SteadyTone,
@@ -160,8 +162,8 @@ impl Reference {
         })
     }
 
-    /// Returns the standard uncertainty of the displacement's phase at `carrier_hz`, rad; an error says what is missing for
-    /// it.
+    /// Returns the standard uncertainty of the displacement's phase at `carrier_hz`, rad, or the missing requirement as an
+    /// error.
     pub(crate) fn phase_error_rad(&self, carrier_hz: f64) -> Result<f64, &'static str> {
         let delay = self
             .delay
@@ -173,7 +175,7 @@ impl Reference {
         Ok((TAU * carrier_hz * delay.error_s).hypot(error * carrier_hz / at_hz))
     }
 
-    /// Returns the instrument in words.
+    /// Returns a description of the instrument.
     pub(crate) fn in_words(&self) -> String {
         let follows = match self.follows {
             Follows::Displacement(per_v) => format!("displacement, {} µm/V", per_v * 1e6),
@@ -263,7 +265,7 @@ mod tests {
         });
         let displacement = on(3, UM, 4.0, late).unwrap();
         let velocity = on(3, Follows::Velocity(0.1), 4.0, late).unwrap();
-        // 1 µm with a phase of 0.5 rad.
+        // A displacement of 1 µm with a phase of 0.5 rad.
         let moved = Complex64::from_polar(1e-6, 0.5);
         let seen = moved * Complex64::cis(-omega * 2e-6) / 4.0;
         for (instrument, value) in [

@@ -1,4 +1,4 @@
-//! Options of an instrument whose analog output is on a spare input.
+//! Options of an instrument with its analog output on a spare input.
 
 use crate::reference::{Follows, Reference, StatedDelay};
 use clap::Args;
@@ -56,10 +56,11 @@ pub struct ReferenceOptions {
 }
 
 impl ReferenceOptions {
-    /// Returns the instrument, on the bench of `config`, whose inputs `held` may have compared; `None` without one.
+    /// Returns the instrument on the bench of `config`, with the inputs as compared in `held`, if at all; `None` without an
+    /// instrument.
     ///
     /// # Errors
-    /// When an option is out of its range or the input is not a spare one.
+    /// If an option is out of its range, or the input is not spare.
     pub fn instrument(
         &self,
         config: &Config,

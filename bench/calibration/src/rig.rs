@@ -32,7 +32,7 @@ use crate::watched_inputs::WatchedInputs;
 pub struct Outcome<P> {
     /// Procedure, with its measurements.
     pub procedure: P,
-    /// Identity of the bench that it was measured on.
+    /// Identity of the measured bench.
     pub identity: Identity,
     /// Date of the measurement.
     pub date: Timestamp,
@@ -40,19 +40,19 @@ pub struct Outcome<P> {
     pub simulated_time: bool,
     /// Time for which the plate was driven, s.
     pub driven_s: f64,
-    /// Number of xruns, none of which cost a sample of what was measured.
+    /// Number of xruns; they did not affect any measured sample.
     pub xruns: u64,
 }
 
 /// The operator, and the thread of their screen if there is one.
 pub type Attendance = (Box<dyn Operator>, Option<DashboardThread>);
 
-/// Runs `procedure` on the bench, whose driving time and warmth count on `ledger`. `attend` opens the operator's
-/// screen once the bench is open; quitting the screen ends the bench that `attend` is given.
+/// Runs `procedure` on the bench, and adds its driving time and heating to `ledger`. `attend` opens the operator's screen once
+/// the bench is open; quitting the screen ends the bench.
 ///
 /// # Errors
-/// When a part of the bench is missing or fails, samples are lost, the safety watch trips, the operator quits, or the
-/// procedure fails; [`EndedEarly`] where nobody is there to go on.
+/// If a part of the bench is missing or fails, samples are lost, the safety watch trips, the operator quits, or the procedure
+/// fails; [`EndedEarly`] if no operator is present to continue.
 pub fn run<P: Procedure>(
     bench: &Effective,
     hardware: Hardware,
@@ -64,8 +64,8 @@ pub fn run<P: Procedure>(
 ) -> anyhow::Result<Outcome<P>> {
     let config = bench.config();
     let admission = Admission::new(config)?;
-    // Nobody is at the plate that could hold a switch: the calibration asks for a clear one. It keeps the amplitude
-    // within a limit of its own.
+    // The dead-man switch is not held, since the calibration asks for a clear plate. The calibration limits the amplitude
+    // itself.
     let unattended = bench.clone().without_dead_man().without_amplitude_limit();
     let mut open = OpenHardware::open(&unattended, hardware)?;
     open.charge(ledger, Boot::now())?;
@@ -129,9 +129,9 @@ pub fn run<P: Procedure>(
 
 /// Length of the silence before the first step, s, in which the force sensor's clock and the card settle.
 const SETTLE_S: f64 = 0.2;
-/// Longest time for which a tone is held for an operator who may have gone, s.
+/// Longest time for which a tone is held for an operator who may have left, s.
 const HELD_MOST_S: f64 = 300.0;
-/// Period at which the operator is shown readings, s.
+/// Time between two readings shown to the operator, s.
 const SHOW_S: f64 = 0.05;
 /// Time without audio that ends the calibration, on the bench's clock.
 const CARD_TIMEOUT: Duration = Duration::from_secs(10);
@@ -144,7 +144,7 @@ struct RigTask<P> {
     tail_frames: usize,
     held_frames: usize,
     expects_force: bool,
-    /// What to check when the force sensor sends nothing.
+    /// Advice for a force sensor that sends nothing.
     force_check: &'static str,
     rate_hz: f64,
     input: InputReader,
@@ -159,7 +159,7 @@ struct RigTask<P> {
     stop: StopFlag,
     procedure: Option<P>,
     step: Step,
-    /// The step that was begun last, to begin it again.
+    /// Step begun last, for a repetition.
     begun: Option<NextStep>,
     held: Option<HeldTone>,
     capture: Capture,
@@ -202,7 +202,7 @@ impl<P: Procedure> RigTask<P> {
             Step::SilencingTone { quiet_frames, .. } if silent => {
                 *quiet_frames += header.frames as usize;
             }
-            // Nobody can tell whether silence has a gap: it is listened to again.
+            // A gap in silence cannot be detected, so the silence is repeated.
             Step::Listening { .. } if xrun => {
                 self.drop_outs.listen_anew()?;
                 self.capture.forget(frames);
@@ -215,7 +215,7 @@ impl<P: Procedure> RigTask<P> {
         if let Some(held) = &mut self.held {
             let steady =
                 header.drive.programs != held.after && header.drive.phase == DrivePhase::Steady;
-            // What is read of the tone begins anew after an xrun.
+            // The reading of the tone restarts after an xrun.
             held.steady_frames = if steady && !xrun {
                 held.steady_frames + header.frames as usize
             } else {
@@ -229,7 +229,7 @@ impl<P: Procedure> RigTask<P> {
         self.capture.samples.len() / self.channels
     }
 
-    /// Begins a step, once the tone before is silent.
+    /// Begins a step once the previous tone is silent.
     fn begin(&mut self, next: NextStep) -> anyhow::Result<()> {
         self.begun = Some(next.clone());
         let goes_on = match (&self.held, &next) {
@@ -298,7 +298,7 @@ impl<P: Procedure> RigTask<P> {
         Ok(())
     }
 
-    /// Returns the outcome of the present step; `None` until it is over.
+    /// Returns the outcome of the present step; `None` until it is finished.
     fn finished(&mut self) -> anyhow::Result<Option<StepOutcome>> {
         let frames = self.frames();
         if let (Some(held), Step::Asking { answer: None }) = (&self.held, &self.step)
@@ -390,11 +390,11 @@ impl<P: Procedure> RigTask<P> {
         while let Some(wish) = self.operator.next_input()? {
             match (wish, &mut self.step) {
                 (OperatorInput::Answer(given), Step::Asking { answer }) => *answer = Some(given),
-                // A late answer was meant for another request.
+                // A late answer belongs to an earlier request.
                 (OperatorInput::Answer(_), _) => {}
                 (OperatorInput::Leave, _) => self.stop.raise(),
                 (OperatorInput::Stop, _) => self.drive.trip(Trip::Operator),
-                // Nothing is tripped here.
+                // The watch has not tripped in this state.
                 (OperatorInput::Rearm, _) => {}
             }
         }
@@ -461,7 +461,7 @@ impl<P: Procedure> RigTask<P> {
         self.advance()
     }
 
-    /// Breaks the step off, with everything measured before it kept; returns whether somebody is there to go on.
+    /// Breaks the step off and keeps earlier measurements; returns whether an operator is present to continue.
     fn break_off(&mut self, why: &BrokenOff) -> bool {
         let why = why.to_string();
         if !self.operator.broken_off(&why, false) {
@@ -475,7 +475,7 @@ impl<P: Procedure> RigTask<P> {
         true
     }
 
-    /// Waits for the operator to re-arm and to let the step begin again.
+    /// Waits for the operator to re-arm and to restart the step.
     fn after_break(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
         self.drive.poll(safety);
         // Samples lost now would not have been used.

@@ -1,14 +1,14 @@
-//! What the bench under calibration is doing.
+//! State of a calibration's present step.
 
 use signalgen::Waveform;
 
 use crate::operator::Answer;
 use crate::procedure::NextStep;
 
-/// The step that is under way.
+/// The present step.
 pub(super) enum Step {
     Settling,
-    /// The tone before is ramping to silence.
+    /// The previous tone is ramping to silence.
     SilencingTone {
         next: Option<NextStep>,
         quiet_frames: usize,
@@ -25,12 +25,12 @@ pub(super) enum Step {
     Asking {
         answer: Option<Answer>,
     },
-    /// The step was broken off; the operator removes the cause and lets it begin again.
+    /// The step was broken off; the operator removes the cause and restarts it.
     BrokenOff {
         why: String,
         again: Option<NextStep>,
     },
-    /// The measurement has failed; the operator reads why.
+    /// The measurement has failed; the operator reads the reason.
     Failed(anyhow::Error),
     Done,
 }

@@ -1,4 +1,4 @@
-//! Tables typed by operators: CSV with a line of column names, blanks allowed.
+//! Tables typed by operators: CSV with a header line, blanks allowed.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 /// Reads the rows of the table at `path`; `columns` names the expected columns in errors.
 ///
 /// # Errors
-/// When the file cannot be read, or a row does not fit the columns.
+/// If the file cannot be read, or a row does not fit the columns.
 pub fn rows<R: DeserializeOwned>(path: &Path, columns: &str) -> anyhow::Result<Vec<R>> {
     let table = files::read(path, files::TEXT_LIMIT_BYTES)
         .with_context(|| format!("cannot read {}", path.display()))?;

@@ -1,5 +1,5 @@
-//! A calibration without an operator: prints progress as lines, and answers a request once the force sensor shows it
-//! done.
+//! A calibration without an operator: prints progress as lines, and answers a request once the force sensor shows that it is
+//! fulfilled.
 
 use std::collections::VecDeque;
 use std::io::Write;
@@ -13,13 +13,13 @@ use crate::operator::{
 
 /// Length of a plateau of the forces, s.
 const PLATEAU_S: f64 = 0.5;
-/// Largest difference between the halves of a plateau, N, to which [`STEADY_SHARE`] is added.
+/// Largest difference between the halves of a plateau, N, in addition to [`STEADY_SHARE`].
 const STEADY_N: f64 = 2e-3;
 /// Largest difference between the halves of a plateau, as a share of the expected change.
 const STEADY_SHARE: f64 = 0.01;
-/// Share of the expected change from which on a change is seen: the sensor's gain is not known yet.
+/// Share of the expected change at which a change is detected; low, because the sensor's gain is not yet known.
 const SEEN_SHARE: f64 = 0.3;
-/// Time to fulfil a request, s: somebody may have to walk to the bench.
+/// Timeout of a request, s: a person may have to walk to the bench.
 const REQUEST_TIMEOUT_S: f64 = 120.0;
 
 /// An operator replaced by the force sensor's readings.
@@ -42,7 +42,7 @@ struct Asked {
 }
 
 impl<W: Write> Unattended<W> {
-    /// Prints progress to `out`.
+    /// Creates an operator that prints progress to `out`.
     pub fn new(out: W) -> Self {
         Self {
             out,
@@ -56,7 +56,7 @@ impl<W: Write> Unattended<W> {
     }
 
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
-        // A reader that has gone does not end a calibration.
+        // A closed output does not end a calibration.
         let _ = writeln!(self.out, "{}", tui::escaped(&text.to_string()));
     }
 
@@ -69,14 +69,14 @@ impl<W: Write> Unattended<W> {
         sum.map(|sum| if count > 0.0 { sum / count } else { 0.0 })
     }
 
-    /// Returns whether a finger has pressed with `least_n` to `most_n` throughout a plateau's length.
+    /// Returns whether a finger has pressed with `least_n` to `most_n` throughout a plateau.
     fn rests(&self, asked: &Asked, least_n: f64, most_n: f64) -> bool {
         let within = |(_, [normal_n, _]): &(f64, [f64; 2])| (least_n..=most_n).contains(normal_n);
         let long = self.now_s - asked.since_s >= PLATEAU_S;
         long && !self.recent.is_empty() && self.recent.iter().all(within)
     }
 
-    /// Returns whether the forces rest where `asked` should have brought them.
+    /// Returns whether the forces have settled at the level that `asked` should produce.
     fn settled(&self, asked: &Asked) -> bool {
         let (Some(first), Some(last)) = (self.recent.front(), self.recent.back()) else {
             return false;
@@ -168,7 +168,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
         };
         let done = match asked.request {
             Request::Connect(_) | Request::Review | Request::GoOn => true,
-            // Nobody could be asked whether it was moved: only a simulated instrument moves by itself.
+            // The move cannot be confirmed: only a simulated instrument moves automatically.
             Request::MoveVibrometer { .. } => true,
             Request::Load { .. } | Request::Unload => self.settled(asked),
             Request::RestFinger { least_n, most_n } => self.rests(asked, least_n, most_n),
@@ -216,7 +216,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
 mod tests {
     use super::*;
 
-    /// Shows `normal_n` for so many seconds; returns the answer, if there was one.
+    /// Shows `normal_n` for `seconds`; returns the answer, if any.
     fn rest(
         nobody: &mut Unattended<Vec<u8>>,
         normal_n: f64,

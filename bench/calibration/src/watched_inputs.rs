@@ -1,4 +1,4 @@
-//! What the safety watch is told of the inputs during a calibration.
+//! Inputs for the safety watch during a calibration.
 
 use config::Config;
 use devices::CardPace;
@@ -10,7 +10,7 @@ use crate::recent::Recent;
 /// Span over which the read-back for the safety watch is averaged, s.
 const READBACK_S: f64 = 1e-3;
 
-/// The inputs of drive and pickup, with the constants known so far.
+/// Inputs of drive and pickup, with the constants known so far.
 pub(super) struct WatchedInputs {
     /// Number of inputs of the stream.
     inputs: usize,
@@ -29,7 +29,7 @@ pub(super) struct WatchedInputs {
 }
 
 impl WatchedInputs {
-    /// Watches a stream of so many inputs.
+    /// Creates a watch on a stream with `inputs` inputs.
     pub(super) fn new(config: &Config, inputs: usize) -> Self {
         let span = (READBACK_S * f64::from(config.audio.rate_hz)) as usize;
         Self {
@@ -49,10 +49,10 @@ impl WatchedInputs {
         [self.drive, self.pickup]
     }
 
-    /// Publishes the peaks of the drive's read-back and of the pickup, whatever their frequency, for the safety watch.
+    /// Publishes the peak amplitudes of the drive's read-back and of the pickup, at any frequency, for the safety watch.
     ///
     /// # Errors
-    /// When the card has delivered far more than its rate allows.
+    /// If the card has delivered far more than its rate allows.
     pub(super) fn publish(
         &mut self,
         block: &[f32],
@@ -67,14 +67,14 @@ impl WatchedInputs {
             recent.take(block, self.inputs, channel);
         }
         let [drive, pickup] = &self.recent;
-        // By the constants known so far; it warms the estimate.
+        // Computed with the constants known so far; it serves the estimate of the plate's temperature.
         if let Some(amplitude) = pickup.amplitude() {
             signals.amplitude_m.set(amplitude * self.metres_per_unit);
         }
         if let Some(amplitude) = drive.amplitude() {
             signals.readback.set(DriveReading {
                 volts: amplitude * self.volts_per_unit,
-                // The middle of what was averaged.
+                // Middle of the averaged samples.
                 sample: self.taken - drive.len() as u64 / 2,
                 ahead: header.drive.frames as i64 - self.taken as i64,
                 at_ns: now_ns,

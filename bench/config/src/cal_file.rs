@@ -1,23 +1,23 @@
-//! A maker's calibration file of a six-axis sensor: XML with a `UserAxis` row for each axis, as ATI delivers (`.cal`).
+//! Calibration file from the maker of a six-axis sensor: XML with a `UserAxis` row per axis, as delivered by ATI (`.cal`).
 
 use std::path::Path;
 
 use roxmltree::{Document, Node};
 
-/// Newtons in a pound-force (NIST SP 811).
+/// Newtons per pound-force (NIST SP 811).
 const N_PER_LBF: f64 = 4.448_221_615_260_5;
 const AXES: [&str; 6] = ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"];
 
-/// What a maker's file says of a sensor.
+/// Contents of a maker's calibration file.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct MakersMatrix {
-    /// Newtons per volt of each gauge, rows Fx, Fy, Fz, Tx, Ty, Tz; the torques in the file's own unit.
+    /// Newtons per volt of each gauge, rows Fx, Fy, Fz, Tx, Ty, Tz; torques in the file's own unit.
     pub(crate) rows: Vec<Vec<f64>>,
     /// Serial number.
     pub(crate) serial: Option<String>,
 }
 
-/// Why a maker's file cannot be used.
+/// Reason why a maker's file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CalFileError {
     #[error("it cannot be read")]
@@ -36,7 +36,7 @@ pub(crate) enum CalFileError {
     Gain(String),
 }
 
-/// Returns an error with its causes.
+/// Returns an error's text with its causes.
 pub(crate) fn in_words(error: &CalFileError) -> String {
     let causes = std::iter::successors(std::error::Error::source(error), |cause| cause.source());
     let causes: String = causes.map(|cause| format!(": {cause}")).collect();
@@ -96,7 +96,7 @@ fn attribute<'a>(xml: &'a Document<'_>, name: &str) -> Option<&'a str> {
 mod tests {
     use super::*;
 
-    /// A file of the form that ATI describes for its DAQ sensors, with numbers of no sensor in particular.
+    /// A file in the form that ATI describes for its DAQ sensors, with invented numbers.
     const FILE: &str = include_str!("../tests/data/FT09999.cal");
 
     #[test]

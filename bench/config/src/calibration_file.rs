@@ -1,5 +1,5 @@
-//! `calibration.toml`: every measured value with its unit, standard error, date, method and operator, the bench that it
-//! was measured on, and a hash over all of it, so that an edited file is noticed.
+//! `calibration.toml`: each measured value with its unit, standard error, date, method and operator, the identity of the
+//! measured bench, and a hash of the contents, so that an edited file is detected.
 
 use std::path::{Path, PathBuf};
 
@@ -133,8 +133,8 @@ pub struct KeptLength {
     pub largest_departure: Quantity,
 }
 
-/// Least and greatest ratio of a profile that can be used: beyond them the finger would be near a node of the plate, or
-/// the pickup.
+/// Smallest and largest usable ratio of a profile; outside this range, the finger or the pickup would be near a node of the
+/// plate.
 pub const PROFILE_RATIOS: [f64; 2] = [0.2, 2.0];
 
 /// `[[profile.places]]`: one place.
@@ -335,7 +335,7 @@ pub enum CalibrationFileError {
     /// The file does not exist.
     #[error("there is no calibration at {}: run `friction-bench calibrate pickup`, `calibrate plate` and `calibrate force`, or add --uncalibrated", path.display())]
     Absent {
-        /// Path at which it was looked for.
+        /// Expected path of the file.
         path: PathBuf,
     },
     /// The file cannot be read or written.
@@ -346,7 +346,7 @@ pub enum CalibrationFileError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file's hash is not that of its content.
+    /// The file's hash does not match its contents.
     #[error("{} was edited after it was measured (its content does not fit its hash): calibrate again, or bring the measured file back", path.display())]
     Edited {
         /// The file.
@@ -358,18 +358,18 @@ pub enum CalibrationFileError {
         /// The file.
         path: PathBuf,
     },
-    /// The file's content is not what this version reads.
+    /// The contents cannot be read by this version.
     #[error("{}: {reason}", path.display())]
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Description of the defect.
         reason: String,
     },
 }
 
 impl CalibrationFile {
-    /// Makes a calibration of the bench `identity`, of which nothing has been measured yet.
+    /// Creates a calibration of the bench `identity` without measurements.
     #[must_use]
     pub fn of(identity: Identity) -> Self {
         Self {
@@ -387,10 +387,10 @@ impl CalibrationFile {
         }
     }
 
-    /// Returns the file's text, hash first.
+    /// Returns the file's text, starting with the hash.
     ///
     /// # Errors
-    /// When a value cannot be written as TOML.
+    /// If a value cannot be written as TOML.
     pub fn to_text(&self) -> Result<String, toml::ser::Error> {
         let body = toml::to_string(self)?;
         let hash = sha256(&body);
@@ -402,7 +402,7 @@ impl CalibrationFile {
     /// Reads the file at `path`; returns it with its hash.
     ///
     /// # Errors
-    /// [`CalibrationFileError`] when the file does not exist, was edited, or is not of this format.
+    /// [`CalibrationFileError`] if the file does not exist, was edited, or has another format.
     pub fn read(path: &Path) -> Result<(Self, String), CalibrationFileError> {
         let text =
             files::read_text(path, files::TEXT_LIMIT_BYTES).map_err(|source| {
@@ -452,9 +452,9 @@ impl CalibrationFile {
         Ok((calibration, hash.to_owned()))
     }
 
-    /// Returns how well drive and pickup follow each other once gain and delay are known, relative and rad: the
-    /// measured residual, and a crosstalk of the pickup into the drive's input that is taken to be as large as the
-    /// measured one of the drive into the pickup's. `None` as long as the channels were not calibrated.
+    /// Returns the remaining mismatch between drive and pickup after correction for gain and delay, relative and rad: the
+    /// measured residual, combined with a crosstalk of the pickup into the drive's input that is assumed to equal the measured
+    /// crosstalk of the drive into the pickup's input. `None` if the channels are not calibrated.
     #[must_use]
     pub fn channel_match(&self) -> Option<f64> {
         let channels = self.channels.as_ref()?;
@@ -463,7 +463,7 @@ impl CalibrationFile {
         Some(pickup.departure.hypot(crosstalk))
     }
 
-    /// Returns whether nothing has been measured yet.
+    /// Returns whether the calibration has no measurement.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.pickup.is_none()
@@ -473,13 +473,13 @@ impl CalibrationFile {
             && self.output.is_none()
     }
 
-    /// Returns whether the dates of a part, such as `pickup`, are of simulated time.
+    /// Returns whether the date of a part, such as `pickup`, is in simulated time.
     #[must_use]
     pub fn is_in_simulated_time(&self, part: &str) -> bool {
         self.simulated_time.iter().any(|named| named == part)
     }
 
-    /// States whether a part, such as `pickup`, was measured in simulated time.
+    /// Records whether a part, such as `pickup`, was measured in simulated time.
     pub fn set_simulated_time(&mut self, part: &str, simulated: bool) {
         self.simulated_time.retain(|named| named != part);
         if simulated {
@@ -488,13 +488,13 @@ impl CalibrationFile {
         }
     }
 
-    /// Returns whether anything that is dated was measured.
+    /// Returns whether any dated part was measured.
     #[must_use]
     pub fn is_dated(&self) -> bool {
         self.dates().next().is_some()
     }
 
-    /// Returns the date of the oldest measurement in simulated time, or in real time; `None` without one.
+    /// Returns the date of the oldest measurement in simulated or in real time; `None` without such a measurement.
     #[must_use]
     pub fn oldest(&self, simulated: bool) -> Option<Timestamp> {
         self.dates()

@@ -1,4 +1,4 @@
-//! Limits that a calibration must keep, and how long it holds.
+//! Limits of a calibration's results, and its period of validity.
 
 use serde::{Deserialize, Serialize};
 

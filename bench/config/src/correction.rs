@@ -3,7 +3,7 @@
 use safety::SENSITIVITY;
 use serde::{Deserialize, Serialize};
 
-/// Largest share of one axis' force that the other axis of a sound sensor reads, N/N.
+/// Largest share of one axis' force that the other axis of a working sensor reads, N/N.
 pub const MOST_CROSSTALK: f64 = 0.3;
 
 /// Matrix and tare of one force sensor: F = M · (reading − tare).
@@ -36,7 +36,7 @@ impl Default for Correction {
     }
 }
 
-/// A correction that no sound sensor needs: if it were used, it could hide a press from the safety watch.
+/// A correction that a working sensor never needs: it could hide a press from the safety watch.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Implausible {
     /// The gain of an axis is far from 1, or negative.
@@ -56,7 +56,7 @@ pub enum Implausible {
     Crosstalk {
         /// Axis that reads the force.
         from: &'static str,
-        /// Axis whose force is computed from it.
+        /// Axis of the force computed from it.
         to: &'static str,
         /// Newtons per newton read.
         crosstalk: f64,
@@ -78,10 +78,10 @@ pub enum Implausible {
 const AXES: [&str; 2] = ["normal", "lateral"];
 
 impl Correction {
-    /// Refuses a correction that no sound sensor needs; `most_n` are the safety watch's limits, normal and lateral, N.
+    /// Rejects a correction that a working sensor never needs; `most_n` holds the safety watch's limits, normal and lateral, N.
     ///
     /// # Errors
-    /// [`Implausible`] names the entry and what to do.
+    /// [`Implausible`] with the entry and the remedy.
     pub fn require_plausible(&self, most_n: [f64; 2]) -> Result<(), Implausible> {
         let [low, high] = SENSITIVITY;
         for (i, axis) in AXES.into_iter().enumerate() {
@@ -109,7 +109,7 @@ impl Correction {
         Ok(())
     }
 
-    /// Returns normal and lateral force of a reading, N.
+    /// Returns normal and lateral force for a reading, N.
     #[must_use]
     pub fn forces_n(&self, reading_n: [f64; 2]) -> [f64; 2] {
         let loaded = [0, 1].map(|axis| reading_n[axis] - self.tare_n[axis]);

@@ -1,4 +1,4 @@
-//! The effective configuration: `bench.toml`, with calibrated constants in the place of those that the file assumes.
+//! The effective configuration: `bench.toml`, with calibrated constants in place of the file's assumptions.
 
 use std::path::{Path, PathBuf};
 
@@ -11,8 +11,8 @@ use crate::identity::{Identity, Mismatch};
 use crate::meter_check::MeasuredOutput;
 use crate::quantity::Provenance;
 
-/// The effective configuration of a bench. It is made once, passed on and never changed, so that recordings, screens
-/// and logs agree on constants and provenance.
+/// The effective configuration of a bench. It is created once, passed on and never changed, so that recordings, screens and
+/// logs agree on constants and provenance.
 ///
 /// ```
 /// use config::{Config, Effective};
@@ -29,7 +29,7 @@ pub struct Effective {
     calibration: Option<InForce>,
 }
 
-/// A complete calibration whose constants are in force.
+/// A complete calibration in force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InForce {
     calibration: CalibrationFile,
@@ -44,7 +44,7 @@ pub enum CalibrationError {
     /// The file cannot be used.
     #[error(transparent)]
     File(#[from] CalibrationFileError),
-    /// The file is of a rehearsal.
+    /// The file comes from a rehearsal.
     #[error(
         "{} was measured in a rehearsal, with faults injected ({}): it is not data and never in force; calibrate without \
          faults into another file, or add --uncalibrated",
@@ -53,7 +53,7 @@ pub enum CalibrationError {
     Rehearsed {
         /// The file.
         path: PathBuf,
-        /// The faults, in the form of `--fault`.
+        /// The faults, in the format of `--fault`.
         faults: Vec<String>,
     },
     /// The file lacks a measurement.
@@ -61,15 +61,15 @@ pub enum CalibrationError {
     Incomplete {
         /// The file.
         path: PathBuf,
-        /// Argument of `friction-bench calibrate` that measures what is missing.
+        /// Argument of `friction-bench calibrate` for the missing measurement.
         command: &'static str,
     },
-    /// The force sensor's correction is not one that a sound sensor needs.
+    /// The force sensor's correction is one that a working sensor never needs.
     #[error("{} cannot be used: run `friction-bench calibrate force`", path.display())]
     Implausible {
         /// The file.
         path: PathBuf,
-        /// What is implausible.
+        /// The implausible entry.
         source: Implausible,
     },
     /// The file cannot be written as text.
@@ -90,7 +90,7 @@ pub enum CalibrationError {
 
 const OVERRIDE: &str = "the calibration does not hold; --uncalibrated runs without it";
 
-/// A calibration whose date does not allow it to be used.
+/// A calibration with an invalid date.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum WrongDate {
     /// The calibration has no date.
@@ -116,13 +116,13 @@ pub enum WrongDate {
     },
 }
 
-/// Time ahead from which on a date is not the clocks' inaccuracy.
+/// Tolerance for a date in the future, for differences between clocks.
 const AHEAD: SignedDuration = SignedDuration::from_hours(24);
-/// Share of the measured clipping level from which on a sample counts as cut off.
+/// |sample| above which a sample counts as cut off, as a share of the measured clipping level.
 const CLIPPED: f64 = 0.999;
 
 impl Effective {
-    /// Returns the bench as `bench.toml` alone describes it.
+    /// Returns the bench as described by `bench.toml` alone.
     #[must_use]
     pub fn uncalibrated(config: Config) -> Self {
         Self {
@@ -134,8 +134,8 @@ impl Effective {
     /// Returns the bench of `config` with the constants of the calibration at `path`.
     ///
     /// # Errors
-    /// [`CalibrationError`] when the file is absent, was edited, lacks a measurement, or holds one that no sound bench
-    /// needs.
+    /// [`CalibrationError`] if the file is absent, was edited, lacks a measurement, or has a correction that a working sensor
+    /// never needs.
     pub fn calibrated(config: Config, path: &Path) -> Result<Self, CalibrationError> {
         let calibration = InForce::read(path, &config)?;
         Ok(Self {
@@ -144,15 +144,14 @@ impl Effective {
         })
     }
 
-    /// Returns the bench of `config` with what `calibration` has measured of it so far, for the calibration that goes
-    /// on: not yet a calibrated bench.
+    /// Returns the bench of `config` with the constants measured in `calibration` so far, for a calibration in progress; the
+    /// result does not count as calibrated.
     #[must_use]
     pub fn under_calibration(config: Config, calibration: &CalibrationFile) -> Self {
         Self::uncalibrated(with_constants(config, calibration))
     }
 
-    /// Returns the same bench with the force sensor's readings taken as they come, which is what a calibration of it
-    /// reads.
+    /// Returns the same bench without correction of the force sensor's readings, as a calibration of the sensor requires.
     #[must_use]
     pub fn with_raw_forces(mut self) -> Self {
         if let Some(force) = &mut self.config.force {
@@ -161,23 +160,22 @@ impl Effective {
         self
     }
 
-    /// Returns the same bench without a dead-man switch, for tests and calibrations that drive a plate with nobody at
-    /// it.
+    /// Returns the same bench without a dead-man switch, for tests and calibrations that drive the plate without a participant.
     #[must_use]
     pub fn without_dead_man(mut self) -> Self {
         self.config.safety.dead_man = None;
         self
     }
 
-    /// Returns the same bench without a limit of what the pickup reads, for calibrations, before which nobody knows
-    /// what it reads.
+    /// Returns the same bench without an amplitude limit on the pickup, for calibrations, before which the pickup's scale is
+    /// unknown.
     #[must_use]
     pub fn without_amplitude_limit(mut self) -> Self {
         self.config.limits.amplitude_um = f64::INFINITY;
         self
     }
 
-    /// Returns the same bench with the loop's delay unknown, which is what a calibration of it measures.
+    /// Returns the same bench without a measured loop delay, for the calibration that measures it.
     #[must_use]
     pub fn with_unknown_delay(mut self) -> Self {
         self.config.safety.measured_delay_s = None;
@@ -190,13 +188,13 @@ impl Effective {
         checked_volts(&self.config, self.file()?, now)
     }
 
-    /// Returns what nobody has measured on this bench at `now`, as [`unverified`].
+    /// Returns the safety-relevant values not verified on this bench at `now`; see [`unverified`].
     #[must_use]
     pub fn unverified(&self, now: Timestamp) -> Vec<String> {
         unverified(&self.config, self.file(), now)
     }
 
-    /// Returns what the calibration in force holds; `None` for an uncalibrated bench.
+    /// Returns the file of the calibration in force; `None` for an uncalibrated bench.
     #[must_use]
     pub fn file(&self) -> Option<&CalibrationFile> {
         self.calibration().map(InForce::calibration)
@@ -208,7 +206,7 @@ impl Effective {
         &self.config
     }
 
-    /// Returns the bench with a plate whose resonance has moved to `resonance_hz`; all else is as it was measured.
+    /// Returns the bench with the plate's resonance moved to `resonance_hz` and all other constants unchanged.
     #[must_use]
     pub fn with_resonance(&self, resonance_hz: f64) -> Self {
         let mut moved = self.clone();
@@ -222,12 +220,12 @@ impl Effective {
         self.calibration.as_ref()
     }
 
-    /// Requires that the calibration in force was measured on the bench with these opened devices and is neither too
-    /// old nor dated in the future at `now`, which is in `simulated_time` or not: dates of the one say nothing about the
-    /// other. An uncalibrated bench passes.
+    /// Requires that the calibration in force was measured on the bench with these opened devices, and is neither too old nor
+    /// dated in the future at `now`. `simulated_time` tells whether `now` is simulated: dates of the two kinds are not
+    /// comparable. An uncalibrated bench passes.
     ///
     /// # Errors
-    /// [`CalibrationError::OtherBench`] names what differs, [`CalibrationError::Date`] the age.
+    /// [`CalibrationError::OtherBench`] with the difference, or [`CalibrationError::Date`] with the age.
     pub fn require_calibration_holds(
         &self,
         input_device: String,
@@ -293,19 +291,19 @@ impl InForce {
         })
     }
 
-    /// Returns what was measured.
+    /// Returns the measurements.
     #[must_use]
     pub fn calibration(&self) -> &CalibrationFile {
         &self.calibration
     }
 
-    /// Returns the hash of the file's content.
+    /// Returns the hash of the file's contents.
     #[must_use]
     pub fn hash(&self) -> &str {
         &self.hash
     }
 
-    /// Returns its name on screens and in files, such as `2026-05-04, A. Tester`.
+    /// Returns the calibration's name on screens and in files, such as `2026-05-04, A. Tester`.
     #[must_use]
     pub fn label(&self) -> &str {
         &self.label
@@ -317,7 +315,7 @@ impl InForce {
         &self.text
     }
 
-    /// Returns who calibrated and tared the force sensor, and when.
+    /// Returns the operators and dates of the force sensor's calibration and tare.
     #[must_use]
     pub fn force_label(&self) -> Option<String> {
         let force = self.calibration.force.as_ref()?;
@@ -357,7 +355,7 @@ fn signed(of: &Provenance) -> String {
     format!("{}, {}", of.date.strftime("%Y-%m-%d"), of.operator)
 }
 
-/// Returns the check of the volts that `file` holds, unless it is too old at `now` or dated in the future.
+/// Returns the check of the volts in `file`, unless it is too old at `now` or dated in the future.
 fn checked_volts<'a>(
     config: &Config,
     file: &'a CalibrationFile,
@@ -372,8 +370,8 @@ fn checked_volts<'a>(
     (age >= -AHEAD && days <= config.calibration.meter_max_age_days).then_some(output)
 }
 
-/// Returns what nobody has measured at `now` on the bench of `config`, whose calibration is in `file`, although its safety
-/// rests on it: a line each. A simulated bench has nothing to be verified.
+/// Returns the values not verified at `now` on which the safety of the bench of `config`, with its calibration in `file`,
+/// depends: a line each. A simulated bench needs no verification.
 #[must_use]
 pub fn unverified(config: &Config, file: Option<&CalibrationFile>, now: Timestamp) -> Vec<String> {
     let safety = &config.safety;
@@ -398,8 +396,8 @@ pub fn unverified(config: &Config, file: Option<&CalibrationFile>, now: Timestam
     delay.into_iter().chain(volts).collect()
 }
 
-/// Returns `config` with the measured constants: sensitivity and phase of the pickup, resonance and force factor of the
-/// plate, matrix and tare of the force sensor, clipping levels of the inputs, delay of the loop.
+/// Returns `config` with the measured constants: sensitivity and phase of the pickup, resonance and force factor of the plate,
+/// matrix and tare of the force sensor, clipping levels of the inputs, delay of the loop.
 fn with_constants(mut config: Config, calibration: &CalibrationFile) -> Config {
     if let Some(pickup) = &calibration.pickup {
         config.channels.pickup.metres_per_unit = pickup.metres_per_unit.value;
@@ -408,7 +406,7 @@ fn with_constants(mut config: Config, calibration: &CalibrationFile) -> Config {
         }
     }
     if let Some(plate) = &calibration.plate {
-        // Z_m is of the force, and the plate's phase holds what the force is turned against the voltage that is read back.
+        // Z_m refers to the force, and the plate's phase includes the phase of the force relative to the voltage read back.
         config.channels.pickup.phase_rad = plate.pickup_phase_rad.value;
         config.plate.resonance_hz = plate.resonance_hz.value;
         config.plate.force_factor_n_per_v = plate.force_factor_n_per_v.value;

@@ -21,11 +21,11 @@ pub enum ConfigError {
     Value {
         /// The file, as the caller named it.
         file: String,
-        /// Line of the key, from 1; `None` where no single key is at fault.
+        /// Line of the key, from 1; `None` if the fault is not in a single key.
         line: Option<usize>,
-        /// Key, value and what is allowed.
+        /// Key, value and the allowed values.
         why: String,
-        /// The range that the value lies outside of; `None` where another rule is broken.
+        /// Range violated by the value; `None` if another rule is broken.
         range: Option<Box<strict::OutOfRange>>,
     },
 }

@@ -1,4 +1,4 @@
-//! Devices beside the sound card and the force sensor: encoder, digital lines, sounds for the participant.
+//! Devices other than the sound card and the force sensor: encoder, digital lines, sounds for the participant.
 
 use std::path::PathBuf;
 
@@ -121,17 +121,17 @@ impl Gpio {
         Ok(())
     }
 
-    /// Returns whether a line is on the port of the outputs; other chips than a DAQ card have one port for all.
+    /// Returns whether a line is on the port of the outputs; chips other than a DAQ card have a single port.
     fn port(&self, key: &str) -> bool {
         self.backend == GpioBackend::Nidaqmx && ["enable", "heartbeat"].contains(&key)
     }
 
-    /// Returns the numbers of the lines that are wired.
+    /// Returns the numbers of the wired lines.
     pub fn lines(&self) -> impl Iterator<Item = u8> {
         self.named().map(|(_, line)| line)
     }
 
-    /// Returns the keys and numbers of the lines that are wired.
+    /// Returns the keys and numbers of the wired lines.
     fn named(&self) -> impl Iterator<Item = (&'static str, u8)> {
         let lines = [
             ("encoder_a", self.encoder_a),
@@ -147,13 +147,13 @@ impl Gpio {
             .filter_map(|(key, line)| Some((key, line?)))
     }
 
-    /// Returns whether there is a line for an e-stop; a field box has one.
+    /// Returns whether the bench has a line for an e-stop; a field box always has one.
     #[must_use]
     pub fn has_estop(&self) -> bool {
         self.backend == GpioBackend::FieldBox || self.estop.is_some()
     }
 
-    /// Returns whether there is a line for a dead-man switch; a field box has one.
+    /// Returns whether the bench has a line for a dead-man switch; a field box always has one.
     #[must_use]
     pub fn has_dead_man(&self) -> bool {
         self.backend == GpioBackend::FieldBox || self.dead_man.is_some()

@@ -1,4 +1,4 @@
-//! `[field_box]`: a box on a USB port that reads forces, position and lines, and stops the amplifier by itself.
+//! `[field_box]`: a box on a USB port that reads forces, position and lines, and can stop the amplifier on its own.
 
 use std::path::PathBuf;
 
@@ -42,7 +42,7 @@ impl FieldBox {
         }
     }
 
-    /// Returns what tells this box from another: its serial number, or else its port.
+    /// Returns the identification of this box: its serial number, or else its port.
     #[must_use]
     pub fn identity(&self) -> String {
         match &self.serial {

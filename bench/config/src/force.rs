@@ -1,4 +1,4 @@
-//! The force sensor: where its readings come from, and their correction.
+//! The force sensor: the source of its readings, and their correction.
 
 use std::path::{Path, PathBuf};
 
@@ -30,7 +30,7 @@ pub struct Force {
     pub range_n: Option<f64>,
 }
 
-/// A force sensor, and how it is reached: `force.source`.
+/// A force sensor and its connection: `force.source`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Sensor {
     /// On a serial line.
@@ -130,7 +130,7 @@ fn default_matrix() -> [[f64; 2]; 2] {
     Correction::default().matrix
 }
 
-/// A key that the source in use needs.
+/// A key required by the source in use.
 #[derive(Debug, thiserror::Error)]
 #[error("force.{key} is missing: force.source = \"{source_name}\" needs it, such as {example}")]
 struct Missing {
@@ -217,7 +217,7 @@ impl From<Force> for ForceTable {
 }
 
 impl Force {
-    /// Reads the maker's calibration file that the table names, in `folder`.
+    /// Reads the maker's calibration file named by the table, from `folder`.
     pub(super) fn read_beside(&mut self, folder: Option<&Path>) -> Result<(), Refused> {
         match &mut self.sensor {
             Sensor::Channels(gauges) => gauges.read_beside(folder),
@@ -252,7 +252,8 @@ impl Force {
             })
     }
 
-    /// Returns what tells this sensor from another: a calibration holds for it alone. Behind a field box it is the box's.
+    /// Returns the identification of this sensor, to which its calibration is bound; a sensor behind a field box uses the
+    /// box's.
     pub(crate) fn identity(&self, field_box: Option<&FieldBox>) -> String {
         match &self.sensor {
             Sensor::Serial(serial) => {
@@ -269,7 +270,7 @@ impl Force {
         }
     }
 
-    /// Returns how the readings come, as recordings and screens say it.
+    /// Returns the kind of source, as recordings and screens name it.
     #[must_use]
     pub fn in_words(&self) -> String {
         match &self.sensor {
@@ -280,7 +281,7 @@ impl Force {
         }
     }
 
-    /// Returns what to compare in `bench.toml` when nothing that comes is a reading.
+    /// Returns the settings of `bench.toml` to check if the incoming data contain no readings.
     #[must_use]
     pub fn what_to_check(&self) -> &'static str {
         match &self.sensor {
@@ -297,13 +298,13 @@ impl Force {
         }
     }
 
-    /// Returns whether the sensor is on inputs of the sound card, with no line or network of its own.
+    /// Returns whether the sensor is on inputs of the sound card, without a separate line or network.
     #[must_use]
     pub fn is_on_inputs(&self) -> bool {
         matches!(self.sensor, Sensor::Channels(_))
     }
 
-    /// Returns the correction of its readings.
+    /// Returns the correction of the sensor's readings.
     #[must_use]
     pub fn correction(&self) -> Correction {
         Correction {
@@ -312,7 +313,7 @@ impl Force {
         }
     }
 
-    /// Replaces the correction of its readings.
+    /// Replaces the correction of the sensor's readings.
     pub(crate) fn set_correction(&mut self, correction: Correction) {
         self.matrix = correction.matrix;
         self.tare_n = correction.tare_n;
@@ -323,7 +324,7 @@ impl Force {
 mod tests {
     use crate::{Config, ConfigError, Sensor, SixAxis};
 
-    /// The simulated bench's description with other lines in its table `[force]`.
+    /// Parses the simulated bench's description with other lines in its table `[force]`.
     fn with_force(lines: &str) -> Result<Config, ConfigError> {
         let text = include_str!("../../mock-bench.toml");
         let (before, rest) = text.split_once("[force]\n").unwrap();
@@ -358,7 +359,7 @@ mod tests {
             force.identity(None),
             "netft 192.168.1.1, normal -fz, lateral fx"
         );
-        // What is written is what was read.
+        // The written text parses to the same configuration.
         let text = config.to_toml().unwrap();
         assert_eq!(Config::parse(&text, "copy").unwrap(), config);
     }

@@ -1,4 +1,4 @@
-//! `[force.channels]`: a force sensor whose gauge voltages are on inputs of the sound card.
+//! `[force.channels]`: a force sensor with its gauge voltages on inputs of the sound card.
 
 use std::path::{Path, PathBuf};
 
@@ -10,9 +10,9 @@ use crate::refused::{Refused, within};
 use crate::six_axis::SixAxis;
 use crate::sound_card::{Audio, InputMap};
 
-/// Most gauges of a sensor.
+/// Largest number of gauges of a sensor.
 const MOST_INPUTS: usize = 16;
-/// Rows of a matrix of two axes, normal and lateral, and of one of six: Fx, Fy, Fz, Tx, Ty, Tz.
+/// Numbers of rows of a matrix for two axes, normal and lateral, and for six: Fx, Fy, Fz, Tx, Ty, Tz.
 const ROWS: [usize; 2] = [2, 6];
 
 /// `[force.channels]`: a force sensor whose gauges are read by inputs of the sound card, DC-coupled.
@@ -68,7 +68,7 @@ fn refused(key: &str, why: String) -> Result<(), Refused> {
 }
 
 impl Gauges {
-    /// Replaces the maker's file by what it says.
+    /// Replaces the name of the maker's file by its contents.
     pub(crate) fn read_beside(&mut self, folder: Option<&Path>) -> Result<(), Refused> {
         let Some(path) = self.cal_file.take() else {
             return Ok(());
@@ -203,7 +203,7 @@ impl Gauges {
             square(&lateral, &lateral),
             square(&normal, &lateral),
         );
-        // Two rows along each other read one force.
+        // Two parallel rows read the same force.
         let apart = nn * ll - nl * nl;
         if apart.is_nan() || apart <= 1e-6 * nn * ll {
             let why =
@@ -254,7 +254,7 @@ mod tests {
     use super::*;
     use crate::{Config, ConfigError, Sensor};
 
-    /// The simulated bench's description with gauges on its inputs.
+    /// Returns the simulated bench's description with gauges on its inputs.
     fn with_gauges(lines: &str) -> String {
         let text = include_str!("../../mock-bench.toml").replace("channels = 4 ", "channels = 8 ");
         let (before, rest) = text.split_once("[force]\n").unwrap();
@@ -353,7 +353,7 @@ mod tests {
             identity.starts_with("FT00007 on inputs [2, 3]"),
             "{identity}"
         );
-        // What is printed needs the file no more.
+        // The printed configuration no longer needs the file.
         let copy = Config::parse(&config.to_toml().unwrap(), "copy").unwrap();
         assert_eq!(copy, config);
     }

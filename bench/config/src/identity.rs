@@ -1,4 +1,4 @@
-//! Identity of the bench that a calibration was measured on.
+//! Identity of the bench to which a calibration belongs.
 
 use serde::{Deserialize, Serialize};
 
@@ -43,24 +43,24 @@ pub struct Identity {
     pub sound_card: Option<String>,
 }
 
-/// The first difference between the bench that was calibrated and the present one.
+/// The first difference between the calibrated bench and the present one.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the calibration was made with {what} {calibrated}, but the bench has {present}: {remedy}")]
 pub struct Mismatch {
     /// Name of the property that differs.
     pub what: &'static str,
-    /// Its value on the calibrated bench.
+    /// Value on the calibrated bench.
     pub calibrated: String,
-    /// Its value now.
+    /// Present value.
     pub present: String,
-    /// What the operator can do about it.
+    /// Remedy for the operator.
     pub remedy: &'static str,
 }
 
 const RECALIBRATE: &str = "calibrate again, or go back to what was calibrated";
 
 impl Identity {
-    /// Returns the identity of the bench that `config` describes, with the devices that were opened.
+    /// Returns the identity of the bench described by `config`, with the opened devices.
     #[must_use]
     pub fn of(config: &Config, input_device: String, output_device: String) -> Self {
         Self {
@@ -81,17 +81,17 @@ impl Identity {
         }
     }
 
-    /// Returns it with what tells the sound card from another one of its name.
+    /// Returns the identity with an identification of the sound card that distinguishes cards of the same name.
     #[must_use]
     pub fn with_sound_card(self, sound_card: Option<String>) -> Self {
         Self { sound_card, ..self }
     }
 
-    /// Requires that `present` is the calibrated bench; force sensors are compared only if one was calibrated, sound cards
-    /// of one name only if both are told.
+    /// Requires that `present` is the calibrated bench; force sensors are compared only if one was calibrated, sound cards of
+    /// the same name only if both identifications are known.
     ///
     /// # Errors
-    /// [`Mismatch`] names the first difference.
+    /// [`Mismatch`] with the first difference.
     pub fn require(&self, present: &Self) -> Result<(), Mismatch> {
         let number = |value: f64| value.to_string();
         let channels = |of: &Self| {

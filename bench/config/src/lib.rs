@@ -1,6 +1,6 @@
-//! The description of one bench: `bench.toml`, `calibration.toml`, and [`Effective`], the checked value made of both.
+//! Description of a bench: `bench.toml`, `calibration.toml`, and [`Effective`], the checked value made from both.
 //!
-//! Files are read strictly and checked once. Everything that runs is given an [`Effective`], which nothing changes.
+//! Files are read strictly and checked once. All running code receives an [`Effective`], which never changes.
 
 mod cal_file;
 mod calibration_file;
@@ -66,7 +66,7 @@ use refused::Refused;
 /// Commented template of a `bench.toml` for real hardware, to be edited.
 pub const TEMPLATE: &str = include_str!("../../bench-template.toml");
 
-/// Returns the template with its optional keys put in force: of each line that begins with # and a key, the rest.
+/// Returns the template with its optional keys enabled: the `#` before a key at the start of a line is removed.
 #[must_use]
 pub fn whole_template() -> String {
     let line = |line: &'static str| match line.strip_prefix('#') {
@@ -131,12 +131,12 @@ impl Config {
     /// Reads and checks a configuration; `file` names it in errors.
     ///
     /// # Errors
-    /// [`ConfigError`] names the key, its line, the value and what is allowed.
+    /// [`ConfigError`] with the key, its line, the value and the allowed values.
     pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
         Self::parse_beside(text, file, None)
     }
 
-    /// Reads a configuration whose other files lie in `folder`.
+    /// Reads a configuration with its other files in `folder`.
     fn parse_beside(text: &str, file: &str, folder: Option<&Path>) -> Result<Self, ConfigError> {
         let mut config: Self = strict::parse(text, file)?;
         let refused = |Refused { key, why, range }| ConfigError::Value {
@@ -155,7 +155,7 @@ impl Config {
     /// Reads and checks the file at `path`.
     ///
     /// # Errors
-    /// [`ConfigError::Read`] when the file cannot be read; otherwise as [`Config::parse`].
+    /// [`ConfigError::Read`] if the file cannot be read; otherwise as [`Config::parse`].
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         let text = files::read_text(path, files::TEXT_LIMIT_BYTES).map_err(|source| {
             ConfigError::Read {
@@ -174,8 +174,8 @@ impl Config {
         toml::to_string(self)
     }
 
-    /// Returns what every screen shows of a bench whose safety is not what it is by default, driven at `carrier_hz`: waived
-    /// hardware stops, loosened limits, a carrier that some people hear.
+    /// Returns the lines that every screen shows for a bench with non-default safety, driven at `carrier_hz`: waived hardware
+    /// stops, loosened limits, a carrier that some people hear.
     #[must_use]
     pub fn safety_notices(&self, carrier_hz: f64) -> Vec<String> {
         [
@@ -189,7 +189,7 @@ impl Config {
         .collect()
     }
 
-    /// Returns what a bench without a force sensor can do and cannot; `None` with one.
+    /// Returns a text on the abilities and limits of a bench without a force sensor; `None` with a force sensor.
     #[must_use]
     pub fn forceless_in_words(&self) -> Option<String> {
         let text = "no force sensor ([force] in bench.toml): nothing watches how hard a finger presses, and nothing but you \
@@ -198,7 +198,7 @@ impl Config {
         self.force.is_none().then(|| text.to_owned())
     }
 
-    /// Returns each value on which the safety watch relies and that is looser than its default, as
+    /// Returns each value that the safety watch relies on and that is looser than its default, such as the text
     /// `safety.readback_tolerance = 0.4 (default 0.25)`.
     ///
     /// ```
@@ -282,7 +282,8 @@ impl Config {
         (!loosened.is_empty()).then(|| format!("safety limits loosened: {}", loosened.join(", ")))
     }
 
-    /// A switch that is wired and not watched would be trusted for nothing, and one that is not wired cannot be held.
+    /// Rejects a switch that is wired but not watched, because it would be trusted without effect, and a switch that is watched
+    /// but not wired, because it cannot be held.
     fn check_dead_man(&self) -> Result<(), Refused> {
         let has_lines = self.gpio.backend != GpioBackend::None;
         let wired = self.gpio.has_dead_man().then_some(self.gpio.dead_man);
@@ -314,14 +315,14 @@ impl Config {
         .filter_map(|(key, used)| used.then_some(key))
     }
 
-    /// Returns the field box, if anything is behind it.
+    /// Returns the field box, if any source uses it.
     #[must_use]
     pub fn used_field_box(&self) -> Option<&FieldBox> {
         let used = self.behind_field_box().next().is_some();
         self.field_box.as_ref().filter(|_| used)
     }
 
-    /// Returns what tells the force sensor from another, if there is one; behind a field box it is the box's.
+    /// Returns the identification of the force sensor, if any; a sensor behind a field box uses the box's.
     #[must_use]
     pub fn force_identity(&self) -> Option<String> {
         let force = self.force.as_ref()?;
@@ -342,7 +343,8 @@ impl Config {
         }
     }
 
-    /// The card is the converter, or nothing of it is used: its lines and counter are those of the card that drives.
+    /// Requires that the card is the converter or entirely unused: lines and counter must belong to the card that drives the
+    /// plate.
     fn check_nidaqmx(&self) -> Result<(), Refused> {
         let host = self.audio.host == AudioHost::Nidaqmx;
         let encoder = self.encoder.as_ref().map(|encoder| encoder.source);

@@ -1,4 +1,4 @@
-//! Limits of the drive, and limits beyond which the safety watch stops it.
+//! Limits of the drive, and limits at which the safety watch stops it.
 
 use serde::{Deserialize, Serialize};
 
@@ -35,12 +35,12 @@ pub struct Limits {
     pub unchecked_volts_because: Option<String>,
 }
 
-/// Largest drive of a bench whose volts no independent meter has checked, V peak: half of the 46.7 V peak up to which
-/// IEC 61010-1 (6.3.1) takes a dry contact for not hazardous, because a constant typed for peak in the place of peak
-/// to peak is off by a factor of two.
+/// Largest drive without a check of the bench's volts by an independent meter, V peak: half of the 46.7 V peak up to which IEC
+/// 61010-1 (6.3.1) regards a dry contact as not hazardous, because confusing peak with peak to peak makes a constant wrong by a
+/// factor of two.
 pub const UNCHECKED_V: f64 = 23.35;
 
-/// A drive that is too high for a bench whose volts no meter has checked.
+/// A drive too high for a bench without a check of its volts by a meter.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
     "{crest_v:.1} V peak are asked for, and no independent meter has checked the volts of this bench: one wrong constant in \
@@ -52,12 +52,12 @@ pub struct UncheckedVolts {
     pub crest_v: f64,
 }
 
-/// Carrier below which people hear it, Hz.
+/// Frequency below which people hear a carrier, Hz.
 pub const AUDIBLE_HZ: f64 = 20e3;
-/// Carrier below which children, young adults and pets may hear it, Hz.
+/// Frequency below which children, young adults and pets may hear a carrier, Hz.
 pub const HEARD_BY_SOME_HZ: f64 = 25e3;
 
-/// A carrier that people hear, on a bench that names no reason for it.
+/// An audible carrier on a bench without a stated reason for it.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
     "a carrier of {carrier_hz} Hz is audible, and at this level harms the ears: drive at {AUDIBLE_HZ} Hz or more, or state \
@@ -69,11 +69,11 @@ pub struct AudibleCarrier {
 }
 
 impl Limits {
-    /// Twice the driving time of the published protocol, s: the driving time allowed within an hour where neither the
-    /// configuration nor a protocol says another (an assumption).
+    /// Twice the driving time of the published protocol, s: the driving time allowed within an hour unless the configuration or
+    /// a protocol sets another (an assumption).
     pub const PUBLISHED_DRIVING_S_PER_HOUR: f64 = 729.6;
 
-    /// Returns the driving time allowed within an hour where no protocol says it, s.
+    /// Returns the driving time allowed within an hour if no protocol sets it, s.
     #[must_use]
     pub fn driving_s_per_hour(&self) -> f64 {
         if self.driving_s_per_hour > 0.0 {
@@ -123,7 +123,7 @@ impl Limits {
         }
     }
 
-    /// Returns the line that every screen shows of a bench that needs no check of its volts; `None` if it does.
+    /// Returns the line that every screen shows for a bench that needs no check of its volts; `None` for other benches.
     pub(crate) fn unchecked_in_words(&self) -> Option<String> {
         let why = self.unchecked_volts_because.as_ref()?;
         Some(format!(
@@ -131,7 +131,7 @@ impl Limits {
         ))
     }
 
-    /// Requires a carrier that nobody hears, or a reason.
+    /// Requires an inaudible carrier, or a reason.
     ///
     /// # Errors
     /// [`AudibleCarrier`] below [`AUDIBLE_HZ`] without a reason.
@@ -143,7 +143,7 @@ impl Limits {
         }
     }
 
-    /// Returns the warning that a screen shows of a carrier that some may hear; `None` if nobody does.
+    /// Returns the warning for a carrier that some people may hear; `None` if it is inaudible.
     ///
     /// ```
     /// # let config = config::Config::parse(include_str!("../../mock-bench.toml"), "bench.toml").unwrap();
@@ -235,7 +235,7 @@ pub enum HardwareStop {
 }
 
 impl std::fmt::Display for HardwareStop {
-    /// Writes the name of the line's key in `[gpio]`, which is its name in `waived` too.
+    /// Writes the line's key in `[gpio]`, which is also its name in `waived`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Estop => "estop",
@@ -263,18 +263,18 @@ impl Default for Safety {
     }
 }
 
-/// Lowest and highest force limit that a bench may set, N: below, a finger cannot explore; above, it can be hurt (an
-/// assumption).
+/// Lowest and highest force limit of a bench, N: a lower limit prevents exploration, a higher one allows injury of the finger
+/// (an assumption).
 const FORCE_LIMITS_N: [f64; 2] = [0.1, 20.0];
 
 impl Safety {
-    /// Returns the largest normal and lateral force, N.
+    /// Returns the largest allowed normal and lateral force, N.
     #[must_use]
     pub fn max_forces_n(&self) -> [f64; 2] {
         [self.max_normal_n, self.max_lateral_n]
     }
 
-    /// Returns who waived `line`; `None` if the preflight requires it.
+    /// Returns the name of the person who waived `line`; `None` if the preflight requires it.
     #[must_use]
     pub fn waiver_of(&self, line: HardwareStop) -> Option<&str> {
         self.waived_by
@@ -282,7 +282,7 @@ impl Safety {
             .filter(|_| self.waived.contains(&line))
     }
 
-    /// Returns the line that every screen shows of a bench with waived hardware stops; `None` if none is waived.
+    /// Returns the line that every screen shows for a bench with waived hardware stops; `None` if none is waived.
     ///
     /// ```
     /// # use config::{HardwareStop, Safety};
@@ -310,7 +310,7 @@ impl Safety {
         ))
     }
 
-    /// Returns the line that every screen shows of a bench with a dead-man switch; `None` if none is used.
+    /// Returns the line that every screen shows for a bench with a dead-man switch; `None` if none is used.
     ///
     /// ```
     /// # use config::{DeadManSwitch, Safety};

@@ -18,7 +18,7 @@ pub enum MeterReads {
 }
 
 impl MeterReads {
-    /// Returns the peak of a sine over what the meter reads of it.
+    /// Returns the ratio of a sine's peak to the meter's reading.
     #[must_use]
     pub fn peak_per_reading(self) -> f64 {
         match self {
@@ -28,7 +28,7 @@ impl MeterReads {
         }
     }
 
-    /// Returns the unit that the operator types.
+    /// Returns the unit of the readings that the operator types.
     #[must_use]
     pub fn unit(self) -> &'static str {
         match self {

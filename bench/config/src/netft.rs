@@ -29,7 +29,7 @@ pub struct Netft {
 }
 
 impl Default for Netft {
-    /// Returns a device as it is delivered, mounted with its face up.
+    /// Returns the settings of a device as delivered, mounted with its face up.
     fn default() -> Self {
         Self {
             address: "192.168.1.1".to_owned(),
@@ -64,7 +64,7 @@ impl Netft {
         Ok(())
     }
 
-    /// Returns where it takes requests; `None` if the address is none, which no checked configuration has.
+    /// Returns the socket address for requests; `None` if the address is invalid, which a checked configuration excludes.
     #[must_use]
     pub fn socket(&self) -> Option<SocketAddr> {
         let alone = |text: &str| {

@@ -1,4 +1,4 @@
-//! `[nidaqmx]`: a card of National Instruments as the converter, and what else of it the bench uses.
+//! `[nidaqmx]`: a card of National Instruments as the converter, with its channels, counter and lines.
 
 use std::path::PathBuf;
 
@@ -76,7 +76,7 @@ pub struct Nidaqmx {
     pub output_port: u8,
 }
 
-/// Shortest block that the host reads, s; the lead must cover some of them.
+/// Length of the shortest block that the host reads, s; the lead must cover several blocks.
 const BLOCK_S: f64 = 1e-3;
 
 impl Nidaqmx {
@@ -92,14 +92,14 @@ impl Nidaqmx {
         1
     }
 
-    /// Returns the frames of a block that is read at once: `audio.buffer_frames`, or a millisecond.
+    /// Returns the number of frames in a block: `audio.buffer_frames`, or one millisecond.
     #[must_use]
     pub fn block_frames(audio: &Audio) -> u32 {
         let millisecond = (f64::from(audio.rate_hz) * BLOCK_S).round() as u32;
         audio.buffer_frames.unwrap_or(millisecond)
     }
 
-    /// Returns the time from one input's sample to the next input's, s; 0 where all are taken at once.
+    /// Returns the time between the samples of successive inputs, s; 0 for simultaneous sampling.
     #[must_use]
     pub fn skew_s(&self) -> f64 {
         self.convert_hz.map_or(0.0, f64::recip)
@@ -158,7 +158,7 @@ impl Nidaqmx {
         self.check_convert(audio)
     }
 
-    /// A converter that goes from input to input must reach the last before the next frame begins.
+    /// Requires that a multiplexed converter reaches the last input before the next frame begins.
     fn check_convert(&self, audio: &Audio) -> Result<(), Refused> {
         let Some(convert_hz) = self.convert_hz else {
             return Ok(());
@@ -179,7 +179,7 @@ impl Nidaqmx {
     }
 }
 
-/// Requires a name of a terminal for each channel of the stream, none of them twice.
+/// Requires a unique terminal name for each channel of the stream.
 fn counted(key: &str, names: &[String], kind: &str, channels: u16) -> Result<(), Refused> {
     let key = format!("nidaqmx.{key}");
     if names.len() != usize::from(channels) {
@@ -209,7 +209,7 @@ mod tests {
 
     const BENCH: &str = include_str!("../../mock-bench-nidaqmx.toml");
 
-    /// The bench with each first text replaced by the second.
+    /// Parses the bench's description with the first text of each pair replaced by the second.
     fn with(changes: &[(&str, &str)]) -> Result<Config, ConfigError> {
         let text = changes.iter().fold(BENCH.to_owned(), |text, (from, to)| {
             assert!(text.contains(from), "no `{from}`");
@@ -329,12 +329,12 @@ mod tests {
             error.to_string().contains("add the table [nidaqmx]"),
             "{error}"
         );
-        // Lines of a card beside a sound card that drives.
+        // The description uses lines of a card, but a sound card drives.
         let error = with(&[("host = \"nidaqmx\"", "host = \"native\"")]).unwrap_err();
         assert!(error.to_string().contains("needs audio.host"), "{error}");
     }
 
-    /// An input and an output may have the same number: they are on different ports.
+    /// An input and an output may share a number, because they are on different ports.
     #[test]
     fn inputs_and_outputs_are_numbered_apart() {
         let config = with(&[]).unwrap();

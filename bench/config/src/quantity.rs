@@ -1,4 +1,4 @@
-//! A measured value with its error, and who measured it.
+//! A measured value with its error and provenance.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// Degrees of freedom from which on Student's t distribution is taken for the normal one.
+/// Degrees of freedom above which Student's t distribution is regarded as normal.
 const MANY: f64 = 1000.0;
 
 /// A measured value with its standard error.
@@ -25,7 +25,7 @@ pub struct Quantity {
 }
 
 impl Quantity {
-    /// Makes a quantity of a value, its standard error, the error's degrees of freedom, and their unit.
+    /// Creates a quantity from a value, its standard error, the error's degrees of freedom, and their unit.
     #[must_use]
     pub fn new(value: f64, standard_error: f64, degrees_of_freedom: usize, unit: &str) -> Self {
         Self {
@@ -36,8 +36,8 @@ impl Quantity {
         }
     }
 
-    /// Makes a quantity with effective degrees of freedom by Welch and Satterthwaite: the part `observed` of its
-    /// `standard_error` was seen in a scatter with `degrees_of_freedom`, the rest is known otherwise.
+    /// Creates a quantity with effective degrees of freedom by Welch and Satterthwaite: the part `observed` of `standard_error`
+    /// was estimated from a scatter with `degrees_of_freedom`, and the rest is known by other means.
     #[must_use]
     pub fn combined(
         value: f64,
@@ -50,8 +50,8 @@ impl Quantity {
         Self::of_parts(value, standard_error, &parts, unit)
     }
 
-    /// Makes a quantity with effective degrees of freedom by Welch and Satterthwaite, where each part of its error in
-    /// `observed` was seen in a scatter with the degrees of freedom beside it.
+    /// Creates a quantity with effective degrees of freedom by Welch and Satterthwaite: `observed` holds the parts of the error
+    /// that were estimated from a scatter, each with its degrees of freedom.
     #[must_use]
     pub fn of_parts(
         value: f64,
@@ -66,7 +66,7 @@ impl Quantity {
         Self::new(value, standard_error, seen.recip().min(MANY) as usize, unit)
     }
 
-    /// Returns half the width of the 95 % interval, by Student's t.
+    /// Returns the half-width of the 95 % interval by Student's t.
     #[must_use]
     pub fn half_width_95(&self) -> f64 {
         let freedom = self.degrees_of_freedom.max(1) as f64;
@@ -75,7 +75,7 @@ impl Quantity {
     }
 }
 
-/// Writes the value and half its 95 % interval, to two digits of the latter: `(5.450 ± 0.011)e-6 m`.
+/// Formats the value with the half-width of its 95 % interval, to two digits of the latter: `(5.450 ± 0.011)e-6 m`.
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let half = self.half_width_95();

@@ -1,15 +1,15 @@
-//! Rejection of a value, with its key and what is allowed.
+//! Rejection of a value, with its key and the allowed values.
 
 use strict::OutOfRange;
 
-/// A value that is rejected.
+/// A rejected value.
 #[derive(Debug)]
 pub(super) struct Refused {
-    /// Key with its tables; `None` when no single key is at fault.
+    /// Key with its tables; `None` if the fault is not in a single key.
     pub(super) key: Option<String>,
-    /// What is wrong with the value, and what is allowed.
+    /// Description of the fault, with the allowed values.
     pub(super) why: String,
-    /// The range that it lies outside of; `None` where another rule is broken.
+    /// Range violated by the value; `None` if another rule is broken.
     pub(super) range: Option<Box<OutOfRange>>,
 }
 
@@ -33,7 +33,7 @@ impl From<OutOfRange> for Refused {
     }
 }
 
-/// Requires that `value` lies from `low` to `high`; NaN is rejected.
+/// Requires that `value` is in the range from `low` to `high`; NaN is rejected.
 pub(super) fn within(
     key: &str,
     value: f64,

@@ -19,7 +19,7 @@ pub struct SixAxis {
     negative: bool,
 }
 
-/// A name that is no force axis.
+/// A name that does not denote a force axis.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is no force axis: fx, fy, fz, or one of them with - before it for its opposite")]
 pub struct NoForceAxis(String);
@@ -27,7 +27,7 @@ pub struct NoForceAxis(String);
 const NAMES: [&str; 3] = ["fx", "fy", "fz"];
 
 impl SixAxis {
-    /// The axis out of the sensor's face, against it: what a press on the face reads.
+    /// Axis into the sensor's face, positive for a press on the face.
     pub const PRESS: Self = Self {
         index: 2,
         negative: true,
@@ -38,13 +38,13 @@ impl SixAxis {
         negative: false,
     };
 
-    /// Returns the force along this axis of Fx, Fy and Fz.
+    /// Returns the force along this axis from Fx, Fy and Fz.
     #[must_use]
     pub fn of(self, forces: [f64; 3]) -> f64 {
         self.sign() * forces[self.index]
     }
 
-    /// Returns the place of the axis among Fx, Fy, Fz, Tx, Ty, Tz.
+    /// Returns the index of the axis among Fx, Fy, Fz, Tx, Ty, Tz.
     #[must_use]
     pub fn index(self) -> usize {
         self.index
@@ -56,7 +56,7 @@ impl SixAxis {
         self.index == other.index
     }
 
-    /// Returns -1 for the opposite of an axis, and otherwise 1.
+    /// Returns -1 for an inverted axis, and otherwise 1.
     #[must_use]
     pub fn sign(self) -> f64 {
         if self.negative { -1.0 } else { 1.0 }

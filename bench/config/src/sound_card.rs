@@ -1,4 +1,4 @@
-//! The sound card and what is wired to it.
+//! The sound card and its connections.
 
 use serde::{Deserialize, Serialize};
 

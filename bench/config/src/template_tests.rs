@@ -1,4 +1,4 @@
-//! The template of `bench.toml` is complete and true.
+//! Tests that the template of `bench.toml` is complete and correct.
 
 use super::*;
 
@@ -18,7 +18,7 @@ fn the_template_parses_with_its_optional_keys_and_without() {
 fn an_optional_key_stands_there_with_its_default() {
     let config = Config::parse(TEMPLATE, "template").unwrap();
     let whole = Config::parse(&whole_template(), "template").unwrap();
-    // Examples of what has no default.
+    // Examples for keys without a default.
     let expected = Config {
         audio: Audio {
             buffer_frames: whole.audio.buffer_frames,

@@ -80,7 +80,7 @@ fn a_force_matrix_that_could_hide_a_press_is_refused() {
     }
 }
 
-/// The simulated bench's description with `lines` at its end or in the place of others.
+/// Parses the simulated bench's description after `change`.
 fn described(change: impl FnOnce(String) -> String) -> Result<Config, ConfigError> {
     Config::parse(
         &change(include_str!("../../mock-bench.toml").to_owned()),

@@ -1,6 +1,6 @@
-//! An error and its causes as lines of text, each said once.
+//! An error and its causes as lines of text without repetition.
 
-/// Returns the error and its causes, outermost first. A cause that a line above contains already is left out.
+/// Returns the error and its causes, outermost first. A cause contained in an earlier line is omitted.
 pub fn lines(error: &anyhow::Error) -> Vec<String> {
     let mut said: Vec<String> = Vec::new();
     for cause in error.chain().map(ToString::to_string) {

@@ -1,4 +1,4 @@
-//! The operator's dashboard on a thread of its own.
+//! The operator's dashboard on a separate thread.
 
 use std::sync::mpsc::{Receiver, Sender, SyncSender};
 
@@ -9,10 +9,10 @@ use tui::{Action, Event};
 use crate::front::Front;
 use crate::stop_keys::StopKeys;
 
-/// Most events that wait for a screen that stands still; further ones are dropped.
+/// Capacity of the queue of events while the screen is stalled; further events are dropped.
 const WAITING_EVENTS: usize = 4096;
 
-/// Handle to the operator's dashboard, which runs on a thread of its own.
+/// Handle to the operator's dashboard, which runs on a separate thread.
 pub struct Dashboard {
     events: SyncSender<Event>,
     actions: Receiver<Action>,
@@ -22,11 +22,11 @@ pub struct Dashboard {
 pub struct DashboardThread(std::thread::JoinHandle<Result<(), tui::TerminalError>>);
 
 impl Dashboard {
-    /// Opens the dashboard on this process's terminal and raises `stop` when it ends, for whatever reason. The thread that
-    /// reads the keys lets `keys` act before anybody else hears of one.
+    /// Opens the dashboard on this process's terminal and raises `stop` when it ends, for any reason. The thread that reads the
+    /// keys calls `keys` before it passes the action on.
     ///
     /// # Errors
-    /// When the thread cannot be started.
+    /// If the thread cannot be started.
     pub fn open(stop: StopFlag, keys: StopKeys) -> anyhow::Result<(Self, DashboardThread)> {
         let (events, shown) = std::sync::mpsc::sync_channel(WAITING_EVENTS);
         let (asked, actions): (Sender<Action>, _) = std::sync::mpsc::channel();
@@ -48,7 +48,7 @@ impl DashboardThread {
     /// Waits until the terminal is restored.
     ///
     /// # Errors
-    /// The terminal's error, or that the dashboard panicked.
+    /// If the terminal failed or the dashboard panicked.
     pub fn join(self) -> anyhow::Result<()> {
         match self.0.join() {
             Ok(outcome) => outcome.context("the dashboard"),

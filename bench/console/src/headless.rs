@@ -29,7 +29,7 @@ pub struct Headless<W> {
 }
 
 impl<W: Write> Headless<W> {
-    /// Makes a front end that prints to `out`.
+    /// Creates a front end that prints to `out`.
     pub fn new(out: W) -> Self {
         Self {
             out,
@@ -40,7 +40,7 @@ impl<W: Write> Headless<W> {
     }
 
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
-        // A reader that has gone does not end a session; a caller that runs for these lines alone asks `is_unread`.
+        // A closed output does not end a session; a caller that runs only for this output checks `is_unread`.
         let text = text.to_string();
         self.unread |= writeln!(self.out, "{}", tui::escaped_line(&text)).is_err();
     }

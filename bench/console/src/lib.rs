@@ -1,5 +1,5 @@
-//! Front ends of a bench: the operator's [`Dashboard`], or lines of text by [`Headless`]. One stream of events feeds
-//! both, and neither makes the bench wait.
+//! Front ends of a bench: the operator's [`Dashboard`], or lines of text by [`Headless`]. Both take the same stream of events,
+//! and neither makes the bench wait.
 
 pub mod complaint;
 mod dashboard_thread;

@@ -1,4 +1,4 @@
-//! Lines on their way to a reader who may stand still.
+//! Line output that does not block on a stalled reader.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -8,11 +8,11 @@ use std::thread::{self, JoinHandle};
 
 use anyhow::Context;
 
-/// Most lines that wait for their reader; further ones are dropped.
+/// Capacity of the queue of lines; further lines are dropped.
 const WAITING_LINES: usize = 1 << 16;
 
-/// Output whose writer waits for no reader: a thread of its own writes the lines, since a pipe may be full and a terminal
-/// stopped. Dropped, it waits until all are written.
+/// Output that never makes its writer wait for the reader: a separate thread writes the lines, since a pipe may be full and a
+/// terminal stopped. Dropping it waits until all lines are written.
 ///
 /// ```
 /// use std::io::Write;
@@ -26,7 +26,7 @@ const WAITING_LINES: usize = 1 << 16;
 /// ```
 pub struct Lines {
     line: Vec<u8>,
-    /// `None` only while it is dropped.
+    /// `None` only during drop.
     to: Option<SyncSender<Vec<u8>>>,
     unread: Arc<AtomicBool>,
     writer: Option<JoinHandle<()>>,
@@ -36,7 +36,7 @@ impl Lines {
     /// Starts the thread that writes to `out`.
     ///
     /// # Errors
-    /// When the system refuses a thread.
+    /// If the system refuses a thread.
     pub fn start(mut out: impl Write + Send + 'static) -> anyhow::Result<Self> {
         let (to, lines) = mpsc::sync_channel::<Vec<u8>>(WAITING_LINES);
         let unread = Arc::new(AtomicBool::new(false));
@@ -68,7 +68,7 @@ impl Lines {
         let gone = || Err(io::Error::from(io::ErrorKind::BrokenPipe));
         match self.to.as_ref().map(|to| to.try_send(line)) {
             None | Some(Err(TrySendError::Disconnected(_))) => gone(),
-            // Dropped: its reader has not read for hours.
+            // The line is dropped: the reader has not read for hours.
             Some(Ok(()) | Err(TrySendError::Full(_))) if self.unread.load(Ordering::Acquire) => {
                 gone()
             }
@@ -107,7 +107,7 @@ mod tests {
 
     use super::*;
 
-    /// A reader who takes a line whenever the test says so.
+    /// A reader that takes a line only when the test allows it.
     struct StandsStill(Receiver<()>);
 
     impl Write for StandsStill {

@@ -2,8 +2,8 @@
 
 use safety::{DoseLeft, SafetyState};
 
-/// Returns the watch's state as an event, with what is `left` of the hour's driving time unless it tripped; `driving`
-/// tells an armed bench that drives the plate from a silent one.
+/// Returns the watch's state as an event, with the `left` driving time of the hour unless the watch tripped; `driving` tells a
+/// bench that drives the plate from one that is armed and silent.
 #[must_use]
 pub fn safety_event(state: &SafetyState, driving: bool, left: Option<&DoseLeft>) -> tui::Event {
     let left = left.map(DoseLeft::in_words);

@@ -1,11 +1,11 @@
-//! What the keys that stop do by themselves.
+//! Immediate effects of the keys that stop the drive.
 
 use safety::{DriveStop, Trip};
 use tasks::StopFlag;
 use tui::Action;
 
-/// Effects of the keys that stop, on the thread that reads them: the drive is silent before the task that decides about
-/// it has heard of the key, and although it may never hear.
+/// Effects of the keys that stop the drive, on the thread that reads the keys: the drive is silenced before the task that
+/// controls it receives the action, and even if that task hangs.
 ///
 /// ```
 /// use console::StopKeys;
@@ -27,13 +27,13 @@ pub struct StopKeys {
 }
 
 impl StopKeys {
-    /// Makes the keys that stop `drive`.
+    /// Creates the keys that stop `drive`.
     #[must_use]
     pub fn new(drive: DriveStop) -> Self {
         Self { drive, ends: None }
     }
 
-    /// Lets the keys that quit raise `stop` as well. A drill goes without: there, quitting may be the right answer.
+    /// Makes the keys that quit raise `stop` as well. A drill omits this, because quitting may be the right response there.
     #[must_use]
     pub fn ending(self, stop: StopFlag) -> Self {
         Self {
@@ -42,19 +42,19 @@ impl StopKeys {
         }
     }
 
-    /// Shows the safety watch that keys are read.
+    /// Shows the safety watch that keys are being read.
     pub fn hear(&self) {
         self.drive.hear();
     }
 
-    /// Does at once what `action` must not wait for.
+    /// Carries out the part of `action` that must not wait.
     pub fn act(&self, action: &Action) {
         match action {
             Action::EmergencyStop => self.drive.trip(Trip::Operator),
             Action::Quit | Action::Interrupt => {
                 let again = self.ends.as_ref().is_some_and(StopFlag::is_raised);
                 if let Some(stop) = &self.ends {
-                    // First: the watch of a bench that ends looks for no reason of the kill.
+                    // Raised first, so that the watch of a bench that is ending does not report the kill as a fault.
                     stop.raise();
                 }
                 self.drive.kill();
@@ -67,7 +67,7 @@ impl StopKeys {
     }
 }
 
-/// Ends a program that was asked to end before and waits for something that hangs.
+/// Interrupts a program that hangs after an earlier request to end.
 fn interrupt() {
     #[cfg(unix)]
     let _ = rustix::process::kill_process(rustix::process::getpid(), rustix::process::Signal::INT);

@@ -1,4 +1,4 @@
-//! The demonstration from its folder to its last line.
+//! The demonstration from start to end.
 
 use std::ffi::OsString;
 use std::fs;
@@ -26,17 +26,17 @@ pub struct Options {
 pub enum Ended {
     /// All steps succeeded.
     Completed,
-    /// A step failed and has said why; its exit status.
+    /// A step failed and has reported the reason; its exit status.
     Failed(u8),
 }
 
-/// Exit status of a step without one of its own.
+/// Exit status of a failed step that reports none.
 const NO_STATUS: u8 = 2;
-/// Added to the number of the signal that ended a program, as shells do.
+/// Offset added to the number of a signal that ended a program, as in shells.
 const SIGNALLED: i32 = 128;
 
-/// Runs all steps, each as a process of `program`, which is named in the last line as `called`; `more` are words that every
-/// step has besides. Titles and closing lines go to `out`, and are bold if asked for.
+/// Runs all steps, each as a process of `program`, with the arguments `more` added. The last line names the program as
+/// `called`. Titles and closing lines go to `out`, in bold if `bold`.
 ///
 /// # Errors
 /// [`DemoError`].
@@ -84,7 +84,7 @@ pub fn run(
     Ok(Ended::Completed)
 }
 
-/// Files of the results, and what they hold.
+/// Files of the results with their descriptions.
 const RESULTS: [(&str, &str); 4] = [
     ("calibration", "the calibration and its figures"),
     ("study", "the recordings and the session's log"),
@@ -119,7 +119,7 @@ mod tests {
 
     use super::*;
 
-    /// Runs a demonstration of a program that is a script; returns its end, what was shown, and what the script kept.
+    /// Runs a demonstration with a script as the program; returns its end, its output, and the file that the script wrote.
     fn demonstrated(script: &str) -> (Result<Ended, DemoError>, String, String) {
         let room = tempfile::tempdir().unwrap();
         let program = room.path().join("program");
@@ -147,7 +147,7 @@ mod tests {
         assert_eq!(commands.len(), 7, "{kept}");
         assert_eq!(titles.len(), 7, "{shown}");
         for (command, title) in commands.iter().zip(titles) {
-            // What a title names is what is run.
+            // The title names the command that runs.
             let named = title.split_once("(friction-bench ").unwrap().1;
             let named = named.trim_end_matches(')');
             assert!(command.starts_with(named), "{command}: {title}");

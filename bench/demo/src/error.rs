@@ -1,11 +1,11 @@
-//! Why a demonstration cannot go on.
+//! Errors of a demonstration.
 
 use std::path::PathBuf;
 
-/// Why a demonstration cannot go on.
+/// An error that ends a demonstration.
 #[derive(Debug, thiserror::Error)]
 pub enum DemoError {
-    /// Its folder cannot be made.
+    /// The folder cannot be created.
     #[error(
         "cannot make a folder for the demonstration, {folder}: {source}; name another: `friction-bench demo FOLDER`"
     )]
@@ -19,13 +19,13 @@ pub enum DemoError {
     /// The program cannot be run.
     #[error("cannot run {program} for the next step: {source}")]
     Program {
-        /// This program.
+        /// The program.
         program: PathBuf,
         /// The system's reason.
         #[source]
         source: std::io::Error,
     },
-    /// Signals cannot be handled, or what is printed cannot be written.
+    /// Signals cannot be handled, or the output cannot be written.
     #[error(transparent)]
     System(#[from] std::io::Error),
 }

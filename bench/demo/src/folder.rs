@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::DemoError;
 
-/// Makes the folder `wanted`, or if there is something of this name already, the first of `wanted-2`, `wanted-3`… that is free.
+/// Creates the folder `wanted`, or if that name exists already, the first free one of `wanted-2`, `wanted-3`…
 pub fn make(wanted: &Path) -> Result<PathBuf, DemoError> {
     let failed = |folder: &Path, source| DemoError::Folder {
         folder: folder.to_owned(),
@@ -41,7 +41,7 @@ mod tests {
         let names = ["demo", "demo-2", "demo-3"].map(|name| wanted.with_file_name(name));
         assert_eq!(made, names);
         assert!(made.iter().all(|folder| folder.is_dir()));
-        // Nothing that is there is touched, whatever it is.
+        // Existing files and folders are never touched.
         let file = room.path().join("file");
         fs::write(&file, "mine").unwrap();
         assert_eq!(make(&file).unwrap(), room.path().join("file-2"));

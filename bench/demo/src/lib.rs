@@ -1,8 +1,8 @@
 //! The demonstration: calibrates and checks a simulated bench with unknown constants, runs a session of one virtual
 //! participant, and draws results and figures.
 //!
-//! Each step is a process of this program with the words of a command that a user could type, so that nothing of one step
-//! (handlers of signals, priorities, the state of a terminal) is left to the next, and a demonstration shows what a user gets.
+//! Each step runs this program with the arguments of a command that a user could type. No state of a step (signal handlers,
+//! priorities, terminal settings) reaches the next, and a demonstration shows the same as these commands do.
 
 mod demonstration;
 mod error;

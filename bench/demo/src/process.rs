@@ -9,10 +9,10 @@ use std::time::Duration;
 use crate::signals::Signals;
 use crate::steps::Step;
 
-/// Time between two looks at a step that runs.
+/// Time between two checks of a running step.
 const PERIOD: Duration = Duration::from_millis(20);
 
-/// Runs a step to its end, on this process's terminal or pipes.
+/// Runs a step to completion, on this process's terminal or pipes.
 pub fn run(step: &Step, program: &Path, signals: &mut Signals) -> io::Result<ExitStatus> {
     let mut child = Command::new(program).args(&step.words).spawn()?;
     loop {

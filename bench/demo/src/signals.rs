@@ -1,4 +1,4 @@
-//! Signals while a step runs: the step ends as it must, and the demonstration after it.
+//! Signals during a step: they end the step properly, and then the demonstration.
 
 use std::io;
 use std::process::Child;
@@ -16,15 +16,15 @@ const ENDING: &[i32] = &[SIGINT, SIGTERM, SIGHUP];
 #[cfg(not(unix))]
 const ENDING: &[i32] = &[SIGINT, SIGTERM];
 
-/// The signal that came last, if any did.
+/// The most recent signal, if any.
 pub struct Signals {
     came: Arc<AtomicUsize>,
-    /// Signal that the step has been told of.
+    /// Last signal passed on to the step.
     told: Option<i32>,
 }
 
 impl Signals {
-    /// Handles the signals that end a demonstration, from here on.
+    /// Starts to handle the signals that end a demonstration.
     pub fn handle() -> io::Result<Self> {
         let came = Arc::new(AtomicUsize::new(0));
         for &signal in ENDING {
@@ -37,13 +37,13 @@ impl Signals {
         Ok(Self { came, told: None })
     }
 
-    /// Returns the signal that came last.
+    /// Returns the most recent signal.
     pub fn came(&self) -> Option<i32> {
         let signal = self.came.load(Ordering::Relaxed);
         i32::try_from(signal).ok().filter(|signal| *signal != 0)
     }
 
-    /// Passes a signal on to the step, once. Ctrl-C is left out: the terminal has sent it to the step as well.
+    /// Passes a signal on to the step, once. Ctrl-C is skipped: the terminal has already sent it to the step.
     pub fn pass_on(&mut self, step: &mut Child) {
         let came = self.came();
         if came == self.told {
@@ -56,20 +56,20 @@ impl Signals {
     }
 }
 
-/// Sends a signal to a step that has not been waited for.
+/// Sends a signal to a step that is not yet reaped.
 #[cfg(unix)]
 fn send(signal: i32, step: &Child) {
     use rustix::process::{Pid, Signal, kill_process};
     let pid = i32::try_from(step.id()).ok().and_then(Pid::from_raw);
     if let Some((pid, signal)) = pid.zip(Signal::from_named_raw(signal)) {
-        // One that has just ended needs no signal.
+        // The step may have just ended.
         let _ = kill_process(pid, signal);
     }
 }
 
-/// Ends a step that has not been waited for; there are no other signals here.
+/// Kills a step that is not yet reaped; this platform has no other signals.
 #[cfg(not(unix))]
 fn send(_: i32, step: &mut Child) {
-    // One that has just ended needs no end.
+    // The step may have just ended.
     let _ = step.kill();
 }

@@ -3,19 +3,19 @@
 use std::ffi::OsString;
 use std::path::Path;
 
-/// A step: what it is for, and the words of its command.
+/// A step: its purpose and the arguments of its command.
 #[derive(Debug)]
 pub struct Step {
-    /// What it is for, with the command that a user would type.
+    /// Purpose, with the command that a user would type.
     pub title: &'static str,
-    /// Words after the program's name.
+    /// Arguments after the program's name.
     pub words: Vec<OsString>,
 }
 
-/// Words of every step at the bench. The simulated bench's constants differ from its description; they come from the seed, and
-/// calibration must find them.
+/// Arguments of every step at the bench. The constants of the simulated bench differ from its description; the seed determines
+/// them, and the calibration must find them.
 const BENCH: [&str; 4] = ["--mock", "bench-unknown", "--seed", "7"];
-/// Name of whoever is asked for an operator or a consent.
+/// Name given as operator and for the consent.
 const OPERATOR: &str = "the demonstration";
 
 /// Returns the steps of a demonstration in `folder`.

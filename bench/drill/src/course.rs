@@ -1,4 +1,4 @@
-//! The course of a drill: exercises one after the other, each on a bench of its own, and the record of their times.
+//! Course of a drill: one exercise after another, each on a newly opened bench, with a record of the times.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -24,22 +24,22 @@ use crate::record::{DrillFolder, DrillRecord};
 use crate::signs::Signs;
 use crate::{FaultHand, TONE_V};
 
-/// Mean voltage that drives a simulated bench, and its modulation (Huloux 2021, section IV).
+/// Mean voltage that drives a simulated bench, V, and its modulation (Huloux 2021, section IV).
 const MEAN_V: f64 = 20.0;
 const MODULATION_HZ: f64 = 6.0;
 const MODULATION_INDEX: f64 = 0.95;
-/// Time between two looks while there is no bench.
+/// Time between two polls while no bench is open.
 const ALONE: Duration = Duration::from_millis(20);
 
-/// A bench that is drilled.
+/// A bench used for a drill.
 pub struct Watched {
-    /// Its hardware.
+    /// Hardware of the bench.
     pub hardware: Hardware,
-    /// Who brings faults over it; `None` where the operator is asked to.
+    /// Injects faults; `None` if the operator is asked to cause them.
     pub hand: Option<FaultHand>,
 }
 
-/// A drill that was found to be possible.
+/// A planned drill, checked to be possible.
 pub struct Course {
     bench: Effective,
     only: Vec<FaultKind>,
@@ -51,11 +51,11 @@ pub struct Course {
 }
 
 impl Course {
-    /// Plans a drill of `only` these faults, or of all that this bench can be drilled with; `seed` draws their order,
-    /// else the time of day does.
+    /// Plans a drill of the faults `only`, or of all faults possible on this bench if it is empty; their order is drawn from
+    /// `seed`, or from the time of day.
     ///
     /// # Errors
-    /// When a fault cannot be drilled, or the drive is not admitted.
+    /// If a fault cannot be drilled, or the drive is not admitted.
     pub fn new(
         bench: Effective,
         only: &[FaultKind],
@@ -89,11 +89,11 @@ impl Course {
         })
     }
 
-    /// Runs the drill; its record is kept in a folder of its own in `parent`, after each exercise. `over` ends it;
-    /// `drive` stops whichever bench is open.
+    /// Runs the drill and saves its record after each exercise, in a new folder in `parent`. `over` ends the drill; `drive`
+    /// stops the bench that is open.
     ///
     /// # Errors
-    /// When the bench cannot be opened or the record not be written.
+    /// If the bench cannot be opened or the record cannot be written.
     pub fn run(
         &self,
         parent: &Path,
@@ -157,8 +157,8 @@ impl Course {
         Ok((record, folder))
     }
 
-    /// Opens the bench again; on real hardware the operator is asked to put right what the last exercise left. `None`
-    /// if they leave.
+    /// Reopens the bench; on real hardware the operator is asked to undo the effects of the last exercise first. Returns `None`
+    /// if the operator leaves.
     fn reopened(
         &self,
         company: &mut Company,
@@ -201,7 +201,7 @@ impl Course {
         (number, numbers): (u32, usize),
     ) -> anyhow::Result<Company> {
         let mut hardware = watched.hardware;
-        // Nobody slides or presses a button, and a GPIO chip that is gone must not end what reads them.
+        // No exercise needs sliding or the button, and a removed GPIO chip must not end the task that reads them.
         (hardware.lines.encoder, hardware.lines.button) = (None, None);
         let bench = Bench::open(
             &self.bench,
@@ -235,7 +235,7 @@ impl Course {
         tasks.extend(bench.after);
         let ran = bench.life.run(tasks, || Ok(()));
         let ran = match ran {
-            // No fault of the exercise: nobody goes on with such a bench.
+            // Not a fault of the exercise: the drill must not continue on such a bench.
             Err(error) if error.is::<EndedByPanic>() => return Err(error),
             ran => ran,
         };
@@ -253,13 +253,12 @@ impl Course {
     }
 }
 
-/// Returns a seed of the time of day.
+/// Returns a seed from the time of day.
 fn of_the_day(now: Timestamp) -> u64 {
     now.as_nanosecond().unsigned_abs() as u64 & (i64::MAX as u64)
 }
 
-/// Returns the drive of a drill: the published one on simulated hardware, as far as its limits allow, and a faint
-/// tone on real hardware.
+/// Returns the drive of a drill: on simulated hardware the published one, reduced to the limits; on real hardware a faint tone.
 fn waveform(config: &Config, simulated: bool) -> Waveform {
     let carrier_hz = config.plate.resonance_hz;
     let limit_v = config.limits.drive_v;
@@ -279,7 +278,7 @@ fn waveform(config: &Config, simulated: bool) -> Waveform {
     }
 }
 
-/// Goes on with the operator alone after the bench has ended by itself.
+/// Continues the exercise with the operator alone after the bench has ended.
 fn alone(company: &mut Company, over: &StopFlag) {
     let (began, from_s) = (Instant::now(), company.now_s);
     let safety = SafetyState::Tripped {
@@ -293,7 +292,7 @@ fn alone(company: &mut Company, over: &StopFlag) {
             sounds: false,
             flag: None,
         };
-        // There is nothing that could obey.
+        // No bench is left to obey the order.
         let _ = company.exercise.poll(sight);
         company.show();
         if let Some(action) = company.front.action() {
@@ -304,7 +303,7 @@ fn alone(company: &mut Company, over: &StopFlag) {
     }
 }
 
-/// Waits for the next look while there is no bench, whose last state stays on the screen.
+/// Waits until the next poll while no bench is open; the screen keeps the last state.
 fn rest(front: &mut dyn Front, safety: &SafetyState) {
     front.show(safety_event(safety, false, None));
     std::thread::sleep(ALONE);

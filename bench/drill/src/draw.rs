@@ -1,4 +1,4 @@
-//! Which faults a drill brings, in which order, and when.
+//! Selection of a drill's faults, their order and their times.
 
 use config::{AudioHost, Config, Force, GpioBackend, SampleFormat};
 use rand::seq::SliceRandom;
@@ -8,27 +8,27 @@ use rehearsal::{FaultKind, Needs, Required};
 
 use crate::TONE_V;
 
-/// Shortest and longest time of drive before a fault, s.
+/// Shortest and longest driving time before a fault, s.
 const SETTLE_S: (f64, f64) = (1.5, 5.0);
 
-/// A fault that was asked for and cannot be drilled on this bench.
+/// Requested fault that cannot be drilled on this bench.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{fault} cannot be drilled {because}")]
 pub struct NotDrilledError {
     /// The fault.
     pub fault: FaultKind,
-    /// Why not, and what to do.
+    /// Reason and remedy.
     pub because: String,
 }
 
-/// A fault of a drill, and the time of drive before it.
+/// A fault of a drill, and the driving time before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Drawn {
     pub fault: FaultKind,
     pub settle_s: f64,
 }
 
-/// Returns why `fault` cannot be drilled on the bench of `config`; `None` if it can.
+/// Returns the reason why `fault` cannot be drilled on the bench of `config`; `None` if it can.
 fn obstacle(fault: FaultKind, config: &Config, simulated: bool) -> Option<String> {
     let row = fault.row();
     if matches!(row.required, Required::Refuse | Required::GoOn) {
@@ -97,11 +97,10 @@ fn obstacle(fault: FaultKind, config: &Config, simulated: bool) -> Option<String
     }
 }
 
-/// Returns the faults of a drill, in an order and with times that `seed` draws: those of `only`, or all that this
-/// bench can be drilled with.
+/// Returns the faults of a drill, those of `only` or all that are possible on this bench; `seed` determines order and times.
 ///
 /// # Errors
-/// [`NotDrilledError`] names a fault of `only` that this bench cannot be drilled with.
+/// [`NotDrilledError`] if a fault of `only` cannot be drilled on this bench.
 pub(crate) fn draw(
     only: &[FaultKind],
     config: &Config,
@@ -157,7 +156,7 @@ mod tests {
         };
         assert_eq!(sorted(1), sorted(2));
         let drilled = FaultKind::ALL.iter().filter(|fault| fault.is_drilled());
-        // A card of whole numbers sends no NaN.
+        // A card with integer samples sends no NaN.
         assert_eq!(draw(1).len(), drilled.count() - 1);
         for drawn in draw(1) {
             assert!((SETTLE_S.0..SETTLE_S.1).contains(&drawn.settle_s));

@@ -1,4 +1,4 @@
-//! An exercise on an opened bench: what is seen goes to the exercise, and what it decides to the bench and the screen.
+//! Exercise on an opened bench: passes observations to the exercise, and its orders to the bench and the screen.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,25 +20,25 @@ use crate::panels::Panels;
 use crate::signs::Signs;
 use crate::{Deed, FaultHand};
 
-/// The screen is fed this often, ns.
+/// Period of screen updates, ns.
 const SCREEN_PERIOD_NS: u64 = 16_000_000;
 
-/// What goes from one exercise to the next.
+/// State passed from one exercise to the next.
 pub(crate) struct Company {
-    /// Who watches and acts.
+    /// The operator's front end.
     pub front: Box<dyn Front>,
-    /// What the drill shows.
+    /// Page of the drill.
     pub page: Page,
     /// The exercise.
     pub exercise: Exercise,
-    /// Whether the operator leaves the drill.
+    /// Whether the operator has left the drill.
     pub left: bool,
-    /// Time of the latest look, s.
+    /// Time of the latest poll, s.
     pub now_s: f64,
 }
 
 impl Company {
-    /// Takes an action of the operator; returns what the bench has to do.
+    /// Takes an action of the operator; returns the order to the bench.
     pub fn act(&mut self, action: Action) -> Option<Order> {
         let restarts = self.exercise.asked() == tui::drill_view::DrillStep::Quit
             || matches!(
@@ -61,14 +61,14 @@ impl Company {
     }
 }
 
-/// The parts of the bench that the task works with.
+/// Parts of the bench that the task uses.
 pub(crate) struct DrillTask {
     pub batches: Receiver<Batch>,
     pub drive: DriveControl,
     pub signals: Arc<Signals>,
     pub gauges: Arc<Gauges>,
     pub stop: StopFlag,
-    /// Raised when the screen has ended, or a signal asks for the end.
+    /// Raised when the screen has ended or a signal requests the end.
     pub over: StopFlag,
     pub program: Program,
     pub hand: Option<FaultHand>,

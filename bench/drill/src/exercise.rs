@@ -1,5 +1,5 @@
-//! One exercise: a fault, what bench and operator do about it, and when. Free of side effects: it decides from what
-//! is seen and from the operator's actions what comes next.
+//! One exercise: a fault, the response of bench and operator, and its times. Free of side effects: the next order depends only
+//! on the observations and the operator's actions.
 
 use rehearsal::{FaultKind, Remedy, Required};
 use safety::{SafetyState, Trip};
@@ -9,23 +9,23 @@ use tui::drill_view::DrillStep;
 use crate::signs::tells;
 use crate::times::{Outcome, Times};
 
-/// Longest wait for a drive that sounds, s.
+/// Longest wait for the drive to sound, s.
 const START_S: f64 = 10.0;
-/// Time after which a bench that has not stopped, or has flagged nothing, will not, s.
+/// Time limit for the bench to stop or flag a fault, s.
 const UNSEEN_S: f64 = 2.0;
-/// Longest wait for the operator, at each step, s.
+/// Longest wait for the operator at each step, s.
 pub(crate) const PATIENCE_S: f64 = 60.0;
-/// Time from a trip to an amplifier that is off even if the card renders no more, s (HAZARDS.md, "What stops the
+/// Time from a trip until the amplifier is off, even with a card that renders no samples, s (HAZARDS.md, "What stops the
 /// drive").
 const DISABLED_S: f64 = 0.02;
-/// Row of FAULTS.md of a card that is gone.
+/// Row of a lost card in FAULTS.md.
 const CARD: u8 = 5;
-/// Time for which the drive must sound again to count as resumed, s.
+/// Time for which the drive must sound again before it counts as resumed, s.
 const RESUMED_S: f64 = 0.3;
-/// Time after which re-arming has not helped, s.
+/// Time limit for re-arming to succeed, s.
 const REARMED_S: f64 = 0.5;
 
-/// The bench at one moment.
+/// Observation of the bench at one moment.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sight<'a> {
     /// Time on a monotonic clock, s.
@@ -34,48 +34,48 @@ pub(crate) struct Sight<'a> {
     pub safety: &'a SafetyState,
     /// Whether the plate is driven, ramps included.
     pub sounds: bool,
-    /// What the bench has flagged since the fault began.
+    /// Flag raised by the bench since the fault began.
     pub flag: Option<&'a str>,
 }
 
-/// What an exercise has the bench do.
+/// An order of the exercise to the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Order {
     /// Drive.
     Drive,
     /// Stop in an orderly way.
     Pause,
-    /// Stop at once, as the operator asks.
+    /// Stop at once, at the operator's request.
     Stop,
     /// Inject the fault.
     Begin,
-    /// Remove its cause.
+    /// Remove the cause of the fault.
     End,
     /// Release the latch.
     Rearm,
 }
 
-/// Where an exercise stands; times in s on the caller's clock.
+/// Stage of an exercise; times in s on the caller's clock.
 #[derive(Debug, Clone, PartialEq)]
 enum Stage {
-    /// The drive must sound for a while, since `sounding_s`, unless the operator has `paused` or stopped it.
+    /// Driving before the fault, since `sounding_s`, unless the operator has `paused` or stopped it.
     Settling {
         sounding_s: Option<f64>,
         paused: bool,
     },
-    /// The operator was asked to do something.
+    /// The operator has been asked to cause the fault.
     Asked,
-    /// The fault is there, and the bench has not shown it.
+    /// The fault is present; the bench has not shown it.
     Begun,
-    /// The bench has shown it, and waits for the operator to say so.
+    /// The bench has shown the fault and waits for the operator's acknowledgement.
     Noticed,
-    /// The operator has seen it, and does what is right; the latest attempt to re-arm.
+    /// The operator has acknowledged the fault and applies the remedy; holds the time of the latest attempt to re-arm.
     Acknowledged {
         rearming_s: Option<f64>,
     },
-    /// Re-armed, not driven.
+    /// Re-armed but not driven.
     Rearmed,
-    /// Driven again; since when.
+    /// Driven again, since `sounding_s`.
     Resuming {
         sounding_s: Option<f64>,
     },
@@ -87,7 +87,7 @@ enum Stage {
 pub(crate) struct Exercise {
     fault: FaultKind,
     by_hand: bool,
-    /// Longest time to a silent drive, s.
+    /// Longest time allowed until the drive is silent, s.
     within_s: f64,
     settle_s: f64,
     stage: Stage,
@@ -100,8 +100,8 @@ pub(crate) struct Exercise {
 }
 
 impl Exercise {
-    /// Begins an exercise in which the fault comes after `settle_s` of drive; `by_hand` if a person brings it.
-    /// `silence_s` is the bench's.
+    /// Begins an exercise with the fault after `settle_s` of driving; `by_hand` if a person causes it. `silence_s` is the
+    /// bench's setting.
     pub fn new(fault: FaultKind, by_hand: bool, settle_s: f64, silence_s: f64) -> Self {
         let within_s = match fault.row().required {
             Required::Stop(within) => within.seconds(silence_s),
@@ -130,7 +130,7 @@ impl Exercise {
         self.fault
     }
 
-    /// Returns how it ended; `None` while it lasts.
+    /// Returns the outcome; `None` while the exercise lasts.
     pub fn outcome(&self) -> Option<&Outcome> {
         match &self.stage {
             Stage::Over(outcome) => Some(outcome),
@@ -143,12 +143,12 @@ impl Exercise {
         self.times
     }
 
-    /// Returns the longest time allowed to a silent drive, or to a flag, s.
+    /// Returns the longest time allowed until the drive is silent or the flag is raised, s.
     pub fn within_s(&self) -> f64 {
         self.within_s
     }
 
-    /// Returns by what the bench showed the fault: reason of the stop, or flag.
+    /// Returns how the bench showed the fault: the reason of the stop, or the flag.
     pub fn seen_by(&self) -> &str {
         &self.seen_by
     }
@@ -158,7 +158,7 @@ impl Exercise {
         self.note
     }
 
-    /// Whether the operator is to see a paused bench.
+    /// Whether the operator is shown a paused bench.
     pub fn is_paused(&self) -> bool {
         matches!(
             self.stage,
@@ -166,7 +166,7 @@ impl Exercise {
         )
     }
 
-    /// Returns what the operator is asked for.
+    /// Returns the step requested of the operator.
     pub fn asked(&self) -> DrillStep {
         match (&self.stage, self.fault.row().remedy) {
             (Stage::Asked, _) => DrillStep::Act,
@@ -217,7 +217,7 @@ impl Exercise {
         }
     }
 
-    /// Takes what is seen of the bench; returns what it has to do.
+    /// Takes an observation of the bench; returns the order to the bench.
     pub fn poll(&mut self, sight: Sight<'_>) -> Option<Order> {
         let now_s = sight.now_s;
         let first = self.since_s.is_none();
@@ -281,7 +281,7 @@ impl Exercise {
                         self.end(stopped_by_another(trip));
                     }
                     Some(trip) => {
-                        // Nobody knows when the hand moved: time counts from when the bench saw it.
+                        // The moment of the action is unknown: time counts from its detection by the bench.
                         self.begun_s = now_s;
                         self.seen_by = trip.to_string();
                         self.times.shown_s = Some(0.0);
@@ -389,13 +389,13 @@ impl Exercise {
         self.note_silence(trip, sight);
     }
 
-    /// Notes when the drive fell silent after the bench had stopped it.
+    /// Records when the drive fell silent after the bench stopped it.
     fn note_silence(&mut self, trip: Option<&Trip>, sight: Sight<'_>) {
         let noticed = matches!(self.stage, Stage::Noticed | Stage::Acknowledged { .. });
         if trip.is_none() || !noticed || self.times.silent_s.is_some() {
             return;
         }
-        // A card that renders no more cannot say so; its amplifier is off by then.
+        // A card that renders no samples cannot report silence; its amplifier is off by then.
         let gone = self.fault.row().row == Some(CARD);
         let disabled = gone && sight.now_s - self.noticed_s >= DISABLED_S;
         if !sight.sounds || disabled {
@@ -403,7 +403,7 @@ impl Exercise {
         }
     }
 
-    /// Takes an action of the operator; returns what the bench has to do.
+    /// Takes an action of the operator; returns the order to the bench.
     pub fn act(&mut self, action: Action, now_s: f64) -> Option<Order> {
         self.note = None;
         let remedy = self.fault.row().remedy;
@@ -465,7 +465,7 @@ impl Exercise {
         }
     }
 
-    /// Takes the operator's first answer to what the bench shows: any of the keys that answer it.
+    /// Takes the operator's first response to the fault: any key that acknowledges it.
     fn acknowledge(&mut self, action: Action, now_s: f64) -> Option<Order> {
         let row = self.fault.row();
         self.times.seen_s = self.since_fault_s(now_s);
@@ -484,8 +484,8 @@ impl Exercise {
         }
     }
 
-    /// Ends the exercise if the bench itself has ended: one that would have to be ended goes on with the operator
-    /// alone.
+    /// Handles the end of the bench: the exercise is missed, unless the bench has shown the fault and the remedy ends the bench
+    /// anyway; it then continues without a bench.
     pub fn bench_ended(&mut self, why: &str) {
         let shown = matches!(self.stage, Stage::Noticed | Stage::Acknowledged { .. });
         let ends_anyway = matches!(self.fault.row().remedy, Remedy::Restart(_));
@@ -494,7 +494,7 @@ impl Exercise {
         }
     }
 
-    /// Returns the time since the fault, to the microsecond.
+    /// Returns the time since the fault, s, rounded to 1 µs.
     fn since_fault_s(&self, now_s: f64) -> Option<f64> {
         Some((1e6 * (now_s - self.begun_s)).round() / 1e6)
     }
@@ -504,7 +504,7 @@ impl Exercise {
         self.since_s = Some(now_s);
     }
 
-    /// Ends an exercise in which all was done: met if it was done in time.
+    /// Ends an exercise after all steps: met if in time.
     fn conclude(&mut self) {
         let stops = self.fault.row().required != Required::Flag;
         let late_s = self

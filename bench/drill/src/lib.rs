@@ -1,8 +1,8 @@
-//! The operator's rehearsal: one fault after another comes over a bench that drives, the operator does what is right,
-//! and the times are kept.
+//! Drills for the operator: faults come one after another while the bench drives, the operator responds, and the times are
+//! recorded.
 //!
-//! On simulated hardware a [`FaultHand`] brings the faults. On real hardware a person is asked to, under a faint
-//! tone. Each exercise has a bench of its own: some faults end a bench for good.
+//! On simulated hardware a [`FaultHand`] injects the faults. On real hardware a person is asked to cause them, during a faint
+//! tone. Each exercise opens the bench again, because some faults end it.
 
 mod course;
 mod draw;
@@ -28,7 +28,7 @@ use rehearsal::FaultKind;
 /// Amplitude of the faint tone that drives a real bench, V peak.
 pub const TONE_V: f64 = 2.0;
 
-/// What is done to a simulated apparatus.
+/// A change to a simulated apparatus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Deed {
     /// A fault begins.
@@ -37,7 +37,7 @@ pub enum Deed {
     End(FaultKind),
 }
 
-/// Brings faults over a simulated apparatus, and removes them.
+/// Injects faults into a simulated apparatus, and removes them.
 pub type FaultHand = Box<dyn FnMut(Deed) + Send>;
 
 /// Compiles and runs the example in the README.

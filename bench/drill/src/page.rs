@@ -1,11 +1,11 @@
-//! What the drill shows beside the bench.
+//! Page of the drill on the screen.
 
 use tui::drill_view::{DrillResult, DrillView};
 
 use crate::exercise::Exercise;
 use crate::record::ExerciseRecord;
 
-/// The drill's page as it was last shown.
+/// Page of the drill as last shown.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Page {
     shown: Option<DrillView>,
@@ -28,7 +28,7 @@ impl Page {
         self.view.exercise += 1;
     }
 
-    /// Adds an exercise that is over.
+    /// Adds a finished exercise.
     pub fn add(&mut self, record: &ExerciseRecord) {
         self.view.results.push(DrillResult {
             fault: record.fault.name().to_owned(),
@@ -37,7 +37,7 @@ impl Page {
         });
     }
 
-    /// Returns the page if it differs from what was last shown.
+    /// Returns the page if it differs from the one last shown.
     pub fn news(&mut self, exercise: &Exercise) -> Option<DrillView> {
         self.view.instruction = exercise.instruction();
         self.view.note = exercise.note().map(str::to_owned);
@@ -45,7 +45,7 @@ impl Page {
         self.changed()
     }
 
-    /// Returns the page with other words, to be shown while there is no bench.
+    /// Returns the page with another instruction, for the time without a bench.
     pub fn with_words(&mut self, instruction: String) -> Option<DrillView> {
         self.view.instruction = instruction;
         self.view.note = None;

@@ -5,7 +5,7 @@ use live::live_meter::LiveMeter;
 use recording::pipeline::{Account, Batch};
 use tui::Event;
 
-/// Turns what was acquired into what the dashboard shows.
+/// Converts acquired batches to events for the dashboard.
 pub(crate) struct Panels {
     meter: LiveMeter,
     account: Account,
@@ -13,7 +13,7 @@ pub(crate) struct Panels {
 }
 
 impl Panels {
-    /// Makes the panels of a bench that samples at `rate_hz`.
+    /// Creates the panels of a bench that samples at `rate_hz`.
     pub fn new(rate_hz: u32) -> Self {
         Self {
             meter: LiveMeter::default(),
@@ -22,13 +22,13 @@ impl Panels {
         }
     }
 
-    /// Takes what was acquired.
+    /// Takes an acquired batch.
     pub fn take(&mut self, batch: &Batch) {
         self.account = batch.account;
         self.meter.take(batch);
     }
 
-    /// Returns what is to be shown at `now_ns`.
+    /// Returns the events to show at `now_ns`.
     pub fn events(&mut self, now_ns: u64, gauges: &Gauges) -> impl Iterator<Item = Event> {
         let live = self.meter.live(None).map(Event::Live);
         let health = &mut self.meter.health;

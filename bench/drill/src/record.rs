@@ -1,4 +1,4 @@
-//! What is kept of a drill: `drill.toml` in a folder of its own.
+//! Record of a drill: `drill.toml` in a new folder.
 
 use std::path::{Path, PathBuf};
 
@@ -15,63 +15,63 @@ use crate::times::{Outcome, Times};
 const FORMAT: u32 = 1;
 /// Name of the file.
 const FILE: &str = "drill.toml";
-/// Most drills that begin within a second.
+/// Largest number of drills that begin within the same second.
 const SAME_SECOND: u32 = 1000;
 
-/// A drill as it is kept.
+/// Record of a drill.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DrillRecord {
     /// Version of the format.
     pub format: u32,
-    /// When it began.
+    /// Time of the beginning.
     pub began: Timestamp,
     /// Name of the operator.
     pub operator: String,
-    /// Whether a program stood in for the operator.
+    /// Whether a script acted as operator.
     pub unattended: bool,
     /// Whether the hardware was simulated.
     pub simulated: bool,
-    /// Seed of order and times.
+    /// Seed of the order and the times.
     pub seed: u64,
     /// Program and version.
     pub software: String,
-    /// Whether every exercise was met; false until the last.
+    /// Whether every exercise was met; false until the last one has ended.
     pub passed: bool,
     /// Number of exercises planned.
     pub planned: usize,
-    /// Those that are over.
+    /// Finished exercises.
     #[serde(default)]
     pub exercises: Vec<ExerciseRecord>,
 }
 
-/// An exercise as it is kept.
+/// Record of an exercise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExerciseRecord {
     /// The fault.
     pub fault: FaultKind,
-    /// Its row of FAULTS.md.
+    /// Row of the fault in FAULTS.md.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub row: Option<u8>,
     /// `stop` or `flag`.
     pub required: String,
-    /// Longest time to a silent drive, or to the flag, s.
+    /// Longest time allowed until the drive is silent, or until the flag, s.
     pub within_s: f64,
     /// Whether it was met.
     pub met: bool,
-    /// Why it was not.
+    /// Reason why it was missed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub missed: Option<String>,
-    /// How the bench showed it.
+    /// Stop or flag by which the bench showed the fault.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub shown: String,
-    /// Its times.
+    /// Times of the exercise.
     pub times: Times,
 }
 
 impl ExerciseRecord {
-    /// Returns what is kept of an exercise; one that is not over was left.
+    /// Returns the record of an exercise; one that has not ended counts as left.
     pub(crate) fn of(exercise: &Exercise) -> Self {
         let fault = exercise.fault();
         let row = fault.row();
@@ -96,7 +96,7 @@ impl ExerciseRecord {
         }
     }
 
-    /// Returns its times, or why it was missed and its times.
+    /// Returns the times, preceded by the reason if the exercise was missed.
     #[must_use]
     pub fn words(&self) -> String {
         let times = self.times.words();
@@ -109,7 +109,7 @@ impl ExerciseRecord {
 }
 
 impl DrillRecord {
-    /// Begins the record of a drill of so many exercises.
+    /// Begins the record of a drill with this number of planned exercises.
     #[must_use]
     pub fn new(
         began: Timestamp,
@@ -132,14 +132,14 @@ impl DrillRecord {
         }
     }
 
-    /// Adds an exercise that is over.
+    /// Adds a finished exercise.
     pub(crate) fn add(&mut self, exercise: &Exercise) {
         self.exercises.push(ExerciseRecord::of(exercise));
         let met = self.exercises.iter().filter(|each| each.met).count();
         self.passed = met == self.planned;
     }
 
-    /// Returns the summary, a line each.
+    /// Returns the lines of the summary.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
         let mut lines: Vec<String> = self
@@ -172,10 +172,10 @@ impl DrillRecord {
 pub struct DrillFolder(PathBuf);
 
 impl DrillFolder {
-    /// Creates the folder of a drill that begins now, in `parent`. No other drill's is used.
+    /// Creates the folder of a drill that begins now, in `parent`; an existing folder is never used.
     ///
     /// # Errors
-    /// When it cannot be created.
+    /// If it cannot be created.
     pub fn create(parent: &Path, began: Timestamp) -> anyhow::Result<Self> {
         let cannot = |path: &Path| format!("cannot create {}", path.display());
         std::fs::create_dir_all(parent).with_context(|| cannot(parent))?;
@@ -197,16 +197,16 @@ impl DrillFolder {
         )
     }
 
-    /// Returns where `drill.toml` is.
+    /// Returns the path of `drill.toml`.
     #[must_use]
     pub fn file(&self) -> PathBuf {
         self.0.join(FILE)
     }
 
-    /// Writes the record, in place of an earlier state of it.
+    /// Writes the record, replacing an earlier one.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// If it cannot be written.
     pub fn write(&self, record: &DrillRecord) -> anyhow::Result<()> {
         let text = toml::to_string(record).context("the record of the drill")?;
         Ok(replace_file(&self.file(), text.as_bytes())?)

@@ -1,13 +1,13 @@
-//! What is said of faults that are injected on purpose, so that a rehearsal is never taken for data.
+//! Checks and notices for injected faults; the notices keep a rehearsal from being taken for data.
 
 use anyhow::bail;
 use config::{Config, Force, GpioBackend, SampleFormat};
 use rehearsal::{FaultKind, RehearsedFault, require_apart};
 
-/// Requires that these faults can be injected into the hardware of `config`, simulated or not.
+/// Requires that the faults can be injected into the hardware of `config`, simulated or real.
 ///
 /// # Errors
-/// On real hardware, for faults of one kind at the same time, and for what the sound card cannot show.
+/// On real hardware, for simultaneous faults of the same kind, and for faults that the configured hardware cannot show.
 pub fn require_possible(
     faults: &[RehearsedFault],
     config: &Config,
@@ -50,13 +50,13 @@ pub fn require_possible(
     Ok(())
 }
 
-/// Returns the words for files and screens, in the form of `--fault`.
+/// Returns the faults in the form of `--fault`, for files and screens.
 #[must_use]
 pub fn words(faults: &[RehearsedFault]) -> Vec<String> {
     faults.iter().map(ToString::to_string).collect()
 }
 
-/// Returns the warning that faults are injected; `None` if none is.
+/// Returns the warning that faults are injected; `None` if `rehearsed` is empty.
 #[must_use]
 pub fn notice(rehearsed: &[String]) -> Option<String> {
     (!rehearsed.is_empty()).then(|| {

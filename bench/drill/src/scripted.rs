@@ -1,4 +1,4 @@
-//! A program in the place of the operator: prints what happens, and does what is asked after a moment.
+//! Script in place of the operator: prints events, and responds to each request after a delay.
 
 use std::io::Write;
 
@@ -7,22 +7,22 @@ use tui::action::AttemptName;
 use tui::drill_view::{DrillStep, DrillView};
 use tui::{Action, Event};
 
-/// Looks at the bench between a request and what is done about it.
+/// Polls between a request and the response.
 const REACTION: u32 = 100;
-/// Looks after which it is done once more.
+/// Polls after which the response is repeated.
 const AGAIN: u32 = 5_000;
 
-/// An operator who does what is asked.
+/// Scripted operator that responds to each request.
 pub struct Scripted<W> {
     lines: Headless<W>,
     view: DrillView,
-    /// Looks since the request.
+    /// Polls since the request.
     looks: u32,
     over: bool,
 }
 
 impl<W: Write> Scripted<W> {
-    /// Prints to `out`.
+    /// Creates a scripted operator that prints to `out`.
     pub fn new(out: W) -> Self {
         Self {
             lines: Headless::new(out),

@@ -1,4 +1,4 @@
-//! What the bench has flagged since a fault began.
+//! Flags raised by the bench since a fault began.
 
 use devices::Gauges;
 use devices::flags::InputFault;
@@ -7,7 +7,7 @@ use rehearsal::FaultKind;
 use safety::Trip;
 use sources::LineFaults;
 
-/// Returns whether `trip` tells of `fault`: a bench that stops for another reason has not seen it.
+/// Returns whether `trip` is evidence of `fault`: a stop for another reason does not detect the fault.
 ///
 /// ```
 /// use rehearsal::FaultKind;
@@ -19,7 +19,7 @@ use sources::LineFaults;
 #[must_use]
 pub fn tells(fault: FaultKind, trip: &Trip) -> bool {
     match fault.row().row {
-        // A card of National Instruments takes its digital lines with it.
+        // A lost National Instruments card takes its digital lines with it.
         Some(5) => matches!(
             trip,
             Trip::AudioLost
@@ -53,7 +53,7 @@ struct Counts {
     force: LineFaults,
 }
 
-/// Watches the counts for what a fault must leave there.
+/// Compares the counts with those before a fault.
 #[derive(Debug, Default)]
 pub(crate) struct Signs {
     now: Counts,
@@ -63,7 +63,7 @@ pub(crate) struct Signs {
 }
 
 impl Signs {
-    /// Takes what was acquired.
+    /// Takes an acquired batch.
     pub fn take(&mut self, batch: &Batch, gauges: &Gauges) {
         self.now.account = batch.account;
         if let Some(field) = gauges.field.get() {
@@ -72,13 +72,13 @@ impl Signs {
         self.warnings.extend(batch.warnings.iter().cloned());
     }
 
-    /// From now on what `fault` leaves counts.
+    /// Starts counting the signs of `fault`.
     pub fn begin(&mut self, fault: FaultKind) {
         self.since = Some((fault, self.now));
         self.warnings.clear();
     }
 
-    /// Returns what the fault has left; `None` if that is nothing.
+    /// Returns the sign left by the fault; `None` if there is no sign yet.
     pub fn flag(&self) -> Option<String> {
         let (fault, before) = self.since.as_ref()?;
         let (account, force) = (self.now.account, self.now.force.since(&before.force));
@@ -100,7 +100,7 @@ impl Signs {
                 let tells = |text: &&String| faults.iter().any(|of| text.contains(of.words()));
                 self.warnings.iter().find(tells).cloned()
             }
-            // All others stop the drive.
+            // All other faults stop the drive.
             _ => None,
         }
     }

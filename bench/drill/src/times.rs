@@ -1,31 +1,31 @@
-//! Times of an exercise, and how it ended.
+//! Times and outcome of an exercise.
 
 use serde::{Deserialize, Serialize};
 
-/// Times from the fault, s; absent if it did not come to that. Where a person brought the fault they count from the
-/// moment at which the bench saw it.
+/// Times from the fault, s; absent if that step was not reached. If a person caused the fault, they count from its detection by
+/// the bench.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Times {
-    /// To the bench's stop or flag.
+    /// Until the bench's stop or flag.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shown_s: Option<f64>,
-    /// To the drive's last sample that is not zero.
+    /// Until the last nonzero sample of the drive.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub silent_s: Option<f64>,
-    /// To the operator's acknowledgement.
+    /// Until the operator's acknowledgement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seen_s: Option<f64>,
-    /// To the released latch.
+    /// Until the latch was released.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rearmed_s: Option<f64>,
-    /// To the end of what was right to do: driven again, repeated, or ended.
+    /// Until the remedy was complete: driven again, repeated, or ended.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub done_s: Option<f64>,
 }
 
 impl Times {
-    /// Returns the times in words, those of the bench in ms and those of the operator in s.
+    /// Returns the times as text, those of the bench in ms and those of the operator in s.
     #[must_use]
     pub fn words(&self) -> String {
         let ms =
@@ -42,11 +42,11 @@ impl Times {
     }
 }
 
-/// How an exercise ended.
+/// Outcome of an exercise.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
-    /// Bench and operator did what is required, in time.
+    /// Bench and operator did all that is required, in time.
     Met,
-    /// One of them did not; why.
+    /// A requirement was missed; holds the reason.
     Missed(String),
 }

@@ -1,7 +1,7 @@
-//! A new carrier between trials, once the plate's resonance has drifted.
+//! Decision on a new carrier between trials, after the plate's resonance has drifted.
 //!
-//! Proposed at the verdict on a trial; the operator decides, or the protocol does. It is changed at rest alone: no
-//! trial is open, nothing is driven, and the machine does not begin the next trial while the decision is open.
+//! A new carrier is proposed at the verdict on a trial, and the operator or the protocol decides. The carrier changes at rest
+//! only: no trial is open, the plate is not driven, and the machine does not begin the next trial while the decision is open.
 
 use config::Effective;
 use contact::uncertain::Uncertain;
@@ -9,17 +9,18 @@ use protocols::{NewCarrier, Protocol, ResonanceDrift};
 use serde_json::{Map, Value, json};
 use tui::event::{CarrierProposal, LogLevel, ValueAndStd};
 
-/// Requires that a bench whose plate's resonance has moved may be driven there.
+/// Checks that the bench may be driven at its shifted resonance.
 pub type RequireDrivable = Box<dyn Fn(&Effective) -> anyhow::Result<()> + Send>;
 
-/// Furthest carrier from the calibrated resonance, Hz: beyond, the calibration of plate and pickup no longer holds.
+/// Largest distance of the carrier from the calibrated resonance, Hz; beyond it, the calibration of plate and pickup no longer
+/// holds.
 const FURTHEST_HZ: f64 = 50.0;
-/// Time after which a proposal that nobody answers is dropped, s.
+/// Timeout of a proposal without an answer, s.
 const ANSWERED_WITHIN_S: f64 = 60.0;
-/// A drift known no better than this part of its limit proposes nothing.
+/// Largest standard error of a drift that leads to a proposal, as a share of the drift limit.
 const KNOWN_TO: f64 = 0.5;
 
-/// A carrier that would be back at the resonance.
+/// Proposal of a carrier at the present resonance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Proposal {
     from_hz: f64,
@@ -28,18 +29,18 @@ struct Proposal {
     since_s: f64,
 }
 
-/// What the session is to do.
+/// Effects that the session carries out for a decision.
 #[derive(Debug)]
 pub enum CarrierEffect {
-    /// Show the operator.
+    /// Show the event to the operator.
     Show(Box<tui::Event>),
-    /// Keep in the log.
+    /// Write the fields to the log.
     Record(Map<String, Value>),
-    /// Drive the trials to come at a carrier that is higher by so many hertz, on this bench.
+    /// Drive the following trials at a carrier shifted by this difference, Hz, on this bench.
     Change(f64, Box<Effective>),
 }
 
-/// The decision on the carrier.
+/// State of the decision on the carrier.
 pub struct CarrierDecision {
     /// `None` for a protocol that drives at fixed frequencies.
     rules: Option<ResonanceDrift>,
@@ -47,27 +48,27 @@ pub struct CarrierDecision {
     calibrated_hz: f64,
     require: RequireDrivable,
     asked: Option<Proposal>,
-    /// Decided for, by whom, and waiting for a bench at rest.
+    /// Accepted proposal that waits for the bench to be at rest, and who accepted it.
     taken: Option<(Proposal, &'static str)>,
-    /// Drift at which the present carrier was kept, Hz.
+    /// Drift at which the present carrier was last kept, Hz.
     kept_hz: f64,
-    /// To be done at the next poll.
+    /// Effects to return at the next poll.
     waiting: Vec<CarrierEffect>,
 }
 
-/// A carrier that was decided for in an earlier part of a session.
+/// Carrier chosen in an earlier part of a session.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DecidedCarrier {
-    /// The plate's calibrated resonance then, Hz.
+    /// Calibrated resonance of the plate at that time, Hz.
     pub calibrated_hz: f64,
     /// The carrier, Hz.
     pub to_hz: f64,
-    /// The drift that it followed, Hz.
+    /// Resonance drift that led to the choice, Hz.
     pub drift_hz: Uncertain,
 }
 
 impl CarrierDecision {
-    /// Makes the decision for a session on `bench` as it was calibrated.
+    /// Creates the decision for a session on `bench` with its calibrated resonance.
     pub fn new(
         protocol: &Protocol,
         bench: &Effective,
@@ -88,8 +89,8 @@ impl CarrierDecision {
         }
     }
 
-    /// Goes on with a carrier that was decided for before, under the conditions of a new one; changed to as soon as the
-    /// bench is at rest.
+    /// Resumes with the carrier chosen earlier, under the same conditions as a new one; the change follows as soon as the bench
+    /// is at rest.
     #[must_use]
     pub fn going_on_with(mut self, decided: Option<DecidedCarrier>, bench: &Effective) -> Self {
         let from_hz = bench.config().plate.resonance_hz;
@@ -130,7 +131,7 @@ impl CarrierDecision {
         self.asked.is_some() || self.taken.is_some()
     }
 
-    /// Judges the drift after a trial.
+    /// Judges the resonance drift after a trial.
     pub fn judge(
         &mut self,
         drift_hz: Option<Uncertain>,
@@ -147,7 +148,7 @@ impl CarrierDecision {
             return Vec::new();
         }
         let from_hz = bench.config().plate.resonance_hz;
-        // A whole number of hertz, whose phase the generator and the demodulator have exactly.
+        // Rounded to a whole number of hertz, because generator and demodulator represent its phase exactly.
         let to_hz = (from_hz + drift_hz.value).round();
         let proposal = Proposal {
             from_hz,
@@ -199,7 +200,7 @@ impl CarrierDecision {
         (self.require)(&bench.with_resonance(to_hz)).map_err(|error| format!("{error:#}"))
     }
 
-    /// Takes the operator's answer; one to a proposal that is no more does nothing.
+    /// Takes the operator's answer; an answer to a proposal that has expired has no effect.
     pub fn answer(&mut self, take: bool) -> Vec<CarrierEffect> {
         let Some(proposal) = self.asked.take() else {
             return Vec::new();
@@ -211,7 +212,7 @@ impl CarrierDecision {
         self.keep(&proposal, "operator")
     }
 
-    /// Changes the carrier that was decided for once the bench is at rest, and drops a proposal that nobody answered.
+    /// Changes to the accepted carrier once the bench is at rest, and drops a proposal that has timed out.
     pub fn poll(&mut self, bench: &Effective, at_rest: bool, now_s: f64) -> Vec<CarrierEffect> {
         if !self.waiting.is_empty() {
             return std::mem::take(&mut self.waiting);
@@ -240,7 +241,7 @@ impl CarrierDecision {
         ]
     }
 
-    /// Withdraws what is still open: a trial begins, after which it is proposed again, or the session ends.
+    /// Withdraws an open proposal because a trial begins, after which it is proposed again, or because the session ends.
     pub fn withdraw(&mut self, because: &'static str) -> Vec<CarrierEffect> {
         let taken = self.taken.take().map(|(proposal, _)| proposal);
         match self.asked.take().or(taken) {
@@ -308,7 +309,7 @@ mod tests {
         Effective::uncalibrated(Config::parse(text, "mock-bench.toml").unwrap())
     }
 
-    /// A decision under the demo protocol with these rules, on a bench that may be driven up to `most_hz`.
+    /// Returns a decision under the demo protocol with these rules, on a bench that may be driven up to `most_hz`.
     fn decision(rules: &str, attended: bool, most_hz: f64) -> CarrierDecision {
         let text = protocols::built_in("demo").unwrap();
         let (before, _) = text.split_once("[resonance_drift]").unwrap();
@@ -326,7 +327,7 @@ mod tests {
         Some(Uncertain { value, std: 0.3 })
     }
 
-    /// What the effects record, show and change, in words.
+    /// Returns the effects in words: records, events and carrier changes.
     fn words(effects: &[CarrierEffect]) -> Vec<String> {
         let shown = |event: &tui::Event| match event {
             tui::Event::NewCarrier { proposal: Some(_) } => "asks".to_owned(),
@@ -360,11 +361,11 @@ mod tests {
         let by = format!("by {} to {to_hz}", to_hz - from_hz);
         assert_eq!(words(&changed), [by.as_str(), "carrier_changed", "info"]);
         assert!(!decision.is_open() && decision.poll(&bench, true, 6.0).is_empty());
-        // Counted from the new carrier.
+        // Drift is counted from the new carrier.
         assert!(decision.judge(drift(0.1), &bench, 7.0).is_empty());
     }
 
-    /// A key pressed one phase too late, or twice, does nothing.
+    /// A key pressed one phase too late, or twice, has no effect.
     #[test]
     fn an_answer_without_a_proposal_does_nothing() {
         let (bench, mut decision) = (bench(), decision("limit_hz = 3.0", true, 1e5));
@@ -378,7 +379,7 @@ mod tests {
             assert!(decision.answer(take).is_empty() && !decision.is_open());
             assert!(decision.poll(&bench, true, 2.0).is_empty());
         }
-        // Taken, and a trial begins before the bench is at rest: nothing changes.
+        // The proposal is accepted, but a trial begins before the bench is at rest: the carrier does not change.
         decision.judge(drift(5.0), &bench, 1.0);
         decision.answer(true);
         assert_eq!(
@@ -395,7 +396,7 @@ mod tests {
         assert_eq!(words(&decision.answer(false)), ["carrier_kept", "settled"]);
         assert!(decision.judge(drift(6.5), &bench, 2.0).is_empty());
         assert!(!decision.judge(drift(7.5), &bench, 3.0).is_empty());
-        // Nobody answers.
+        // The proposal times out.
         assert!(decision.poll(&bench, true, 62.9).is_empty());
         let late = decision.poll(&bench, true, 63.1);
         assert_eq!(words(&late), ["carrier_kept", "settled"]);
@@ -416,7 +417,7 @@ mod tests {
         assert!(!headless.is_open());
     }
 
-    /// Too far from the calibration, refused by the bench's limits, or a drift that is hardly known.
+    /// Covers carriers too far from the calibration, carriers beyond the bench's limits, and poorly known drifts.
     #[test]
     fn a_carrier_out_of_reach_is_not_proposed() {
         let bench = bench();
@@ -424,7 +425,7 @@ mod tests {
         let out_of_reach = ["warning", "carrier_out_of_reach"];
         let mut far = decision("limit_hz = 50.0\nnew_carrier = \"auto\"", true, 1e5);
         assert_eq!(words(&far.judge(drift(50.6), &bench, 1.0)), out_of_reach);
-        // Told once.
+        // The warning appears once.
         assert!(!far.is_open() && far.judge(drift(50.7), &bench, 2.0).is_empty());
         let moved = bench.with_resonance(calibrated_hz + 48.0);
         let mut near = decision("limit_hz = 3.0", true, 1e5);
@@ -459,7 +460,7 @@ mod tests {
         };
         let to_hz = calibrated_hz - 7.0;
         let mut at_it = resumed(Some(before(to_hz, calibrated_hz)), 1e5);
-        // No trial begins before it is changed, and it is changed at rest.
+        // No trial begins before the change, and the change waits for rest.
         assert!(at_it.is_open() && at_it.poll(&bench, false, 0.0).is_empty());
         let by = format!("by -7 to {to_hz}");
         let changed = at_it.poll(&bench, true, 0.0);

@@ -1,7 +1,7 @@
-//! A fitted contact as curves over the vibration amplitude, beside what was measured.
+//! Curves of a fitted contact over the vibration amplitude, together with the measured friction.
 //!
-//! The curves are quasi-static: the gap is where the forces balance at each amplitude. A real period lags behind by τ,
-//! which opens its trace around the locus.
+//! The curves are quasi-static: at each amplitude the gap balances the forces. In a real period the gap lags by τ, which opens
+//! the trace around the curve.
 
 use analysis::model_check::quantile;
 use analysis::trial_fit::{FitRequest, TrialFit};
@@ -10,14 +10,14 @@ use num_complex::Complex64;
 use protocols::Stretch;
 use tui::event::{ComplexImpedance, ContactCurves};
 
-/// Points of the curves.
+/// Number of points of the curves.
 const POINTS: usize = 48;
-/// Measured points: medians of so many equal parts.
+/// Number of measured points, each the median of an equal share of the samples.
 const PARTS: usize = 16;
 
-/// Returns the curves of `fit`, and the measured friction in the trial's instances; `None` if nothing was measured.
+/// Returns the curves of `fit` and the measured friction in the trial's instances; `None` without a valid sample.
 pub fn contact_curves(request: &FitRequest, fit: &TrialFit) -> Option<ContactCurves> {
-    // Amplitude under the finger, normal force, friction.
+    // Amplitude under the finger, normal force, friction coefficient.
     let mut samples: Vec<(f64, f64, f64)> = Vec::new();
     for exploration in &request.explorations {
         let series = request

@@ -1,18 +1,18 @@
-//! The crop of an exploration, as the operator sees it.
+//! Crop of an exploration for the operator's screen.
 
 use analysis::measurements::FrameSeries;
 use protocols::{Direction, Stretch, Validity};
 use tui::event::{Crop, CropStretch};
 
-/// Cells of the crop's curves: more dots than a terminal shows beside another exploration's.
+/// Number of cells of the crop's curves: more than the dots that a terminal has for one of two explorations side by side.
 const CELLS: usize = 200;
 
-/// The exploration that a crop is of.
+/// Identification of a cropped exploration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ExplorationName {
     /// Number of the trial.
     pub trial: u32,
-    /// Whether it is practice.
+    /// Whether the trial is practice.
     pub practice: bool,
     /// Number of the attempt, from 1.
     pub attempt: u32,
@@ -20,8 +20,8 @@ pub struct ExplorationName {
     pub exploration: u32,
 }
 
-/// Returns the crop of an exploration from `start_s` to `end_s`: the smallest and the largest amplitude of each cell,
-/// means of the rest.
+/// Returns the crop of an exploration from `start_s` to `end_s`: the smallest and the largest amplitude of each cell, and means
+/// of the other signals.
 pub fn crop(
     name: ExplorationName,
     direction: Direction,

@@ -1,4 +1,4 @@
-//! What came of a trial's fit.
+//! Report on a trial's fit.
 
 use analysis::trial_fit::{NoFit, TrialFit};
 
@@ -8,23 +8,23 @@ use tui::event::{ContactCurves, FitView, ValueAndStd};
 
 use crate::participant_skin::{SkinUsed, TrialSkin};
 
-/// Outcome of a request.
+/// Outcome of a fit request.
 #[derive(Debug)]
 pub struct FitReport {
     /// Name in the log, as in the request.
     pub label: String,
-    /// S, q0 and η that the contact was fitted with.
+    /// S, q0 and η used to fit the contact.
     pub skin: SkinUsed,
-    /// S, q0 and η of the trial itself; `None` if it is left out.
+    /// S, q0 and η of the trial itself; `None` if the trial is excluded.
     pub of_trial: Option<TrialSkin>,
-    /// Fit, or why there is none.
+    /// Fit, or the reason why it failed.
     pub fit: Result<TrialFit, NoFit>,
-    /// The fitted contact as curves.
+    /// Curves of the fitted contact.
     pub curves: Option<ContactCurves>,
 }
 
 impl FitReport {
-    /// Returns what the session's log keeps of it, with the drift of the plate's resonance, Hz, when it came.
+    /// Returns the entry for the session's log, with the drift of the plate's resonance at the time of the report, Hz.
     pub fn record(&self, drift_hz: Option<Uncertain>) -> Map<String, Value> {
         let mut data = Map::from_iter([
             ("event".to_owned(), json!("fit")),
@@ -58,7 +58,7 @@ impl FitReport {
         data
     }
 
-    /// Returns what the screen shows of it, as the fit of a trial of this number, practice or not, and attempt.
+    /// Returns the view for the screen, labelled with the trial's number, whether it is practice, and its attempt.
     pub fn view(
         &self,
         (trial, practice, attempt): (u32, bool, u32),

@@ -1,5 +1,5 @@
-//! Looks for offsets, mains hum and foreign tones on drive and pickup while a bench runs. They are rejected by the
-//! demodulation, but cost range, and tell of a cable, a ground or a supply that somebody should look at.
+//! Detection of offsets, mains hum and foreign tones on drive and pickup while a bench runs. The demodulation rejects them, but
+//! they cost range, and point to a faulty cable, ground or supply.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,31 +13,31 @@ use metrology::spectrum::Spectrum;
 use recording::manifest::EventKind;
 use tasks::{Slot, Task};
 
-/// Length of a stretch that is looked at, s, and the resolution of its spectrum, Hz.
+/// Length of an excerpt, s, and resolution of its spectrum, Hz.
 const EXCERPT_S: f64 = 0.25;
 const RESOLUTION_HZ: f64 = 10.0;
-/// Time between two looks, ns.
+/// Time between two excerpts, ns.
 const PERIOD_NS: u64 = 2_500_000_000;
-/// A disturbance is told of when it was seen this often: a ramp or a stop may look like one, once.
+/// Number of detections before a disturbance is reported: a ramp or a stop can resemble one once.
 const SEEN: u32 = 2;
-/// A disturbance that was not seen this often is over.
+/// Number of missed detections after which a disturbance is over.
 const MISSED: u32 = 2;
 
-/// The task.
+/// The detection task.
 pub struct Interference {
     recording: Sender<RecordingCommand>,
     frames: usize,
     input_channels: u16,
     excerpt: Option<Receiver<Vec<f32>>>,
     due_ns: Option<u64>,
-    /// The carrier, where it may change, Hz.
+    /// Present carrier, if it can change, Hz.
     carrier_hz: Arc<Slot<f64>>,
     watch: DisturbanceWatch,
 }
 
 impl Interference {
-    /// Looks at the channels of `config` under a carrier of `carrier_hz`; the samples come from the acquisition at the
-    /// other end of `recording`, which also takes the warnings.
+    /// Creates a task for the channels of `config` at a carrier of `carrier_hz`. The acquisition at the other end of
+    /// `recording` delivers the samples and takes the warnings.
     #[must_use]
     pub fn new(recording: Sender<RecordingCommand>, config: &Config, carrier_hz: f64) -> Self {
         let rate_hz = f64::from(config.audio.rate_hz);
@@ -62,14 +62,14 @@ impl Interference {
         }
     }
 
-    /// Follows a carrier that is published in `carrier_hz`.
+    /// Uses the carrier published in `carrier_hz`.
     #[must_use]
     pub fn following(self, carrier_hz: Arc<Slot<f64>>) -> Self {
         Self { carrier_hz, ..self }
     }
 
     fn send(&self, command: RecordingCommand) {
-        // The acquisition is gone only when the bench stops.
+        // The channel is closed only when the bench stops.
         let _ = self.recording.send(command);
     }
 }
@@ -116,15 +116,15 @@ impl Task for Interference {
     }
 }
 
-/// A disturbance that is there.
+/// A present disturbance.
 #[derive(Debug, PartialEq, Eq)]
 struct Notice {
     text: String,
-    /// The operator has not been told.
+    /// Whether the disturbance is not yet reported to the operator.
     is_new: bool,
 }
 
-/// What was seen on an input.
+/// A disturbance suspected on an input.
 struct Suspect {
     input: &'static str,
     disturbance: Disturbance,
@@ -132,7 +132,7 @@ struct Suspect {
     missed: u32,
 }
 
-/// Tells what lasts from what was seen once.
+/// Separates lasting disturbances from single events.
 struct DisturbanceWatch {
     inputs: [(&'static str, usize); 2],
     stream_channels: usize,
@@ -142,7 +142,7 @@ struct DisturbanceWatch {
 }
 
 impl DisturbanceWatch {
-    /// Looks at interleaved samples; returns what is there and was there before.
+    /// Examines interleaved samples; returns the disturbances that were also present in earlier excerpts.
     fn look(&mut self, samples: &[f32]) -> Vec<Notice> {
         let mut notices = Vec::new();
         for (input, channel) in self.inputs {
@@ -153,7 +153,7 @@ impl DisturbanceWatch {
                 self.rate_hz,
                 RESOLUTION_HZ,
             );
-            // Samples that are not finite are a flag of their own.
+            // Non-finite samples have a flag of their own.
             let Ok(spectrum) = spectrum else { continue };
             let found = disturbances(&spectrum, self.carrier_hz, self.rate_hz);
             notices.extend(self.take(input, &found));
@@ -222,7 +222,7 @@ mod tests {
         }
     }
 
-    /// A quarter of a second of a drive, with a tone on the pickup.
+    /// Returns a quarter of a second of a drive, with a tone on the pickup.
     fn samples(hz: f64, amplitude: f64) -> Vec<f32> {
         (0..48_000)
             .flat_map(|n| {
@@ -249,7 +249,7 @@ mod tests {
             notices.iter().map(|notice| notice.is_new).collect()
         };
         assert!(told(&clean).is_empty());
-        // Once may be a ramp.
+        // A single detection may be a ramp.
         assert!(told(&hum).is_empty());
         assert_eq!(told(&hum), [true]);
         assert_eq!(told(&hum), [false]);
@@ -257,7 +257,7 @@ mod tests {
         assert_eq!(told(&hum), [false]);
         assert_eq!((told(&clean), told(&clean)), (vec![], vec![]));
         assert_eq!((told(&hum), told(&hum)), (vec![], vec![true]));
-        // Samples that cannot be judged say nothing.
+        // Invalid samples change no count.
         assert!(told(&vec![f32::NAN; 96_000]).is_empty());
         assert!(told(&[]).is_empty());
     }

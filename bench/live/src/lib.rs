@@ -1,5 +1,5 @@
-//! What is made of the samples while they come, for the operator: readings and words for the dashboard, the participant's
-//! contact fitted after each trial, interference that disturbs the bench.
+//! Live processing of the samples for the operator: readings and texts for the dashboard, the fit of the participant's contact
+//! after each trial, and detection of interference.
 
 pub mod carrier_decision;
 pub mod contact_curves;

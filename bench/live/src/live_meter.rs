@@ -1,4 +1,4 @@
-//! What the live panels show: the newest values.
+//! Newest values for the live panels.
 
 use analysis::measurements::SMOOTHING_HZ;
 use bench_page::HealthMeter;
@@ -12,12 +12,12 @@ use tui::event::{Live, PeriodTrace};
 use crate::period::LastPeriod;
 use crate::screen_words;
 
-/// Least normal force for a friction coefficient, N.
+/// Smallest normal force for a friction coefficient, N.
 const CONTACT_N: f64 = 0.1;
-/// Least speed of a finger that slides, m/s.
+/// Smallest speed of a sliding finger, m/s.
 const SLIDING_M_PER_S: f64 = 0.005;
 
-/// Collects what a session or a monitor shows.
+/// Collects the values shown by a session or a monitor.
 #[derive(Debug, Default)]
 pub struct LiveMeter {
     frame: Option<ZmFrame>,
@@ -28,11 +28,11 @@ pub struct LiveMeter {
     /// Measured friction coefficient while the finger slides.
     measured_mu: Option<f64>,
     period: LastPeriod,
-    /// How the machinery does.
+    /// Health of the bench's tasks and devices.
     pub health: HealthMeter,
 }
 
-/// Velocity of the finger: positions through a causal second-order 100 Hz Butterworth filter, differentiated; late by 2.3 ms.
+/// Velocity of the finger: derivative of the position after a causal second-order 100 Hz Butterworth filter; delayed by 2.3 ms.
 #[derive(Debug)]
 struct Velocity {
     filter: Option<Causal<f64>>,
@@ -56,7 +56,7 @@ impl Default for Velocity {
 impl Velocity {
     fn take(&mut self, row: &PositionRow) {
         if row.position_m.is_nan() {
-            // It would stay in the filter.
+            // NaN would stay in the filter.
             *self = Self::default();
             return;
         }
@@ -75,7 +75,7 @@ impl Velocity {
 }
 
 impl LiveMeter {
-    /// Takes what was acquired.
+    /// Takes a batch of acquired data.
     pub fn take(&mut self, batch: &Batch) {
         self.frame = batch.frames.last().copied().or(self.frame);
         if let Some(row) = batch.force.last() {
@@ -97,22 +97,22 @@ impl LiveMeter {
         }
     }
 
-    /// Expects a drive that is modulated at this frequency, Hz.
+    /// Sets the frequency of the drive's modulation, Hz.
     pub fn modulate(&mut self, modulation_hz: f64) {
         self.period.modulate(modulation_hz);
     }
 
-    /// The impedance over the last period; `None` before the first frame.
+    /// Returns the impedance over the last period; `None` before the first frame.
     pub fn period(&self) -> Option<PeriodTrace> {
         self.period.trace()
     }
 
-    /// Where the finger is, m.
+    /// Returns the position of the finger, m.
     pub fn position_m(&self) -> Option<f64> {
         self.position_m
     }
 
-    /// The newest values; `None` before the first frame.
+    /// Returns the newest values; `None` before the first frame.
     pub fn live(&self, slider_m: Option<f64>) -> Option<Live> {
         Some(Live {
             normal_n: self.normal_n,
@@ -125,7 +125,7 @@ impl LiveMeter {
         })
     }
 
-    /// A bench without an encoder does not know, and shows what there is.
+    /// Returns whether the finger slides; true on a bench without an encoder, where the velocity is unknown.
     fn is_sliding(&self) -> bool {
         self.velocity
             .m_per_s

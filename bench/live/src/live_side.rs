@@ -1,5 +1,4 @@
-//! What a session makes of the samples while they come, for its operator: live values, and the contact by the last
-//! fits.
+//! Live values and contact estimates of a session, for its operator.
 
 use std::collections::VecDeque;
 
@@ -15,7 +14,7 @@ use crate::fit_report::FitReport;
 use crate::live_meter::LiveMeter;
 use crate::screen_words;
 
-/// The screen is fed this often, ns.
+/// Time between two updates of the screen, ns.
 const SCREEN_PERIOD_NS: u64 = 16_000_000;
 
 /// Live values and contact of a session.
@@ -26,23 +25,23 @@ pub struct LiveSide {
     screen_due_ns: u64,
     refits: Sender<FitRequest>,
     fits: Receiver<FitReport>,
-    /// Number of each trial whose fit was asked for, whether it is practice, and its attempt.
+    /// Number of each trial with a requested fit, whether it is practice, and its attempt.
     asked: VecDeque<(u32, bool, u32)>,
 }
 
-/// What came of a fit.
+/// Outcome of a fit.
 pub struct FitNews {
     /// Lines for the operator.
     pub lines: Vec<String>,
-    /// What the log keeps.
+    /// Entry for the log.
     pub data: Map<String, Value>,
-    /// What the screen shows.
+    /// View for the screen.
     pub view: tui::event::FitView,
 }
 
 impl LiveSide {
-    /// Makes the live side of a session whose trials are fitted at the other end of `refits` and `fits`. A normal force
-    /// of `contact_n` or more, N, is a finger on the plate.
+    /// Creates the live side of a session with its trials fitted at the other end of `refits` and `fits`. A normal force of at
+    /// least `contact_n`, N, means that a finger is on the plate.
     pub fn new(
         contact_n: f64,
         modal_mass_kg: f64,
@@ -58,13 +57,13 @@ impl LiveSide {
         }
     }
 
-    /// Takes what was acquired.
+    /// Takes a batch of acquired data.
     pub fn take(&mut self, batch: &Batch) {
         self.meter.take(batch);
         self.contact.take(batch, |_| {});
     }
 
-    /// Expects a drive that is modulated at this frequency, Hz.
+    /// Sets the frequency of the drive's modulation, Hz.
     pub fn modulate(&mut self, modulation_hz: f64) {
         self.meter.modulate(modulation_hz);
         self.contact.modulate(modulation_hz);
@@ -75,19 +74,20 @@ impl LiveSide {
         self.contact.drift_hz()
     }
 
-    /// Goes on at a carrier that is higher by `by_hz`.
+    /// Continues at a carrier that is higher by `by_hz`.
     pub fn retune(&mut self, by_hz: f64) {
         self.contact.retune(by_hz);
     }
 
-    /// Asks for the fit of a trial, by its number, whether it is practice, and its attempt; it takes longer than a step may, and comes back by [`take_fit`](Self::take_fit).
-    /// The fitting task ends before the session only when it failed, and that stops the bench.
+    /// Requests the fit of a trial, given by number, whether it is practice, and attempt. A fit takes longer than a step may;
+    /// [`take_fit`](Self::take_fit) returns it later. The fitting task ends before the session only if it failed, and that
+    /// stops the bench.
     pub fn ask(&mut self, request: FitRequest, of: (u32, bool, u32)) {
         self.asked.push_back(of);
         let _ = self.refits.send(request);
     }
 
-    /// Uses the next fit that has come back, and returns what came of it.
+    /// Takes the next finished fit into account, and returns its outcome.
     pub fn take_fit(&mut self) -> Option<FitNews> {
         let report = self.fits.try_recv().ok()?;
         if let Ok(fit) = &report.fit {
@@ -99,7 +99,7 @@ impl LiveSide {
             "  plate's resonance {}",
             screen_words::drift(drift_hz)
         ));
-        // One report answers one request, in order.
+        // Each report answers one request, in order.
         let of = self.asked.pop_front().unwrap_or_default();
         Some(FitNews {
             lines,

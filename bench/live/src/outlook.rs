@@ -1,35 +1,36 @@
-//! What is left of a session, and what comes next.
+//! Remaining time and next steps of a session.
 
 use protocols::{Phase, Progress, Session};
 
-/// Follows a session, to tell what is left of it.
+/// Follows a session to predict its remaining time.
 #[derive(Debug, Default)]
 pub struct OutlookTracker {
-    /// When the running attempt began, s.
+    /// Start of the running attempt, s.
     began_s: Option<f64>,
-    /// Time from the begin of each attempt so far to the next, s, that was neither cut short nor followed by a rest.
+    /// Times from the start of each attempt to the start of the next, s, for attempts neither broken off nor followed by a
+    /// rest.
     took_s: Vec<f64>,
     shown: Option<tui::event::Outlook>,
 }
 
 impl OutlookTracker {
-    /// An attempt begins.
+    /// Marks the start of an attempt.
     pub fn begin(&mut self, now_s: f64) {
         self.began_s = Some(now_s);
     }
 
-    /// The running attempt is judged.
+    /// Marks the verdict on the running attempt.
     pub fn judged(&mut self, now_s: f64) {
         self.took_s
             .extend(self.began_s.take().map(|began_s| now_s - began_s));
     }
 
-    /// The running attempt is over without a verdict.
+    /// Marks the end of the running attempt without a verdict.
     pub fn broken_off(&mut self) {
         self.began_s = None;
     }
 
-    /// Returns the outlook if it has become another; its time in steps of 5 s.
+    /// Returns the outlook if it has changed; the remaining time is rounded to 5 s.
     pub fn of(
         &mut self,
         session: &Session,
@@ -74,7 +75,7 @@ impl OutlookTracker {
         }
     }
 
-    /// Returns the time of a trial: as the session has gone so far, or as the protocol assumes.
+    /// Returns the time per trial: the mean of the session so far, or at first the protocol's assumption.
     fn trial_s(&self, session: &Session) -> f64 {
         let timing = &session.protocol().timing;
         if self.took_s.is_empty() {
@@ -85,7 +86,7 @@ impl OutlookTracker {
     }
 }
 
-/// Whether a rest comes once so many trials are settled, practice included.
+/// Returns whether a rest follows once `settled` trials, including practice, are settled.
 fn rests_after(session: &Session, settled: u32) -> bool {
     let protocol = session.protocol();
     let rest = protocol.rest;
@@ -166,7 +167,7 @@ mod tests {
         Session::resume(protocol, "sub-01".parse().unwrap(), 2021, records).unwrap()
     }
 
-    /// An attempt at a trial of a session that has not gone on to another condition.
+    /// Returns an attempt at a trial of a session with only one condition so far.
     fn settled(number: u32, attempt: u32, outcome: TrialOutcome) -> TrialRecord {
         TrialRecord {
             key: TrialKey {

@@ -1,4 +1,4 @@
-//! What the participant sees: the protocol's view in the screens' words. Neither crate knows the other.
+//! Translation of the protocol's view into the types of the screens, so that neither crate depends on the other.
 
 use std::sync::Arc;
 
@@ -6,12 +6,12 @@ use protocols::{Direction, ParticipantView, Protocol, Slider, Texts};
 
 use crate::screen_words::whole_seconds;
 
-/// What of the participant's screen is the same through a session.
+/// Constant part of the participant's screen in a session.
 #[derive(Clone, Debug)]
 pub struct ParticipantScreen {
     texts: Arc<Texts>,
     plate_m: f64,
-    /// The slider from left to right, and from right to left.
+    /// Slider from left to right, and from right to left.
     sliders: [Slider; 2],
     show_finger: bool,
     practices: u32,
@@ -20,7 +20,7 @@ pub struct ParticipantScreen {
 }
 
 impl ParticipantScreen {
-    /// A screen for a plate of this length; `touch` says that the bench has no button.
+    /// Creates a screen for a plate of length `plate_m`; `touch` means that the bench has no button.
     pub fn new(protocol: &Protocol, plate_m: f64, touch: bool) -> Self {
         let practices = protocol.trials.practice;
         Self {
@@ -35,7 +35,7 @@ impl ParticipantScreen {
         }
     }
 
-    /// Returns what is seen of a view that holds at `audio_s` on the bench's clock.
+    /// Returns the participant's view at `audio_s` on the bench's clock.
     pub fn view(&self, view: &ParticipantView, audio_s: f64) -> tui::ParticipantView {
         use protocols::Instruction as From;
         use tui::Instruction as To;

@@ -1,9 +1,9 @@
-//! S, q0 and η of a participant, from the trials so far.
+//! S, q0 and η of a participant, estimated from the trials so far.
 //!
-//! Each trial that can be fitted as a whole gives the three with their standard errors. A participant's are their means
-//! in logarithms, weighted by precision, with the variance between trials added to each trial's own where the trials
-//! differ by more than their errors allow (`pooling`): trials that agree are weighted by their errors,
-//! trials that do not are weighted alike, and the error of the mean says so.
+//! Each trial that can be fitted as a whole gives the three with their standard errors. The participant's estimates are means
+//! of the logarithms, weighted by precision. Where trials differ by more than their errors allow, the variance between trials
+//! is added to each trial's own (`pooling`): consistent trials are weighted by their errors, inconsistent trials nearly
+//! equally, and the error of the mean includes the scatter.
 
 use contact::AssumedConstants;
 use contact::uncertain::LogUncertain;
@@ -12,9 +12,9 @@ use pooling::Estimate;
 use serde::Serialize;
 use serde_json::Value;
 
-/// Least standard error of a trial's logarithm: what the model leaves out is more than the noise (docs/decisions/0021).
+/// Smallest standard error of a trial's logarithm: model errors exceed the noise (docs/decisions/0021).
 const LEAST_LN_STD: f64 = 0.03;
-/// A trial that leaves one of the three more open than this says nothing of it: an assumed value is as good.
+/// Largest standard error of a logarithm; a trial with a larger one is excluded, as an assumed value is as good.
 const GREATEST_LN_STD: f64 = 0.3;
 
 /// Trials of one participant.
@@ -27,7 +27,7 @@ pub struct ParticipantSkin {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrialSkin([LogUncertain; 3]);
 
-/// Keys of value and standard error of each in a log.
+/// Log keys of the value and the standard error of each.
 const KEYS: [[&str; 2]; 3] = [
     ["contact_area_m2", "contact_area_ln_std"],
     ["q0_rad_per_m", "q0_ln_std"],
@@ -35,7 +35,7 @@ const KEYS: [[&str; 2]; 3] = [
 ];
 
 impl TrialSkin {
-    /// Returns the three if each is known; otherwise which is not.
+    /// Returns the trial's three if each is known well enough; otherwise names the first that is not.
     fn known(found: [LogUncertain; 3]) -> Result<Self, String> {
         let known = |of: &LogUncertain| {
             of.value > 0.0 && of.value.is_finite() && of.ln_std <= GREATEST_LN_STD
@@ -50,7 +50,7 @@ impl TrialSkin {
         }
     }
 
-    /// Returns what a session's log keeps of it.
+    /// Returns the entry for a session's log.
     pub fn record(&self) -> Value {
         let each = KEYS.iter().zip(&self.0);
         let each = each.flat_map(|([value, ln_std], of)| {
@@ -62,7 +62,7 @@ impl TrialSkin {
         Value::Object(each.collect())
     }
 
-    /// Reads what a log kept; `None` if it is none.
+    /// Reads a log entry; `None` if it is not valid.
     pub fn read(kept: &Value) -> Option<Self> {
         let mut found = Vec::with_capacity(KEYS.len());
         for [value, ln_std] in KEYS {
@@ -76,34 +76,34 @@ impl TrialSkin {
     }
 }
 
-/// S, q0 and η that a contact was fitted with.
+/// S, q0 and η used to fit a contact.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SkinUsed {
     /// Apparent contact area S, m².
     pub contact_area_m2: f64,
-    /// Standard error of its logarithm; null where it is assumed.
+    /// Standard error of its logarithm; null for an assumed value.
     pub contact_area_ln_std: Option<f64>,
     /// q0 for the assumed E and ν, rad/m.
     pub q0_rad_per_m: f64,
-    /// Standard error of its logarithm; null where it is assumed.
+    /// Standard error of its logarithm; null for an assumed value.
     pub q0_ln_std: Option<f64>,
     /// Loss factor η.
     pub loss_factor: f64,
-    /// Standard error of its logarithm; null where it is assumed.
+    /// Standard error of its logarithm; null for an assumed value.
     pub loss_factor_ln_std: Option<f64>,
-    /// Trials that they are from; 0 where they are assumed.
+    /// Number of trials behind the values; 0 for assumed values.
     pub trials: usize,
-    /// Why the newest trial is not among them.
+    /// Reason why the newest trial is excluded.
     pub left_out: Option<String>,
 }
 
 impl ParticipantSkin {
-    /// Returns the participant of whom these trials are known.
+    /// Creates a participant with these earlier trials.
     pub fn of_trials(trials: Vec<TrialSkin>) -> Self {
         Self { trials }
     }
 
-    /// Takes a trial's fit if it can be used, and returns what it tells; otherwise returns why not.
+    /// Adds a trial's fit and returns its S, q0 and η, or the reason why the trial is excluded.
     pub fn take(&mut self, shared: &SharedFit) -> Result<TrialSkin, String> {
         if !shared.verdict.is_usable() {
             return Err(shared.verdict.to_string());
@@ -120,7 +120,7 @@ impl ParticipantSkin {
         Ok(found)
     }
 
-    /// Returns what to fit the next contact with: the mean over the trials, or what is `assumed` if there is none.
+    /// Returns the values for the next fit: the mean over the trials, or `assumed` without a trial.
     pub fn used(&self, assumed: &AssumedConstants, left_out: Option<String>) -> SkinUsed {
         if self.trials.is_empty() {
             return SkinUsed {
@@ -150,7 +150,7 @@ impl ParticipantSkin {
 }
 
 impl SkinUsed {
-    /// Returns the assumed constants with these in their place.
+    /// Returns the assumed constants with these values substituted.
     pub fn constants(&self, assumed: &AssumedConstants) -> AssumedConstants {
         AssumedConstants {
             contact_area_m2: self.contact_area_m2,
@@ -194,7 +194,7 @@ impl SkinUsed {
     }
 }
 
-/// Returns the mean in logarithms over at least one trial.
+/// Returns the mean of the logarithms over at least one trial.
 fn mean(trials: impl Iterator<Item = LogUncertain>) -> LogUncertain {
     let each = trials.filter_map(|of| Estimate::new(of.value.ln(), of.ln_std.max(LEAST_LN_STD)));
     let pooled = pooling::mean(&each.collect::<Vec<_>>());
@@ -245,7 +245,7 @@ mod tests {
     fn trials_that_agree_are_weighted_by_their_errors() {
         let (one, std) = area_of(&[(200e-6, 0.1)]);
         assert!((one - 200e-6).abs() < 1e-12 && (std - 0.1).abs() < 1e-12);
-        // 1/0.05² against 1/0.1²: four fifths of the way to the first.
+        // Weights 1/0.05² and 1/0.1²: the mean is at four fifths of the way to the first.
         let (mean, std) = area_of(&[(200e-6, 0.05), (210e-6, 0.1)]);
         let expected = (200e-6_f64.ln() * 0.8 + 210e-6_f64.ln() * 0.2).exp();
         assert!((mean / expected - 1.0).abs() < 1e-9, "{mean}");
@@ -256,9 +256,9 @@ mod tests {
     fn trials_that_differ_are_weighted_alike_and_the_error_says_so() {
         let (mean, std) = area_of(&[(100e-6, 0.03), (400e-6, 0.06)]);
         assert!((mean / 200e-6 - 1.0).abs() < 0.01, "{mean}");
-        // Half of ln 4 between two.
+        // Half of ln 4 for two trials.
         assert!((std / (2.0_f64.ln()) - 1.0).abs() < 0.05, "{std}");
-        // No error is so small that a single trial decides.
+        // The smallest error is bounded, so that one trial cannot decide alone.
         let (mean, _) = area_of(&[(200e-6, 1e-9), (206e-6, 0.03)]);
         assert!(
             (mean / (200e-6 * 206e-6_f64).sqrt() - 1.0).abs() < 1e-6,

@@ -1,4 +1,4 @@
-//! The trials of a session's earlier parts, as its log keeps them.
+//! Trials of a session's earlier parts, read from its log.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use tui::event::{FitView, TrialVerdict, ValueAndStd};
 
 use crate::screen_words;
 
-/// Returns the verdicts on the attempts of `records`, and what their fits gave by the log's `documents`.
+/// Returns the verdicts on the attempts of `records`, and the fits among the log's `documents`.
 pub fn past_trials(
     records: &[TrialRecord],
     documents: &[Document],
@@ -20,7 +20,7 @@ pub fn past_trials(
     let verdicts = records
         .iter()
         .map(|record| tui::Event::Verdict(settled(record, protocol)));
-    // A fit names its trial alone; it is of the attempt that began last.
+    // A fit names only its trial; it belongs to the attempt that began last.
     let mut begun: BTreeMap<String, TrialKey> = BTreeMap::new();
     let mut fits = Vec::new();
     for event in documents.iter().filter_map(|document| match document {
@@ -37,7 +37,7 @@ pub fn past_trials(
     verdicts.chain(fits).collect()
 }
 
-/// Returns how a fit names the trial of `key`.
+/// Returns the name by which a fit refers to the trial of `key`.
 fn label(key: &TrialKey, practice: u32) -> String {
     let number = TrialLabel::new(key, practice).number;
     let sort = if key.practice { "practice" } else { "trial" };
@@ -74,7 +74,7 @@ fn fit(event: &LogEvent, key: &TrialKey, practice: u32) -> FitView {
     }
 }
 
-/// Returns the judgement of an attempt as it was settled.
+/// Returns the verdict on an attempt as it was settled.
 pub fn settled(record: &TrialRecord, protocol: &Protocol) -> TrialVerdict {
     let (reasons, settled, accepted) = match &record.outcome {
         TrialOutcome::Accepted => (&[][..], None, true),
@@ -144,7 +144,8 @@ mod tests {
         event(&serde_json::to_value(began).unwrap())
     }
 
-    /// A fit comes after its attempt, and before or after the next one of the same trial has begun: it is of the last that has.
+    /// A fit follows its attempt, before or after the next attempt at the same trial begins; it belongs to the last one that
+    /// has begun.
     #[test]
     fn a_fit_is_of_the_attempt_that_began_before_it() {
         let fit = |of: &str, sigma_t_m: f64| {

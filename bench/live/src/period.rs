@@ -1,4 +1,4 @@
-//! The impedance over the last period of the modulation.
+//! Impedance over the last period of the modulation.
 
 use std::collections::VecDeque;
 
@@ -7,11 +7,11 @@ use tui::event::PeriodTrace;
 
 use crate::screen_words::impedance;
 
-/// Most points of a trace.
+/// Largest number of points of a trace.
 const POINTS: usize = 120;
-/// Period where the modulation is not known: the published 6 Hz (Huloux 2021, section IV), s.
+/// Period for an unknown modulation, s: the published 6 Hz (Huloux 2021, section IV).
 const PUBLISHED_S: f64 = 1.0 / 6.0;
-/// Longest period that is kept, s.
+/// Longest period kept, s.
 const LONGEST_S: f64 = 2.0;
 
 /// Keeps the frames of the last period.
@@ -31,7 +31,7 @@ impl Default for LastPeriod {
 }
 
 impl LastPeriod {
-    /// Expects a drive that is modulated at this frequency, Hz; the published one for a drive that is not.
+    /// Sets the frequency of the drive's modulation, Hz; without modulation, the published frequency is used.
     pub(crate) fn modulate(&mut self, modulation_hz: f64) {
         self.period_s = if modulation_hz > 0.0 {
             (1.0 / modulation_hz).min(LONGEST_S)
@@ -52,7 +52,7 @@ impl LastPeriod {
         }
     }
 
-    /// Returns its trace; `None` before the first frame.
+    /// Returns the period's trace; `None` before the first frame.
     pub(crate) fn trace(&self) -> Option<PeriodTrace> {
         let (first, last) = self.frames.front().zip(self.frames.back())?;
         let step = self.frames.len().div_ceil(POINTS);

@@ -1,32 +1,32 @@
-//! How the participant says "ready": by a button, or on a bench without one by resting the finger on the plate.
+//! Participant's "ready" signal: a button, or on a bench without one a finger resting on the plate.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use protocols::{Instruction, ParticipantView};
 
-/// A finger that rests this long on the plate is ready, s.
+/// Time for which a resting finger means "ready", s.
 const REST_S: f64 = 1.0;
 
-/// The participant's way to go on.
+/// Participant's means to signal "ready".
 #[derive(Debug)]
 pub enum Readiness {
     /// A button, raised at each press.
     Button(Arc<AtomicBool>),
-    /// No button.
+    /// A finger resting on the plate, on a bench without a button.
     Touch {
-        /// Since when the participant has been ready, s.
+        /// Start of the present rest, s.
         since_s: Option<f64>,
     },
 }
 
 impl Readiness {
-    /// By the button if there is one.
+    /// Uses the button if present.
     pub fn new(button: Option<Arc<AtomicBool>>) -> Self {
         button.map_or(Self::Touch { since_s: None }, Self::Button)
     }
 
-    /// True once each time the participant says so. `view` is what the participant sees at `t_s`.
+    /// Returns true once per "ready" signal. `view` is the participant's view at `t_s`.
     pub fn said(
         &mut self,
         t_s: f64,

@@ -1,7 +1,7 @@
-//! The participant's contact fitted anew after each trial, on a task of its own: the session does not wait for it.
+//! Refit of the participant's contact after each trial, in a separate task so that the session need not wait.
 //!
-//! S, q0 and η come from the trials so far, each fitted as a whole; with them the newest trial's instances are fitted
-//! one by one. As long as no trial could be fitted as a whole the three are assumed.
+//! S, q0 and η come from the trials so far, each fitted as a whole; with them the newest trial's instances are fitted one by
+//! one. The three are assumed until a trial could be fitted as a whole.
 
 use std::time::Duration;
 
@@ -15,20 +15,20 @@ use crate::contact_curves::contact_curves;
 use crate::fit_report::FitReport;
 use crate::participant_skin::ParticipantSkin;
 
-/// Fits what it is asked to, one request after the other.
+/// Serves fit requests in order.
 pub struct Refit {
     requests: Receiver<FitRequest>,
     reports: Sender<FitReport>,
     assumed: AssumedConstants,
     profile: AmplitudeProfile,
     skin: ParticipantSkin,
-    /// Whether all requests are of one trial, each of more of it or of all of it again.
+    /// Whether all requests concern one trial: more of it, or all of it again.
     of_one_trial: bool,
 }
 
 impl Refit {
-    /// The task for a plate whose amplitude along its length is `profile`, and a participant of whom `skin` is known
-    /// from trials before, with the way to ask it and to hear from it.
+    /// Creates the task, with channels for requests and reports, for a plate with the amplitude `profile` along its length and
+    /// a participant with the estimates `skin` of earlier trials.
     pub fn new(
         assumed: AssumedConstants,
         profile: AmplitudeProfile,
@@ -47,8 +47,8 @@ impl Refit {
         (ask, answers, task)
     }
 
-    /// Expects requests of one trial only, as a replay's: the newest one tells all that is known of the skin. A trial that
-    /// is read twice is not two.
+    /// Expects requests for one trial only, as in a replay: each request replaces all estimates of the skin, so that a trial
+    /// that is read twice counts once.
     #[must_use]
     pub fn of_one_trial(self) -> Self {
         Self {
@@ -70,7 +70,7 @@ impl Task for Refit {
     fn poll(&mut self, _now_ns: u64) -> anyhow::Result<()> {
         while let Ok(request) = self.requests.try_recv() {
             let report = self.fit(&request);
-            // Whoever asked is gone only when the bench stops.
+            // The receiver is gone only when the bench stops.
             let _ = self.reports.send(report);
         }
         Ok(())
@@ -114,7 +114,7 @@ impl Refit {
         let (Err(why), 1..) = (&fit, skin.trials) else {
             return report(skin, fit);
         };
-        // Better a contact of an assumed skin than none.
+        // A contact fitted with an assumed skin is better than no contact.
         let because = format!("with those of the trials so far: {why}");
         let skin = ParticipantSkin::default().used(&self.assumed, Some(because));
         let fit = cut.contact(skin.constants(&self.assumed));
@@ -183,7 +183,7 @@ mod tests {
         );
     }
 
-    /// A collaborator that is asked about one trial again and again counts nothing of what it was asked before.
+    /// Repeated requests for one trial discard the estimates from earlier requests.
     #[test]
     fn requests_of_one_trial_are_of_one_trial() {
         let trial = crate::participant_skin::TrialSkin::read(&serde_json::json!({

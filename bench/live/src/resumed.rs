@@ -1,4 +1,4 @@
-//! What the log of a session that is gone on with tells of the participant's skin and of the carrier.
+//! Estimates of the participant's skin and the carrier, read from the log of a resumed session.
 
 use contact::uncertain::Uncertain;
 use recording::study::event_log::{Document, LogEvent};
@@ -10,19 +10,19 @@ use crate::participant_skin::{ParticipantSkin, TrialSkin};
 /// State of the live side at the end of a session's earlier part.
 #[derive(Debug, Default)]
 pub struct Resumed {
-    /// S, q0 and η of the trials before.
+    /// S, q0 and η of the earlier trials.
     pub skin: ParticipantSkin,
-    /// The carrier that was decided for, if it is not the calibrated one.
+    /// Carrier chosen earlier, if it differs from the calibrated one.
     pub carrier: Option<DecidedCarrier>,
 }
 
 impl Resumed {
-    /// Reads what the documents of a log tell; nothing of a session that begins.
+    /// Reads the documents of a log; empty for a new session.
     pub fn of(documents: &[Document]) -> Self {
         let mut trials = Vec::new();
         let mut pooled = None;
         let mut carrier = None;
-        // The calibrated resonance of the part, and whether its carrier was changed.
+        // Calibrated resonance of the part, and whether its carrier was changed.
         let (mut calibrated_hz, mut changed) = (None, false);
         for document in documents {
             match document {
@@ -41,14 +41,14 @@ impl Resumed {
                         carrier = calibrated_hz.and_then(|hz| decided(event, hz));
                         changed = true;
                     }
-                    // A part of an earlier version, which went back to the calibrated resonance.
+                    // A part recorded by an earlier version, which returned to the calibrated resonance.
                     "trial_began" if !changed => carrier = None,
                     _ => {}
                 },
                 _ => {}
             }
         }
-        // Earlier versions kept their mean alone.
+        // Earlier versions recorded only their mean.
         if trials.is_empty() {
             trials.extend(pooled);
         }
@@ -150,7 +150,7 @@ mod tests {
             (area_m2 / (200e-6 * 220e-6_f64).sqrt() - 1.0).abs() < 1e-9,
             "{area_m2}"
         );
-        // What nobody can have measured is passed over.
+        // Impossible values are skipped.
         for wrong in [skin(-1.0, 0.1), skin(2e-4, 5.0), json!({}), json!("?")] {
             assert_eq!(area_of(&[fit(wrong), fit(skin(220e-6, 0.1))]).0, 1);
         }
@@ -181,12 +181,12 @@ mod tests {
         assert_eq!(to_hz(&one), Some((35e3, 34_996.0)));
         let two = [&one[..], &[began(), second.clone()]].concat();
         assert_eq!(to_hz(&two), Some((35e3, 34_991.0)));
-        // Killed before anything was driven, and gone on with twice.
+        // The session was killed before any drive, and resumed twice.
         let again = [&one[..], &[start(35e3)], &[start(35e3)]].concat();
         assert_eq!(to_hz(&again), Some((35e3, 34_996.0)));
         let back = [&again[..], &[began()]].concat();
         assert_eq!(to_hz(&back), None);
-        // Without a start, or with one that does not say, nobody knows what it was changed from.
+        // Without a valid start document, the previous carrier is unknown.
         assert_eq!(to_hz(&[first]), None);
         let half = event(&json!({ "event": "carrier_changed", "to_hz": "high" }));
         assert_eq!(to_hz(&[start(35e3), half]), None);

@@ -1,4 +1,4 @@
-//! The protocol's words in the screen's words. Neither crate knows the other.
+//! Translation of the protocol's types into the screen's, so that neither crate depends on the other.
 
 use impedance::{Mask, ZmFrame};
 use num_complex::Complex64;
@@ -12,7 +12,7 @@ use analysis::live_contact::{LiveContact, NoReading};
 use contact::live_estimator::Uncertain;
 use recording::study::TrialLabel;
 
-/// The kind of phase that the operator sees.
+/// Returns the kind of phase for the operator's screen.
 pub fn phase_kind(phase: Phase) -> PhaseKind {
     match phase {
         Phase::Consent => PhaseKind::Consent,
@@ -29,7 +29,7 @@ pub fn phase_kind(phase: Phase) -> PhaseKind {
     }
 }
 
-/// What the participant must do with the dead-man switch.
+/// Returns the participant's instruction for the dead-man switch.
 pub fn hold(hold: safety::Hold) -> protocols::Hold {
     match hold {
         safety::Hold::Release => protocols::Hold::Release,
@@ -38,7 +38,7 @@ pub fn hold(hold: safety::Hold) -> protocols::Hold {
     }
 }
 
-/// The line that tells the operator of an event, if it needs one.
+/// Returns the operator's message for an event; `None` if it needs none.
 pub fn notice(event: &SessionEventKind) -> Option<(LogLevel, String)> {
     Some(match event {
         SessionEventKind::CommandRefused { because, .. } => {
@@ -75,14 +75,14 @@ pub fn notice(event: &SessionEventKind) -> Option<(LogLevel, String)> {
     })
 }
 
-/// Says that a recorder lags too far behind for a trial to begin.
+/// Returns the message that a recorder lags too far behind for a trial to begin.
 pub fn recorder_behind(lag_s: f64) -> String {
     format!(
         "the recorder is {lag_s:.1} s behind: no trial begins before it has caught up; look at the study's disk"
     )
 }
 
-/// What the operator should know or do in a phase.
+/// Returns the operator's advice for a phase.
 pub fn advice(phase: Phase) -> Option<&'static str> {
     Some(match phase {
         Phase::Consent => "consent is not recorded: c",
@@ -97,7 +97,7 @@ pub fn advice(phase: Phase) -> Option<&'static str> {
     })
 }
 
-/// Where the session stands.
+/// Returns the present phase of the session.
 pub fn phase(session: &protocols::Session, view: &ParticipantView) -> tui::event::PhaseView {
     let protocol = session.protocol();
     let mut shown = tui::event::PhaseView::new(phase_kind(session.phase()));
@@ -129,7 +129,7 @@ pub fn phase(session: &protocols::Session, view: &ParticipantView) -> tui::event
     shown
 }
 
-/// Seconds as they are counted down.
+/// Returns seconds of a countdown, rounded up.
 pub(crate) fn whole_seconds(seconds: f64) -> u32 {
     seconds.max(0.0).ceil() as u32
 }
@@ -141,7 +141,7 @@ pub(crate) fn impedance(z: Complex64) -> Option<ComplexImpedance> {
     })
 }
 
-/// The gravest reason why a frame is masked.
+/// Returns the most serious reason why a frame is masked.
 fn masked(mask: Mask) -> Option<Masked> {
     [
         (Mask::LOST_SAMPLES, Masked::Lost),
@@ -152,7 +152,7 @@ fn masked(mask: Mask) -> Option<Masked> {
     .find_map(|(flag, why)| mask.contains(flag).then_some(why))
 }
 
-/// An impedance frame as live values; the rest is the caller's.
+/// Returns live values with the fields of an impedance frame; the caller fills in the others.
 pub fn live(frame: &ZmFrame) -> Live {
     Live {
         t_s: frame.time_s,
@@ -169,7 +169,7 @@ pub fn live(frame: &ZmFrame) -> Live {
     }
 }
 
-/// Returns `live` with gap, friction and self-sensed force as the contact was last read, and the plate's drift.
+/// Returns `live` with gap, friction and self-sensed force from the last reading of the contact, and the plate's drift.
 pub fn with_contact(live: Live, contact: &LiveContact) -> Live {
     let estimate = |uncertain: Uncertain| ValueAndStd {
         value: uncertain.value,
@@ -195,19 +195,19 @@ pub fn with_contact(live: Live, contact: &LiveContact) -> Live {
     }
 }
 
-/// The drift of the plate's resonance, with its sign.
+/// Formats the drift of the plate's resonance with its sign.
 pub fn drift(drift_hz: Option<Uncertain>) -> String {
     drift_hz.map_or_else(
         || "unknown".to_owned(),
         |Uncertain { value, std }| {
-            // No minus before a zero.
+            // Adding zero turns a negative zero positive.
             let value = (value * 10.0).round() / 10.0 + 0.0;
             format!("{value:+.1} ± {std:.1} Hz")
         },
     )
 }
 
-/// The judgement of a trial.
+/// Returns the verdict on a trial.
 pub fn verdict(
     key: &TrialKey,
     protocol: &Protocol,
@@ -221,7 +221,7 @@ pub fn verdict(
     judged(key, protocol, reasons, analysis)
 }
 
-/// The judgement of a trial that is rejected for `reasons`, and accepted without any.
+/// Returns the verdict on a trial: accepted if `reasons` is empty, otherwise rejected.
 pub fn judged(
     key: &TrialKey,
     protocol: &Protocol,
@@ -251,7 +251,7 @@ pub fn judged(
     }
 }
 
-/// Returns words on an attempt whose verdict the operator overruled; `None` of any other.
+/// Returns a text on an attempt with a verdict that the operator overruled; `None` for other attempts.
 pub fn overruled(record: &TrialRecord, protocol: &Protocol) -> Option<String> {
     let sort = if record.key.practice {
         "practice"

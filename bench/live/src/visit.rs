@@ -1,18 +1,18 @@
-//! A finger that comes and goes while somebody monitors: what those are shown who stand in a participant's place.
+//! Schedule of a finger that touches the plate now and then while `monitor` runs, shown on the participant's screen.
 
 use tui::{Instruction, ParticipantView};
 
-/// Time from one visit to the next, s.
+/// Time between two visits, s.
 const EVERY_S: f64 = 14.0;
-/// When in it the finger is placed, and when it slides, s.
+/// Times within a visit at which the finger is placed and begins to slide, s.
 const PLACED_S: f64 = 4.0;
 const SLIDES_S: f64 = 6.0;
 /// Speed of the slider, m/s, as published (Huloux 2021, section IV).
 const SPEED_M_PER_S: f64 = 0.05;
-/// Normal force to keep, N, as published there.
+/// Normal force to keep, N (same source).
 const FORCE_N: (f64, f64) = (0.5, 0.8);
 
-/// Returns what is shown at `now_s` to whoever follows a slider on a plate of `plate_m`: there and back, then away.
+/// Returns the view at `now_s` for following a slider on a plate of `plate_m`: there and back, then off the plate.
 pub fn visit(now_s: f64, plate_m: f64) -> ParticipantView {
     let since_s = now_s.rem_euclid(EVERY_S);
     let (from_m, to_m) = (0.1 * plate_m, 0.9 * plate_m);

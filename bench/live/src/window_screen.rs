@@ -1,13 +1,13 @@
-//! The participant's view in the window's words. Neither knows the other.
+//! Translation of the participant's view into the window's types, so that neither crate depends on the other.
 
 use participant_window::message::{Feedback, Shown, Track};
 use participant_window::motion::Motion;
 use tui::{Instruction, ParticipantView};
 
-/// A time that moved by less than this has not moved: it was computed anew, s.
+/// Smallest change of a time that is shown, s; smaller changes come from its recomputation.
 const SAME_S: f64 = 1e-3;
 
-/// Returns what the window shows of a view, where it showed `before`.
+/// Returns the window's content for a view; `before` is the content shown until now.
 pub fn shown(view: &ParticipantView, before: Option<&Shown>) -> Shown {
     let (title, then) = view.sentences();
     let texts = &view.texts;
@@ -52,7 +52,7 @@ pub fn shown(view: &ParticipantView, before: Option<&Shown>) -> Shown {
     shown
 }
 
-/// Returns the time before, if it is the same but for how it was computed.
+/// Returns the earlier time if both differ only by recomputation, otherwise the new one.
 fn steady(before_s: Option<f64>, now_s: Option<f64>) -> Option<f64> {
     match (before_s, now_s) {
         (Some(before_s), Some(now_s)) if (before_s - now_s).abs() < SAME_S => Some(before_s),

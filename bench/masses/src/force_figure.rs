@@ -4,7 +4,7 @@ use calibration::calibration_figures::{figure, zero_line};
 use figures::{Axis, Dash, Figure, Ink, Marker, Panel, Series};
 use metrology::crosstalk::{Crosstalk, Loading};
 
-/// Returns the plot of the force sensor's readings under known forces, on the loaded axis and on the other, with the
+/// Returns the plot of the force sensor's readings under known forces, on the loaded axis and on the other one, with the
 /// residuals of the matrix.
 pub(crate) fn force_figure(
     loadings: &[Loading],

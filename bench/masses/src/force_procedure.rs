@@ -1,6 +1,5 @@
-//! The steps of `calibrate force`: each mass is requested, read at rest and checked for plausibility. Where an operator
-//! is there, a mass that was not placed, still swings or is another one is requested again; crossed wires end the
-//! measurement.
+//! Steps of `calibrate force`: each mass is requested, read at rest and checked for plausibility. If an operator is present, a
+//! missing, swinging or wrong mass is requested again; crossed wires end the measurement.
 
 use anyhow::bail;
 use metrology::crosstalk::{Crosstalk, Loading};
@@ -16,15 +15,15 @@ use config::Correction;
 use safety::SENSITIVITY;
 use sources::channels::Fading;
 
-/// Number of windows without rest after which waiting for rest ends.
+/// Number of windows without rest after which the wait ends.
 const MOST_WINDOWS: usize = 20;
-/// Least change of the reading under a mass, as a share of its weight.
+/// Least change of the reading under a mass, relative to its weight.
 const LEAST_CHANGE: f64 = 0.1;
 /// Least change of the reading under a mass, in standard errors.
 const LEAST_SIGMAS: f64 = 5.0;
-/// Share of a lighter mass' reading per newton below which a heavier mass has met the end of the range.
+/// Reading per newton, relative to that of a lighter mass, below which a heavier mass has reached the end of the range.
 const STRAIGHT: f64 = 0.8;
-/// Share of its weight below which a mass has been removed.
+/// Fraction of its weight below which a mass counts as removed.
 const LEFT_BEHIND: f64 = 0.3;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +39,7 @@ enum ForceStage {
     Reviewing,
 }
 
-/// Why a reading is rejected.
+/// Reason for rejecting a reading.
 enum Refusal {
     /// The operator can correct it: the request is repeated.
     Slip(String),
@@ -56,38 +55,38 @@ impl Refusal {
     }
 }
 
-/// The procedure of `calibrate force`.
+/// Procedure of `calibrate force`.
 pub struct ForceProcedure {
     pub(super) setup: ForceSetup,
-    /// Whether an operator can be asked again.
+    /// Whether an operator can repeat a step.
     attended: bool,
     stage: ForceStage,
-    /// Why a request is repeated.
+    /// Reason for repeating a request.
     note: Option<String>,
     /// Number of windows of this stage so far.
     windows: usize,
-    /// Windows at rest that the first zero is averaged over.
+    /// Windows at rest to average for the first zero.
     taring: Vec<Plateau>,
-    /// Readings under the present load, where a capacitor could be in its way.
+    /// Readings under the present load, to detect a capacitor in the signal path.
     fading: Option<Fading>,
-    /// Readings without load, in order of time.
+    /// Readings without load, in time order.
     pub(super) zeros: Vec<Plateau>,
     /// Reading under each mass; `None` until it is read.
     pub(super) loads: Vec<Option<Plateau>>,
 }
 
-/// The zero at the time of a reading, interpolated.
+/// Interpolated zero at the time of a reading.
 struct Zero {
     mean: [f64; 2],
-    /// Standard error by those of the zeros before and after, N.
+    /// Standard error from those of the zeros before and after, N.
     error: [f64; 2],
-    /// Variance of a random walk about the straight line between the two, over its variance per second (Brownian
-    /// bridge), s.
+    /// Variance of a random walk about the straight line between the two zeros, over its variance per second (Brownian bridge),
+    /// s.
     bridge_s: f64,
 }
 
 impl ForceProcedure {
-    /// Makes a procedure that has not begun; `attended` when an operator can be asked again.
+    /// Creates a procedure that has not begun; `attended` if an operator can repeat a step.
     #[must_use]
     pub fn new(setup: ForceSetup, attended: bool) -> Self {
         Self {
@@ -125,7 +124,7 @@ impl ForceProcedure {
         self.ask(ForceStage::Naming(axis), Request::NameMass { axis })
     }
 
-    /// Handles an answer about the masses at hand for `axis`.
+    /// Handles an answer that lists the masses available for `axis`.
     fn named(&mut self, axis: ForceAxis, answer: Answer) -> NextStep {
         match answer {
             Answer::Number(mass_kg) => {
@@ -178,7 +177,7 @@ impl ForceProcedure {
         }
     }
 
-    /// Repeats the request of the present reading where an operator is there; ends the measurement otherwise.
+    /// Repeats the request of the present reading if an operator is present; otherwise ends the measurement.
     fn again(&mut self, refusal: Refusal) -> anyhow::Result<NextStep> {
         let why = match refusal {
             Refusal::Slip(why) if self.attended => why,
@@ -192,7 +191,7 @@ impl ForceProcedure {
         })
     }
 
-    /// Requests mass `i`, or the review after the last.
+    /// Requests mass `i`, or the review after the last mass.
     fn load(&mut self, i: usize) -> NextStep {
         match self.setup.masses.get(i) {
             Some(&Mass { axis, mass_kg, .. }) => {
@@ -203,7 +202,7 @@ impl ForceProcedure {
         }
     }
 
-    /// Returns the index of the first mass that has not been read; the number of masses when all have been.
+    /// Returns the index of the first mass not yet read, or the number of masses if all have been.
     fn missing(&self) -> usize {
         let missing = self.loads.iter().position(Option::is_none);
         missing.unwrap_or(self.loads.len())
@@ -335,7 +334,7 @@ impl ForceProcedure {
         Ok(())
     }
 
-    /// Returns why the reading under the present load fades away, if it does.
+    /// Returns the reason why the reading under the present load decays, if it does.
     fn coupled(&self) -> Option<String> {
         let (Some(fading), ForceStage::Resting(i)) = (&self.fading, self.stage) else {
             return None;
@@ -350,7 +349,7 @@ impl ForceProcedure {
         ))
     }
 
-    /// Returns the reading per newton of the lightest mass on `axis` below `than_kg`; `None` when there is none.
+    /// Returns the reading per newton of the lightest mass on `axis` below `than_kg`; `None` if no such mass was read.
     fn gains(&self, axis: ForceAxis, than_kg: f64) -> Option<f64> {
         let masses = self.setup.masses.iter().zip(&self.loads);
         masses
@@ -379,7 +378,7 @@ impl ForceProcedure {
         Ok(())
     }
 
-    /// Returns the zero at a time, interpolated between those measured before and after.
+    /// Returns the zero at a time, interpolated between the zeros measured before and after.
     fn zero_at(&self, at_s: f64) -> Option<Zero> {
         let after = self.zeros.partition_point(|zero| zero.at_s <= at_s);
         let before = self.zeros.get(after.checked_sub(1)?)?;
@@ -399,8 +398,8 @@ impl ForceProcedure {
         })
     }
 
-    /// Returns the variance per second with which the zero wanders about its steady drift, as a random walk, N²/s: from
-    /// the steps between zeros, less their noise.
+    /// Returns the variance per second of the zero's random walk about its steady drift, N²/s: from the steps between zeros,
+    /// less their noise.
     fn wander_n2_per_s(&self, axis: usize) -> f64 {
         let [first, .., last] = &self.zeros[..] else {
             return 0.0;
@@ -423,7 +422,7 @@ impl ForceProcedure {
         }
     }
 
-    /// Returns every mass that has been read, as input of the fit.
+    /// Returns all masses read so far, as input of the fit.
     pub(super) fn loadings(&self) -> Vec<Loading> {
         let wander = [0, 1].map(|axis| self.wander_n2_per_s(axis));
         let masses = self.setup.masses.iter().zip(&self.loads);
@@ -534,7 +533,7 @@ impl Procedure for ForceProcedure {
                 Ok(self.named(axis, answer))
             }
             (StepOutcome::Answered(..), ForceStage::Clearing) => {
-                // Windows before it are of another clearing.
+                // Earlier windows belong to another unloading.
                 self.taring.clear();
                 Ok(self.listen(ForceStage::Taring))
             }

@@ -1,4 +1,4 @@
-//! What a calibration of the force sensor takes from the bench and the operator, checked before anything is opened.
+//! Setup of a force calibration, checked before any device is opened.
 
 use anyhow::{Context, anyhow, bail};
 
@@ -7,15 +7,15 @@ use crate::mass::{Accuracy, Mass};
 use calibration::operator::{ForceAxis, GRAM_KG, GRAVITY_M_PER_S2, grams};
 use config::{Config, GRAVITY};
 
-/// Relative standard error of standard gravity at an unknown place: 9.780 to 9.832 m/s² from equator to pole, evenly.
+/// Relative standard error of standard gravity at an unknown place: uniform between 9.780 m/s² (equator) and 9.832 m/s² (pole).
 pub(super) const UNKNOWN_GRAVITY: f64 = 1.5e-3;
-/// Fewest masses on either axis: one that determines its gain and one that tests its linearity.
+/// Fewest masses per axis: one determines the gain, another tests the linearity.
 const LEAST_MASSES: usize = 2;
 
-/// What a calibration of the force sensor takes from the bench and the operator.
+/// Setup of a force calibration.
 #[derive(Debug, Clone)]
 pub struct ForceSetup {
-    /// Known masses; empty where the operator will name them.
+    /// Known masses; empty if the operator will list them.
     pub(super) masses: Vec<Mass>,
     pub(super) accuracy: Accuracy,
     pub(super) gravity_m_per_s2: f64,
@@ -23,17 +23,16 @@ pub struct ForceSetup {
     pub(super) sensor: String,
     /// Whether the gauges are on inputs of the card, which may be AC-coupled.
     pub(super) on_inputs: bool,
-    /// Calibration that a new tare is written into; `None` measures everything.
+    /// Calibration to update with a new tare; `None` measures everything.
     pub(super) kept: Option<config::MeasuredForce>,
     pub(super) config: Config,
 }
 
 impl ForceSetup {
-    /// Plans a whole calibration with these masses on the bench of `config`, whose gravity `gravity_m_per_s2`
-    /// overrides.
+    /// Plans a full calibration with these masses on the bench of `config`; `gravity_m_per_s2` overrides its gravity.
     ///
     /// # Errors
-    /// When `config` has no sensor, masses are missing or too heavy, or a number is out of its range.
+    /// If `config` has no sensor, masses are missing or too heavy, or a number is out of range.
     pub fn new(
         config: &Config,
         masses: Vec<Mass>,
@@ -52,10 +51,10 @@ impl ForceSetup {
         Ok(Self { masses, ..setup })
     }
 
-    /// Plans a whole calibration whose masses the operator will name.
+    /// Plans a full calibration; the operator will list the masses.
     ///
     /// # Errors
-    /// When `config` has no sensor, or a number is out of its range.
+    /// If `config` has no sensor, or a number is out of range.
     pub fn to_be_named(
         config: &Config,
         accuracy: Accuracy,
@@ -93,7 +92,7 @@ impl ForceSetup {
     /// Plans a new tare for `kept`.
     ///
     /// # Errors
-    /// When `config` has no sensor.
+    /// If `config` has no sensor.
     pub fn retare(config: &Config, kept: config::MeasuredForce) -> anyhow::Result<Self> {
         Ok(Self {
             kept: Some(kept),
@@ -151,7 +150,7 @@ impl ForceSetup {
     }
 }
 
-/// Requires that there are enough masses on `axis`.
+/// Requires enough masses on `axis`.
 pub(super) fn require_enough(masses: &[Mass], axis: ForceAxis) -> anyhow::Result<()> {
     let count = masses.iter().filter(|mass| mass.axis == axis).count();
     if count < LEAST_MASSES {

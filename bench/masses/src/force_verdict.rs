@@ -14,7 +14,7 @@ use calibration::judged::{Calibrates, Judged, Part};
 use calibration::operator::grams;
 use config::{Provenance, Quantity};
 
-/// Drift of one axis' zero, by a line through the zeros in time.
+/// Drift of an axis' zero, from a line through the zeros in time.
 struct Drift {
     n_per_min: Quantity,
     return_n: f64,
@@ -47,7 +47,7 @@ impl ForceProcedure {
         })
     }
 
-    /// Returns the axis' last reading without load, N; its error holds the scatter of the zeros about their drift.
+    /// Returns the axis' last reading without load, N; its error includes the scatter of the zeros about their drift.
     fn tare(&self, axis: usize) -> anyhow::Result<Quantity> {
         let last = self.zeros.last().context("no zero was read")?;
         let (wander, freedom) = if self.zeros.len() >= 3 {
@@ -255,7 +255,7 @@ impl Calibrates for ForceProcedure {
         let loadings = self.loadings();
         let fit = Crosstalk::fit(&loadings)?;
         let n = fit.degrees_of_freedom;
-        // A wrong pull behind the pulley counts as lateral force: it scales that row of the matrix.
+        // An error of the pull behind the pulley acts as an error of the lateral force: it scales that row of the matrix.
         let of_known = |row: usize| {
             let pulley = if row == 1 { setup.accuracy.pulley } else { 0.0 };
             setup

@@ -1,7 +1,7 @@
-//! `calibrate force`: the force sensor's zero, then known masses on each axis, each between two zeros.
+//! `calibrate force`: measures the zero of the force sensor, then known masses on each axis, each between two zeros.
 //!
-//! reading = tare + A · force + drift. The drift is interpolated between the zeros before and after each mass, A is
-//! fitted ([`metrology::crosstalk`]), and M = A⁻¹ is kept. The plate stays silent throughout.
+//! reading = tare + A · force + drift. The drift is interpolated between the zeros before and after each mass, A is fitted
+//! ([`metrology::crosstalk`]), and M = A⁻¹ is stored. The plate stays silent throughout.
 
 mod common;
 mod force_figure;

@@ -5,14 +5,14 @@ use std::path::Path;
 use calibration::operator::{ForceAxis, GRAM_KG};
 use calibration::typed_table;
 
-/// A known mass and the axis that it loads.
+/// Known mass and the axis that it loads.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mass {
     /// Axis that it loads.
     pub axis: ForceAxis,
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Standard deviation, kg, without the part that all masses have in common.
+    /// Standard deviation, kg, without the part common to all masses.
     pub sigma_kg: f64,
 }
 
@@ -29,10 +29,10 @@ pub fn from_g(axis: ForceAxis, masses_g: &[f64]) -> Vec<Mass> {
         .collect()
 }
 
-/// Reads a table with the columns `axis,mass_g` and, if wanted, `sigma_g`.
+/// Reads a table with the columns `axis,mass_g` and, optionally, `sigma_g`.
 ///
 /// # Errors
-/// When it cannot be read, a column is missing or an axis is neither `normal` nor `lateral`.
+/// If it cannot be read, a column is missing or an axis is neither `normal` nor `lateral`.
 pub fn read_table(path: &Path) -> anyhow::Result<Vec<Mass>> {
     #[derive(serde::Deserialize)]
     #[serde(rename_all = "lowercase")]
@@ -65,9 +65,9 @@ pub fn read_table(path: &Path) -> anyhow::Result<Vec<Mass>> {
 /// Relative standard uncertainties of the known forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accuracy {
-    /// Uncertainty that all masses have in common: of the balance, or the class of the set.
+    /// Part common to all masses: of the balance, or the class of the set.
     pub masses: f64,
-    /// Uncertainty of the pull behind the pulley.
+    /// Part of the pull behind the pulley.
     pub pulley: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Force readings at rest: whether they rest, and their means.
+//! Force readings at rest: test for rest, and means.
 
 use anyhow::bail;
 
@@ -6,12 +6,12 @@ use calibration::capture::Capture;
 
 /// Length of one window, s.
 pub const WINDOW_S: f64 = 1.0;
-/// Number of pieces of a window: a tenth of a second each, whole periods of the mains at 50 and at 60 Hz.
+/// Number of pieces of a window: 0.1 s each, whole periods of the mains at 50 and at 60 Hz.
 const PIECES: usize = 10;
 /// Fewest readings in a piece.
 const LEAST_IN_PIECE: usize = 10;
-/// Ratio of the scatter of the pieces' means to their standard error that white noise exceeds in one of a thousand
-/// windows (χ² of 9 degrees of freedom, 99.9 %: 27.9).
+/// Ratio of the scatter of the pieces' means to their standard error that white noise exceeds in one of 1,000 windows (χ² of 9
+/// degrees of freedom, 99.9 %: 27.9).
 const WHITE: f64 = 1.76;
 
 /// One window of both axes, normal and lateral.
@@ -21,13 +21,13 @@ pub struct Plateau {
     pub at_s: f64,
     /// Mean readings, N.
     pub mean: [f64; 2],
-    /// Standard errors of the means, by white noise or by the scatter of the pieces' means, whichever is larger, N.
+    /// Standard errors of the means, N: from white noise or from the scatter of the pieces' means, whichever is larger.
     pub error: [f64; 2],
     /// Standard deviation of the pieces' means, N.
     pub scatter: [f64; 2],
     /// One-sided density of the white noise, N/√Hz.
     pub density: [f64; 2],
-    /// Standard error of a piece's mean by white noise, N.
+    /// Standard error of a piece's mean from white noise, N.
     white: [f64; 2],
 }
 
@@ -51,7 +51,7 @@ impl Look {
         let mean = mean_of(&pieces);
         let squares: f64 = pieces.iter().map(|piece| (piece - mean).powi(2)).sum();
         let scatter = (squares / (PIECES - 1) as f64).sqrt();
-        // Differences of neighbours do not see slow changes.
+        // Differences of neighbours are insensitive to slow changes.
         let steps: f64 = values.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum();
         let sd = (0.5 * steps / (values.len() - 1) as f64).sqrt();
         let white = sd / (length as f64).sqrt();
@@ -70,7 +70,7 @@ impl Plateau {
     /// Reads the forces of a capture.
     ///
     /// # Errors
-    /// When the sensor sent too few readings.
+    /// If the sensor sent too few readings.
     pub fn read(capture: &Capture) -> anyhow::Result<Self> {
         let count = capture.normal_n.len();
         if count < PIECES * LEAST_IN_PIECE {
@@ -92,8 +92,8 @@ impl Plateau {
         })
     }
 
-    /// Returns whether both axes rest: the pieces' means scatter less than `rest_n`, N, or no more than their noise
-    /// explains.
+    /// Returns whether both axes are at rest: the pieces' means scatter by less than `rest_n`, N, or by no more than their
+    /// noise explains.
     #[must_use]
     pub fn at_rest(&self, rest_n: f64) -> bool {
         let mut axes = self.scatter.iter().zip(&self.white);

@@ -1,4 +1,4 @@
-//! The procedure on a sensor that is a function of load and time.
+//! Procedure on a sensor that is a function of load and time.
 
 use anyhow::bail;
 
@@ -30,7 +30,7 @@ fn masses() -> Vec<Mass> {
     .concat()
 }
 
-/// A simulated sensor: from forces, N, and time, s, to readings.
+/// Simulated sensor: maps forces, N, and time, s, to readings.
 type Sensor<'a> = dyn Fn([f64; 2], f64) -> [f64; 2] + 'a;
 
 fn capture(sensor: &Sensor<'_>, load_n: [f64; 2], from_s: f64) -> Capture {
@@ -122,7 +122,7 @@ fn matrix_tare_and_drift_of_a_linear_sensor_are_found() {
         assert!((n - load_n[0]).abs() < 1e-6, "{n} {load_n:?}");
         assert!((l - load_n[1]).abs() < 1e-6, "{l} {load_n:?}");
     }
-    // Drift in newtons is that of the readings through the matrix: det = 1.0215.
+    // Drift in newtons is the drift of the readings times the matrix: det = 1.0215.
     let (n, l) = (3e-3, -6e-3);
     let expected = [
         (0.85 * n - 0.03 * l) / 1.021_5,
@@ -164,7 +164,7 @@ fn a_zero_is_of_one_clearing_alone() {
     let ready = || StepOutcome::Answered(Answer::Ready, Capture::default());
     procedure.next(StepOutcome::Began).unwrap();
     procedure.next(ready()).unwrap();
-    // Something lies on the plate, swings, rests for two windows, and swings again until the patience is over.
+    // A load lies on the plate, swings, rests for two windows, and swings again until the limit is reached.
     for restless in std::iter::repeat_n(true, 17).chain([false, false]) {
         procedure.next(window(0.2, restless)).unwrap();
     }
@@ -185,7 +185,7 @@ fn a_mass_can_be_measured_again() {
         if of[0] > 0.9 && of[0] < 1.1 {
             asked.set(asked.get() + 1);
         }
-        // The first reading of 100 g went wrong.
+        // The first reading of 100 g is wrong.
         let slip = if asked.get() <= 1000 && of[0] > 0.9 && of[0] < 1.1 {
             0.05
         } else {
@@ -237,8 +237,8 @@ fn an_operator_names_the_masses() {
     assert_eq!(procedure.progress().steps, 5);
 }
 
-/// The operator puts nothing where 20 g were asked for, then 60 g, leaves the right mass where it is, then does
-/// everything right.
+/// When 20 g are requested, the operator places nothing, then 60 g; then leaves the right mass in place at the next request for
+/// a clear plate, then does everything right.
 #[test]
 fn where_somebody_is_there_a_slip_is_asked_for_again() {
     let mut procedure = ForceProcedure::new(setup(), true);
@@ -361,7 +361,7 @@ fn every_way_to_go_wrong_has_its_words() {
         }
     }
     let stays = |of: [f64; 2], t: f64| {
-        // Whoever takes the mass off leaves it.
+        // The operator leaves the 20 g on the plate.
         [if t > 20.0 { of[0].max(0.196) } else { of[0] }, of[1]]
     };
     let said = measured(setup(), &stays, None).err().unwrap().to_string();
@@ -444,7 +444,7 @@ fn what_cannot_be_asked_for_is_refused_before_anything_is_opened() {
     assert!(said.to_string().contains("[force]"), "{said}");
 }
 
-/// A bench whose gauges are on inputs of the card.
+/// Returns the setup of a bench with the gauges on inputs of the card.
 fn on_inputs() -> ForceSetup {
     let text = include_str!("../../mock-bench.toml");
     let channels = "source = \"channels\"\nchannels = { inputs = [2, 3], newtons_per_v = [[1.0, 0.0], [0.0, 1.0]] }";
@@ -453,7 +453,7 @@ fn on_inputs() -> ForceSetup {
     ForceSetup::new(&config, masses(), EXACT, Some(G)).unwrap()
 }
 
-/// A load behind a capacitor of this time constant, s, read while it is placed and while it lies there.
+/// Reads a load behind a capacitor with this time constant, s, while it is placed and while it rests.
 fn behind_a_capacitor(tau_s: f64) -> anyhow::Result<()> {
     let mut procedure = ForceProcedure::new(on_inputs(), false);
     let (mut load_n, mut before_n, mut changed_s, mut now_s) = ([0.0; 2], [0.0; 2], 0.0, 10.0);
@@ -489,14 +489,14 @@ fn behind_a_capacitor(tau_s: f64) -> anyhow::Result<()> {
 /// Fault 46.
 #[test]
 fn an_input_behind_a_capacitor_is_found_by_a_constant_load_that_fades() {
-    // Corners from 5 Hz to a thousandth of a hertz.
+    // Corner frequencies from 5 Hz to 0.001 Hz.
     for tau_s in [0.03, 0.1, 0.5, 2.0, 10.0, 60.0, 160.0] {
         let said = behind_a_capacitor(tau_s).unwrap_err().to_string();
         for word in ["AC-coupled", "faded", "force.channels.inputs", "20 g"] {
             assert!(said.contains(word), "{tau_s} s: {said}");
         }
     }
-    // A load that lies still passes, and so does one that swings while it is placed.
+    // A load at rest still passes, and so does one that swings while it is placed.
     let swings = |of: [f64; 2], t: f64| of.map(|n| n * (1.0 + (-(t % 4.0) * 9.0).exp()));
     measured(on_inputs(), &|of, _| of, None).unwrap();
     measured(on_inputs(), &swings, None).unwrap();

@@ -1,21 +1,21 @@
-//! How thorough a preflight is.
+//! Thoroughness of a preflight.
 
 use std::path::PathBuf;
 
-/// How much is looked at.
+/// Thoroughness of a preflight.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Extent {
-    /// Half a second, for the loop's delay alone.
+    /// Half a second, for the loop delay alone.
     Delay,
     /// A little over a second, for the hardware stops alone.
     Stops,
     /// Two seconds, before the plate is driven.
     Quick,
-    /// Ten seconds for drop-outs, and what the computer has for a session.
+    /// Ten seconds, to detect drop-outs and check the computer's resources for a session.
     Whole {
-        /// Where the study lies, or will.
+        /// Folder of the study, which need not exist yet.
         study: PathBuf,
-        /// What a session may take there, bytes.
+        /// Largest size of a session, bytes.
         session_bytes: u64,
         /// Whether the session's dashboard will be shown on this terminal.
         dashboard: bool,

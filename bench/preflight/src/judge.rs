@@ -1,4 +1,4 @@
-//! What was seen, held against what must be.
+//! Comparison of the measurements with the requirements.
 
 use num_complex::Complex64;
 
@@ -10,9 +10,9 @@ use config::{CalibrationError, Config, Effective, MeasuredChannels};
 use recording::pipeline::Account;
 use safety::{DELAY_WITHIN_S, SafetyState, Trip};
 
-/// Time that the first and the last buffer together may have waited, s.
+/// Longest wait of the first and the last buffer together, s.
 const RATE_SLACK_S: f64 = 0.2;
-/// A bench that masks Z_m below this amplitude still sees a modulation of 95 % at a mean of 1 µm whole, m.
+/// Upper bound of the amplitude below which Z_m is masked, m: the minimum of a modulation of 95 % at a mean of 1 µm.
 const QUIET_M: f64 = 5e-8;
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
@@ -110,7 +110,7 @@ pub(super) fn judge_relay(table: &mut Table, floor_v: f64, measured: &Measured) 
     table.row("relay", opens, found);
 }
 
-/// Judges the loop's delay on this opening of the streams; the watch stops a tone whose delay is not the measured one.
+/// Judges the loop delay of this opening of the streams; the watch stops a tone if the delay differs from the measured one.
 fn judge_delay(table: &mut Table, measured_s: Option<f64>, measured: &Measured) {
     let ms = |seconds: f64| format!("{:.1} ms", 1e3 * seconds);
     let of_before = measured_s.map_or("never measured".to_owned(), |measured_s| {
@@ -153,7 +153,7 @@ fn judge_tone(table: &mut Table, config: &Config, measured: &Measured) {
         SafetyState::Tripped {
             trip: Trip::Readback { measured_v, .. },
         } => *measured_v,
-        // It is judged by its delay.
+        // The loop delay has a separate row.
         SafetyState::Tripped {
             trip: Trip::LoopDelay { .. },
         } => return,
@@ -275,7 +275,7 @@ fn judge_calibration(
     }
 }
 
-/// Order and noise of the inputs, sample by sample.
+/// Judges the order and the noise of the inputs, sample by sample.
 fn judge_inputs(
     table: &mut Table,
     config: &Config,

@@ -1,5 +1,4 @@
-//! The preflight: a faint tone at the carrier, a look at everything that must be alive, and the exercise of the
-//! hardware stops.
+//! The preflight: a faint tone at the carrier, a check of all devices, and the exercise of the hardware stops.
 
 mod extent;
 mod judge;
@@ -21,16 +20,16 @@ use safety::{Pace, SafetyState, Trip};
 
 use console::complaint;
 
-/// What a preflight came to.
+/// Result of a preflight.
 #[derive(Debug)]
 pub struct Preflight {
-    /// Its rows.
+    /// Rows of the result.
     pub table: Table,
     /// Whether the test tone was played.
     pub driven: bool,
 }
 
-/// Runs the preflight of `bench`; `hardware` is asked for once. `refused` is why its calibration could not be put in
+/// Runs the preflight of `bench`; `hardware` is called at most once. `refused` is the reason why the calibration is not in
 /// force.
 pub fn run(
     bench: &Effective,
@@ -68,8 +67,8 @@ pub fn run(
     Preflight { table, driven }
 }
 
-/// Exercises the hardware stops of a bench that is about to be calibrated, whose gains need not be known; returns the
-/// rows on them, and on the limits of the safety watch.
+/// Exercises the hardware stops of a bench before its calibration, when its gains may be unknown; returns the rows on the stops
+/// and on the limits of the safety watch.
 pub fn stops(
     config: &Config,
     pace: Pace,
@@ -80,7 +79,7 @@ pub fn stops(
         return table;
     }
     let mut unknown = config.clone();
-    // What the pickup reads is not yet in micrometres.
+    // The pickup's scale in micrometres is not yet known.
     unknown.limits.amplitude_um = f64::INFINITY;
     let bench = Effective::uncalibrated(unknown);
     match measure::measure(&bench, &Extent::Stops, hardware) {
@@ -88,7 +87,7 @@ pub fn stops(
             judge::judge_relay(&mut table, config.safety.readback_floor_v, &measured);
             wiring::judge_wired(&mut table, config, &measured);
             match &measured.safety {
-                // Nothing is driven that is not read back, and the calibration names the cause.
+                // The drive is not read back, so the watch stops it; the calibration reports the cause.
                 SafetyState::Tripped {
                     trip: trip @ (Trip::Readback { .. } | Trip::ReadbackMissing),
                 } => table.judged("stops", Verdict::Warning, format!("not exercised: {trip}")),
@@ -107,17 +106,17 @@ pub fn stops(
     table
 }
 
-/// Opens the streams, plays the faint tone, and returns the delay from its command to its read-back, s; `None` if the
-/// tone did not show it, as where it is not read back.
+/// Opens the streams, plays the faint tone, and returns the delay from its command to its read-back, s; `None` if the tone did
+/// not show it, for example because it is not read back.
 ///
 /// # Errors
-/// When a part of the bench is missing or fails.
+/// If a part of the bench is missing or fails.
 pub fn loop_delay(
     bench: &Effective,
     hardware: impl FnOnce() -> anyhow::Result<Hardware>,
 ) -> anyhow::Result<Option<f64>> {
     let mut unknown = bench.config().clone();
-    // What the pickup reads may not yet be in micrometres.
+    // The pickup's scale in micrometres may not yet be known.
     unknown.limits.amplitude_um = f64::INFINITY;
     unknown.safety.measured_delay_s = None;
     let bench = Effective::uncalibrated(unknown);
@@ -125,7 +124,7 @@ pub fn loop_delay(
     Ok(measured.loop_delay.map(|delay| delay.seconds))
 }
 
-/// Judges the limits of the safety watch, without which nothing may be driven.
+/// Judges the limits of the safety watch, which the drive requires.
 fn judge_limits(table: &mut Table, config: &Config, pace: Pace) -> bool {
     let notices = config.safety_notices(config.plate.resonance_hz);
     let (verdict, found) = match require_armable(config, pace) {

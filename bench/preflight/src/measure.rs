@@ -1,4 +1,4 @@
-//! The test itself: silence, then a faint tone at the carrier, and everything that comes in meanwhile.
+//! The measurement: silence, then a faint tone at the carrier, while all inputs are recorded.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,51 +17,51 @@ use recording::pipeline::{Account, Batch};
 use safety::{FAINT_V, LoopDelay, Pace, SafetyState, Signals, StopTimes};
 use tasks::{StopFlag, Task};
 
-/// Peak of the test tone, V: far below anything that a finger feels.
+/// Peak of the test tone, V: far below the threshold of touch.
 const TONE_V: f64 = FAINT_V;
 /// Silence before the tone, s.
 pub(super) const QUIET_S: f64 = 0.7;
-/// From the tone's start to the first frame that is judged: ramp, plate, demodulator, s.
+/// Settling time of ramp, plate and demodulator, from the tone's start to the first frame that is judged, s.
 const SETTLE_S: f64 = 0.3;
-/// Length of the test, s.
+/// Lengths of the test, s.
 const STOPS_FROM_S: f64 = 1.1;
 const QUICK_S: f64 = 2.0;
 const WHOLE_S: f64 = 10.7;
 
-/// Silence before the tone that shows the loop's delay, and longest wait for the delay, s.
+/// Silence before the tone that shows the loop delay, and timeout of the measurement, s.
 const DELAY_QUIET_S: f64 = 0.2;
 const DELAY_S: f64 = 1.2;
 
-/// Factor over the silence from which on a tone is read back.
+/// Smallest level of the read-back tone, as a multiple of the silence.
 const STANDS_OUT: f64 = 10.0;
-/// Longest time that the exercise of the hardware stops may take, s.
+/// Longest time for the exercise of the hardware stops, s.
 const STOPS_S: f64 = 2.0;
 
-/// Length of the stretches that are looked at sample by sample, and when the silent one begins, s.
+/// Length of the excerpts that are examined sample by sample, and start of the silent one, s.
 const EXCERPT_S: f64 = 0.2;
 const SILENCE_FROM_S: f64 = 0.4;
-/// Until then a tone is played with the amplifier off, s; its ramp and the loop are over before the silence.
+/// End of the tone played with the amplifier off, s; its ramp and the loop delay end before the silence.
 const RELAY_S: f64 = 0.15;
 
-/// What the test has seen.
+/// Measurements of the test.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Measured {
     pub device: String,
     pub tone_v: f64,
     pub frames: Vec<ZmFrame>,
     pub tone_from_s: f64,
-    /// From then on the hardware stops were exercised; infinite before.
+    /// Start of the exercise of the hardware stops; infinite before.
     pub tone_until_s: f64,
     /// Times of the hardware stops that were exercised.
     pub stops: Vec<StopTimes>,
     pub audio_s: f64,
-    /// Audio and host clock at the first batch and at the last, s.
+    /// Audio and host clock at the first and the last batch, s.
     pub clocks_s: Option<[(f64, f64); 2]>,
     pub account: Account,
     pub force_n: Vec<(f64, f64)>,
     pub corrupt: u64,
     pub positions: usize,
-    /// Samples of all inputs in the silence and in the tone, interleaved; empty when the test ended before.
+    /// Samples of all inputs in the silence and in the tone, interleaved; empty if the test ended earlier.
     pub silence: Vec<f32>,
     pub tone_samples: Vec<f32>,
     pub safety: SafetyState,
@@ -73,20 +73,20 @@ pub(super) struct Measured {
     pub driven: bool,
     /// Whether the hardware is simulated.
     pub simulated: bool,
-    /// Scheduling of the threads whose time counts.
+    /// Scheduling of the time-critical threads.
     pub priorities: ThreadPriorities,
     /// Delay from a command to its read-back; `None` if the tone did not show it.
     pub loop_delay: Option<LoopDelay>,
-    /// What nobody has measured; empty on simulated hardware.
+    /// Unverified assumptions of the bench's safety; empty on simulated hardware.
     pub unverified: Vec<String>,
-    /// Who the field box is, once it has said so.
+    /// Identification of the field box, once received.
     pub field_box: Option<String>,
-    /// Why the calibration does not hold for the opened bench.
+    /// Reason why the calibration does not hold for the opened bench.
     pub calibration_fault: Option<String>,
 }
 
 impl Measured {
-    /// Frames that hold nothing but the tone, settled.
+    /// Returns the settled frames of the tone alone.
     pub fn tone(&self) -> impl Iterator<Item = &ZmFrame> {
         let sounded = self.tone_from_s > 0.0;
         self.frames
@@ -95,8 +95,8 @@ impl Measured {
             .take_while(|frame| frame.time_s < self.tone_until_s)
     }
 
-    /// The most that was read back while the amplifier was off and a tone was played all the same, V peak, NaN if nothing
-    /// was; `None` where nothing switches the amplifier.
+    /// Returns the largest read-back while the amplifier was off and a tone was played, V peak; NaN without a frame, `None` if
+    /// no enable line is wired.
     pub fn past_open_relay_v(&self) -> Option<f64> {
         let frames = self.frames.iter();
         let before = frames.take_while(|frame| frame.time_s < SILENCE_FROM_S);
@@ -106,7 +106,7 @@ impl Measured {
         self.enable_wired.then_some(most_v)
     }
 
-    /// Whether the tone was read back: it stands out of the silence, whatever the gain of the read-back.
+    /// Returns whether the tone was read back: it clearly exceeds the silence, independently of the gain of the read-back.
     pub fn tone_is_read_back(&self) -> bool {
         let level = |frames: &mut dyn Iterator<Item = &ZmFrame>| {
             frames.map(|frame| frame.drive_v.norm()).fold(0.0, f64::max)
@@ -115,7 +115,7 @@ impl Measured {
         level(&mut self.tone()) > STANDS_OUT * level(&mut self.quiet().filter(silence))
     }
 
-    /// Frames of the silence.
+    /// Returns the frames of the silence.
     pub fn quiet(&self) -> impl Iterator<Item = &ZmFrame> {
         self.frames.iter().filter(|frame| frame.time_s < QUIET_S)
     }
@@ -139,7 +139,7 @@ pub(super) fn measure(
         amplitude_v: tone_v,
     })?;
     let real = hardware.pace == Pace::Card;
-    // The tone is too faint to be felt, and nobody holds the switch yet.
+    // The tone is too faint to be felt, and the dead-man switch is not yet held.
     let unheld = effective.clone().without_dead_man();
     let bench = Bench::open(&unheld, config.plate.resonance_hz, hardware)?;
     let unverified = bench.unverified(effective);
@@ -206,7 +206,7 @@ struct CheckTask {
     recording: Sender<RecordingCommand>,
     excerpts: Receiver<Vec<f32>>,
     excerpts_to: Sender<Vec<f32>>,
-    /// Excerpts asked for so far: the silence, then the tone.
+    /// Number of excerpts requested so far: the silence, then the tone.
     asked: usize,
     frames: usize,
     channels: u16,
@@ -214,23 +214,23 @@ struct CheckTask {
     signals: Arc<Signals>,
     gauges: Arc<Gauges>,
     stop: StopFlag,
-    /// The tone that nobody should hear, before the silence.
+    /// Inaudible tone with the amplifier off, before the silence.
     relay: Option<signalgen::Program>,
-    /// It sounds.
+    /// Whether that tone is playing.
     relay_sounds: bool,
     tone: Option<signalgen::Program>,
     /// Silence before the tone, s.
     quiet_s: f64,
-    /// The test ends once the loop's delay is known, and exercises nothing.
+    /// Whether the test ends once the loop delay is known, without exercising the stops.
     for_delay: bool,
     test_s: f64,
-    /// When it was polled first.
+    /// Time of the first poll.
     began_ns: Option<u64>,
     measured: Measured,
     done: Sender<Measured>,
 }
 
-/// Time after which a card that never calls ends the test, ns of the bench's clock: of the simulated one where it is stepped.
+/// Timeout for a card that never calls back, ns of the bench's clock: the simulated clock for a stepped bench.
 const PATIENCE_NS: u64 = 30_000_000_000;
 
 impl Task for CheckTask {
@@ -286,7 +286,7 @@ impl Task for CheckTask {
             self.asked += 1;
             let to = self.excerpts_to.clone();
             let excerpt = Excerpt::next(self.frames, self.channels, to);
-            // The acquisition is gone only when the bench stops.
+            // The channel is closed only when the bench stops.
             let _ = self.recording.send(RecordingCommand::Excerpt(excerpt));
         }
         for samples in self.excerpts.try_iter() {

@@ -1,4 +1,4 @@
-//! Whether the threads whose time counts go before other work of the computer.
+//! Scheduling priority of the time-critical threads.
 
 use config::{AudioHost, Config};
 use devices::ThreadPriorities;
@@ -6,11 +6,11 @@ use tasks::scheduling::Scheduling;
 
 use crate::table::{Table, Verdict};
 
-/// Priority that the hint for an administrator names: the most that the bench asks for.
+/// Priority in the hint for an administrator: the highest that the bench requests.
 const HINTED: u8 = 20;
 
-/// Judges the priorities of the threads. Normal priority is a warning: a busy computer then loses samples or stops the
-/// drive, and neither harms.
+/// Judges the priorities of the threads. Normal priority is a warning: a busy computer then loses samples or stops the drive,
+/// and neither is harmful.
 pub(super) fn judge(table: &mut Table, config: &Config, simulated: bool, found: ThreadPriorities) {
     let (verdict, text) = judged(config, simulated, found, &user());
     table.judged("real time", verdict, text);
@@ -69,7 +69,7 @@ fn judged(
     (Verdict::Warning, text)
 }
 
-/// Returns whom the hint is for: the user, or where that is not known, or is root, the group that sound commonly has.
+/// Returns the name in the hint: the user, or for an unknown user or root, the usual group for sound.
 fn user() -> String {
     let name = std::env::var("USER").unwrap_or_default();
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);

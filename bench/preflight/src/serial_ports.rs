@@ -1,4 +1,4 @@
-//! Serial ports that are named by the order in which devices were found.
+//! Check for serial ports with names that depend on the order in which devices were found.
 
 use std::path::Path;
 
@@ -6,10 +6,10 @@ use config::{Config, Sensor};
 
 use crate::table::{Table, Verdict};
 
-/// Names that the system numbers as it finds devices.
+/// Prefixes of names that the system numbers in the order of discovery.
 const NUMBERED: [&str; 2] = ["ttyUSB", "ttyACM"];
 
-/// Warns of a port of `config` whose name may be another device's after a restart: one of several in `devices`.
+/// Warns if a port of `config` is one of several numbered ports in `devices`, as it may name another device after a restart.
 pub(super) fn judge(table: &mut Table, config: &Config, devices: &Path) {
     let force = config.force.as_ref().and_then(|force| match &force.sensor {
         Sensor::Serial(serial) => Some(("force.port", serial.port.as_path())),
@@ -27,7 +27,7 @@ pub(super) fn judge(table: &mut Table, config: &Config, devices: &Path) {
     }
 }
 
-/// Returns what to do about a port that is one of several with numbered names.
+/// Returns the advice for a numbered port if there are several of its kind.
 fn numbered(key: &str, port: &Path, devices: &Path) -> Option<String> {
     let name = port.strip_prefix(devices).ok()?.to_str()?;
     let is_numbered = |name: &str, kind: &str| {

@@ -1,14 +1,14 @@
-//! What the computer has for a session: room on the disk, and on the terminal where a dashboard will be shown.
+//! Resources of the computer for a session: disk space, and the terminal's size for a dashboard.
 
 use std::path::Path;
 
 use crate::table::{Table, Verdict};
 use recording::study::free_bytes;
 
-/// Judges the disk that holds `study`.
+/// Judges the free space on the disk of `study`.
 pub(super) fn judge_disk(table: &mut Table, study: &Path, session_bytes: u64) {
     let gigabytes = |bytes: u64| bytes as f64 * 1e-9;
-    // A study is made by its first session: until then the folder that will hold it tells.
+    // The first session creates the study's folder; until then its nearest existing parent is judged.
     let there = study
         .ancestors()
         .map(|folder| {
@@ -40,7 +40,7 @@ pub(super) fn judge_disk(table: &mut Table, study: &Path, session_bytes: u64) {
     }
 }
 
-/// Reports a terminal too small for the dashboard. A window can be enlarged at any time, so this never fails.
+/// Warns of a terminal too small for the dashboard. A window can be enlarged at any time, so this never fails.
 pub(super) fn judge_terminal(table: &mut Table, size: Option<(u16, u16)>) {
     let (columns, rows) = tui::TWO_COLUMNS;
     let (verdict, found) = match size {

@@ -1,4 +1,4 @@
-//! The preflight's table: for a person, and as JSON.
+//! The preflight's table, as text or JSON.
 
 use std::fmt::Write;
 
@@ -7,23 +7,23 @@ use serde::Serialize;
 /// One line of the table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// What was looked at.
+    /// Item that was checked.
     pub name: &'static str,
     /// Whether the bench may be used in spite of this row.
     pub passed: bool,
-    /// The judgement in one word.
+    /// Verdict in one word.
     pub verdict: Verdict,
-    /// What was found, and what to do about it.
+    /// Finding and remedy.
     pub found: String,
 }
 
-/// Judgement of a row. Only [`Verdict::Failed`] keeps the bench from being used.
+/// Verdict of a row. Only [`Verdict::Failed`] prevents the use of the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// As it must be.
+    /// Requirement met.
     Passed,
-    /// Worth a look, no obstacle.
+    /// Worth attention, but no obstacle.
     Warning,
     /// Not required, because `[safety] waived` says so.
     Waived,
@@ -34,7 +34,7 @@ pub enum Verdict {
 /// The whole preflight.
 #[derive(Debug, Default, Serialize)]
 pub struct Table {
-    /// Its lines in order.
+    /// Rows in order.
     pub rows: Vec<Row>,
 }
 

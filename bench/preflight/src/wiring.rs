@@ -1,4 +1,4 @@
-//! Whether the lines that a bench needs are wired. What `[safety] waived` does not name is required, of every bench.
+//! Check that the lines required by a bench are wired. Every bench requires all lines not named in `[safety] waived`.
 
 use config::{Config, EncoderSource, HardwareStop, Safety};
 use devices::NotWired;
@@ -45,7 +45,7 @@ pub(super) fn judge_wired(table: &mut Table, config: &Config, measured: &Measure
     }
 }
 
-/// Judges the dead-man switch of a bench that uses one; whether it opens and closes is seen before each trial.
+/// Judges the dead-man switch of a bench that uses one; its opening and closing are tested before each trial.
 fn judge_dead_man(table: &mut Table, config: &Config, wired: bool) {
     let safety = &config.safety;
     if safety.dead_man.is_none() {
@@ -77,16 +77,14 @@ pub(super) fn judge_stops(table: &mut Table, config: &Config, measured: &Measure
     }
 }
 
-/// Longest time from the last edge of the heartbeat to the amplifier off, s (FAULTS.md, row 7).
+/// Longest time from the last edge of the heartbeat until the amplifier is off, s (FAULTS.md, row 7).
 const ONE_SHOT_S: f64 = 0.1;
-/// Longest time that the read-back itself may take to show an amplifier that is off, s: the loop, the demodulation, and a
-/// buffer.
+/// Longest delay of the read-back in showing an amplifier that is off, s: the loop, the demodulation, and a buffer.
 const SHOWN_S: f64 = 0.05;
-/// Time between two looks at the read-back, s.
+/// Time between two checks of the read-back, s.
 const LOOK_S: f64 = 0.01;
 
-/// Returns the time that the read-back takes to show an amplifier that is off, s: what the enable line has shown, if it is
-/// wired.
+/// Returns the delay of the read-back in showing an amplifier that is off, s: as measured with the enable line, if it is wired.
 fn shown_s(stops: &[StopTimes]) -> f64 {
     let enable = stops.iter().find(|times| times.line == StopLine::Enable);
     let off_s = enable.and_then(|times| times.off_s);
@@ -100,7 +98,7 @@ fn row_of(line: StopLine) -> &'static str {
     }
 }
 
-/// Judges a hardware stop that was exercised under the faint tone.
+/// Judges a hardware stop that was exercised with the faint tone.
 fn judge_stop(table: &mut Table, safety: &Safety, times: &StopTimes, shown_s: f64) {
     let (line, most_s, remedy) = match times.line {
         StopLine::Heartbeat => (
@@ -196,7 +194,7 @@ mod tests {
         lines.map(|row| row.verdict).collect()
     }
 
-    /// The verdict on a heartbeat or enable line that took so long, under `[safety]` with these keys.
+    /// Returns the verdict on a heartbeat or enable line with these times, under additional keys of `[safety]`.
     fn stop(safety: &str, line: StopLine, off_s: Option<f64>, back_s: Option<f64>) -> Verdict {
         let text = include_str!("../../mock-bench.toml")
             .replace("[safety]\n", &format!("[safety]\n{safety}\n"));

@@ -1,4 +1,4 @@
-//! The faults that can be rehearsed, as one table.
+//! Table of the faults that can be rehearsed.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,19 +7,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::table::{Amount, FaultRow, Lasts, Needs, RealAction, Remedy, Required, Within};
 
-/// Time in which an e-stop, a line or the read-back stops the drive, s (FAULTS.md, row 16).
+/// Time within which an e-stop, a stop line or the read-back stops the drive, s (FAULTS.md, row 16).
 const AT_ONCE: Required = Required::Stop(Within::Seconds(0.05));
-/// Time in which a changed gain shows at a crest of the published modulation, of which there is one every 167 ms, s.
+/// Time within which a changed gain is detected, s: it shows at crests of the published modulation, one every 167 ms.
 const AT_A_CREST: Required = Required::Stop(Within::Seconds(0.25));
-/// Time beyond the longest silence: a burst of the sensor, a few looks of the watch, the ramp, s.
+/// Time added to the longest silence, s: one burst of the sensor, a few checks by the watch, and the ramp.
 const AFTER_SILENCE: Required = Required::Stop(Within::SilenceAnd(0.05));
-/// Time in which a force over its limit stops the drive, s: what lands on the plate does so gradually.
+/// Time within which a force over its limit stops the drive, s; weights and fingers load the plate gradually.
 const BY_FORCE: Required = Required::Stop(Within::Seconds(0.1));
 
-/// Declares the faults with their rows: each is named once.
+/// Declares the faults with their rows, so that each is named once.
 macro_rules! faults {
     ($($kind:ident = $row:expr;)+) => {
-        /// A fault that can be rehearsed; [`FaultKind::row`] says what it is.
+        /// A fault that can be rehearsed; [`FaultKind::row`] describes it.
         ///
         /// ```
         /// use rehearsal::FaultKind;
@@ -49,7 +49,7 @@ macro_rules! faults {
     };
 }
 
-/// A row of a fault that stops the drive, lasts until its end and is re-armed after `removed`.
+/// Returns the row of a fault that stops the drive, lasts until its end and is re-armed after `removed`.
 const fn stop(
     name: &'static str,
     words: &'static str,
@@ -69,7 +69,7 @@ const fn stop(
     }
 }
 
-/// A row of a fault that stops the drive for good: only another start helps, once `mended`.
+/// Returns the row of a fault that stops the drive for good; after `mended`, the program must be restarted.
 const fn lost(
     name: &'static str,
     words: &'static str,
@@ -84,7 +84,7 @@ const fn lost(
     }
 }
 
-/// A row of a fault that the recording marks, over so many `what`.
+/// Returns the row of a fault that the recording marks; its argument `what` is a number of frames.
 const fn flag(
     name: &'static str,
     words: &'static str,
@@ -108,7 +108,7 @@ const fn flag(
     }
 }
 
-/// A row of a force that a person or a weight exerts.
+/// Returns the row of a force exerted by a person or a weight.
 const fn push(name: &'static str, words: &'static str) -> FaultRow {
     FaultRow {
         amount: Some(Amount {
@@ -209,13 +209,13 @@ impl FaultKind {
         self.row().lasts == Lasts::Until
     }
 
-    /// Returns whether a drill brings it: the bench stops or marks the recording while it drives.
+    /// Returns whether a drill includes it: the bench stops, or marks the recording, while it drives.
     #[must_use]
     pub fn is_drilled(self) -> bool {
         matches!(self.row().required, Required::Stop(_) | Required::Flag)
     }
 
-    /// Returns whether the fault is one of a force sensor's frames, which a sensor on inputs of the sound card has not.
+    /// Returns whether the fault affects a force sensor's frames, which a sensor on inputs of the sound card does not send.
     #[must_use]
     pub fn is_of_frames(self) -> bool {
         matches!(
@@ -227,7 +227,7 @@ impl FaultKind {
         )
     }
 
-    /// Returns the name with the places of its times and argument, as in `estop@12s-14s`.
+    /// Returns the name with placeholders for times and argument, as in `estop@12s-14s`.
     #[must_use]
     pub fn form(self) -> String {
         let row = self.row();
@@ -239,7 +239,7 @@ impl FaultKind {
         format!("{}@TIME{until}{amount}", row.name)
     }
 
-    /// Returns what help says of it: words, argument, row of FAULTS.md.
+    /// Returns the fault's help text: description, argument, row of FAULTS.md.
     #[must_use]
     pub fn help(self) -> String {
         let row = self.row();
@@ -270,13 +270,13 @@ impl fmt::Display for FaultKind {
     }
 }
 
-/// A name that no fault has.
+/// Error of a name that matches no fault.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("no fault is called `{name}`{}; the faults are: {}", did_you_mean(.nearest), names().join(", "))]
 pub struct UnknownFault {
     /// The name.
     pub name: String,
-    /// The fault whose name is most like it, if any is.
+    /// Fault with the most similar name, if any is similar.
     pub nearest: Option<String>,
 }
 

@@ -5,10 +5,10 @@ use std::str::FromStr;
 use crate::fault_kind::{FaultKind, UnknownFault};
 use crate::rehearsed_fault::{RehearsedFault, RehearsedFaultError};
 
-/// Why a typed fault is not understood.
+/// Reason why a typed fault is not valid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FaultTextError {
-    /// A name that no fault has.
+    /// A name that matches no fault.
     #[error(transparent)]
     Unknown(#[from] UnknownFault),
     /// No time follows the name.
@@ -17,22 +17,22 @@ pub enum FaultTextError {
         /// The fault.
         fault: FaultKind,
     },
-    /// A time that is no number with a unit.
+    /// A time that is not a number with a unit.
     #[error(
         "`{text}` is no time: write a number with s or ms, such as {fault}@12s or {fault}@500ms"
     )]
     Time {
         /// The fault.
         fault: FaultKind,
-        /// What was typed.
+        /// Text as typed.
         text: String,
     },
-    /// An argument that is no number.
+    /// An argument that is not a number.
     #[error("`{text}` is no number: write {}", .fault.form())]
     Argument {
         /// The fault.
         fault: FaultKind,
-        /// What was typed.
+        /// Text as typed.
         text: String,
     },
     /// Times or an argument that the fault does not allow.
@@ -40,7 +40,7 @@ pub enum FaultTextError {
     Refused(#[from] RehearsedFaultError),
 }
 
-/// Returns the number that `text` is: digits with at most one point, no sign and no exponent.
+/// Returns the number in `text`: digits with at most one point, no sign and no exponent.
 fn number(text: &str) -> Option<f64> {
     let digits = text.chars().all(|c| c.is_ascii_digit() || c == '.');
     let number: f64 = text.parse().ok()?;

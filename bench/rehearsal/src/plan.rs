@@ -3,22 +3,22 @@
 use crate::fault_kind::FaultKind;
 use crate::rehearsed_fault::RehearsedFault;
 
-/// Two faults of one kind, of which the later begins before the earlier has ended.
+/// Two faults of one kind that overlap in time.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("{fault} at {later_s} s begins before that at {earlier_s} s has ended")]
 pub struct OverlapError {
     /// The fault.
     pub fault: FaultKind,
-    /// Beginning of the earlier, s.
+    /// Beginning of the earlier fault, s.
     pub earlier_s: f64,
-    /// Beginning of the later, s.
+    /// Beginning of the later fault, s.
     pub later_s: f64,
 }
 
-/// Requires that no fault begins while the same fault lasts, which could not be told from it.
+/// Requires that no two faults of one kind overlap, as they could not be told apart.
 ///
 /// # Errors
-/// [`OverlapError`] names both.
+/// [`OverlapError`] with both beginnings.
 pub fn require_apart(faults: &[RehearsedFault]) -> Result<(), OverlapError> {
     let mut sorted: Vec<_> = faults.iter().filter(|each| each.fault.ends()).collect();
     sorted.sort_by(|a, b| {

@@ -1,4 +1,4 @@
-//! One fault with its time, as a scenario file or the command line names it.
+//! One fault with its time, from a scenario file or the command line.
 
 use std::fmt;
 
@@ -38,7 +38,7 @@ pub struct RehearsedFault {
     pub argument: Option<f64>,
 }
 
-/// Why a fault cannot be injected as it is asked for.
+/// Reason why a fault cannot be injected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RehearsedFaultError {
     /// A time or an argument outside its range.
@@ -54,32 +54,32 @@ pub enum RehearsedFaultError {
         /// Its end, s.
         until_s: f64,
     },
-    /// An end for a fault that has none.
+    /// An end for a fault that ends on its own or never.
     #[error("{fault} has no end to be given: it is over by itself, or lasts: write {}", .fault.form())]
     NoEnd {
         /// The fault.
         fault: FaultKind,
     },
-    /// An argument for a fault that takes none.
+    /// An argument for a fault without one.
     #[error("{fault} takes no argument: write {}", .fault.form())]
     NoArgument {
         /// The fault.
         fault: FaultKind,
     },
-    /// A count that is not whole.
+    /// A fractional value for an argument that is a count.
     #[error("{fault} counts in whole {unit}, not in {value}")]
     NotWhole {
         /// The fault.
         fault: FaultKind,
         /// Unit of its argument.
         unit: &'static str,
-        /// What was given.
+        /// Value given.
         value: f64,
     },
 }
 
 impl RehearsedFaultError {
-    /// Returns the key of a `[[faults]]` table that is wrong.
+    /// Returns the invalid key of a `[[faults]]` table.
     #[must_use]
     pub fn key(&self) -> &str {
         match self {
@@ -91,10 +91,10 @@ impl RehearsedFaultError {
 }
 
 impl RehearsedFault {
-    /// Requires times and argument to be such as the table allows.
+    /// Checks times and argument against the fault's row of the table.
     ///
     /// # Errors
-    /// [`RehearsedFaultError`] names the fault, the value and what is allowed.
+    /// [`RehearsedFaultError`] with the fault, the value and the allowed range.
     pub fn check(&self) -> Result<(), RehearsedFaultError> {
         let Self {
             fault,
@@ -131,21 +131,21 @@ impl RehearsedFault {
         Ok(())
     }
 
-    /// Returns the argument that holds: the one given, or else the table's; `None` for a fault without one.
+    /// Returns the argument in effect: the given one, or else the table's default; `None` for a fault without one.
     #[must_use]
     pub fn amount(&self) -> Option<f64> {
         self.argument
             .or_else(|| self.fault.row().amount.map(|amount| amount.default))
     }
 
-    /// Returns whether the fault is there from the start, so that what precedes a session meets it too.
+    /// Returns whether the fault is present from the start, and thus also affects the steps before a session.
     #[must_use]
     pub fn from_the_start(&self) -> bool {
         self.at_s == 0.0
     }
 }
 
-/// In the form of `--fault`.
+/// Formats the fault as typed after `--fault`.
 impl fmt::Display for RehearsedFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}@{}s", self.fault, self.at_s)?;

@@ -1,30 +1,30 @@
-//! The form of the table of faults: what each row says.
+//! Row type of the table of faults.
 
-/// What a fault is, in the words that help, screens and the drill share, and what the bench must do about it.
+/// Description of a fault, shared by help, screens and drill, and the required reaction of the bench.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FaultRow {
     /// Name in `--fault`, in scenario files and in the drill.
     pub name: &'static str,
-    /// What happens, in a few words.
+    /// Short description of the fault.
     pub words: &'static str,
-    /// Row of FAULTS.md; `None` for a nuisance that has none.
+    /// Row of FAULTS.md; `None` for a nuisance that is not listed there.
     pub row: Option<u8>,
     /// Argument after the colon; `None` for a fault without one.
     pub amount: Option<Amount>,
-    /// How long it lasts.
+    /// Duration of the fault.
     pub lasts: Lasts,
-    /// What the bench must do.
+    /// Required reaction of the bench.
     pub required: Required,
-    /// What the operator does about it.
+    /// Operator's remedy.
     pub remedy: Remedy,
-    /// What a person can do at real hardware to the same effect; `None` where that takes the simulation.
+    /// Action by a person that has the same effect on real hardware; `None` if only the simulation can produce the fault.
     pub real: Option<RealAction>,
 }
 
 /// The argument of a fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Amount {
-    /// Its name in help.
+    /// Name in help.
     pub name: &'static str,
     /// Unit; may follow the number.
     pub unit: &'static str,
@@ -32,47 +32,47 @@ pub struct Amount {
     pub low: f64,
     /// Largest value.
     pub high: f64,
-    /// Value where none is given.
+    /// Default value.
     pub default: f64,
-    /// Whether it is a count.
+    /// Whether the value is a count.
     pub whole: bool,
 }
 
-/// How long a fault lasts.
+/// Duration of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lasts {
-    /// It is over by itself.
+    /// Ends on its own at once.
     Moment,
-    /// Until the time given, or to the end.
+    /// Lasts until the given time, or to the end.
     Until,
-    /// To the end: nothing mends it while the program runs.
+    /// Lasts to the end: it cannot be removed while the program runs.
     ForGood,
 }
 
-/// What the bench must do about a fault.
+/// Required reaction of the bench to a fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Required {
     /// Stop the drive and latch (SAFE).
     Stop(Within),
-    /// Go on, and mark the recording (FLAG).
+    /// Continue, and mark the recording (FLAG).
     Flag,
-    /// Not arm (REFUSE): `check` and what precedes every session find it.
+    /// Refuse to arm (REFUSE): `check` and the steps before every session detect the fault.
     Refuse,
-    /// Take it once, and go on.
+    /// Register the input once, and continue.
     GoOn,
 }
 
-/// Longest time from a fault to the drive's last sample that is not zero.
+/// Longest time from a fault to the last nonzero sample of the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Within {
     /// A fixed time, s.
     Seconds(f64),
-    /// The bench's `safety.silence_s`, and this time for what arrives in bursts, s.
+    /// The bench's `safety.silence_s`, plus this time for data that arrive in bursts, s.
     SilenceAnd(f64),
 }
 
 impl Within {
-    /// Returns the time on a bench whose devices may be silent for `silence_s`, s.
+    /// Returns the time on a bench with devices that may be silent for up to `silence_s`, s.
     #[must_use]
     pub fn seconds(self, silence_s: f64) -> f64 {
         match self {
@@ -82,33 +82,33 @@ impl Within {
     }
 }
 
-/// What the operator does about a fault, once it was seen.
+/// Operator's remedy after a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Remedy {
-    /// Removes the cause, as these words say, re-arms and resumes.
+    /// Removes the cause, as the text says, re-arms and resumes.
     Rearm(&'static str),
     /// Repeats the trial.
     Repeat,
-    /// Ends the program, as nothing can be re-armed, and mends what these words say; a session is resumed with
+    /// Ends the program, as re-arming is impossible, and repairs the cause, as the text says; a session is resumed with
     /// `--resume`.
     Restart(&'static str),
 }
 
-/// What a person does at real hardware.
+/// Action of a person at real hardware.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RealAction {
     /// The instruction.
     pub words: &'static str,
-    /// The line, device or limit without which it proves nothing.
+    /// Line, device or limit without which the action proves nothing.
     pub needs: Needs,
 }
 
-/// What a real bench must have for an action.
+/// Equipment that a real bench needs for an action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
-    /// An e-stop that is wired.
+    /// A wired e-stop.
     Estop,
-    /// An amplifier whose drive is read back.
+    /// An amplifier with read-back of the drive.
     Amplifier,
     /// A force sensor.
     ForceSensor,

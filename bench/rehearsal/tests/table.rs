@@ -1,4 +1,4 @@
-//! The documentation has the table of faults as it is.
+//! Tests that the documentation's table of faults is current.
 
 use rehearsal::{FaultKind, Remedy, Required, Within};
 

@@ -1,4 +1,4 @@
-//! The explorations of a recording so far, which are fitted together.
+//! Explorations of a recording so far, which are fitted together.
 
 use analysis::instance::PlateReading;
 use analysis::measurements::Measurements;
@@ -7,7 +7,7 @@ use analysis::unloaded::UnloadedError;
 use protocols::{SelectionRules, Stretch};
 use recording::manifest::Manifest;
 
-/// Explorations so far: spans, s, with their stretches.
+/// Explorations so far: time span, s, and stretches of each.
 #[derive(Debug, Default)]
 pub(crate) struct Explored(Vec<((f64, f64), Vec<Stretch>)>);
 
@@ -17,17 +17,17 @@ impl Explored {
         self.0.push((span_s, stretches));
     }
 
-    /// Returns how many there are.
+    /// Returns the number of explorations.
     pub(crate) fn count(&self) -> u32 {
         self.0.len() as u32
     }
 
-    /// Forgets all.
+    /// Removes all explorations.
     pub(crate) fn clear(&mut self) {
         self.0.clear();
     }
 
-    /// Returns the request to fit all of them as the trial that they are of.
+    /// Returns the request to fit all of them as one trial.
     pub(crate) fn request(
         &self,
         manifest: &Manifest,

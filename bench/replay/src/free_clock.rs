@@ -1,4 +1,4 @@
-//! Time of a replay that runs as fast as it computes.
+//! Clock of a replay that runs as fast as possible.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use jiff::Timestamp;
 use tasks::{Clock, Pacer, later};
 
-/// At full speed this much of the recording is read at a time, ns.
+/// Length of recording read per tick at full speed, ns.
 const TICK_NS: u64 = 10_000_000;
 
 /// A clock that advances only when ticked.
@@ -18,13 +18,13 @@ impl Clock for FreeClock {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// A replay writes no dates.
+    /// A replay records no dates.
     fn utc(&self) -> Timestamp {
         later(Timestamp::UNIX_EPOCH, self.now_ns())
     }
 }
 
-/// Advances a [`FreeClock`] by so much of the recording at a time.
+/// Advances a [`FreeClock`] by a fixed length of recording per tick.
 pub(super) struct Ticks(pub(super) Arc<FreeClock>);
 
 impl Pacer for Ticks {

@@ -1,4 +1,4 @@
-//! What reads a recording live, as it is at the recording's beginning.
+//! Live analysis in its state at the beginning of a recording.
 
 use analysis::live_contact::LiveContact;
 use contact::plate_tracker::PlateTracking;
@@ -13,7 +13,7 @@ pub(crate) fn meter(manifest: &Manifest) -> LiveMeter {
     meter
 }
 
-/// Returns a reader of the contact on the recording's plate.
+/// Returns a contact reader for the recording's plate.
 pub(crate) fn contact(manifest: &Manifest, rules: &SelectionRules) -> LiveContact {
     let tracking = PlateTracking::of(manifest.plate.modal_mass_kg, manifest.modulation_hz);
     LiveContact::new(rules.contact_n, tracking)

@@ -1,5 +1,5 @@
-//! `replay`: a recording through the live pipeline and the dashboard, at its own speed or as fast as it computes. Everything it
-//! needs to know stands in the recording.
+//! `replay`: passes a recording through the live pipeline and the dashboard, at its own speed or as fast as possible. The
+//! recording includes all the configuration that this needs.
 
 mod explored;
 mod free_clock;
@@ -56,11 +56,11 @@ pub use options::{Options, Speed};
 pub use past_crops::past_crops;
 pub use report::Report;
 
-/// The screen is fed this often, s of the recording.
+/// Period of screen updates, s of the recording.
 const SCREEN_PERIOD_S: f64 = 0.016;
-/// What the filters of the analysis want to see on either side of an interval, s; live data arrive within less.
+/// Data that the analysis filters need on either side of an interval, s; live data arrive in less.
 const MARGIN_S: f64 = 0.1;
-/// What is read at once of a part that is skipped, s of the recording; the keys are looked at between.
+/// Length of one read while seeking, s of the recording; keys are polled between reads.
 const SEEK_CHUNK_S: f64 = 0.1;
 
 /// A recording opened for replay.
@@ -79,7 +79,7 @@ impl Plan {
     /// Opens the recording.
     ///
     /// # Errors
-    /// A file is missing or against the format, or the audio cannot be demodulated.
+    /// If a file is missing or violates the format, or the audio cannot be demodulated.
     pub fn new(options: &Options) -> anyhow::Result<Self> {
         let folder: &Path = &options.recording;
         let source = Source::open(folder)?;
@@ -103,7 +103,7 @@ impl Plan {
 /// Replays on the operator's dashboard, or as lines to `out`.
 ///
 /// # Errors
-/// When a file cannot be read on, or the terminal fails.
+/// If a file cannot be read, or the terminal fails.
 pub fn run(plan: Plan, out: impl Write + Send + 'static) -> anyhow::Result<Report> {
     let stop = StopFlag::default();
     let _listening = devices::stop_on_signals(&stop)?;
@@ -117,10 +117,10 @@ pub fn run(plan: Plan, out: impl Write + Send + 'static) -> anyhow::Result<Repor
     report
 }
 
-/// Replays before `front` until the recording's end, or until `stop`; on a dashboard until the operator quits.
+/// Replays to `front` until the recording ends or `stop` is raised; on a dashboard, until the operator quits.
 ///
 /// # Errors
-/// When a file cannot be read on.
+/// If a file cannot be read.
 pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow::Result<Report> {
     let (refits, fits, refit) = {
         let manifest = plan.source.manifest();
@@ -146,7 +146,7 @@ pub fn replay(plan: Plan, mut front: Box<dyn Front>, stop: &StopFlag) -> anyhow:
         .context("the replay ended without a report")
 }
 
-/// The task.
+/// Task that replays the recording.
 struct Replay {
     source: Source,
     front: Box<dyn Front>,
@@ -157,13 +157,13 @@ struct Replay {
     rules: SelectionRules,
     protocol_flaw: Option<Flaw>,
     unattended: bool,
-    /// Real speed may be paused; played of the recording, s.
+    /// Length played, s of the recording; pauses excluded, as real speed can be paused.
     played_s: f64,
-    /// Up to here it is read fast, s of the recording.
+    /// Target of a seek: the recording is read fast up to it, s.
     seeking_s: f64,
-    /// The recording, to begin anew.
+    /// Folder of the recording, to reopen it when seeking back.
     folder: PathBuf,
-    /// Fits asked for before the replay moved back.
+    /// Number of fits requested before the replay moved back.
     outdated: usize,
     polled_ns: Option<u64>,
     paused: bool,
@@ -176,7 +176,7 @@ struct Replay {
     audio_s: f64,
     screen_due_s: f64,
     phase: Option<PhaseView>,
-    /// Still to come or open, in time order.
+    /// Intervals that are open or still to come, in time order.
     intervals: VecDeque<RecordedInterval>,
     record: Measurements,
     plate: Result<PlateReading, UnloadedError>,
@@ -274,15 +274,15 @@ impl Replay {
         self.record.position.extend(batch.position);
     }
 
-    /// The interval that the replay is in.
+    /// Returns the interval at the current position.
     fn open(&self) -> Option<&RecordedInterval> {
         self.intervals
             .iter()
             .find(|interval| (interval.start_s..interval.end_s).contains(&self.audio_s))
     }
 
-    /// Evaluates the intervals whose data are all here, and forgets what no later one needs: an exploration is fitted with
-    /// those before it.
+    /// Evaluates the intervals whose data are complete, and drops data that no later interval needs: an exploration is fitted
+    /// together with the earlier ones.
     fn close_intervals(&mut self) {
         while let Some(interval) = self
             .intervals
@@ -331,7 +331,7 @@ impl Replay {
 
     fn explored(&mut self, interval: &RecordedInterval, direction: Direction) {
         let series = self.record.series(interval.start_s, interval.end_s);
-        // Frames come from one demodulator, so the series is one; without any frame nothing was measured.
+        // The frames come from one demodulator, so the series is one; without frames there is no measurement.
         let (stretches, mean_n) =
             match analyse_exploration(&series.exploration(direction), &self.rules) {
                 Ok(analysis) => (analysis.stretches, analysis.mean_normal_n),
@@ -357,11 +357,11 @@ impl Replay {
         let manifest = self.source.manifest();
         let (record, rules) = (self.record.clone(), self.rules);
         let request = self.explored.request(manifest, self.plate, record, rules);
-        // The fitting task ends before this one only when it failed, and that stops the replay.
+        // The fitting task ends earlier only if it fails, and that stops the replay.
         let _ = self.refits.send(request);
     }
 
-    /// The exploration that ended last.
+    /// Returns the name of the latest finished exploration.
     fn name(&self) -> ExplorationName {
         let trial = self.source.manifest().trial.as_ref();
         ExplorationName {
@@ -410,7 +410,7 @@ impl Replay {
                 tui::Action::Quit | tui::Action::Interrupt | tui::Action::Abort => {
                     self.stop.raise();
                 }
-                // Nothing is driven, and nobody takes part.
+                // A replay drives no plate and has no participant.
                 tui::Action::EmergencyStop
                 | tui::Action::Rearm
                 | tui::Action::Redo(_)
@@ -425,7 +425,8 @@ impl Replay {
         Ok(())
     }
 
-    /// Moves on by reading fast, or back by reading fast from the start: what is shown always rests on all before it.
+    /// Seeks by `by_s`: forward by reading fast, back by reading fast from the start, so that the screen reflects all earlier
+    /// data.
     fn seek(&mut self, by_s: f64) -> anyhow::Result<()> {
         let to_s = (self.audio_s.max(self.seeking_s) + by_s).clamp(0.0, self.source.duration_s());
         if to_s < self.audio_s {
@@ -447,7 +448,7 @@ impl Replay {
         Ok(())
     }
 
-    /// Returns up to where the recording is to be read, s.
+    /// Returns the time up to which to read the recording, s.
     fn read_to_s(&mut self, since_ns: u64) -> Option<f64> {
         if self.played_s < self.seeking_s {
             self.played_s = self.seeking_s.min(self.played_s + SEEK_CHUNK_S);
@@ -460,7 +461,7 @@ impl Replay {
         Some(self.played_s)
     }
 
-    /// Whether the replay goes on: it neither is paused nor waits at the end.
+    /// Whether the replay advances: neither paused nor waiting at the end.
     fn is_reading(&self) -> bool {
         !self.finished && (!self.paused || self.played_s < self.seeking_s)
     }
@@ -572,7 +573,7 @@ impl Task for Replay {
         let reading = self.is_reading();
         self.pace.pass(reading);
         if self.finished {
-            // Only the operator is waited for, also when time runs free.
+            // The operator is the only thing to wait for, even on a free-running clock.
             std::thread::sleep(self.period());
         } else if let Some(to_s) = self.read_to_s(since_ns) {
             let batch = self.source.read_until(to_s)?;
@@ -588,7 +589,7 @@ impl Task for Replay {
 
     fn finish(&mut self) -> anyhow::Result<()> {
         self.front.show(tui::Event::Close);
-        // Whoever asked for it waits.
+        // `replay` keeps the receiver until the tasks have ended.
         let _ = self.report.send(self.summary());
         Ok(())
     }

@@ -1,18 +1,18 @@
-//! The recordings of a study.
+//! Recordings of a study.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use recording::MANIFEST_FILE;
 
-/// Folders below a study: participants, sessions, trials.
+/// Levels of folders below a study: participants, sessions, trials.
 const DEPTH: usize = 3;
 
-/// Returns all recordings in the study, participant or session at `folder`, in order, interrupted and repeated trials
-/// included; `None` if `folder` is a recording itself, or no folder.
+/// Returns all recordings in the study, participant or session at `folder`, in order, including interrupted and repeated
+/// trials; `None` if `folder` is a recording itself, or not a folder.
 ///
 /// # Errors
-/// A folder cannot be listed, or there is no recording in it.
+/// If a folder cannot be listed, or contains no recording.
 pub fn recordings_in(folder: &Path) -> anyhow::Result<Option<Vec<PathBuf>>> {
     if !folder.is_dir() || folder.join(MANIFEST_FILE).exists() {
         return Ok(None);

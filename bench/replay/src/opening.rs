@@ -1,11 +1,11 @@
-//! What the dashboard is told before a recording is replayed.
+//! Events shown on the dashboard before a replay starts.
 
 use protocols::SelectionRules;
 use tui::event::LogLevel;
 
 use crate::source::Source;
 
-/// Returns the events that say what is replayed: the recording called `name`.
+/// Returns the events that describe the recording `name`.
 pub(crate) fn events(source: &Source, rules: &SelectionRules, name: &str) -> Vec<tui::Event> {
     let manifest = source.manifest();
     let half_m = rules.central_m / 2.0;
@@ -39,7 +39,7 @@ pub(crate) fn events(source: &Source, rules: &SelectionRules, name: &str) -> Vec
             calibration_label: calibration.map(|calibration| calibration.label.clone()),
             uncalibrated: hardware.is_some_and(|hardware| hardware.uncalibrated),
             simulated: false,
-            // A recording tells the plate's centre only.
+            // A recording gives only the plate's centre.
             plate_length_m: 2.0 * centre_m,
             kept_m: Some((centre_m - half_m, centre_m + half_m)),
         }),

@@ -1,4 +1,4 @@
-//! What `friction-bench replay` may be told.
+//! Command-line options of `friction-bench replay`.
 
 use std::path::PathBuf;
 

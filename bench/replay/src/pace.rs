@@ -1,20 +1,19 @@
-//! How fast a recording is read.
+//! Speed at which a recording is read.
 
 use std::time::{Duration, Instant};
 
-/// Length of what is read, and the time that it takes: pauses and the wait at the end are left out, what is read again after
-/// moving back is counted again.
+/// Length read and the time it took, without pauses and the wait at the end; repeated reading after seeking back counts again.
 #[derive(Debug, Default)]
 pub(crate) struct Pace {
     looked: Option<Instant>,
-    /// Time for which it was read.
+    /// Time spent reading.
     took: Duration,
-    /// Length of what was read, s of the recording.
+    /// Length read, s of the recording.
     pub(crate) read_s: f64,
 }
 
 impl Pace {
-    /// Takes the time since the last look as one in which the recording was read, or not.
+    /// Adds the time since the last call, if the recording was being read.
     pub(crate) fn pass(&mut self, reading: bool) {
         let now = Instant::now();
         let passed = now - self.looked.replace(now).unwrap_or(now);
@@ -23,7 +22,7 @@ impl Pace {
         }
     }
 
-    /// Returns the time for which it was read, s.
+    /// Returns the time spent reading, s.
     pub(crate) fn took_s(&self) -> f64 {
         self.took.as_secs_f64()
     }

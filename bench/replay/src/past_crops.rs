@@ -1,4 +1,4 @@
-//! The crops of what a session recorded before it goes on.
+//! Crops of earlier explorations, for a session that is resumed.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use crate::source::Source;
 /// Returns the crops of the explorations in the recording of an attempt, as the session showed them.
 ///
 /// # Errors
-/// A file is missing or against the format, or the audio cannot be demodulated.
+/// If a file is missing or violates the format, or the audio cannot be demodulated.
 pub fn past_crops(folder: &Path, attempt: TrialLabel) -> anyhow::Result<Vec<Crop>> {
     let mut source = Source::open(folder)?;
     let manifest = source.manifest().clone();

@@ -1,15 +1,15 @@
-//! What a replay came to.
+//! Summary of a replay.
 
 use recording::pipeline::Account;
 
-/// What a replay came to.
+/// Summary of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// Length of what was replayed, s.
+    /// Length replayed, s.
     pub audio_s: f64,
-    /// Length of all that was read on the way, what was read again after moving back too, s.
+    /// Total length read, including repeated reading after seeking back, s.
     pub read_s: f64,
-    /// Time that reading it took, pauses left out, s.
+    /// Time spent reading, without pauses, s.
     pub took_s: f64,
     /// Sample rate, Hz.
     pub rate_hz: u32,
@@ -17,23 +17,23 @@ pub struct Report {
     pub account: Account,
     /// Impedance frames.
     pub frames: u64,
-    /// Explorations seen to their end.
+    /// Number of explorations replayed to their end.
     pub explorations: usize,
-    /// Instances selected in them.
+    /// Number of instances selected in them.
     pub instances: usize,
-    /// Explorations with a fit.
+    /// Number of explorations with a fit.
     pub fits: usize,
-    /// RMS difference of the live from the measured friction with its number of frames, in explorations on the plate's central
-    /// part, after the first fit.
+    /// RMS difference between live and measured friction, and its number of frames, for explorations on the plate's central
+    /// part after the first fit.
     pub friction: Option<(f64, u64)>,
-    /// What is wrong with the recording.
+    /// Defects of the recording.
     pub warnings: Vec<String>,
-    /// Replayed to its end.
+    /// Whether the recording was replayed to its end.
     pub completed: bool,
 }
 
 impl Report {
-    /// The lines printed at the end.
+    /// Returns the lines of the summary.
     pub fn lines(&self) -> Vec<String> {
         let friction = self.friction.map_or_else(
             || "none: no fit came before the last exploration".to_owned(),

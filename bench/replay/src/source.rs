@@ -1,4 +1,4 @@
-//! A recording as a source of batches, as the sound card and the sensors are one.
+//! Recording as a source of batches, in place of the sound card and the sensors.
 
 use std::path::Path;
 
@@ -9,10 +9,10 @@ use recording::pipeline::{Batch, Pipeline};
 use recording::reader::{ReadError, RowReader, Warning};
 use recording::{ForceRow, PositionRow, RecordingReader};
 
-/// Frames of audio read at a time.
+/// Frames of audio per read.
 const BLOCK_FRAMES: usize = 4096;
 
-/// Audio through the live pipeline, with the rows that belong to it.
+/// Audio through the live pipeline, with the sensor rows of the same time.
 pub struct Source {
     reader: RecordingReader,
     pipeline: Pipeline,
@@ -26,7 +26,7 @@ impl Source {
     /// Opens the recording in `folder`.
     ///
     /// # Errors
-    /// A file is missing or against the format, or the audio cannot be demodulated as the manifest says.
+    /// If a file is missing or violates the format, or the audio cannot be demodulated as the manifest says.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let reader = RecordingReader::open(folder)?;
         let pipeline = Pipeline::of_recording(reader.manifest(), reader.format())
@@ -41,27 +41,27 @@ impl Source {
         })
     }
 
-    /// What the recording is of.
+    /// Returns the manifest of the recording.
     pub fn manifest(&self) -> &Manifest {
         self.reader.manifest()
     }
 
-    /// Sample rate, Hz.
+    /// Returns the sampling rate, Hz.
     pub fn rate_hz(&self) -> u32 {
         self.reader.format().sample_rate_hz
     }
 
-    /// Its length, s.
+    /// Returns the length of the recording, s.
     pub fn duration_s(&self) -> f64 {
         self.reader.frames() as f64 / f64::from(self.rate_hz())
     }
 
-    /// Everything has been read.
+    /// Whether everything has been read.
     pub fn ended(&self) -> bool {
         self.ended
     }
 
-    /// What is wrong with the recording, as far as it has been read.
+    /// Returns the defects found so far in the recording.
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = self.reader.warnings().to_vec();
         warnings.extend(self.force.rows.warnings());
@@ -69,10 +69,10 @@ impl Source {
         warnings
     }
 
-    /// Reads on up to `until_s` of the recording.
+    /// Reads on to `until_s` of the recording.
     ///
     /// # Errors
-    /// A file cannot be read.
+    /// If a file cannot be read.
     pub fn read_until(&mut self, until_s: f64) -> anyhow::Result<Batch> {
         let mut batch = Batch::default();
         let until = (until_s * self.pipeline.rate_hz()) as u64;
@@ -100,13 +100,13 @@ impl Source {
     }
 }
 
-/// Rows of a file with the next one at hand.
+/// Rows of a file, with one row of look-ahead.
 struct Rows<R> {
     rows: RowReader<R>,
     next: Option<R>,
 }
 
-/// A row that has a time.
+/// A row with a time.
 trait Timed {
     fn time_s(&self) -> f64;
 }

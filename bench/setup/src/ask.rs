@@ -1,4 +1,4 @@
-//! Who answers the questions: a person at a terminal, or nobody.
+//! Sources of answers to the questions of `init`: a person at a terminal, or the options alone.
 
 use std::io;
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -11,35 +11,35 @@ use crossterm::{cursor, execute};
 use inquire::error::InquireResult;
 use inquire::{Confirm, Select, Text};
 
-/// How often is looked whether a signal came while a question waits.
+/// Interval at which a waiting question checks for a signal.
 const GLANCE: Duration = Duration::from_millis(50);
 
 /// A question with the option that answers it.
 pub struct Question<'a> {
-    /// As it is put.
+    /// Text of the question.
     pub text: &'a str,
-    /// Such as `--rig`.
+    /// Option, such as `--rig`.
     pub option: &'a str,
 }
 
-/// Who is asked.
+/// A source of answers.
 pub trait Ask {
-    /// Returns the place of the choice that was taken.
+    /// Returns the index of the chosen entry.
     ///
     /// # Errors
-    /// If nobody is there to choose, or leaves.
+    /// If no operator is present to choose, or the operator quits.
     fn choose(&mut self, question: &Question<'_>, choices: &[String]) -> anyhow::Result<usize>;
 
-    /// Returns a text.
+    /// Returns a text answer.
     ///
     /// # Errors
-    /// If nobody is there to answer, or leaves.
+    /// If no operator is present to answer, or the operator quits.
     fn text(&mut self, question: &Question<'_>, usual: &str) -> anyhow::Result<String>;
 
-    /// Returns whether something is to be done now: no, where nobody is there to permit it.
+    /// Returns whether the operator confirms an action now; `false` if no operator is present.
     ///
     /// # Errors
-    /// If whoever is asked leaves.
+    /// If the operator quits.
     fn confirm(&mut self, text: &str) -> anyhow::Result<bool>;
 }
 
@@ -49,16 +49,16 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// Asks until it has `ended`, as by a signal.
+    /// Creates a terminal that asks until `ended` returns true, such as after a signal.
     pub fn new(ended: impl Fn() -> bool + 'static) -> Self {
         let ended = Box::new(ended);
         Self { ended }
     }
 
-    /// Waits for the answer. The prompt, which waits for keys alone, has a thread of its own.
+    /// Waits for the answer. The prompt runs on a separate thread because it waits for keys only.
     ///
     /// # Errors
-    /// The prompt's, or that a signal came first; the terminal is then as it was.
+    /// If the prompt fails, or a signal comes first; the terminal is then restored.
     fn answer<T: Send + 'static>(
         &self,
         prompt: impl FnOnce() -> InquireResult<T> + Send + 'static,
@@ -73,7 +73,7 @@ impl Terminal {
                 Ok(answer) => return Ok(answer?),
                 Err(RecvTimeoutError::Disconnected) => bail!("the question failed"),
                 Err(RecvTimeoutError::Timeout) if (self.ended)() => {
-                    // The terminal may be gone.
+                    // The terminal may have closed.
                     let _ = crossterm::terminal::disable_raw_mode();
                     let _ = execute!(io::stderr(), cursor::Show, Print("\n"));
                     bail!("ended by a signal");
@@ -102,7 +102,7 @@ impl Ask for Terminal {
     }
 }
 
-/// Nobody: what there is only one of is taken, and all else must have been said.
+/// No operator: a choice with only one entry is taken; options must answer everything else.
 pub struct Unattended;
 
 impl Ask for Unattended {

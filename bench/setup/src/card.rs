@@ -1,4 +1,4 @@
-//! The sound card: which there are, and the rate, format and channels to open one with.
+//! The sound card: choice of the device, and of the rate, format and channels to open it with.
 
 use anyhow::bail;
 use signalgen::audio::{Capability, DeviceInfo, Offer};
@@ -6,21 +6,21 @@ use signalgen::audio::{Capability, DeviceInfo, Offer};
 use crate::ask::{Ask, Question};
 use crate::inventory::AudioHost;
 
-/// Sample formats, the best first.
+/// Sample formats in order of preference.
 const FORMATS: [&str; 4] = ["i32", "i24", "f32", "i16"];
-/// Sample rates, the best first, Hz. Below the last the published carrier does not fit.
+/// Sample rates in order of preference, Hz. The published carrier does not fit below the last one.
 const RATES_HZ: [u32; 5] = [192_000, 384_000, 176_400, 96_000, 88_200];
 
-/// A card, and how it is opened.
+/// A card and the settings to open it with.
 pub struct Card {
     pub host: &'static str,
     pub id: String,
     pub name: String,
-    /// `None` if the card does not report what it takes.
+    /// Layout; `None` if the card does not report its capabilities.
     pub layout: Option<Layout>,
 }
 
-/// Rate, format and channels.
+/// Sample rate, format and channels.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
     pub rate_hz: u32,
@@ -29,7 +29,7 @@ pub struct Layout {
     pub inputs: u16,
 }
 
-/// Finds the card that was named, or asks; its streams must have this many inputs.
+/// Finds the card named by the options, or asks; its streams must have at least `inputs` inputs.
 pub fn choose(
     hosts: &[AudioHost],
     named: Option<&str>,
@@ -91,7 +91,7 @@ pub fn choose(
     })
 }
 
-/// Returns the card of an id, or else of a name. Two of one model have one name.
+/// Returns the card with this id, or else with this name. Two cards of one model share a name.
 fn called<'a>(
     cards: &'a [(&'static str, &'a DeviceInfo)],
     name: &str,
@@ -111,7 +111,7 @@ fn called<'a>(
     Ok(first)
 }
 
-/// What a card's streams can be.
+/// Layout that a card's streams allow.
 enum Streams {
     Fit(Layout),
     Unfit,
@@ -139,7 +139,7 @@ fn line(device: &DeviceInfo, inputs: u16) -> String {
     format!("{} ({}): {streams}", device.name, device.id)
 }
 
-/// Returns the best layout that both directions take.
+/// Returns the best layout that both directions support.
 fn layout(output: &[Capability], input: &[Capability], inputs: u16) -> Option<Layout> {
     let of = |offer: &[Capability], rate_hz: u32, format: &str, least: u16| {
         let takes = |c: &&Capability| {

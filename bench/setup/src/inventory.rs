@@ -1,4 +1,4 @@
-//! `devices`: what this computer offers.
+//! The `devices` command: an inventory of this computer's devices.
 
 use std::fmt::Write;
 use std::fs;
@@ -10,9 +10,9 @@ use signalgen::audio::{AudioError, DeviceInfo, Host, Offer, list_devices};
 /// Everything that a `bench.toml` can name.
 #[derive(Debug)]
 pub struct Listing {
-    /// Sound layers, and NI-DAQmx.
+    /// Sound layers and NI-DAQmx.
     pub hosts: Vec<AudioHost>,
-    /// Cards of National Instruments, and what they can do.
+    /// Cards of National Instruments with their capabilities.
     pub cards: Vec<daqmx::Card>,
     /// Serial ports.
     pub serial_ports: Vec<PathBuf>,
@@ -23,15 +23,15 @@ pub struct Listing {
 /// One sound layer.
 #[derive(Debug)]
 pub struct AudioHost {
-    /// Its name in `bench.toml`.
+    /// Name in `bench.toml`.
     pub name: &'static str,
-    /// Its devices.
+    /// Devices of the layer.
     pub devices: Vec<DeviceInfo>,
-    /// Why there are none.
+    /// Reason why the layer is unavailable.
     pub unavailable: Option<String>,
 }
 
-/// The devices of a host, or why it has none.
+/// Returns the devices of a host, or the reason why it has none.
 pub fn audio(name: &'static str, opened: Result<&Host, &AudioError>) -> AudioHost {
     let listed = match opened {
         Ok(opened) => list_devices(opened).map_err(|error| error.to_string()),
@@ -48,21 +48,21 @@ pub fn audio(name: &'static str, opened: Result<&Host, &AudioError>) -> AudioHos
     }
 }
 
-/// Serial ports of this computer, by names that they keep where they have one.
+/// Returns the serial ports of this computer, by persistent names where the system provides them.
 ///
 /// # Errors
-/// When the system does not list them.
+/// If the system cannot list them.
 pub fn serial_ports() -> anyhow::Result<Vec<PathBuf>> {
     let ports = serialport::available_ports()?.into_iter();
     let kept = |port: PathBuf| kept_name(&port, Path::new(LINKS)).unwrap_or(port);
     Ok(ports.map(|port| kept(port.port_name.into())).collect())
 }
 
-/// Folder of the links that the system keeps to serial ports.
+/// Folder of the persistent links to serial ports.
 const LINKS: &str = "/dev/serial";
 
-/// Returns the name of a port that does not change with the order in which devices are plugged in: by the device's serial
-/// number, or by the port of the computer where that is not its own. `None` where the system keeps none.
+/// Returns a name for the port that does not depend on the order in which devices are plugged in: by the device's serial
+/// number, or, if that is not unique, by the computer's socket. `None` if the system provides no such name.
 fn kept_name(port: &Path, links: &Path) -> Option<PathBuf> {
     let device = port.canonicalize().ok()?;
     ["by-id", "by-path"].iter().find_map(|folder| {
@@ -77,10 +77,10 @@ fn kept_name(port: &Path, links: &Path) -> Option<PathBuf> {
 }
 
 impl Listing {
-    /// As JSON.
+    /// Returns the listing as JSON.
     ///
     /// # Errors
-    /// Never for what was listed.
+    /// Never for listings that this crate makes.
     pub fn to_json(&self) -> anyhow::Result<String> {
         let device = |device: &DeviceInfo| {
             json!({
@@ -107,7 +107,7 @@ impl Listing {
         Ok(serde_json::to_string_pretty(&listed)? + "\n")
     }
 
-    /// For a person.
+    /// Returns the listing as text for a person.
     pub fn to_text(&self) -> String {
         let mut text = String::new();
         for host in &self.hosts {
@@ -167,7 +167,7 @@ mod tests {
         let port = |name: &str| root.path().join(name);
         for (name, id, path) in [
             ("ttyUSB0", Some("usb-FTDI_FT0A-if00"), "pci-usb-0:1"),
-            // Of two devices with one serial number the system names one.
+            // The system names only one of two devices that share a serial number.
             ("ttyUSB1", None, "pci-usb-0:2"),
         ] {
             fs::write(port(name), "").unwrap();

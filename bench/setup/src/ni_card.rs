@@ -1,4 +1,4 @@
-//! A card of National Instruments: the rate and the clock that it allows.
+//! A card of National Instruments: the rate and the clock that it supports.
 
 use anyhow::{Context, bail};
 use daqmx::Card;
@@ -6,12 +6,12 @@ use daqmx::Card;
 use crate::ask::{Ask, Question};
 use crate::sheet::Sheet;
 
-/// Sample rates, the best first, Hz.
+/// Sample rates in order of preference, Hz.
 const RATES_HZ: [u32; 3] = [250_000, 125_000, 100_000];
-/// The drive's read-back and the pickup.
+/// Number of inputs for the drive's read-back and the pickup.
 const INPUTS: u32 = 2;
 
-/// Finds the card that was named, or asks.
+/// Finds the card named by the options, or asks.
 pub fn choose<'a>(
     cards: &'a [Card],
     named: Option<&str>,
@@ -46,7 +46,7 @@ pub fn choose<'a>(
     }
 }
 
-/// Puts the card in the sound card's place, its counter in the encoder's, and its lines in those of the stops.
+/// Configures the card in place of the sound card, its counter as the encoder, and its lines as the stops.
 pub fn put(sheet: &mut Sheet, card: &Card) -> anyhow::Result<()> {
     let rate_hz = rate_hz(card).with_context(|| {
         format!(
@@ -84,7 +84,7 @@ pub fn put(sheet: &mut Sheet, card: &Card) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Returns the best rate at which the card writes and reads.
+/// Returns the best rate at which the card can both write and read.
 fn rate_hz(card: &Card) -> Option<u32> {
     let reads = |rate_hz: u32| {
         if card.simultaneous {
@@ -98,7 +98,7 @@ fn rate_hz(card: &Card) -> Option<u32> {
         .find(|&rate_hz| f64::from(rate_hz) <= card.output_hz && reads(rate_hz))
 }
 
-/// Returns whether a product is one of 63xx, whose outputs' clock reaches its inputs.
+/// Returns whether a product belongs to the 63xx series, which can clock its inputs by its outputs.
 fn is_x_series(product: &str) -> bool {
     let digits = product.split(|c: char| !c.is_ascii_digit());
     digits

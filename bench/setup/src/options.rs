@@ -1,4 +1,4 @@
-//! What `friction-bench init` may be told.
+//! Options of `friction-bench init`.
 
 use std::path::PathBuf;
 
@@ -42,7 +42,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Returns the option that was given and says nothing of a rig, if there is one.
+    /// Returns the first given option that does not apply to `rig`, if any.
     pub fn beside(&self, rig: Rig) -> Option<&'static str> {
         let six_axis = rig == Rig::SixAxis;
         [

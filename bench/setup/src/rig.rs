@@ -1,4 +1,4 @@
-//! The rigs that laboratories have.
+//! Kinds of rigs found in laboratories.
 
 use clap::ValueEnum;
 
@@ -16,7 +16,7 @@ pub enum Rig {
 }
 
 impl Rig {
-    /// Returns the rig in words.
+    /// Returns a description of the rig.
     pub fn in_words(self) -> &'static str {
         match self {
             Self::Published => "card of National Instruments, force sensor on a serial line",
@@ -26,7 +26,7 @@ impl Rig {
         }
     }
 
-    /// Returns whether the forces come on a serial line of their own.
+    /// Returns whether the forces come on a dedicated serial line.
     pub fn has_force_line(self) -> bool {
         match self {
             Self::Published | Self::RaspberryPi => true,
@@ -34,7 +34,7 @@ impl Rig {
         }
     }
 
-    /// Returns whether a field box has the position and the stops.
+    /// Returns whether a field box reads the position and the stops.
     pub fn has_field_box(self) -> bool {
         match self {
             Self::FieldBox | Self::SixAxis => true,

@@ -1,4 +1,4 @@
-//! The template of `bench.toml` as a sheet to be filled in: its comments stay.
+//! The template of `bench.toml` as a form to fill in; its comments are kept.
 
 use anyhow::{Context, bail};
 
@@ -8,14 +8,14 @@ pub struct Sheet {
 }
 
 impl Sheet {
-    /// Takes a fresh template.
+    /// Creates a sheet from a fresh template.
     pub fn new() -> Self {
         Self {
             lines: config::TEMPLATE.lines().map(str::to_owned).collect(),
         }
     }
 
-    /// Writes a value at a key, which may stand there as optional, commented out.
+    /// Sets a key, which may be optional and commented out in the template.
     ///
     /// # Errors
     /// If the template has no such key.
@@ -35,7 +35,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Takes a key out of force, and leaves it where it stands, commented out.
+    /// Disables a key by commenting it out in place.
     ///
     /// # Errors
     /// If the template has no such key.
@@ -47,7 +47,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Puts a key in force that the template has as an example.
+    /// Enables a key that is commented out in the template as an example.
     ///
     /// # Errors
     /// If the template has no such key.
@@ -75,7 +75,7 @@ impl Sheet {
         self.lines.join("\n") + "\n"
     }
 
-    /// Returns the lines of a table, its header the first.
+    /// Returns the line range of a table, including its header.
     fn table(&self, table: &str) -> anyhow::Result<(usize, usize)> {
         let header = format!("[{table}]");
         let from = self
@@ -102,7 +102,7 @@ impl Sheet {
     }
 }
 
-/// Returns what a line says after its value.
+/// Returns the comment after a line's value.
 fn comment(line: &str) -> Option<&str> {
     let line = line.strip_prefix('#').unwrap_or(line);
     let mut quoted = false;

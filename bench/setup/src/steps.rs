@@ -1,12 +1,12 @@
-//! What to do once a `bench.toml` is there.
+//! Next steps after a `bench.toml` is written.
 
 use std::path::Path;
 
 use files::quoted;
 
-/// Returns what is to be calibrated, in order, as commands.
+/// Returns the calibration commands to run, in order.
 pub fn next(config: &Path, mock: Option<&str>) -> String {
-    // Simulated hardware has a configuration of its own, unless one is named.
+    // Simulated hardware has a separate configuration unless one is named.
     let named = if config == Path::new("bench.toml") && mock.is_none() {
         String::new()
     } else {

@@ -1,4 +1,4 @@
-//! Asks what is there, and writes a `bench.toml`.
+//! Asks which devices to use, and writes a `bench.toml`.
 
 use std::fs::File;
 use std::io::Write;
@@ -15,24 +15,24 @@ use crate::rig::Rig;
 use crate::sheet::Sheet;
 use crate::steps;
 
-/// Inputs of the drive and the pickup, and those of a sensor's gauges.
+/// Numbers of inputs for the drive and the pickup, and for a sensor's gauges.
 const SIGNALS: u16 = 2;
 const GAUGES: u16 = 6;
-/// GPIO chip of a computer where none is found, as one that is not the bench's own may have none.
+/// Default GPIO chip on a computer that lists none, such as one that is not the bench's.
 const FIRST_CHIP: &str = "/dev/gpiochip0";
 
-/// What was written, in words.
+/// Description of a written configuration.
 pub struct Written {
-    /// What was chosen, and what to look at before the bench drives.
+    /// Choices made, and points to check before the bench drives.
     pub text: String,
-    /// What to do next.
+    /// Next steps.
     pub next: String,
 }
 
-/// Asks for whatever the options do not say, and writes the file.
+/// Asks for everything the options leave open, and writes the file.
 ///
 /// # Errors
-/// If the file exists, something needed is not there, or nobody answers.
+/// If the file exists, a required device is missing, or no answer is given.
 pub fn write(options: &Options, found: &Listing, ask: &mut dyn Ask) -> anyhow::Result<Written> {
     let path = &options.config;
     if path.exists() {
@@ -119,7 +119,7 @@ fn rig(options: &Options, ask: &mut dyn Ask) -> anyhow::Result<Rig> {
     Ok(rigs[ask.choose(&question, &lines)?])
 }
 
-/// Where forces come from.
+/// Source of the forces.
 enum ForceSensor {
     Box,
     Serial { port: PathBuf, line: ForceLine },
@@ -282,7 +282,7 @@ fn put_sensor(sheet: &mut Sheet, sensor: &ForceSensor) -> anyhow::Result<()> {
     }
 }
 
-/// Position and stops.
+/// Writes the settings of position and stops.
 fn put_lines(
     sheet: &mut Sheet,
     rig: Rig,
@@ -324,7 +324,7 @@ fn put_lines(
     Ok(())
 }
 
-/// Returns a path as it stands in a TOML file, which is text.
+/// Returns a path as text for a TOML file.
 fn in_toml(path: &Path) -> anyhow::Result<&str> {
     path.to_str().with_context(|| {
         format!(
@@ -376,13 +376,13 @@ mod tests {
     use crate::ask::Unattended;
     use crate::inventory::AudioHost;
 
-    /// As ATI delivers one with a sensor.
+    /// Calibration file in the form ATI delivers with a sensor.
     const CAL_FILE: &str = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../config/tests/data/FT09999.cal"
     );
 
-    /// A computer with one sound card of ten inputs and two serial ports.
+    /// Returns a computer with one sound card of ten inputs, and two serial ports.
     fn computer() -> Listing {
         let offer = Offer::Listed(vec![Capability {
             channels: 10,

@@ -1,21 +1,21 @@
-//! A source that is never read to its end: it sends faster than the bench reads.
+//! Detection of a source that sends faster than the bench reads, so that its buffer is never empty.
 
-/// Time for which something is always left before a source is given up, s.
+/// Time without an empty buffer after which a source is rejected, s.
 const LONGEST_S: f64 = 1.0;
-/// Fewest looks within that time: a program that was held up finds much waiting, but not again and again.
+/// Smallest number of reads within that time: a reader that was held up finds a long backlog, but not repeatedly.
 const FEWEST_LOOKS: u32 = 100;
 
-/// Tells a source that is faster than its reader from one that had to wait.
+/// Distinguishes a source that is faster than its reader from a reader that was held up.
 #[derive(Debug, Default)]
 pub(crate) struct Backlog {
-    /// When something was left for the first time since the source was read to its end, s.
+    /// Time of the first read that left data after the buffer was last empty, s.
     since_s: Option<f64>,
     looks: u32,
 }
 
 impl Backlog {
-    /// Takes whether a look at `now_s` read the source to its end. Returns for how long something has always been left, s,
-    /// once that is too long.
+    /// Records whether the read at `now_s` emptied the buffer. Returns the time since it was last empty, s, if that is too
+    /// long.
     pub(crate) fn take(&mut self, now_s: f64, emptied: bool) -> Option<f64> {
         if emptied {
             *self = Self::default();
@@ -34,7 +34,7 @@ mod tests {
     #[test]
     fn a_reader_that_was_held_up_gives_no_source_up() {
         let mut backlog = Backlog::default();
-        // Held up for a minute, then behind for half a second.
+        // The reader is held up for a minute, then behind for half a second.
         assert_eq!(backlog.take(0.0, false), None);
         for look in 0..90 {
             assert_eq!(backlog.take(60.0 + 5e-3 * f64::from(look), false), None);

@@ -1,14 +1,14 @@
-//! Newtons from a sensor's readings, and the end of its range.
+//! Conversion of a sensor's readings to newtons, with detection of saturation.
 
 use config::Correction;
 
 use crate::force_source::{Moment, TimedForce};
 
-/// What makes forces of a sensor's readings, as configured and calibrated.
+/// Converts a sensor's readings to forces, as configured and calibrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Corrector {
     correction: Correction,
-    /// Reading from which on an axis is saturated, either way, N.
+    /// Reading at which an axis counts as saturated, in either direction, N.
     range_n: f64,
 }
 
@@ -20,7 +20,7 @@ impl Corrector {
         }
     }
 
-    /// Returns the force of a reading, whose axes may themselves say that they are saturated.
+    /// Returns the force of a reading; `saturated` holds the sensor's own saturation flags.
     pub(crate) fn force(&self, at: Moment, raw_n: [f64; 2], saturated: [bool; 2]) -> TimedForce {
         let [normal_n, lateral_n] = self.correction.forces_n(raw_n);
         let [normal_saturated, lateral_saturated] =

@@ -1,44 +1,44 @@
-//! Time on a device's own clock.
+//! Time on a device's clock.
 
-/// Time by which a device's clock may disagree with the arrival of its readings, s. One that disagrees by more has
-/// begun anew: the device was switched off or reset.
+/// Largest difference between a device's clock and the arrival of its readings, s. A larger difference means that the device
+/// was switched off or reset.
 pub(crate) const RESTARTED_S: f64 = 1.0;
 
-/// Count that a device's clock should show when bytes arrive, by what is known of it, and how far off it may be.
+/// Expected count of a device's clock when bytes arrive, with its tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExpectedCount {
-    /// The count.
+    /// Expected count.
     pub(crate) count: f64,
-    /// Counts by which a reading may be ahead of it.
+    /// Tolerance for a reading ahead of the expected count, counts.
     pub(crate) ahead: f64,
-    /// Counts by which a reading may be behind it: for as long as nobody has read, it may have waited.
+    /// Tolerance for a reading behind the expected count, counts: it may have waited since the previous read.
     pub(crate) behind: f64,
 }
 
-/// Place of a reading by its count.
+/// Position of a reading in the sequence by its count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Place {
-    /// After those before, at this count since the device was first heard.
+    /// After the earlier readings, at this count since the device's first reading.
     Next(u64),
-    /// At the last reading, or before it.
+    /// At or before the last reading.
     Past,
-    /// Of a clock that has begun anew, at this count of the same course.
+    /// From a restarted clock, at this count of the continued sequence.
     Restarted(u64),
 }
 
-/// A counter of 32 bits, extended to 64 across its wraps and its restarts.
+/// A 32-bit counter, extended to 64 bits across wraps and restarts.
 ///
-/// A wrap is told from a restart by the arrival of the readings, an independent clock: without it a count that has gone
-/// back by more than half the circle looks like one that went on.
+/// A wrap is distinguished from a restart by the arrival time of the readings, an independent clock: without it, a count that
+/// went back by more than half the range would look like one that advanced.
 #[derive(Debug, Default)]
 pub(crate) struct DeviceCount {
     last: Option<u64>,
-    /// Added to what the device counts, since its last restart.
+    /// Offset added to the device's count since its last restart.
     added: u32,
 }
 
 impl DeviceCount {
-    /// Returns where a reading belongs that counts `wrapped`; without `expected` the nearest place to the last reading.
+    /// Returns the place of a reading with the count `wrapped`; without `expected`, the place nearest to the last reading.
     pub(crate) fn place(&self, wrapped: u32, expected: Option<&ExpectedCount>) -> Place {
         let shifted = wrapped.wrapping_add(self.added);
         let Some(last) = self.last else {
@@ -46,7 +46,7 @@ impl DeviceCount {
         };
         // A count below 0 was before the first reading.
         let about = expected.map_or(last, |expected| expected.count.max(0.0).round() as u64);
-        // As a signed difference a step back in time stays small instead of looking like a wrap.
+        // As a signed difference, a step back in time stays small instead of looking like a wrap.
         let step = shifted.wrapping_sub(about as u32).cast_signed();
         let near = about.saturating_add_signed(i64::from(step));
         if let Some(expected) = expected {
@@ -62,7 +62,7 @@ impl DeviceCount {
         }
     }
 
-    /// Takes a reading at its place; returns its count in 64 bits, `None` of one that is past.
+    /// Records a reading at its place; returns its 64-bit count, or `None` for a past reading.
     pub(crate) fn take(&mut self, wrapped: u32, place: Place) -> Option<u64> {
         let count = match place {
             Place::Next(count) => count,
@@ -81,7 +81,7 @@ impl DeviceCount {
 mod tests {
     use super::*;
 
-    /// A microsecond counter that is read `us` after the arrival that `expected` is of.
+    /// Returns an expected count of `us` µs, with the tolerance for a restart.
     fn expected(us: f64) -> ExpectedCount {
         ExpectedCount {
             count: us,
@@ -114,13 +114,13 @@ mod tests {
                 last: Some(up_us as u64),
                 added: 0,
             };
-            // Silent for a while of any length, it goes on.
+            // Silence of any length is not a restart.
             for silent_us in [1e3, 3e6, 2_200e6, 40_000e6] {
                 let now = up_us + silent_us;
                 let place = clock.place(now as u64 as u32, Some(&expected(now + 2e3)));
                 assert_eq!(place, Place::Next(now as u64), "{up_us} {silent_us}");
             }
-            // It was reset: a second and a half later it counts from 0.
+            // After a reset, it counts from 0 a second and a half later.
             let now = expected(up_us + 1.5e6);
             let place = clock.place(300, Some(&now));
             assert_eq!(place, Place::Restarted(now.count as u64), "{up_us}");

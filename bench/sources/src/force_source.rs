@@ -1,4 +1,4 @@
-//! The trait of all sources of forces, and what they say of themselves.
+//! Trait of all force sources, with their state and faults.
 
 use impedance::clock_alignment::ClockState;
 use safety::Nonsense;
@@ -6,25 +6,25 @@ use serde::Serialize;
 
 use crate::gone::SourceGone;
 
-/// When a force acted.
+/// Time at which a force acted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Moment {
-    /// Time on the host's clock, s: a sensor with a clock of its own, which was aligned with the host's.
+    /// Time on the host's clock, s, for a sensor with its own clock, aligned with the host's.
     Host(f64),
-    /// Frame of the sound card, counted as it delivers them, from 0: a sensor on its inputs.
+    /// Frame of the sound card, counted from 0 as delivered, for a sensor on the card's inputs.
     Card(f64),
 }
 
-/// A force, and when it acted.
+/// A force with its time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimedForce {
-    /// When it acted.
+    /// Time at which the force acted.
     pub at: Moment,
     /// Normal force, positive when the finger presses, N.
     pub normal_n: f64,
     /// Lateral force, positive towards increasing position, N.
     pub lateral_n: f64,
-    /// Normal and lateral force by the sensor itself, without calibration, N.
+    /// Normal and lateral force as read by the sensor, without calibration, N.
     pub raw_n: [f64; 2],
     /// Whether the normal axis is at the end of its range.
     pub normal_saturated: bool,
@@ -45,13 +45,13 @@ impl TimedForce {
 pub struct LineFaults {
     /// Readings dropped because they did not parse or failed their checksum.
     pub corrupt: u64,
-    /// Readings that never arrived, by the sequence number.
+    /// Readings that never arrived, from gaps in the sequence number.
     pub lost: u64,
-    /// Readings dropped because their number or time had been seen.
+    /// Readings dropped because their number or time was already seen.
     pub repeated: u64,
     /// Readings dropped because a later one had overtaken them.
     pub reordered: u64,
-    /// Readings dropped because the sensor said with them that it has failed.
+    /// Readings dropped because the sensor marked them as failed.
     pub failed: u64,
     /// Restarts of the sensor: its clock disagreed with the arrival of its readings by more than a second.
     pub restarted: u64,
@@ -72,36 +72,36 @@ impl LineFaults {
     }
 }
 
-/// How a source fares.
+/// State of a source.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SourceHealth {
     /// Readings lost or rejected so far.
     pub faults: LineFaults,
-    /// How its clock fares against the host's; `None` for a source on the card's clock.
+    /// Alignment of its clock with the host's; `None` for a source on the card's clock.
     pub clock: Option<ClockState>,
 }
 
-/// A source of forces. One that is silent passes none: whoever polls it knows for how long.
+/// A source of forces. A silent source passes no forces; its user measures the silence.
 pub trait ForceSource: Send {
-    /// Reads what has arrived, without waiting, and passes each force to `take`, in the order in which they acted;
-    /// `now_s` is the host's clock, s.
+    /// Reads without waiting the data that have arrived, and passes each force to `take`, in the order in which the forces
+    /// acted; `now_s` returns the host's time, s.
     ///
     /// # Errors
-    /// [`SourceGone`] when there is nothing left to read from.
+    /// [`SourceGone`] if the source no longer exists.
     fn poll(
         &mut self,
         now_s: &dyn Fn() -> f64,
         take: &mut dyn FnMut(TimedForce),
     ) -> Result<(), SourceGone>;
 
-    /// Returns how the source fares.
+    /// Returns the state of the source.
     fn health(&self) -> SourceHealth;
 
-    /// Returns what has come in the place of readings, up to the last poll, which was at `now_ns`.
+    /// Returns the amount of invalid data up to the last poll, which was at `now_ns`.
     fn nonsense(&mut self, now_ns: u64) -> Nonsense;
 
-    /// Returns the refusal of a source whose clock runs `fast_ppm` fast against the sound card's, beyond its tolerance;
-    /// the card's own runs `card_ppm` fast against the computer's.
+    /// Returns the error for a source with a clock that runs `fast_ppm` fast against the sound card's, beyond the tolerance;
+    /// the card's clock runs `card_ppm` fast against the computer's.
     fn off_rate(&self, fast_ppm: f64, card_ppm: f64) -> SourceGone {
         SourceGone::Clock {
             of: "force sensor",

@@ -1,11 +1,11 @@
-//! Sources that have disappeared.
+//! Errors of sources that are no longer available.
 
 use impedance::clock_alignment::TOLERANCE;
 use safety::GpioError;
 
 use crate::field_box::FieldBoxGone;
 
-/// A source that has disappeared, for good.
+/// A source that has become unavailable for good.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceGone {
     /// The serial port no longer exists.
@@ -14,7 +14,7 @@ pub enum SourceGone {
     /// The network is down.
     #[error("the force sensor's network is gone: {0}")]
     Network(std::io::Error),
-    /// The sensor's clock is not what it is configured as.
+    /// The sensor's clock does not match its configuration.
     #[error(
         "the force sensor counts {counted_hz:.0} samples a second, and force.netft.sample_hz = {stated_hz}: forces would be \
          placed wrongly; set it to the device's rate"
@@ -25,7 +25,7 @@ pub enum SourceGone {
         /// Rate by the host's clock, Hz.
         counted_hz: f64,
     },
-    /// The source's clock is beyond what is followed.
+    /// The source's clock deviates by more than the alignment can follow.
     #[error(
         "the clock of the {of} runs {} against the sound card's ({fast_ppm:+.0} ppm), more than the {:.0} % that is followed: \
          its readings would be placed wrongly; give it a crystal, or correct the microseconds that it sends, and start again \
@@ -33,31 +33,31 @@ pub enum SourceGone {
         fast_or_slow(*fast_ppm), 100.0 * TOLERANCE
     )]
     Clock {
-        /// The source.
+        /// Name of the source.
         of: &'static str,
-        /// How much faster its clock runs than the sound card's, parts per million.
+        /// Excess rate of its clock over the sound card's, parts per million.
         fast_ppm: f64,
-        /// How much faster the sound card's clock runs than the computer's, parts per million.
+        /// Excess rate of the sound card's clock over the computer's, parts per million.
         card_ppm: f64,
     },
-    /// The source sends faster than it is read.
+    /// The source sends faster than the bench reads.
     #[error(
         "the {of} sends faster than it can be read: for {for_s:.1} s something was always left, and its readings come late \
          or are lost; lower its rate, or look whether another program sends to it, and start again"
     )]
     Flood {
-        /// The source.
+        /// Name of the source.
         of: &'static str,
-        /// Time for which something was always left, s.
+        /// Time since its buffer was last empty, s.
         for_s: f64,
     },
     /// A line of this computer cannot be read.
     #[error(transparent)]
     Line(#[from] GpioError),
-    /// The card whose counter counts cannot be read any more.
+    /// The card with the encoder's counter can no longer be read.
     #[error("{0}")]
     Card(String),
-    /// The field box cannot be read any more, or is none that this version can use.
+    /// The field box can no longer be read, or is not supported by this version.
     #[error(transparent)]
     FieldBox(#[from] FieldBoxGone),
 }

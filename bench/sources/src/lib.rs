@@ -1,8 +1,7 @@
-//! Sources of forces, positions and stops behind one trait each, [`ForceSource`], [`position::PositionSource`] and the
-//! lines of `safety`: each with its clock, its faults, and a way to say that it is silent, saturated, or has lost
-//! readings.
+//! Sources of forces, positions and stops behind one trait each: [`ForceSource`], [`position::PositionSource`] and the lines of
+//! `safety`. Each reports its clock, its faults, and whether it is silent, saturated, or has lost readings.
 //!
-//! [`open()`] makes the source that `bench.toml` names. Nothing here knows whether the hardware is real.
+//! [`open()`] creates the source that `bench.toml` names. The sources are the same for real and simulated hardware.
 
 mod backlog;
 pub mod channels;

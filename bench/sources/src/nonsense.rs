@@ -1,25 +1,25 @@
-//! A device that speaks, and nothing of it is a reading: the baud is wrong, or another device is there.
+//! Detection of a device that sends data without readings: the baud rate is wrong, or it is another device.
 
 use safety::Nonsense;
 
-/// Time after which nonsense is no start of a stream any more, ns.
+/// Time after which data without readings are no longer the start of a stream, ns.
 const NONSENSE_NS: u64 = 1_000_000_000;
-/// Fewest bytes that can be called nonsense; a sensor may greet with a line.
+/// Smallest number of bytes that counts as nonsense; a sensor may greet with a line.
 const LEAST_BYTES: u64 = 256;
-/// Pause after which bytes are another start, ns.
+/// Pause after which bytes count as a new start, ns.
 const PAUSE_NS: u64 = 250_000_000;
 
-/// Tells a source that sends nonsense from one that is silent or about to begin.
+/// Distinguishes a source that sends nonsense from one that is silent or starting.
 #[derive(Debug, Default)]
 pub(crate) struct NonsenseWatch {
-    /// When the first byte without a reading came, and the last, ns.
+    /// Arrival of the first and the last byte without a reading, ns.
     heard_ns: Option<(u64, u64)>,
     bytes: u64,
 }
 
 impl NonsenseWatch {
-    /// Takes the bytes and the readings among them that came at `now_ns`. Returns the bytes since the last reading, and
-    /// whether they have come for a second.
+    /// Records the bytes that arrived at `now_ns` and the readings among them. Returns the bytes since the last reading, and
+    /// whether they have lasted for a second.
     pub(crate) fn take(&mut self, now_ns: u64, bytes: u64, readings: u64) -> Nonsense {
         if readings > 0 {
             *self = Self::default();
@@ -57,10 +57,10 @@ mod tests {
             .collect();
         assert_eq!(lasts.iter().position(|&lasts| lasts), Some(1000));
         assert!(lasts[1000..].iter().all(|&lasts| lasts));
-        // It is no less so while nothing comes.
+        // Silence does not end the state.
         assert!(watch.take(3500 * MS, 0, 0).lasts);
         assert_eq!(watch.take(4000 * MS, 20, 1), Nonsense::default());
-        // And again, as when the sensor is unplugged for another device.
+        // The state recurs, as when the sensor is unplugged and another device is connected.
         let again = (0..2000).filter(|ms| watch.take((4001 + ms) * MS, 3, 0).lasts);
         assert_eq!(again.count(), 1000);
     }
@@ -69,7 +69,7 @@ mod tests {
     fn greetings_pauses_and_slow_starts_are_not() {
         let mut greeting = NonsenseWatch::default();
         assert_eq!(greeting.take(0, 200, 0).bytes, 200);
-        // The first frames, in pieces.
+        // The first frames arrive in pieces.
         let nonsense = greeting.take(2000 * MS, 10, 0);
         assert_eq!((nonsense.bytes, nonsense.lasts), (10, false));
         assert_eq!(greeting.take(2001 * MS, 10, 1), Nonsense::default());

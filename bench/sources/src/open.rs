@@ -1,4 +1,4 @@
-//! The source that `bench.toml` names.
+//! Creation of the force source that `bench.toml` names.
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -13,7 +13,7 @@ use crate::force_source::ForceSource;
 use crate::netft::open_net;
 use crate::serial::{SerialForce, open_port};
 
-/// Where the force sensor is, in the place of what is configured: a simulated one has no fixed place.
+/// Address of the force sensor that replaces the configured one; a simulated sensor has no fixed address.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
     /// A serial port.
@@ -22,12 +22,12 @@ pub enum Place {
     Address(SocketAddr),
 }
 
-/// The force sensor that is there is of another source than the configured one.
+/// The present force sensor does not match the configured source.
 #[derive(Debug, thiserror::Error)]
 #[error("the force sensor that is there needs force.source = \"{0}\" in bench.toml")]
 struct OtherSensor(&'static str);
 
-/// Returns the input channels that the force sensor of `config` reads; none for one that is not on the card.
+/// Returns the input channels that the force sensor of `config` reads; empty for a sensor that is not on the card.
 #[must_use]
 pub fn tapped(config: &Config) -> Vec<u16> {
     match config.force.as_ref().map(|force| &force.sensor) {
@@ -36,11 +36,11 @@ pub fn tapped(config: &Config) -> Vec<u16> {
     }
 }
 
-/// Opens the force sensor of `config`, at `place` if it is given, on the inputs that `tap` hands out, or on `field_box`;
-/// `None` for a bench without one.
+/// Opens the force sensor of `config`: at `place` if given, on the inputs delivered by `tap`, or on `field_box`; `None` for a
+/// bench without a force sensor.
 ///
 /// # Errors
-/// When the sensor is missing, busy or forbidden.
+/// If the sensor is missing, busy or forbidden.
 pub fn open(
     config: &Config,
     place: Option<Place>,

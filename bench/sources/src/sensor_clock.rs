@@ -1,18 +1,18 @@
-//! A sensor's own clock on the host's.
+//! Alignment of a sensor's clock with the host's.
 
 use impedance::clock_alignment::{ClockState, LowerEnvelope};
 
 use crate::device_time::{ExpectedCount, RESTARTED_S};
 
-/// The clock of a sensor that stamps its readings.
+/// Clock of a sensor that timestamps its readings.
 #[derive(Debug)]
 pub(crate) struct SensorClock {
     map: LowerEnvelope,
-    /// Counts of the sensor's clock in a second.
+    /// Counts of the sensor's clock per second.
     counts_per_s: f64,
     /// Shortest time from sampling to arrival, s.
     latency_s: f64,
-    /// When readings were last looked for, s.
+    /// Time of the previous poll, s.
     looked_s: Option<f64>,
 }
 
@@ -26,7 +26,7 @@ impl SensorClock {
         }
     }
 
-    /// Notes a look for readings at `now_s` on the host's clock; returns the count that those that have come are to show.
+    /// Records a poll at `now_s` on the host's clock; returns the expected count of the readings that have arrived.
     pub(crate) fn look(&mut self, now_s: f64) -> Option<ExpectedCount> {
         let before_s = self.looked_s.replace(now_s).unwrap_or(now_s);
         let unread_s = now_s - before_s;
@@ -37,30 +37,30 @@ impl SensorClock {
         })
     }
 
-    /// Forgets the clock of a sensor that has begun anew.
+    /// Discards the alignment after a restart of the sensor.
     pub(crate) fn restart(&mut self) {
         self.map = LowerEnvelope::default();
     }
 
-    /// Notes that the newest reading of a burst, which has waited least, arrived at `arrival_s` on the host's clock.
+    /// Records that the newest reading of a burst, which has waited least, arrived at `arrival_s` on the host's clock.
     pub(crate) fn arrived(&mut self, count: u64, arrival_s: f64) {
         let device_s = self.device_s(count);
         let observed = self.map.observe(device_s, arrival_s);
-        // Counts only rise, by whole ones, and the host's clock is finite.
+        // Counts increase by whole steps, and the host's clock is finite.
         debug_assert!(observed.is_ok(), "{observed:?}");
     }
 
-    /// Returns when a reading was sampled, on the host's clock, s; `None` before the first arrival.
+    /// Returns the sampling time of a reading on the host's clock, s; `None` before the first arrival.
     pub(crate) fn host_s(&self, count: u64) -> Option<f64> {
         Some(self.map.to_host_s(self.device_s(count))? - self.latency_s)
     }
 
-    /// Returns a count in seconds of the sensor's clock.
+    /// Converts a count to seconds of the sensor's clock.
     pub(crate) fn device_s(&self, count: u64) -> f64 {
         count as f64 / self.counts_per_s
     }
 
-    /// Returns how the clock fares.
+    /// Returns the state of the alignment.
     pub(crate) fn state(&self) -> ClockState {
         self.map.state()
     }

@@ -1,4 +1,4 @@
-//! `calibrate plate --finger`: the bare plate's response, and then the same tones with a finger resting on it.
+//! `calibrate plate --finger`: measures the bare plate's response, then plays the same tones with a finger resting on it.
 
 use anyhow::{Context, bail};
 use calibration::capture::Capture;
@@ -11,21 +11,21 @@ use config::Config;
 use metrology::plate_fit::Response;
 use signalgen::{ToneList, Waveform};
 
-/// Level of the tones under the finger, V peak, lowered where a limit requires it. It moves the bare plate by about
-/// 0.5 µm, which is what a finger would feel that leaves the plate in the middle of a tone: an eighth of the crest under
-/// which participants explore (46.8 V), and just enough for the watch to tell an amplifier of half the gain.
+/// Level of the tones under the finger, V peak; lowered where a limit requires it. It moves the bare plate by about 0.5 µm,
+/// which is also the amplitude that the finger feels if it leaves the plate during a tone: an eighth of the crest during
+/// exploration (46.8 V), and just enough for the safety watch to detect an amplifier with half the gain.
 pub const FINGER_V: f64 = 6.0;
 /// Least and greatest mean normal force of the resting finger, N: about that of an exploration, and a third of
-/// `safety.max_normal_n`, at which the watch stops the drive.
+/// `safety.max_normal_n`, at which the safety watch stops the drive.
 pub const FINGER_N: [f64; 2] = [0.3, 1.0];
-/// Largest standard deviation of the normal force, of its mean.
+/// Largest standard deviation of the normal force, relative to its mean.
 const STEADY: f64 = 0.2;
-/// Length of the silence in which the resting finger is read before anything is driven, s.
+/// Length of the silent reading of the resting finger before the plate is driven, s.
 const REST_S: f64 = 0.5;
-/// Number of tries where no operator can be asked.
+/// Number of attempts without an operator.
 const TRIES: u32 = 3;
 
-/// The procedure of `calibrate plate --finger`.
+/// Procedure of `calibrate plate --finger`.
 pub struct FingerProcedure {
     pub(crate) bare: ClearPlate<PlateProcedure>,
     pub(crate) config: Config,
@@ -33,33 +33,33 @@ pub struct FingerProcedure {
     stage: Stage,
     tries: u32,
     note: Option<String>,
-    /// Response under the finger, at the tones of the bare plate; empty until it is measured.
+    /// Response under the finger at the tones of the bare plate; empty until measured.
     pub(crate) responses: Vec<Response>,
-    /// Normal force while the tones sounded, N.
+    /// Normal force during the tones, N.
     pub(crate) force: HeldForce,
     pub(crate) level_v: f64,
 }
 
 #[derive(Clone, Copy, PartialEq)]
 enum Stage {
-    /// The plate is measured bare.
+    /// The bare plate is measured.
     Bare,
-    /// The finger is asked for.
+    /// A finger is requested.
     Placing,
-    /// The finger rests, and nothing is driven.
+    /// The finger rests; the plate is silent.
     Resting,
-    /// The tones sound under the finger.
+    /// The tones play under the finger.
     Tones,
-    /// The finger is asked to leave.
+    /// The operator is asked to lift the finger.
     Lifting,
     Done,
 }
 
 impl FingerProcedure {
-    /// Makes a procedure that has not begun; `attended` when an operator can be asked.
+    /// Creates a procedure that has not begun; `attended` if an operator is present.
     ///
     /// # Errors
-    /// The bench has no force sensor, or a switch that somebody must hold.
+    /// If the bench has no force sensor, or requires a held switch.
     pub fn new(bare: PlateProcedure, config: &Config, attended: bool) -> anyhow::Result<Self> {
         if config.force.is_none() {
             bail!(
@@ -85,7 +85,7 @@ impl FingerProcedure {
         })
     }
 
-    /// Asks for the finger.
+    /// Requests a finger.
     pub(crate) fn ask(&mut self) -> NextStep {
         self.stage = Stage::Placing;
         NextStep::Ask(Request::RestFinger {
@@ -94,7 +94,7 @@ impl FingerProcedure {
         })
     }
 
-    /// Asks for the finger again, or gives up where nobody is there to be asked.
+    /// Requests a finger again, or fails if no operator is present.
     fn again(&mut self, why: String) -> anyhow::Result<NextStep> {
         self.tries += 1;
         if !self.attended && self.tries >= TRIES {
@@ -148,7 +148,8 @@ pub(crate) struct HeldForce {
 }
 
 impl HeldForce {
-    /// The force wanders and trembles, so that neighbouring readings are alike: the error is that of the means of pieces.
+    /// Returns the statistics of `readings_n`. Force wanders and trembles, so neighbouring readings are correlated: the error
+    /// is that of the means of pieces.
     fn of(readings_n: &[f64]) -> Self {
         const PIECES: usize = 10;
         let (mean_n, spread_n) = mean_and_deviation(readings_n);
@@ -172,7 +173,7 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     (mean, (squares / n).sqrt())
 }
 
-/// Returns why the finger of a capture did not rest as it must; `None` if it did.
+/// Returns the reason why the finger of a capture did not rest as required; `None` if it did.
 fn restless(capture: &Capture) -> Option<String> {
     let (mean_n, deviation_n) = mean_and_deviation(&capture.normal_n);
     let [least_n, most_n] = FINGER_N;

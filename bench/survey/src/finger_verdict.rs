@@ -1,4 +1,4 @@
-//! What the response under a finger says beside that of the bare plate, and how it is kept and drawn.
+//! Verdict on the response under a finger, compared with the bare plate's; its storage and figure.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -77,7 +77,7 @@ impl FingerProcedure {
 
     fn finger(&self, date: Timestamp, operator: &str) -> MeasuredFinger {
         let force = self.force;
-        // A finger need not leave a single resonance; what it leaves is in the table.
+        // The response under a finger may not have a single resonance; the table shows it in any case.
         let fit = PlateFit::fit(&self.responses, CHANNEL_MATCH).ok();
         let quantity = |of: fn(&PlateFit) -> metrology::FittedValue, unit| {
             let fit = fit.as_ref()?;
@@ -103,7 +103,7 @@ impl FingerProcedure {
     }
 }
 
-/// Returns what the finger does to resonance and quality, in words; nothing where it leaves no single resonance.
+/// Returns the change of resonance and quality factor as text; empty if the response under the finger has no single resonance.
 fn shift(finger: &MeasuredFinger, plate: &MeasuredPlate) -> String {
     match (&finger.resonance_hz, &finger.quality) {
         (Some(resonance_hz), Some(quality)) => format!(
@@ -115,7 +115,7 @@ fn shift(finger: &MeasuredFinger, plate: &MeasuredPlate) -> String {
     }
 }
 
-/// Returns both admittances, and the impedance that the finger adds, as CSV.
+/// Returns both admittances, and the added impedance of the finger, as CSV.
 fn csv(pairs: &[Pair]) -> String {
     let mut text = String::from(
         "frequency_hz,re_bare_m_per_s_per_n,im_bare_m_per_s_per_n,re_finger_m_per_s_per_n,im_finger_m_per_s_per_n,\
@@ -138,7 +138,7 @@ fn csv(pairs: &[Pair]) -> String {
     text
 }
 
-/// Draws the response under the finger beside the bare one.
+/// Draws the response under the finger next to the bare one.
 fn draw(figure: &mut Figure, pairs: &[Pair], finger: &MeasuredFinger) {
     let over_frequency = |value: &dyn Fn(&Pair) -> f64| -> Vec<(f64, f64)> {
         let at = pairs.iter();

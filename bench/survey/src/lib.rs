@@ -1,5 +1,4 @@
-//! The plate beyond its constants: under a finger, and along its length. None of it is a constant that the bench computes
-//! with.
+//! Surveys of the plate: its response under a finger, and its profile along the length. The bench computes with neither.
 
 mod finger_procedure;
 mod finger_verdict;

@@ -1,5 +1,5 @@
-//! `calibrate plate --along N`: the amplitude at places along the plate, by a vibrometer that is moved, over that which the
-//! pickup reads.
+//! `calibrate plate --along N`: measures the amplitude at places along the plate, with a movable vibrometer, relative to the
+//! amplitude read by the pickup.
 
 use anyhow::{Context, bail};
 use calibration::capture::Capture;
@@ -13,7 +13,7 @@ use signalgen::{ToneList, Waveform};
 
 /// Fewest and most places.
 pub const PLACES: [u32; 2] = [3, 50];
-/// Distance of the first and last place from the plate's ends, m: a laser needs a little glass.
+/// Distance of the first and last place from the plate's ends, m: a laser spot needs a margin.
 const MARGIN_M: f64 = 5e-3;
 /// Level of the tone, V peak; lowered where a limit requires it.
 const LEVEL_V: f64 = 20.0;
@@ -21,30 +21,30 @@ const LEVEL_V: f64 = 20.0;
 const WINDOW_S: f64 = 0.5;
 /// Fewest readings of an instrument at one place.
 const LEAST_LINES: usize = 5;
-/// Relative standard error assumed of an amplitude that is typed: its last digit.
+/// Relative standard error assumed of a typed amplitude: its last digit.
 const TYPED: f64 = 2e-3;
 
-/// Amplitude at one place over that which the pickup reads.
+/// Amplitude at one place relative to the pickup's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     /// Position along the plate, m.
     pub position_m: f64,
-    /// Amplitude there over that of the pickup.
+    /// Amplitude relative to the pickup's.
     pub ratio: f64,
-    /// Standard error of the ratio, without what all places share.
+    /// Standard error of the ratio, without the part common to all places.
     pub error: f64,
 }
 
-/// The procedure of `calibrate plate --along N`.
+/// Procedure of `calibrate plate --along N`.
 pub struct ProfileProcedure {
     pub(crate) plate: PlateProcedure,
     pub(crate) config: Config,
     metres_per_unit: f64,
-    /// Whether an instrument is read; else the operator types.
+    /// Whether an instrument is read; otherwise the operator types.
     instrument: bool,
     places_m: Vec<f64>,
     pub(crate) places: Vec<Place>,
-    /// Number of the place that is measured, from 0.
+    /// Index of the place being measured, from 0.
     at: usize,
     stage: Stage,
     pub(crate) level_v: f64,
@@ -61,10 +61,11 @@ enum Stage {
 }
 
 impl ProfileProcedure {
-    /// Makes a procedure that has not begun, with so many places; `metres_per_unit` is the pickup's measured sensitivity.
+    /// Creates a procedure that has not begun, with this number of places; `metres_per_unit` is the pickup's measured
+    /// sensitivity.
     ///
     /// # Errors
-    /// Too few or too many places, or a plate too short for them.
+    /// If there are too few or too many places, or the plate is too short for them.
     pub fn new(
         plate: PlateProcedure,
         config: &Config,
@@ -163,7 +164,7 @@ impl ProfileProcedure {
         Ok(NextStep::Sound(Box::new(tone), request))
     }
 
-    /// Returns the amplitude `known_m` over that of the pickup.
+    /// Returns the amplitude `known_m` relative to the pickup's.
     fn ratio(&self, capture: &Capture, known_m: f64, settle_s: f64) -> anyhow::Result<f64> {
         let dwell = capture.dwells.first().context("no tone was played")?;
         let pickup = capture.tone(dwell, self.config.channels.pickup.index, settle_s)?;
@@ -177,7 +178,7 @@ impl ProfileProcedure {
         Ok(ratio)
     }
 
-    /// Keeps the ratio, of this relative error, at the present place.
+    /// Stores the ratio, with this relative error, at the present place.
     fn keep(&mut self, ratio: f64, relative: f64) {
         let place = Place {
             position_m: self.places_m[self.at],
@@ -211,7 +212,7 @@ impl ProfileProcedure {
     }
 }
 
-/// Says why a ratio cannot be used, if it cannot.
+/// Returns the reason why a ratio cannot be used, if it cannot.
 pub(crate) fn unusable(ratio: f64) -> Option<String> {
     let [least, greatest] = PROFILE_RATIOS;
     (!(least..=greatest).contains(&ratio)).then(|| {
@@ -219,7 +220,7 @@ pub(crate) fn unusable(ratio: f64) -> Option<String> {
     })
 }
 
-/// Returns the mean of an instrument's readings while a tone was steady, m, and its relative standard error.
+/// Returns the mean of an instrument's readings during a steady tone, m, and its relative standard error.
 fn instrument(capture: &Capture, settle_s: f64) -> anyhow::Result<(f64, f64)> {
     let dwell = capture.dwells.first().context("no tone was played")?;
     let window = capture.settled(dwell, settle_s);
@@ -238,7 +239,7 @@ fn instrument(capture: &Capture, settle_s: f64) -> anyhow::Result<(f64, f64)> {
     let mean = lines.iter().sum::<f64>() / n as f64;
     let squares: f64 = lines.iter().map(|x| (x - mean).powi(2)).sum();
     let error = (squares / (n * (n - 1)) as f64).sqrt();
-    // An instrument that sends rounded numbers can send the same one throughout.
+    // An instrument with rounded output can send the same number throughout.
     Ok((mean, (error / mean).abs().max(1e-5)))
 }
 

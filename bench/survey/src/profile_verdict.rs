@@ -1,4 +1,4 @@
-//! Whether the plate moves alike along its length, and how its profile is kept and drawn.
+//! Verdict on the uniformity of the amplitude along the plate; storage and figure of the profile.
 
 use std::fmt::Write as _;
 
@@ -12,17 +12,17 @@ use protocols::SelectionRules;
 
 use crate::profile_procedure::{Place, ProfileProcedure};
 
-/// Largest departure from the mean along the length of a plate that moves alike (an assumption of this project; 5 % at the
-/// ends of the 60 mm that are kept bias σ_t by 3 %).
+/// Largest deviation from the mean along a uniform plate (an assumption of this project; 5 % at the ends of the kept 60 mm bias
+/// σ_t by 3 %).
 pub const UNIFORM: f64 = 0.02;
-/// Standard errors within which a departure is not told from the limit.
+/// Standard errors within which a deviation cannot be distinguished from the limit.
 const SURE: f64 = 2.0;
-/// Fewest places of the kept length, its ends among them, that are judged.
+/// Fewest places within the kept length, its ends included, for a verdict.
 const FEWEST_KEPT: usize = 3;
 
-/// Returns the departure of a place from the mean that decides, relative, with its standard error, and the verdict: a plate is
-/// uniform where no place may depart further than is allowed, and not uniform where one surely does. Of those that surely do, the
-/// surest decides; else that which may depart furthest.
+/// Returns the relative deviation of the decisive place from the mean, with its standard error, and the verdict: uniform if no
+/// deviation can exceed the limit, not uniform if one certainly does. Of the certain deviations the most significant decides;
+/// otherwise the one with the largest upper bound.
 pub(crate) fn judged(places: &[Place]) -> (f64, f64, Uniformity) {
     let departures = departures(places);
     let surely = |&(departure, error): &(f64, f64)| departure.abs() - SURE * error;
@@ -46,14 +46,14 @@ pub(crate) fn judged(places: &[Place]) -> (f64, f64, Uniformity) {
     (departure, error, verdict)
 }
 
-/// Returns each place's departure from the mean of all, relative to it, with its standard error: an uncertain place makes the mean
-/// uncertain, and with it all departures.
+/// Returns each place's deviation from the mean of all, relative to that mean, with its standard error: an uncertain place
+/// makes the mean uncertain, and with it all deviations.
 fn departures(places: &[Place]) -> Vec<(f64, f64)> {
     let n = places.len() as f64;
     let mean = places.iter().map(|place| place.ratio).sum::<f64>() / n;
     let variance: f64 = places.iter().map(|place| place.error.powi(2)).sum();
     let departure = |place: &Place| {
-        // How the departure follows another place, and this one beside.
+        // Weight of another place's error in the deviation, and additional weight of this place's variance.
         let by_other = place.ratio / mean / n;
         let by_own = 1.0 - 2.0 * by_other;
         let squares = by_own * place.error.powi(2) + by_other.powi(2) * variance;
@@ -62,8 +62,9 @@ fn departures(places: &[Place]) -> Vec<(f64, f64)> {
     places.iter().map(departure).collect()
 }
 
-/// Judges the length about `centre_m` that the published rules cut instances from: the places within it, and its two
-/// ends by straight lines between the places on either side. `None` with too few, and where the places do not reach its ends.
+/// Judges the length about `centre_m` from which the published rules cut instances: the places within it, and its two ends,
+/// interpolated linearly between the places on either side. Returns `None` if there are too few, or the places do not reach its
+/// ends.
 pub(crate) fn judged_kept(places: &[Place], centre_m: f64) -> Option<KeptLength> {
     let length_m = SelectionRules::published(centre_m).central_m;
     let ends_m = [centre_m - length_m / 2.0, centre_m + length_m / 2.0];
@@ -80,7 +81,7 @@ pub(crate) fn judged_kept(places: &[Place], centre_m: f64) -> Option<KeptLength>
     })
 }
 
-/// Returns the ratio at a position on the straight line between the places on either side, if there are both.
+/// Returns the ratio at a position, interpolated linearly between the places on either side, if there are both.
 fn at(places: &[Place], position_m: f64) -> Option<Place> {
     let beside = |pair: &&[Place]| (pair[0].position_m..=pair[1].position_m).contains(&position_m);
     let pair = places.windows(2).find(beside)?;
@@ -151,7 +152,7 @@ impl ProfileProcedure {
     }
 }
 
-/// Returns the verdict in words.
+/// Returns the verdict as text.
 fn words(profile: &MeasuredProfile) -> String {
     let percent = |departure: &Quantity| {
         let (value, error) = (departure.value, departure.standard_error);

@@ -1,4 +1,4 @@
-//! The steps of a measurement under a finger that rests, presses too hard, or trembles.
+//! Steps of a measurement under a finger that rests, presses too hard, or trembles.
 
 use calibration::capture::Capture;
 use calibration::operator::{Answer, Request};
@@ -23,7 +23,7 @@ fn procedure(config: &str, attended: bool) -> anyhow::Result<FingerProcedure> {
     FingerProcedure::new(plate(&config)?, &config, attended)
 }
 
-/// A capture of so many newtons, alternating by ± `tremor_n`.
+/// Returns a capture with this normal force, N, alternating by ± `tremor_n`.
 fn under(normal_n: f64, tremor_n: f64) -> Capture {
     Capture {
         normal_n: vec![normal_n - tremor_n, normal_n + tremor_n],
@@ -36,7 +36,7 @@ fn asks_for_the_finger(step: &NextStep) -> bool {
     matches!(step, NextStep::Ask(Request::RestFinger { .. }))
 }
 
-/// Places a finger before a procedure whose plate has been measured bare.
+/// Places a finger in a procedure that has measured the bare plate.
 fn placed(finger: &mut FingerProcedure) {
     finger.ask();
     let ready = StepOutcome::Answered(Answer::Ready, Capture::default());
@@ -91,7 +91,7 @@ fn a_bench_that_wants_a_held_switch_or_has_no_force_sensor_drives_no_finger() {
     assert!(why.contains("[force]"), "{why}");
 }
 
-/// Places whose ratios depart from one by so much, each with this relative error.
+/// Returns places with ratios that deviate from one by `departures`, each with this relative error.
 fn places(departures: &[f64], error: f64) -> Vec<Place> {
     let place = |departure: &f64| Place {
         position_m: 0.0,
@@ -112,7 +112,7 @@ fn a_plate_is_uniform_only_if_its_errors_allow_to_say_so() {
     ] {
         let (departure, of, verdict) = judged(&places(&departures, error));
         assert_eq!(verdict, expected, "{departures:?} ± {error}");
-        // A third of its own error, and all of the others', is in the mean.
+        // The mean includes a third of each place's error, its own included.
         let (own, other) = ((2.0 - departure) / 3.0, (1.0 + departure) / 3.0);
         let expected_error = error * (own * own + 2.0 * other * other).sqrt();
         assert!((of - expected_error).abs() < 1e-12, "{of}");
@@ -135,13 +135,13 @@ fn a_plate_is_judged_by_each_of_its_places_with_its_error() {
         let (departure, _, verdict) = judged(&ratios.map(place));
         (verdict, (1e3 * departure).round())
     };
-    // The largest departure is well known; another one may be larger.
+    // The largest deviation is well known; another one may be larger.
     let doubtful = [(1.015, 1e-4), (0.988, 0.02), (0.997, 1e-4)];
     assert_eq!(verdict(doubtful), (Uniformity::Undecided, -12.0));
-    // The largest departure is doubtful, and another one is not.
+    // The largest deviation is uncertain, another one is not.
     let sure = [(1.04, 0.02), (0.965, 1e-4), (0.995, 1e-4)];
     assert_eq!(verdict(sure), (Uniformity::NotUniform, -35.0));
-    // It is sure of the place beside the others, and not of the place beside a mean that a bad one moves.
+    // The second place differs significantly from the others, but not from a mean that an uncertain place shifts.
     let moved = [(1.06, 0.06), (0.975, 1e-4), (0.985, 1e-4)];
     assert_eq!(verdict(moved).0, Uniformity::Undecided);
     assert_eq!(judged(&[]).2, Uniformity::Undecided);
@@ -149,7 +149,7 @@ fn a_plate_is_judged_by_each_of_its_places_with_its_error() {
 
 #[test]
 fn the_kept_length_is_judged_by_itself_up_to_its_ends() {
-    // 5 mm from the ends of a plate of 105 mm, whose kept length is from 22.5 to 82.5 mm.
+    // From 5 mm to 5 mm before the end of a plate of 105 mm; the kept length is from 22.5 to 82.5 mm.
     let along = |count: u32, drop: f64| -> Vec<Place> {
         let place = |i| {
             let position_m = 0.005 + 0.095 * f64::from(i) / f64::from(count - 1);
@@ -164,7 +164,7 @@ fn the_kept_length_is_judged_by_itself_up_to_its_ends() {
     };
     for (count, drop, whole, kept) in [
         (7, 0.0, Uniformity::Uniform, Uniformity::Uniform),
-        // Even where it matters, and uneven at its ends.
+        // Uniform within the kept length, not uniform at the plate's ends.
         (7, 0.06, Uniformity::NotUniform, Uniformity::Uniform),
         (7, 0.2, Uniformity::NotUniform, Uniformity::NotUniform),
         (4, 0.06, Uniformity::NotUniform, Uniformity::Uniform),
@@ -176,9 +176,9 @@ fn the_kept_length_is_judged_by_itself_up_to_its_ends() {
         let found = judged_kept(&places, 0.0525).map(|kept| kept.verdict);
         assert_eq!(found, Some(kept), "{count}, {drop}");
     }
-    // It lies about the plate's centre, wherever that is.
+    // The kept length lies about the plate's centre, at any position.
     assert_eq!(judged_kept(&along(7, 0.0), 10.0), None);
-    // Its ends depart furthest: where one was not measured, nothing is said of the whole.
+    // The ends deviate most: without a reading at one of them, there is no verdict on the whole.
     for (skipped, taken) in [(4, 3), (0, 8), (3, 8)] {
         let measured: Vec<Place> = along(11, 0.2)
             .into_iter()

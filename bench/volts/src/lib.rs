@@ -1,7 +1,7 @@
-//! The bench's volts against an independent meter: `calibrate output`.
+//! Check of the bench's volts against an independent meter: `calibrate output`.
 //!
-//! A read-back finds an amplifier that changed, and never one wrong constant in both `volts_per_unit`. Here an operator
-//! types what a meter across the actuators reads at a few levels, and the lines through these readings are judged.
+//! The read-back reveals an amplifier that has changed, but not the same wrong constant in both `volts_per_unit`. Here the
+//! operator types the readings of a meter across the actuators at a few levels, and the lines through them are judged.
 
 mod output_procedure;
 mod output_verdict;

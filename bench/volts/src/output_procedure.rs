@@ -1,4 +1,4 @@
-//! `calibrate output`: the volts that the bench commands and reads back, against an independent meter at a few levels.
+//! `calibrate output`: compares commanded and read-back volts with an independent meter at a few levels.
 
 use anyhow::{Context, bail};
 use calibration::capture::{Capture, Dwell};
@@ -13,53 +13,53 @@ use signalgen::{ToneList, Waveform};
 const LISTEN_S: f64 = 0.3;
 /// Levels of the ladder, as shares of the highest.
 const LADDER: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
-/// Highest level where none is asked for, V peak: low, and enough for any meter.
+/// Default highest level, V peak: low, but enough for any meter.
 const HIGHEST_V: f64 = 20.0;
-/// Fewest levels that show a line and its error.
+/// Fewest levels that determine a line and its error.
 const FEWEST_LEVELS: usize = 3;
-/// Largest voltage that is believed of a meter, V peak.
+/// Largest meter reading accepted, V peak.
 const MOST_V: f64 = 500.0;
-/// Lowest frequency of the tone, Hz: the safety watch reads the drive back over a millisecond.
+/// Lowest frequency of the tone, Hz: the safety watch evaluates the read-back over 1 ms.
 const LOWEST_HZ: f64 = 1e3;
-/// Time at the beginning of each tone that is not read, and length of the reading, s.
+/// Time skipped at the beginning of each tone, and length of the reading, s.
 const SETTLE_S: f64 = 0.2;
 const WINDOW_S: f64 = 0.5;
-/// Relative standard deviation assumed of a typed reading before the scatter is known: its last digit.
+/// Relative standard deviation assumed for a typed reading before the scatter is known: its last digit.
 const TYPED_SIGMA: f64 = 1e-3;
-/// Largest relative difference of a typed reading from what the bench believes; a larger one is queried.
+/// Largest relative difference of a typed reading from the predicted one; a larger one is queried.
 const SURPRISE: f64 = 0.1;
-/// Fewest lines of an instrument at one level.
+/// Fewest lines from an instrument at one level.
 const LEAST_LINES: usize = 5;
 
-/// The meter, as the operator describes it.
+/// Meter as described by the operator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VoltMeter {
-    /// Its name, kept with the result.
+    /// Name, stored with the result.
     pub name: String,
-    /// What it reads.
+    /// Quantity that the meter shows.
     pub reads: MeterReads,
-    /// Its relative standard uncertainty.
+    /// Relative standard uncertainty.
     pub accuracy: f64,
-    /// Highest frequency for which that holds, Hz; any carrier's if absent.
+    /// Highest frequency for which the accuracy is specified, Hz; `None` if for any carrier.
     pub up_to_hz: Option<f64>,
 }
 
-/// What a check of the output takes from the bench and the operator.
+/// Setup of a check of the output.
 #[derive(Debug, Clone)]
 pub struct OutputSetup {
     pub(crate) meter: VoltMeter,
     levels_v: Vec<f64>,
-    /// Source of the meter's readings, in its own unit.
+    /// Source of the meter's readings, in the meter's unit.
     pub(crate) known: Known,
     pub(crate) tone_hz: f64,
     pub(crate) config: Config,
 }
 
 impl OutputSetup {
-    /// Checks and collects the setup on the bench of `config`; `levels_v` are V peak, the default ladder when empty.
+    /// Checks and collects the setup for the bench of `config`; `levels_v` are V peak, or empty for the default ladder.
     ///
     /// # Errors
-    /// When the levels are too few, their number is not that of the readings, or one is out of its range.
+    /// If there are too few levels, their number differs from that of the readings, or one is out of range.
     pub fn new(
         config: &Config,
         meter: VoltMeter,
@@ -130,28 +130,28 @@ impl OutputSetup {
 #[derive(Clone, Copy, PartialEq)]
 enum OutputStage {
     Listen,
-    /// The bench alone compares the tone with the carrier.
+    /// Comparison of the tone with the carrier, without the meter.
     Transfer,
     Ladder,
     Review,
 }
 
-/// The procedure of `calibrate output`.
+/// Procedure of `calibrate output`.
 pub struct OutputProcedure {
     pub(crate) setup: OutputSetup,
     stage: OutputStage,
-    /// Read-back per command at the carrier over that at the tone.
+    /// Ratio of read-back to command at the carrier, over the same ratio at the tone.
     pub(crate) transfer: f64,
     pub(crate) points: Vec<VoltsPoint>,
-    /// Index of the level being measured: the next one, or one that is repeated.
+    /// Index of the level being measured: the next one, or one being repeated.
     level: usize,
-    /// Typed reading that was queried, V peak: typed again, it is accepted.
+    /// Typed reading that was queried, V peak: typing it again accepts it.
     queried_v: Option<f64>,
     note: Option<String>,
 }
 
 impl OutputProcedure {
-    /// Makes a procedure that has not begun.
+    /// Creates a procedure that has not begun.
     #[must_use]
     pub fn new(setup: OutputSetup) -> Self {
         Self {
@@ -179,7 +179,7 @@ impl OutputProcedure {
             return self.play();
         }
         self.stage = OutputStage::Transfer;
-        // The carrier first: the beginning of a low tone is found less sharply.
+        // The carrier comes first: the beginning of a low tone is found less precisely.
         self.tones(&[carrier_hz, tone_hz], self.setup.levels_v[0])
     }
 
@@ -203,7 +203,7 @@ impl OutputProcedure {
         self.tones(&[self.setup.tone_hz], level_v)
     }
 
-    /// Returns the read-back at a captured tone, V peak.
+    /// Returns the read-back of a captured tone, V peak.
     fn read_back_v(&self, capture: &Capture, dwell: &Dwell, settle_s: f64) -> anyhow::Result<f64> {
         let drive = &self.setup.config.channels.drive;
         let tone = capture.tone(dwell, drive.index, settle_s)?;
@@ -222,7 +222,7 @@ impl OutputProcedure {
         Ok(())
     }
 
-    /// Returns why a typed reading is rejected or queried; `None` when it is accepted.
+    /// Returns the reason why a typed reading is rejected or queried; `None` if it is accepted.
     fn refusal(&self, known_v: f64) -> Option<String> {
         if !(known_v > 0.0 && known_v <= MOST_V) {
             return Some(format!(
@@ -263,7 +263,7 @@ impl OutputProcedure {
         self.keep(capture, SETTLE_S, per * reading, per * sigma)
     }
 
-    /// Returns the mean of the instrument's readings and its standard error, in its own unit.
+    /// Returns the mean of the instrument's readings and its standard error, in the instrument's unit.
     fn instrument(&self, capture: &Capture) -> anyhow::Result<(f64, f64)> {
         let dwell = capture.dwells.first().context("no tone came back")?;
         let window = capture.settled(dwell, SETTLE_S + INSTRUMENT_LAG_S);
@@ -281,7 +281,7 @@ impl OutputProcedure {
         let mean = lines.iter().sum::<f64>() / n as f64;
         let squares: f64 = lines.iter().map(|x| (x - mean).powi(2)).sum();
         let sigma = (squares / (n * (n - 1)) as f64).sqrt();
-        // A meter that sends rounded numbers can send the same one throughout.
+        // A meter with rounded output can send the same number throughout.
         Ok((mean, sigma.max(1e-4 * mean.abs()).max(1e-6)))
     }
 
@@ -309,7 +309,7 @@ impl OutputProcedure {
         Ok(())
     }
 
-    /// Lowers the levels to come so that none is over the drive's limit by the meter, should the meter be right.
+    /// Lowers the remaining levels so that none exceeds the drive's limit if the meter is right.
     fn spare_the_plate(&mut self, factor: f64) {
         let limit_v = self.setup.config.limits.drive_v;
         let (_, coming) = self.setup.levels_v.split_at_mut(self.points.len());

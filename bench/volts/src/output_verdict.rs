@@ -1,4 +1,4 @@
-//! Verdict on the volts: `[output]` of the calibration file, and whether the constants in `bench.toml` may stay.
+//! Verdict on the volts: `[output]` of the calibration file, and whether the constants in `bench.toml` can stay.
 
 use std::fmt::Write as _;
 
@@ -11,11 +11,11 @@ use metrology::volts::{UnitSlip, VoltsFit};
 use crate::output_procedure::OutputProcedure;
 
 impl OutputProcedure {
-    /// Returns volts by the meter per volt of the bench at the carrier, from the line at the tone and `transfer`.
+    /// Returns the meter's volts per volt of the bench at the carrier, from the line at the tone and `transfer`.
     fn factor(&self, line: &Line, transfer: f64) -> Quantity {
         let value = line.slope * transfer;
         let observed = line.slope_error * transfer;
-        // Amplifier and read-back cannot be told apart between the tone and the carrier.
+        // The change from the tone to the carrier cannot be attributed to either amplifier or read-back.
         let unseen = (0.5 * (self.transfer - 1.0)).hypot(self.setup.meter.accuracy) * value;
         let error = observed.hypot(unseen);
         Quantity::combined(value, error, observed, line.degrees_of_freedom, "1")

@@ -1,4 +1,4 @@
-//! The check of the volts on captures of benches whose constants are right, and wrong in each way.
+//! Check of the volts on captures of benches with right constants, and with wrong ones of each kind.
 
 use calibration::capture::{Capture, Dwell};
 use calibration::judged::{Calibrates, Judged, Part};
@@ -16,14 +16,14 @@ fn config() -> Config {
     Config::parse(include_str!("../../mock-bench.toml"), "test").unwrap()
 }
 
-/// What is true of the bench: actuator volts per volt commanded, and per volt read back.
+/// True factors of the bench: actuator volts per volt commanded, and per volt read back.
 #[derive(Clone, Copy)]
 struct True {
     per_commanded: f64,
     per_read_back: f64,
 }
 
-/// What the operator types when the plate gets so many volts peak: in the unit asked, or not.
+/// Operator's typed reading for a voltage at the plate, V peak, in the requested unit or a wrong one.
 type Typist = fn(f64) -> f64;
 
 fn setup(reads: MeterReads, known: Known) -> OutputSetup {
@@ -36,7 +36,7 @@ fn setup(reads: MeterReads, known: Known) -> OutputSetup {
     OutputSetup::new(&config(), meter, Vec::new(), known).unwrap()
 }
 
-/// A second of a tone on the drive's input.
+/// One second of a tone on the drive's input.
 fn capture(hz: f64, read_back_v: f64) -> Capture {
     let per_unit = config().channels.drive.volts_per_unit;
     let samples: Vec<f32> = (0..96_000)
@@ -59,7 +59,7 @@ fn capture(hz: f64, read_back_v: f64) -> Capture {
     }
 }
 
-/// A whole check with an operator who types each value until it is taken; how many were queried beside the verdict.
+/// Runs a whole check with an operator who repeats each value until it is accepted; returns the number of queries too.
 fn checked(bench: True, reads: MeterReads, types: Typist) -> (Judged, usize) {
     let mut procedure = OutputProcedure::new(setup(reads, Known::Typed));
     let mut next = procedure.next(StepOutcome::Began).unwrap();
@@ -132,7 +132,7 @@ fn right_constants_pass_in_each_unit() {
 /// Hazard 3.
 #[test]
 fn one_wrong_constant_in_both_is_found_with_the_volts_that_the_plate_gets() {
-    // The attack of 58.8 V on a plate whose limit is 55.
+    // The 58.8 V case: the plate's limit is 55 V.
     let slightly = True {
         per_commanded: 58.8 / 55.0,
         per_read_back: 58.8 / 55.0,
@@ -197,7 +197,7 @@ fn another_unit_than_the_one_asked_is_queried_and_named() {
     }
 }
 
-/// What is said of a number typed at the first level.
+/// Returns the note on a number typed at the first level.
 fn note_on(typed_v: f64) -> Option<String> {
     let mut procedure = OutputProcedure::new(setup(MeterReads::Peak, Known::Typed));
     procedure.next(StepOutcome::Began).unwrap();
@@ -240,7 +240,7 @@ fn levels_to_come_are_lowered_where_the_meter_finds_them_too_high() {
     procedure
         .next(StepOutcome::Captured(Capture::default()))
         .unwrap();
-    // The meter finds twice what was commanded.
+    // The meter shows twice the commanded voltage.
     let next = procedure
         .next(StepOutcome::Captured(capture(35e3, 5.0)))
         .unwrap();

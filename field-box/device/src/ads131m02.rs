@@ -1,10 +1,10 @@
-//! The ADS131M02 of Texas Instruments, two channels of 24 bits sampled at one moment; its data sheet is SBAS853A (April
-//! 2021), whose sections are named here.
+//! ADS131M02 of Texas Instruments: two simultaneously sampled channels of 24 bits. Section numbers refer to its data sheet,
+//! SBAS853A (April 2021).
 
 use crc::{CRC_16_IBM_3740, Crc};
 use embedded_hal::spi::{Operation, SpiDevice};
 
-/// Of the frames: CCITT polynomial, seed 0xFFFF (8.5.1.8).
+/// Checksum of the frames: CCITT polynomial, seed 0xFFFF (8.5.1.8).
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 const WORD_BYTES: usize = 3;
 /// Response, two channels, CRC.
@@ -16,26 +16,26 @@ const LOCK: u16 = 0x0555;
 const READ_REGISTER: u16 = 0xA000;
 const WRITE_REGISTER: u16 = 0x6000;
 
-// Registers (8.6), and what is written to them.
+// Registers (8.6), and their values.
 const MODE: u16 = 0x02;
-/// Words of 24 bits, SPI time-out on; the flag of the reset is cleared.
+/// Words of 24 bits, SPI time-out on; clears the reset flag.
 const MODE_VALUE: u16 = 0x0110;
 const CLOCK: u16 = 0x03;
 /// Both channels on, OSR 2048, high resolution.
 const CLOCK_VALUE: u16 = 0x0312;
 const GAIN: u16 = 0x04;
 
-/// Oversampling ratio: a conversion takes this many periods of half the converter's clock.
+/// Oversampling ratio: periods of the modulator clock, which is half the converter's clock, per conversion.
 pub const OSR: u32 = 2048;
 
-/// Bits of the status that are looked at: all but F_RESYNC and the reserved ones (8.6.2).
+/// Bits of the status that are checked: all but F_RESYNC and the reserved ones (8.6.2).
 const STATUS_MASK: u16 = 0xBF03;
 /// Registers locked, words of 24 bits, no reset, no error.
 const STATUS_CONFIGURED: u16 = 0x8100;
 /// Both channels have a new conversion.
 const STATUS_FRESH: u16 = 0x0003;
 
-/// Gain of the amplifiers before both channels; the range is ±1.2 V divided by it.
+/// Gain of the amplifiers before both channels; the range is ±1.2 V divided by the gain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChannelGain {
     /// ±1.2 V.
@@ -56,18 +56,18 @@ pub enum ChannelGain {
     X128 = 7,
 }
 
-/// Why there is no reading.
+/// Reason for a missing reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ConverterFault {
-    /// The SPI refused.
+    /// The SPI failed.
     Spi,
-    /// The frame's checksum is wrong: nobody answers, or not this converter, or a disturbance.
+    /// The checksum of the frame is wrong: no answer, another device, or a disturbance.
     Torn,
-    /// Nothing new since the last frame.
+    /// No new conversion since the last frame.
     Stale,
-    /// The converter is not set as it was: it has been reset, by its supply or by a disturbance.
+    /// The converter has lost its settings: its supply or a disturbance has reset it.
     Reset,
-    /// A register does not read as it was written.
+    /// A register reads back a value other than the one written.
     Refused,
 }
 
@@ -84,15 +84,15 @@ struct Frame {
 }
 
 impl<SPI: SpiDevice> Ads131m02<SPI> {
-    /// Takes the converter on `spi`; it is not spoken to yet.
+    /// Takes the converter on `spi`, without communicating yet.
     pub fn new(spi: SPI, gain: ChannelGain) -> Self {
         Self { spi, gain }
     }
 
-    /// Sets the converter after its reset by the pin, reads back what was set, and locks it.
+    /// Configures the converter after a reset by its pin, reads the settings back, and locks them.
     ///
     /// # Errors
-    /// When it does not answer, or not with what was written.
+    /// If the converter does not answer, or a value read back differs.
     pub fn configure(&mut self) -> Result<(), ConverterFault> {
         let gain = self.gain as u16;
         let registers = [
@@ -104,14 +104,14 @@ impl<SPI: SpiDevice> Ads131m02<SPI> {
             self.exchange(WRITE_REGISTER | register << 7, value)?;
         }
         for (register, value) in registers {
-            // A command is answered in the next frame.
+            // The response to a command comes in the next frame.
             self.exchange(READ_REGISTER | register << 7, 0)?;
             if self.exchange(NULL, 0)?.response != value {
                 return Err(ConverterFault::Refused);
             }
         }
         self.exchange(LOCK, 0)?;
-        // Conversions that nobody read wait in a buffer of two (8.5.1.9.1).
+        // Unread conversions wait in a buffer of two (8.5.1.9.1).
         self.exchange(NULL, 0)?;
         self.exchange(NULL, 0)?;
         Ok(())
@@ -120,7 +120,7 @@ impl<SPI: SpiDevice> Ads131m02<SPI> {
     /// Reads the conversion that is ready: both channels, counts of 24 bits.
     ///
     /// # Errors
-    /// When there is none that counts.
+    /// If there is no valid new conversion.
     pub fn read(&mut self) -> Result<[i32; 2], ConverterFault> {
         let Frame { response, counts } = self.exchange(NULL, 0)?;
         let status = response & STATUS_MASK;
@@ -144,7 +144,7 @@ impl<SPI: SpiDevice> Ads131m02<SPI> {
         if CRC.checksum(&frame[..3 * WORD_BYTES]) != u16::from_be_bytes([c0, c1]) {
             return Err(ConverterFault::Torn);
         }
-        // The sign is that of the upper byte.
+        // The upper byte carries the sign.
         let signed = |high, middle, low| i32::from_be_bytes([high, middle, low, 0]) >> 8;
         Ok(Frame {
             response: u16::from_be_bytes([r0, r1]),

@@ -1,20 +1,20 @@
-//! The guard over the amplifier, in words of the bench.
+//! Guard over the amplifier, in terms of the protocol's messages.
 
 use field_box_logic::{Guard, Order, Outputs, Stop};
 use field_box_wire::{StopReason, Word};
 
-/// What a report says of the amplifier.
+/// State of the amplifier in a report.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct AmplifierState {
     /// Levels of the lines.
     pub outputs: Outputs,
-    /// Why the enable is off.
+    /// Reason why the enable is off.
     pub stop: Option<StopReason>,
-    /// Number of the last word acted on.
+    /// Number of the latest command acted on.
     pub heard: u16,
 }
 
-/// The amplifier's enable and heartbeat, as bench and guard want them.
+/// Enable and heartbeat of the amplifier, as commanded by the bench and allowed by the guard.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Amplifier {
     guard: Guard,
@@ -22,7 +22,7 @@ pub struct Amplifier {
 }
 
 impl Amplifier {
-    /// Takes a word from the bench at `now_us` of the box's clock.
+    /// Takes a command from the bench at `now_us` of the box's clock.
     pub fn hear(&mut self, now_us: u64, word: Word, estop_closed: bool) {
         self.heard = word.sequence;
         let order = Order {
@@ -32,12 +32,12 @@ impl Amplifier {
         self.guard.hear(now_us, order, estop_closed);
     }
 
-    /// Looks at the clock and at the loop of the e-stop.
+    /// Checks the timeout and the e-stop loop.
     pub fn look(&mut self, now_us: u64, estop_closed: bool) {
         self.guard.look(now_us, estop_closed);
     }
 
-    /// Returns what the lines are to be, and what a report says of them.
+    /// Returns the levels of the lines, and the state for a report.
     #[must_use]
     pub fn state(&self) -> AmplifierState {
         AmplifierState {

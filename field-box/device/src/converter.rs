@@ -1,16 +1,16 @@
-//! Which readings of the converter count, and when it must be reset.
+//! Validity of the converter's readings, and the decision to reset it.
 
 use embedded_hal::spi::SpiDevice;
 
 use crate::ads131m02::{Ads131m02, ConverterFault};
 
-/// Conversions after a gap that do not count: the filter of third order has seen the gap, and the moments of these
-/// conversions are not known.
+/// Number of conversions discarded after a gap: the third-order filter still includes the gap, and the moments of these
+/// conversions are unknown.
 const UNSETTLED: u8 = 3;
-/// Failures in a row after which the converter is reset: about a tenth of a second.
+/// Consecutive failures after which the converter is reset: about 0.1 s.
 const PATIENCE: u8 = 100;
 
-/// The converter, through disturbances and resets of its own.
+/// Converter with recovery from disturbances and resets.
 #[derive(Debug)]
 pub struct Converter<SPI> {
     chip: Ads131m02<SPI>,
@@ -19,7 +19,7 @@ pub struct Converter<SPI> {
 }
 
 impl<SPI: SpiDevice> Converter<SPI> {
-    /// Takes the converter, which is to be reset first.
+    /// Takes the converter; the caller must reset it first.
     pub fn new(chip: Ads131m02<SPI>) -> Self {
         Self {
             chip,
@@ -28,7 +28,7 @@ impl<SPI: SpiDevice> Converter<SPI> {
         }
     }
 
-    /// Reads a conversion that is said to be ready; `None` if it does not count.
+    /// Reads a conversion that is signalled as ready; `None` if it is invalid.
     pub fn take(&mut self) -> Option<[i32; 2]> {
         match self.chip.read() {
             Ok(counts) => {
@@ -36,7 +36,7 @@ impl<SPI: SpiDevice> Converter<SPI> {
                 self.unsettled = self.unsettled.saturating_sub(1);
                 (self.unsettled == 0).then_some(counts)
             }
-            // It is no longer what it was set to be: every further reading would be of another gain.
+            // The settings are lost: further readings would have another gain.
             Err(ConverterFault::Reset) => {
                 self.failures = PATIENCE;
                 self.unsettled = UNSETTLED;
@@ -46,7 +46,7 @@ impl<SPI: SpiDevice> Converter<SPI> {
                 self.miss();
                 None
             }
-            // Lost on the way: the converter itself goes on as it was.
+            // Lost in transmission: the converter itself is unaffected.
             Err(_) => {
                 self.failures = self.failures.saturating_add(1);
                 None
@@ -54,23 +54,23 @@ impl<SPI: SpiDevice> Converter<SPI> {
         }
     }
 
-    /// Notes that no conversion came in time.
+    /// Records that no conversion came in time.
     pub fn miss(&mut self) {
         self.failures = self.failures.saturating_add(1);
         self.unsettled = UNSETTLED;
     }
 
-    /// Whether its reset line is to be pulsed, and [`Self::restart`] called then.
+    /// Whether to pulse the reset line and then call [`Self::restart`].
     #[must_use]
     pub fn needs_reset(&self) -> bool {
         self.failures >= PATIENCE
     }
 
-    /// Sets it after its reset. If it does not answer it is left alone for a while.
+    /// Configures the converter after its reset. A converter that does not answer is tried again after a delay.
     pub fn restart(&mut self) {
         self.failures = 0;
         self.unsettled = UNSETTLED;
-        // Whether it has taken its settings is told by the status of each frame.
+        // The status of each frame shows whether the settings were accepted.
         let _ = self.chip.configure();
     }
 }

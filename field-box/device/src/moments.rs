@@ -1,6 +1,6 @@
-//! The moments that conversions are of.
+//! Moments of the conversions.
 
-/// When the position was what.
+/// Position of the encoder at one time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Moment {
     /// Time on the box's clock, µs.
@@ -9,24 +9,24 @@ pub struct Moment {
     pub position: i32,
 }
 
-/// The last moments, each halfway between two conversions. The converter's filter, of third order, is symmetric about a
-/// moment 1.5 conversions before its result is ready: that moment is the older of the two kept here.
+/// The latest two moments, each halfway between two conversions. The converter's third-order filter is symmetric about a time
+/// 1.5 conversions before its result is ready: that time is the older of the two.
 #[derive(Debug, Clone, Copy)]
 pub struct Moments([Moment; 2]);
 
 impl Moments {
-    /// Begins with what is now.
+    /// Begins with the present moment.
     #[must_use]
     pub fn new(now: Moment) -> Self {
         Self([now; 2])
     }
 
-    /// Keeps the moment halfway to the next conversion.
+    /// Records the moment halfway to the next conversion.
     pub fn latch(&mut self, now: Moment) {
         self.0 = [self.0[1], now];
     }
 
-    /// Returns the moment that a conversion which is ready now is of.
+    /// Returns the moment of the conversion that is ready now.
     #[must_use]
     pub fn of_conversion(&self) -> Moment {
         self.0[0]

@@ -1,4 +1,4 @@
-//! What the box says of one moment.
+//! Reports of the box.
 
 use field_box_wire::{Levels, Report};
 
@@ -8,10 +8,10 @@ use crate::moments::Moment;
 /// Counts at the ends of the converter's range.
 const ENDS: [i32; 2] = [-(1 << 23), (1 << 23) - 1];
 
-/// Contacts that the box reads.
+/// Contacts read by the box.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Inputs {
-    /// Whether the loop of the e-stop is closed.
+    /// Whether the e-stop loop is closed.
     pub estop_closed: bool,
     /// Whether the participant's button is pressed.
     pub button: bool,
@@ -19,14 +19,14 @@ pub struct Inputs {
     pub dead_man: bool,
 }
 
-/// Reports, numbered.
+/// Source of numbered reports.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Reports {
     sequence: u16,
 }
 
 impl Reports {
-    /// Returns the next report; without `counts` the converter counts as silent.
+    /// Returns the next report; without `counts` it marks the converter as silent.
     pub fn next(
         &mut self,
         moment: Moment,

@@ -16,7 +16,7 @@ fn crc(bytes: &[u8]) -> u16 {
     })
 }
 
-/// A frame from the converter: a response and two channels.
+/// Returns a frame from the converter: a response and two channels.
 fn frame(response: u16, counts: [i32; 2]) -> Vec<u8> {
     let mut bytes = response.to_be_bytes().to_vec();
     bytes.push(0);
@@ -28,7 +28,7 @@ fn frame(response: u16, counts: [i32; 2]) -> Vec<u8> {
     bytes
 }
 
-/// The bus with these exchanges: what is sent begins with two words and goes on with zeros.
+/// Returns a bus with these exchanges: each transmission begins with the two words, followed by zeros.
 fn bus(exchanges: impl IntoIterator<Item = ([u16; 2], Vec<u8>)>) -> Mock<u8> {
     let mut expected = Vec::new();
     for ([command, value], answer) in exchanges {
@@ -48,22 +48,22 @@ fn reads(answers: impl IntoIterator<Item = Vec<u8>>) -> Mock<u8> {
     bus(answers.into_iter().map(|answer| ([0, 0], answer)))
 }
 
-/// What is said to a converter that was just reset, and its answers; `gain_read` is the gain that it reads back.
+/// Returns the exchanges that configure a converter after its reset; `gain_read` is the gain read back.
 fn configuration(gain_read: u16) -> Vec<([u16; 2], Vec<u8>)> {
     let say = |command, value, answer| ([command, value], frame(answer, [0, 0]));
     vec![
-        // WREG of MODE, CLOCK and GAIN; each is answered in the next frame, nobody minds how.
+        // WREG of MODE, CLOCK and GAIN; the responses come in the next frame and are not checked.
         say(0x6100, 0x0110, 0x0500),
         say(0x6180, 0x0312, 0x4100),
         say(0x6200, 0x0077, 0x4180),
-        // RREG of the same.
+        // RREG of the same registers.
         say(0xA100, 0, 0x4200),
         say(0, 0, 0x0110),
         say(0xA180, 0, 0x0103),
         say(0, 0, 0x0312),
         say(0xA200, 0, 0x0103),
         say(0, 0, gain_read),
-        // LOCK, and the two conversions that wait.
+        // LOCK, and the two waiting conversions.
         say(0x0555, 0, 0x0103),
         say(0, 0, 0x0555),
         say(0, 0, READY),
@@ -130,15 +130,15 @@ fn a_line_that_is_stuck_is_no_converter() {
 #[test]
 fn readings_of_a_converter_that_lost_its_settings_do_not_count() {
     let cases = [
-        // After a reset: not locked, and the reset is flagged.
+        // After a reset: not locked, and the reset flag is set.
         (0x0503, ConverterFault::Reset),
-        // Locked or not, other words, an error of the input, another checksum, registers that changed.
+        // Unlocked or locked, wrong word length, input error, wrong checksum type, changed registers.
         (0x0103, ConverterFault::Reset),
         (0x8003, ConverterFault::Reset),
         (0x9103, ConverterFault::Reset),
         (0x8903, ConverterFault::Reset),
         (0xA103, ConverterFault::Reset),
-        // Nothing new on one channel, or on both.
+        // No new conversion on one channel, or on both.
         (0x8101, ConverterFault::Stale),
         (0x8102, ConverterFault::Stale),
         (0x8100, ConverterFault::Stale),
@@ -148,7 +148,7 @@ fn readings_of_a_converter_that_lost_its_settings_do_not_count() {
         assert_eq!(chip(&bus).read(), Err(fault), "{status:04X}");
         bus.done();
     }
-    // A resynchronisation is none of these.
+    // A resynchronisation is not a fault.
     let mut bus = reads([frame(READY | 0x4000, [5, 6])]);
     assert_eq!(chip(&bus).read(), Ok([5, 6]));
     bus.done();
@@ -211,7 +211,7 @@ fn a_torn_frame_is_lost_alone_and_after_a_gap_the_filter_settles_again() {
         converter.take().is_some()
     });
     let counts: Vec<_> = counts.collect();
-    // Two unsettled, three that count, a torn one, three that count, and after the gap two unsettled.
+    // Two unsettled, three valid, a torn one, three valid, and two unsettled after the gap.
     let expected = [0, 0, 1, 1, 1, 0, 1, 1, 1, 0, 0].map(|count| count == 1);
     assert_eq!(counts, expected);
     assert!(converter.take().is_some());

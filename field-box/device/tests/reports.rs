@@ -1,4 +1,4 @@
-//! What the box says of a moment, and the moments themselves.
+//! Reports of the box, and the moments in them.
 
 use field_box_device::{Amplifier, Inputs, Moment, Moments, Reports};
 use field_box_logic::SILENCE_US;

@@ -1,13 +1,13 @@
-//! The box's guard over the amplifier.
+//! Guard of the box over the amplifier.
 
-/// Time after the last word from the bench at which the box takes the enable off, µs. With a look every few milliseconds
-/// at most it is off within the 100 ms of FAULTS.md, row 41.
+/// Time after the last command from the bench at which the box disables the amplifier, µs. With a check every few milliseconds
+/// it is disabled within the 100 ms of FAULTS.md, row 41.
 pub const SILENCE_US: u64 = 80_000;
 
-/// What a word from the bench asks of the lines.
+/// Line levels requested by a command of the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Order {
-    /// Whether the amplifier is to be enabled.
+    /// Whether to enable the amplifier.
     pub enable: bool,
     /// Level of the heartbeat line.
     pub heartbeat: bool,
@@ -22,32 +22,32 @@ pub struct Outputs {
     pub heartbeat: bool,
 }
 
-/// Why the enable is off, though the bench had it on or asks for it.
+/// Reason why the enable is off although the bench had it on or requests it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
-    /// No word from the bench for [`SILENCE_US`].
+    /// No command from the bench for [`SILENCE_US`].
     BenchSilent,
-    /// The loop of the e-stop was opened, or is open.
+    /// The e-stop loop was opened, or is open.
     Estop,
-    /// The bench asks for the enable, and has not asked for it to be off since the last stop.
+    /// The bench requests the enable, but has not requested it off since the last stop.
     NotReleased,
 }
 
-/// Watchdog, latch and heartbeat. After any stop nothing enables the amplifier again but a bench that first asks for
-/// the enable to be off and then, with the e-stop closed, to be on.
+/// Watchdog, latch and heartbeat. After any stop the amplifier stays disabled until the bench requests the enable off and then,
+/// with the e-stop loop closed, on.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Guard {
     outputs: Outputs,
     stop: Option<Stop>,
-    /// Whether the bench has asked for the enable to be off since the last stop.
+    /// Whether the bench has requested the enable off since the last stop.
     released: bool,
     heard_us: u64,
 }
 
 impl Guard {
-    /// Takes a word from the bench, heard at `now_us` of the box's clock, which never goes back.
+    /// Takes a command from the bench, received at `now_us` of the box's monotonic clock.
     pub fn hear(&mut self, now_us: u64, order: Order, estop_closed: bool) {
-        // A word that comes too late keeps nothing on.
+        // A command after the timeout must not keep the amplifier enabled.
         self.look(now_us, estop_closed);
         self.heard_us = now_us;
         if !order.enable {
@@ -56,7 +56,7 @@ impl Guard {
         } else if !self.outputs.enable {
             match (estop_closed, self.released) {
                 (false, _) => self.fall(Stop::Estop),
-                // It says why it stopped first.
+                // The first reason stays.
                 (true, false) => self.stop = self.stop.or(Some(Stop::NotReleased)),
                 (true, true) => {
                     self.outputs.enable = true;
@@ -69,7 +69,7 @@ impl Guard {
         }
     }
 
-    /// Looks at the clock and at the loop of the e-stop: to be called every millisecond, and at each edge of the loop.
+    /// Checks the timeout and the e-stop loop: call it every millisecond, and at each edge of the loop.
     pub fn look(&mut self, now_us: u64, estop_closed: bool) {
         if !self.outputs.enable {
             return;
@@ -92,7 +92,7 @@ impl Guard {
         self.outputs
     }
 
-    /// Returns why the enable is off; `None` if the lines are as the bench says.
+    /// Returns the reason why the enable is off; `None` if the lines are as the bench requested.
     #[must_use]
     pub fn stop(&self) -> Option<Stop> {
         self.stop

@@ -1,4 +1,4 @@
-//! The guard, at every moment at which a bench can die.
+//! The guard with a bench that fails at any moment.
 
 use field_box_logic::{Guard, Order, SILENCE_US, Stop};
 use proptest::prelude::*;
@@ -12,7 +12,7 @@ const ON: Order = Order {
     heartbeat: false,
 };
 
-/// A guard with the amplifier enabled at 0 µs.
+/// Returns a guard with the amplifier enabled at 0 µs.
 fn running() -> Guard {
     let mut guard = Guard::default();
     guard.hear(0, OFF, true);
@@ -42,7 +42,7 @@ fn a_word_that_comes_too_late_keeps_nothing_on() {
     let mut guard = running();
     guard.hear(SILENCE_US, ON, true);
     assert_eq!(state(&guard), (false, Some(Stop::BenchSilent)));
-    // Nor do all that follow, as those of a bench that was frozen and does not know it.
+    // Neither do the following commands, such as those of a bench that was suspended unawares.
     for k in 1..1000 {
         guard.hear(SILENCE_US + 2_000 * k, ON, true);
         assert_eq!(state(&guard), (false, Some(Stop::BenchSilent)));
@@ -98,7 +98,7 @@ fn the_heartbeat_passes_while_the_enable_is_on_and_stands_still_otherwise() {
     }
 }
 
-/// A moment in the life of a box.
+/// An event of the box.
 #[derive(Debug, Clone)]
 enum Moment {
     Look,
@@ -176,7 +176,7 @@ proptest! {
             let on = guard.outputs().enable;
             prop_assert!(!on || closed && now_us - heard_us < SILENCE_US);
             prop_assert!(was_on || !on || released, "enabled without a release");
-            // What was on and is not has stopped: it must be released again.
+            // An enable that went off by a stop must be released again.
             if was_on && !on && !matches!(moment, Moment::Hear(false, _)) {
                 released = false;
             }

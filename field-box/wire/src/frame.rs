@@ -1,4 +1,4 @@
-//! One frame on the line: mark and version, kind, fields, CRC-16, COBS-encoded, ended by a zero byte.
+//! One frame on the line: mark and version, kind, fields, CRC-16; COBS-encoded, ended by a zero byte.
 
 use core::ops::Deref;
 
@@ -7,30 +7,30 @@ use crc::{CRC_16_IBM_3740, Crc};
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 /// Version of the protocol.
 pub const VERSION: u8 = 1;
-/// Upper half of a frame's first byte, which the frames of a force sensor have not (`docs/force-protocol.md`); the lower
-/// half is the version.
+/// Upper half of a frame's first byte, which frames of a force sensor never have (`docs/force-protocol.md`); the lower half is
+/// the version.
 const MARK: u8 = 0xB0;
 const FIRST: u8 = MARK | VERSION;
 /// Length of the longest frame on the line, its zero byte included.
 pub const LONGEST_BYTES: usize = 32;
-/// COBS adds one byte to a frame this short, the delimiter is another.
+/// COBS adds one byte to a frame this short; the delimiter is another.
 const LONGEST_BODY: usize = LONGEST_BYTES - 2;
 const CRC_BYTES: usize = 2;
 /// Mark with version, and kind.
 const HEAD_BYTES: usize = 2;
 
-/// Why a frame is no message.
+/// Reason for rejecting a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refused {
-    /// It is not whole: wrong length, encoding or checksum.
+    /// Damaged: wrong length, encoding or checksum.
     Torn,
-    /// It is whole, of this version of the protocol.
+    /// Intact, but of the given other version of the protocol.
     Version(u8),
-    /// It is whole, and of another protocol, or of no known kind, or its fields are not those of its kind.
+    /// Intact, but of another protocol or an unknown kind, or with fields that do not fit its kind.
     Unknown,
 }
 
-/// A frame as it goes on the line.
+/// Encoded frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Encoded {
     bytes: [u8; LONGEST_BYTES],
@@ -45,7 +45,7 @@ impl Deref for Encoded {
     }
 }
 
-/// Fields of a frame as they are written, one after the other, little-endian.
+/// Fields of a frame while it is written, in order, little-endian.
 pub(crate) struct Fields {
     body: [u8; LONGEST_BODY],
     length: usize,
@@ -61,7 +61,7 @@ impl Fields {
         }
     }
 
-    /// Appends a field; the messages of this crate are short enough, as their tests show.
+    /// Appends a field; all messages of this crate fit, as their tests show.
     pub(crate) fn put(mut self, bytes: &[u8]) -> Self {
         self.body[self.length..self.length + bytes.len()].copy_from_slice(bytes);
         self.length += bytes.len();
@@ -73,7 +73,7 @@ impl Fields {
         let whole = self.put(&crc);
         let mut bytes = [0; LONGEST_BYTES];
         let length = cobs::encode(&whole.body[..whole.length], &mut bytes);
-        // The delimiter is the zero that follows.
+        // The zero that follows is the delimiter.
         Encoded {
             bytes,
             length: length + 1,

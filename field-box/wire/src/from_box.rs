@@ -1,38 +1,38 @@
-//! What the box says.
+//! Messages from the box.
 
 use crate::frame::{Encoded, Fields};
 
 const IDENTITY: u8 = 0x01;
 const REPORT: u8 = 0x02;
 
-/// Who the box is.
+/// Identity of the box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Identity {
     /// Version of its firmware: major, minor, patch.
     pub firmware: [u8; 3],
-    /// Serial number, burnt into the box.
+    /// Serial number, permanently stored in the box.
     pub serial: [u8; 8],
-    /// Reports a second.
+    /// Reports per second, Hz.
     pub report_hz: u16,
-    /// Bits of its converter.
+    /// Resolution of its converter, bits.
     pub converter_bits: u8,
 }
 
-/// Why the box has taken the enable off, though the bench had it on.
+/// Reason why the box has disabled the amplifier although the bench had it enabled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
-    /// No word from the bench.
+    /// No command from the bench.
     BenchSilent,
-    /// The loop of the e-stop is open.
+    /// The e-stop loop is open.
     Estop,
-    /// The bench asked for the enable without having asked for it to be off since the last stop.
+    /// The bench requested the enable without having requested it off since the last stop.
     NotReleased,
 }
 
 /// Levels of the lines and the state of the converter, at a report.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Levels {
-    /// Whether the loop of the e-stop is closed.
+    /// Whether the e-stop loop is closed.
     pub estop_closed: bool,
     /// Whether the participant's button is pressed.
     pub button: bool,
@@ -46,7 +46,7 @@ pub struct Levels {
     pub normal_saturated: bool,
     /// Whether the lateral channel is at the end of its range.
     pub lateral_saturated: bool,
-    /// Whether the converter has not answered: the counts are no readings.
+    /// Whether the converter did not answer: the counts are then invalid.
     pub converter_silent: bool,
 }
 
@@ -81,36 +81,36 @@ impl Levels {
     }
 }
 
-/// What the box reads and does at one moment of its clock.
+/// Readings and state of the box at one time of its clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Report {
-    /// Number, +1 for each report; it wraps.
+    /// Sequence number; wraps.
     pub sequence: u16,
-    /// Time of the conversion on the box's clock, µs; it wraps.
+    /// Time of the conversion on the box's clock, µs; wraps.
     pub device_us: u32,
-    /// Normal and lateral force, counts of a converter of 24 bits.
+    /// Normal and lateral force, counts of a 24-bit converter.
     pub counts: [i32; 2],
-    /// Quadrature counts of the encoder since the box was powered; they wrap.
+    /// Quadrature counts of the encoder since power-up; wraps.
     pub position: i32,
     /// Levels of the lines, and the state of the converter.
     pub levels: Levels,
-    /// Why the amplifier is off though the bench had it on; `None` if it is as the bench says.
+    /// Reason why the amplifier is off although the bench had it on; `None` if it is as the bench requested.
     pub stop: Option<StopReason>,
-    /// Number of the latest word acted on.
+    /// Sequence number of the latest command acted on.
     pub heard: u16,
 }
 
 /// A message from the box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FromBox {
-    /// Who it is: when its port is opened, and when asked.
+    /// Identity, sent when the port is opened, and on request.
     Identity(Identity),
-    /// What it reads and does.
+    /// Readings and state.
     Report(Report),
 }
 
 impl FromBox {
-    /// Returns the message as it goes on the line.
+    /// Returns the encoded message.
     #[must_use]
     pub fn encode(&self) -> Encoded {
         match self {

@@ -1,4 +1,4 @@
-//! Messages from bytes, cut anywhere.
+//! Decoding of messages from a byte stream.
 
 use core::marker::PhantomData;
 
@@ -6,9 +6,9 @@ use crate::frame::{LONGEST_BYTES, Refused, decode};
 use crate::from_box::FromBox;
 use crate::to_box::ToBox;
 
-/// A kind of messages, by the end that sends them.
+/// Messages sent by one end of the line.
 pub trait Message: Sized {
-    /// Reads a message; `None` if there is no such one.
+    /// Parses a message; `None` if the kind is unknown or the fields do not fit.
     fn parse(kind: u8, fields: &[u8]) -> Option<Self>;
 }
 
@@ -24,7 +24,7 @@ impl Message for ToBox {
     }
 }
 
-/// Hears the messages of one end among bytes, and resynchronises by itself at each zero byte.
+/// Decodes the messages of one end from a byte stream, and resynchronises at each zero byte.
 #[derive(Debug)]
 pub struct Listener<M> {
     encoded: [u8; LONGEST_BYTES],
@@ -45,7 +45,7 @@ impl<M> Default for Listener<M> {
 }
 
 impl<M: Message> Listener<M> {
-    /// Takes a byte; returns the message that it ends, or why what it ends is none.
+    /// Takes a byte; returns the message that it completes, or the reason for rejecting it.
     pub fn hear(&mut self, byte: u8) -> Option<Result<M, Refused>> {
         if byte != 0 {
             match self.encoded.get_mut(self.length) {
@@ -61,7 +61,7 @@ impl<M: Message> Listener<M> {
         if core::mem::take(&mut self.overlong) {
             return Some(Err(Refused::Torn));
         }
-        // Two zeros in a row end nothing.
+        // Two zeros in a row delimit no frame.
         (length > 0).then(|| {
             let (kind, fields) = decode(&mut self.encoded[..length])?;
             M::parse(kind, fields).ok_or(Refused::Unknown)

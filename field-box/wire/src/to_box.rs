@@ -1,4 +1,4 @@
-//! What the bench says.
+//! Messages from the bench.
 
 use crate::frame::{Encoded, Fields};
 
@@ -7,12 +7,12 @@ const WORD: u8 = 0x11;
 const ENABLE: u8 = 1;
 const HEARTBEAT: u8 = 2;
 
-/// The bench's word on the amplifier: while these come, the box lets it run.
+/// Command for the amplifier; the box lets the amplifier run only while these arrive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Word {
-    /// Number, +1 for each word; it wraps.
+    /// Sequence number; wraps.
     pub sequence: u16,
-    /// Whether the amplifier is to be enabled.
+    /// Whether to enable the amplifier.
     pub enable: bool,
     /// Level of the heartbeat line.
     pub heartbeat: bool,
@@ -21,14 +21,14 @@ pub struct Word {
 /// A message from the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ToBox {
-    /// Asks who the box is.
+    /// Requests the identity of the box.
     Ask,
-    /// The bench's word on the amplifier.
+    /// Command for the amplifier.
     Word(Word),
 }
 
 impl ToBox {
-    /// Returns the message as it goes on the line.
+    /// Returns the encoded message.
     #[must_use]
     pub fn encode(&self) -> Encoded {
         match self {

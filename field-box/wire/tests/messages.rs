@@ -1,4 +1,4 @@
-//! The messages, byte for byte, and whatever else comes over the line.
+//! The messages, byte for byte, and foreign bytes on the line.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -15,7 +15,7 @@ fn heard<M: field_box_wire::Message>(bytes: &[u8]) -> Vec<Result<M, Refused>> {
     bytes.filter_map(|&byte| listener.hear(byte)).collect()
 }
 
-/// The bytes of an example by its name.
+/// Returns the bytes of the example `name`.
 fn golden(name: &str) -> Vec<u8> {
     let lines = include_str!("../golden.txt").lines();
     let found = lines.filter_map(|line| line.split_once(": "));
@@ -105,12 +105,12 @@ fn a_message_of_another_version_tells_which() {
         heard::<FromBox>(&golden("identity, version 2")),
         [Err(Refused::Version(2))]
     );
-    // A force sensor at the box's port is not taken for it.
+    // A force sensor at the box's port is not mistaken for the box.
     assert_eq!(
         heard::<FromBox>(&golden("a force sensor's frame")),
         [Err(Refused::Unknown)]
     );
-    // Neither end takes the other's for its own.
+    // Neither end accepts the other end's messages.
     assert_eq!(
         heard::<FromBox>(&golden("word, on")),
         [Err(Refused::Unknown)]

@@ -1,4 +1,4 @@
-//! A report at each conversion.
+//! Conversions, and a report for each.
 
 use embassy_rp::gpio::{Input, Output};
 use embassy_rp::peripherals::SPI0;
@@ -13,20 +13,20 @@ use crate::guard;
 use crate::pins::CONVERTER_CLOCK_HZ;
 use crate::usb;
 
-/// Conversions a second, rounded down.
+/// Conversions per second, rounded down.
 pub const REPORT_HZ: u16 = (CONVERTER_CLOCK_HZ / 2 / OSR) as u16;
 /// Half the time from one conversion to the next.
 const HALF: Duration = Duration::from_micros((OSR as u64 * 1_000_000) / CONVERTER_CLOCK_HZ as u64);
-/// Longest time between two reports, whether or not there is a conversion.
+/// Longest time between two reports, with or without a conversion.
 const LONGEST: Duration = Duration::from_micros(900);
-/// The converter is reset by its line being low for more than 2048 of its clocks, 256 µs.
+/// Length of the reset pulse: the converter resets when its line is low for more than 2048 of its clocks, 256 µs.
 const RESET: Duration = Duration::from_micros(400);
-/// Time from its reset to its being spoken to.
+/// Time from the reset to the first communication.
 const AFTER_RESET: Duration = Duration::from_micros(200);
 
 type ConverterSpi = ExclusiveDevice<Spi<'static, SPI0, Blocking>, Output<'static>, NoDelay>;
 
-/// What a report is made of.
+/// Devices read for a report.
 pub struct Apparatus {
     /// The converter.
     pub converter: Converter<ConverterSpi>,
@@ -42,7 +42,7 @@ pub struct Apparatus {
     pub dead_man: Input<'static>,
 }
 
-/// Reads conversions and reports each.
+/// Reads conversions and sends a report for each.
 #[embassy_executor::task]
 pub async fn convert(apparatus: Apparatus) {
     let Apparatus {

@@ -1,4 +1,4 @@
-//! The encoder, counted by a state machine that nothing interrupts.
+//! Encoder, counted by a PIO state machine, which no interrupt delays.
 
 use embassy_rp::Peri;
 use embassy_rp::gpio::Pull;
@@ -7,10 +7,10 @@ use embassy_rp::pio::{
     Common, Config, Direction, FifoJoin, PioPin, ShiftConfig, ShiftDirection, StateMachine,
 };
 
-/// Counts every edge of both channels. The state machine keeps the count in Y, jumps by the last and the present levels
-/// into a table at address 0, and pushes the count as often as it looks: at least every 10 cycles, so that no edge is
-/// lost up to 12.5 million a second at 125 MHz. The idea is that of `quadrature_encoder.pio` in Raspberry Pi's
-/// pico-examples (BSD-3-Clause, © 2021, 2023 Raspberry Pi (Trading) Ltd.).
+/// Counts every edge of both channels. The state machine keeps the count in Y, jumps by the previous and the present levels
+/// into a table at address 0, and pushes the count each time it samples: at least every 10 cycles, so that it follows up to
+/// 12.5 million edges per second at 125 MHz. The method is that of `quadrature_encoder.pio` in Raspberry Pi's pico-examples
+/// (BSD-3-Clause, © 2021, 2023 Raspberry Pi (Trading) Ltd.).
 pub struct Encoder {
     machine: StateMachine<'static, PIO0, 0>,
 }
@@ -23,7 +23,7 @@ impl Encoder {
         a: Peri<'static, impl PioPin>,
         b: Peri<'static, impl PioPin>,
     ) -> Self {
-        // Table: levels before and now, each as B A. Up where B leads A, as the bench counts on lines of its own.
+        // Table: levels before and now, each as B A. Up where B leads A, as the bench counts on its own lines.
         let program = embassy_rp::pio::program::pio_asm!(
             ".origin 0",
             "    jmp same", // 00 00
@@ -80,10 +80,10 @@ impl Encoder {
         Self { machine }
     }
 
-    /// Returns the count now.
+    /// Returns the present count.
     pub fn position(&mut self) -> i32 {
         let pushed = self.machine.rx();
-        // Counts pushed before now are old.
+        // Counts pushed earlier are outdated.
         for _ in 0..pushed.level() {
             pushed.pull();
         }

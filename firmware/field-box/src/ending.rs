@@ -1,4 +1,4 @@
-//! The end of a firmware that has failed: the amplifier off, then a reset.
+//! Panic and fault handling: the amplifier off, then a reset.
 
 use core::panic::PanicInfo;
 
@@ -15,7 +15,7 @@ unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
     end()
 }
 
-/// Takes all outputs low, and resets the chip, after which they float.
+/// Takes all outputs low and resets the chip; its pins then float.
 fn end() -> ! {
     cortex_m::interrupt::disable();
     pac::SIO.gpio_out(0).value_clr().write_value(u32::MAX);

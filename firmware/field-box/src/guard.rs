@@ -1,4 +1,4 @@
-//! The amplifier's lines, driven by nobody but the guard.
+//! Lines of the amplifier, driven only by the guard.
 
 use core::cell::Cell;
 
@@ -13,24 +13,24 @@ use field_box_device::{Amplifier, AmplifierState};
 use field_box_logic::Outputs;
 use field_box_wire::Word;
 
-/// Words of the bench that the guard has not seen yet. It interrupts whoever puts one here.
+/// Commands of the bench that the guard has not read yet. The guard's task interrupts the sender.
 pub static WORDS: Channel<CriticalSectionRawMutex, Word, 8> = Channel::new();
 
-/// Time between two looks.
+/// Time between two checks.
 const LOOK: Duration = Duration::from_millis(1);
-/// Time without a look after which the chip resets itself: its pins then float, and the pull-downs take the amplifier off.
+/// Time without a check after which the chip resets itself: its pins then float, and the pull-downs disable the amplifier.
 const HUNG: Duration = Duration::from_millis(50);
 
-/// What the reports say of the amplifier and of the e-stop's loop.
+/// State of the amplifier and of the e-stop loop for the reports.
 #[derive(Clone, Copy)]
 pub struct Seen {
-    /// Lines and stop.
+    /// Line levels and reason of a stop.
     pub amplifier: AmplifierState,
-    /// Whether the loop of the e-stop is closed.
+    /// Whether the e-stop loop is closed.
     pub estop_closed: bool,
 }
 
-/// What [`seen`] returns.
+/// Latest state, returned by [`seen`].
 static SEEN: Mutex<CriticalSectionRawMutex, Cell<Seen>> = Mutex::new(Cell::new(Seen {
     amplifier: AmplifierState {
         outputs: Outputs {
@@ -43,12 +43,12 @@ static SEEN: Mutex<CriticalSectionRawMutex, Cell<Seen>> = Mutex::new(Cell::new(S
     estop_closed: false,
 }));
 
-/// Returns what the guard saw and did last.
+/// Returns the latest state published by the guard.
 pub fn seen() -> Seen {
     SEEN.lock(Cell::get)
 }
 
-/// Watches over the amplifier.
+/// Runs the guard over the amplifier.
 #[embassy_executor::task]
 pub async fn watch(
     mut enable: Output<'static>,
@@ -61,7 +61,7 @@ pub async fn watch(
     let mut estop_closed = estop.is_high();
     let mut ticker = Ticker::every(LOOK);
     loop {
-        // A change of level, unlike an edge, is not missed between two looks.
+        // Waiting for a level, unlike an edge, misses no change between two checks.
         let change = async {
             if estop_closed {
                 estop.wait_for_low().await;

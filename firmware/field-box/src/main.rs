@@ -1,8 +1,8 @@
-//! Firmware of the field box (`docs/field-box.md`), on a Raspberry Pi Pico: pins, clocks, USB and priorities around
-//! `field-box-device`, which does the thinking.
+//! Firmware of the field box (`docs/field-box.md`), on a Raspberry Pi Pico: pins, clocks, USB and priorities around the logic
+//! of `field-box-device`.
 //!
-//! Three levels, of which a higher one interrupts a lower one:
-//! 1. the guard over the amplifier, every millisecond, at each change of the e-stop and at each word of the bench;
+//! Three priority levels; a higher one interrupts a lower one:
+//! 1. the guard over the amplifier, every millisecond, at each change of the e-stop and at each command of the bench;
 //! 2. conversions and reports, at each conversion;
 //! 3. USB.
 #![no_std]
@@ -64,7 +64,7 @@ macro_rules! start {
 fn main() -> ! {
     let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
     let board = Board::of(peripherals);
-    // Before all else: the amplifier is off, as it is while the pins float.
+    // First the amplifier is disabled, as it is while the pins float.
     let enable = Output::new(board.enable, Level::Low);
     let heartbeat = Output::new(board.heartbeat, Level::Low);
     let estop = contact(board.estop.into());
@@ -79,7 +79,7 @@ fn main() -> ! {
     clock.set_src(GpoutSrc::PllUsb);
     clock.set_div(pins::CONVERTER_CLOCK_DIVIDER, 0);
     clock.enable();
-    // It stops when it is dropped.
+    // Dropping it would stop the clock.
     core::mem::forget(clock);
     let mut config = spi::Config::default();
     config.frequency = pins::CONVERTER_SPI_HZ;
@@ -117,16 +117,16 @@ fn main() -> ! {
         .run(|spawner| usb::start(spawner, board.usb, serial))
 }
 
-/// A contact to 3.3 V that is closed while it is true; a cut wire reads as open.
+/// Returns the input for a contact to 3.3 V: high while closed; a broken wire reads as open.
 fn contact(pin: Peri<'static, embassy_rp::gpio::AnyPin>) -> Input<'static> {
     Input::new(pin, Pull::Down)
 }
 
-/// Returns the number that the flash was made with.
+/// Returns the unique serial number of the flash chip.
 fn serial_number(flash: Peri<'static, FLASH>) -> [u8; 8] {
     let mut serial = [0; 8];
     let mut flash = Flash::<_, Blocking, { pins::FLASH_BYTES }>::new_blocking(flash);
-    // The box works without; the bench then knows it by its port.
+    // The box works without it; the bench then identifies it by its port.
     let _ = flash.blocking_unique_id(&mut serial);
     serial
 }

@@ -1,13 +1,13 @@
-//! What is wired to which pin, and the settings that go with the wiring; `docs/field-box.md` shows the same, and the
-//! emulator's test reads it there.
+//! Assignment of the pins, and the settings that depend on the wiring; `docs/field-box.md` shows the same, and the emulator's
+//! test reads it there.
 
 use embassy_rp::peripherals as p;
 use embassy_rp::{Peri, Peripherals};
 use field_box_device::ChannelGain;
 
-/// Gain of the converter's amplifiers: strain gauge bridges of 2 mV/V.
+/// Gain of the converter's amplifiers, for strain gauge bridges of 2 mV/V.
 pub const GAIN: ChannelGain = ChannelGain::X128;
-/// 8 MHz of the 48 MHz for USB, so that conversions and the box's clock have one quartz.
+/// Divider from the 48 MHz of USB to 8 MHz, so that conversions and the box's clock share one crystal.
 pub const CONVERTER_CLOCK_DIVIDER: u32 = 6;
 /// Clock of the converter, Hz.
 pub const CONVERTER_CLOCK_HZ: u32 = 48_000_000 / CONVERTER_CLOCK_DIVIDER;
@@ -18,13 +18,13 @@ pub const FLASH_BYTES: usize = 2 * 1024 * 1024;
 
 macro_rules! board {
     ($($(#[$doc:meta])* $field:ident: $peripheral:ident,)*) => {
-        /// The board's pins and peripherals by what they are for.
+        /// Pins and peripherals of the board, by purpose.
         pub struct Board {
             $($(#[$doc])* pub $field: Peri<'static, p::$peripheral>,)*
         }
 
         impl Board {
-            /// Hands the peripherals to their purposes.
+            /// Assigns the peripherals to their purposes.
             pub fn of(peripherals: Peripherals) -> Self {
                 Self { $($field: peripherals.$peripheral,)* }
             }
@@ -33,17 +33,17 @@ macro_rules! board {
 }
 
 board! {
-    /// Encoder, channel A; channel B is on the pin after it.
+    /// Encoder, channel A; channel B must be on the next pin.
     encoder_a: PIN_2,
     /// Encoder, channel B.
     encoder_b: PIN_3,
-    /// Loop of the e-stop: high while closed.
+    /// E-stop loop: high while closed.
     estop: PIN_6,
     /// Participant's button: high while pressed.
     button: PIN_7,
     /// Dead-man switch: high while held.
     dead_man: PIN_8,
-    /// Amplifier's enable: high is on.
+    /// Amplifier's enable: high enables.
     enable: PIN_10,
     /// Heartbeat into the one-shot.
     heartbeat: PIN_11,

@@ -1,4 +1,4 @@
-//! The serial port of the box.
+//! Serial port of the box.
 
 use embassy_executor::Spawner;
 use embassy_futures::join::join3;
@@ -21,17 +21,17 @@ bind_interrupts!(struct Irqs {
 
 type Bus = Driver<'static, USB>;
 
-/// Vendor and product for testing, of <https://pid.codes/1209/0001/>: whoever sells boxes needs a product of their own.
+/// Vendor and product for testing, of <https://pid.codes/1209/0001/>: boxes for sale need their own product number.
 const VENDOR: u16 = 0x1209;
 const PRODUCT: u16 = 0x0001;
 /// Bytes of a packet at full speed.
 const PACKET_BYTES: usize = 64;
 const CONVERTER_BITS: u8 = 24;
 
-/// Messages that wait for the bench: a thirtieth of a second of them.
+/// Queue of messages to the bench: about 1/30 s of reports.
 static OUTBOX: Channel<CriticalSectionRawMutex, Encoded, 64> = Channel::new();
 
-/// Says a message, unless the bench has not read the last 64: the numbers then tell it how many are lost.
+/// Queues a message, or drops it if 64 are waiting: the sequence numbers then show the bench the number lost.
 pub fn say(message: FromBox) {
     let _ = OUTBOX.try_send(message.encode());
 }
@@ -79,7 +79,7 @@ async fn run(usb: Peri<'static, USB>, serial: [u8; 8]) {
     .await;
 }
 
-/// Sends what waits, while somebody has the port open.
+/// Sends queued messages while a program has the port open.
 async fn speak(mut port: Sender<'static, Bus>, identity: FromBox) {
     let mut open = false;
     loop {
@@ -87,7 +87,7 @@ async fn speak(mut port: Sender<'static, Bus>, identity: FromBox) {
         loop {
             let mut next = OUTBOX.receive().await;
             if !port.dtr() {
-                // What nobody reads now would be read by the next bench as if it were new.
+                // Messages are dropped while the port is closed; the next reader would take them for new.
                 open = false;
                 continue;
             }
@@ -118,7 +118,7 @@ async fn speak(mut port: Sender<'static, Bus>, identity: FromBox) {
     }
 }
 
-/// Hears what the bench says; what is no message is nothing.
+/// Receives messages of the bench; invalid bytes are ignored.
 async fn listen(mut port: Receiver<'static, Bus>, identity: FromBox) {
     let mut packet = [0; PACKET_BYTES];
     loop {

@@ -13,7 +13,7 @@ const TERMINALS: [i32; 4] = [10083, 10078, 10106, 12529];
 const VOLTS: i32 = 10348;
 /// `DAQmx_Val_GroupByScanNumber`.
 const BY_SCAN: u32 = 1;
-/// Inputs and outputs that the simulated card has.
+/// Number of inputs of the simulated card.
 const INPUTS: u32 = 16;
 const OUTPUTS: u32 = 2;
 
@@ -98,7 +98,7 @@ pub unsafe extern "C" fn DAQmxCreateAOVoltageChan(
     ))
 }
 
-/// Reads into `volts`; returns how many frames, and the status.
+/// Reads into `volts`; returns the number of frames, and the status.
 fn read(handle: *mut c_void, frames: usize, timeout: f64, volts: &mut [f64]) -> (usize, i32) {
     let until = Instant::now() + Duration::from_secs_f64(timeout.clamp(0.0, 3600.0));
     let mut twin = lock();
@@ -119,7 +119,7 @@ fn read(handle: *mut c_void, frames: usize, timeout: f64, volts: &mut [f64]) -> 
         }
         if enough || now >= until {
             task.awaited = None;
-            // A time that is over gives what there is.
+            // After a timeout the frames received so far are returned.
             let given = wanted.min(task.buffer_v.len() / channels * channels);
             for (to, from) in volts.iter_mut().zip(task.buffer_v.drain(..given)) {
                 *to = from;
@@ -191,7 +191,7 @@ pub unsafe extern "C" fn DAQmxWriteAnalogF64(
                 .all(|(v, c)| v.abs() <= c.range_v)
         });
         if !in_range || (task.clock.is_some() && task.may_regenerate) {
-            // The simulated card plays nothing twice; a program that allows it is wrong.
+            // The simulated card never repeats output samples; a program that allows it is wrong.
             return Err(BAD_VALUE);
         }
         if task.clock.is_none() {

@@ -1,4 +1,4 @@
-//! Cards of this computer, and what they can do.
+//! Cards of this computer and their properties.
 
 use std::ffi::c_char;
 
@@ -7,7 +7,7 @@ use crate::twin::{DEVICE, Product, text, with_apparatus};
 
 const SERIAL: u32 = 0x01A2_B3C4;
 
-/// The card of that name, if it is there.
+/// Returns the card with this name, if it is present.
 unsafe fn card(device: *const c_char) -> Result<Product, i32> {
     // SAFETY: the caller's pointer is that of a C string.
     if !unsafe { text(device) }.eq_ignore_ascii_case(DEVICE) {

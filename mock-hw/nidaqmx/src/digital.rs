@@ -17,7 +17,7 @@ const INDEX_PHASES: [i32; 4] = [10040, 10041, 10042, 10043];
 /// Lines of each port of the simulated card.
 const LINES: u32 = 4;
 
-/// Adds a line such as `Dev1/port0/line2` to a task, if no other has it.
+/// Adds a line such as `Dev1/port0/line2` to a task, unless another task uses it.
 fn add(handle: *mut c_void, kind: Kind, terminal: &str, port: u32) -> Result<(), i32> {
     let line = terminal
         .strip_prefix(&format!("{DEVICE}/port{port}/line"))
@@ -72,7 +72,7 @@ pub unsafe extern "C" fn DAQmxCreateDOChan(
     status(add(handle, Kind::LineOut, &unsafe { text(lines) }, 1))
 }
 
-/// Returns the only line of a started task, and what is on it.
+/// Returns the line of the apparatus behind the first line of a started task.
 fn line(twin: &mut Twin, handle: *mut c_void, kind: Kind) -> Result<u32, i32> {
     let task = twin.task(handle)?;
     if task.kind != kind || !task.started {
@@ -192,7 +192,7 @@ pub unsafe extern "C" fn DAQmxReadCounterScalarU32(
     });
     let result = zero.and_then(|zero| {
         let board = twin.board.as_ref().ok_or(UNREACHABLE)?;
-        // A counter of 32 bits wraps below 0 as well.
+        // A 32-bit counter also wraps below 0.
         let count = (board.count)(board.context).wrapping_sub(zero) as u32;
         // SAFETY: the caller's pointer is that of a number.
         unsafe { *value = count };

@@ -1,4 +1,4 @@
-//! What apparatus and tasks exchange in a period: first the outputs' samples, then the inputs'.
+//! Exchange between apparatus and tasks in a period: first the output samples, then the input samples.
 
 use std::slice;
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ use crate::twin::{CHANGED, Kind, lock};
 
 /// Full scale of the simulated converters, V.
 pub(crate) const FULL_SCALE_V: f64 = 10.0;
-/// Longest time for which an apparatus that is stepped waits for its program: a program that hangs is not waited for.
+/// Timeout of a stepped apparatus that waits for its program; a program that hangs does not block it forever.
 const LONGEST_WAIT: Duration = Duration::from_secs(20);
 
 /// Plays one period of the first output.
@@ -77,7 +77,7 @@ pub(crate) extern "C" fn record(samples: *const f32, len: usize) {
         }
     }
     CHANGED.notify_all();
-    // Time that is stepped stands still until the program has read all there is, and waits for more.
+    // A stepped apparatus waits until the program has read all samples and asks for more.
     let began = Instant::now();
     while stepped && began.elapsed() < LONGEST_WAIT {
         let busy = twin.streaming(Kind::Input).is_some_and(|task| {
@@ -91,7 +91,7 @@ pub(crate) extern "C" fn record(samples: *const f32, len: usize) {
     }
 }
 
-/// Takes in a fault of the outputs or of the inputs.
+/// Handles a fault of the outputs or of the inputs.
 pub(crate) extern "C" fn fail(output: u32, kind: u32) {
     let mut twin = lock();
     if kind == GONE {

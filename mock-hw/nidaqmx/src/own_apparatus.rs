@@ -1,4 +1,4 @@
-//! The apparatus of a library that no program has given one: in real time, as the environment describes it.
+//! Apparatus of a library to which no program has connected one: in real time, configured by the environment.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -8,10 +8,10 @@ use mock_hw::rack::Board;
 use mock_hw::world_clock::Pace;
 use mock_world::scenario::Scenario;
 
-/// It lives as long as the process.
+/// Exists as long as the process.
 static OWN: Mutex<Option<Apparatus>> = Mutex::new(None);
 
-/// Makes the apparatus; `None` if it cannot be made, as if no card were there.
+/// Creates the apparatus; `None` if that fails, as if there were no card.
 pub(crate) fn board() -> Option<Board> {
     let variable = |name: &str| std::env::var(name).ok();
     let scenario = match variable("MOCK_NIDAQMX_SCENARIO") {

@@ -1,4 +1,4 @@
-//! Status of a call, and the words for the last one that failed on a thread.
+//! Status of a call, and the message of the latest failed call of a thread.
 
 use std::cell::RefCell;
 use std::ffi::c_char;
@@ -67,7 +67,7 @@ fn words(code: i32) -> &'static str {
     }
 }
 
-/// Returns the status of a call, and keeps the words for one that failed.
+/// Returns the status of a call, and stores the message of a failed one.
 pub(crate) fn status(result: Result<(), i32>) -> i32 {
     match result {
         Ok(()) => 0,
@@ -78,7 +78,7 @@ pub(crate) fn status(result: Result<(), i32>) -> i32 {
     }
 }
 
-/// Writes text and the zero behind it into a buffer of `bytes`.
+/// Writes text and a terminating zero into a buffer of `bytes`.
 ///
 /// # Safety
 /// The buffer must have that many bytes.

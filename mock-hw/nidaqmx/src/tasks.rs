@@ -1,4 +1,4 @@
-//! Life of tasks: made, started, stopped, cleared.
+//! Life cycle of tasks: create, start, stop, clear.
 
 use std::ffi::{c_char, c_void};
 
@@ -22,7 +22,7 @@ pub unsafe extern "C" fn DAQmxCreateTask(_name: *const c_char, task: *mut *mut c
     0
 }
 
-/// Requires that the card can do what a task is set to.
+/// Requires that the card supports the settings of a task.
 fn verify(twin: &Twin, task: &Task) -> Result<(), i32> {
     let Some(clock) = &task.clock else {
         return Ok(());
@@ -65,7 +65,7 @@ fn verify(twin: &Twin, task: &Task) -> Result<(), i32> {
     }
 }
 
-/// Time from one input's sample to the next input's, s.
+/// Returns the time from one input's sample to the next input's, s.
 fn stagger_s(twin: &Twin) -> f64 {
     let inputs = twin.tasks.values().find(|task| task.kind == Kind::Input);
     let convert_hz = inputs.and_then(|task| task.convert_hz);
@@ -94,7 +94,7 @@ fn start(handle: *mut c_void) -> Result<(), i32> {
         let stagger_s = stagger_s(&twin);
         let board = twin.board.as_ref().ok_or(UNREACHABLE)?;
         let (open, context) = (board.open, board.context);
-        // Unlocked: the apparatus calls the exchange with its own lock held.
+        // Unlock first: the apparatus calls the exchange while it holds its own lock.
         drop(twin);
         let deck = Deck {
             play: exchange::play,
@@ -123,7 +123,7 @@ pub unsafe extern "C" fn DAQmxStartTask(handle: *mut c_void) -> i32 {
     status(start(handle))
 }
 
-/// Stops a task, and closes the converters with the last that streams.
+/// Stops a task, and closes the converters with the last streaming task.
 fn stop(handle: *mut c_void, clear: bool) {
     let mut twin = lock();
     if let Some(task) = twin.tasks.get_mut(&(handle as usize)) {

@@ -12,7 +12,7 @@ const CONT_SAMPS: i32 = 10123;
 /// `DAQmx_Val_AllowRegen` and `DAQmx_Val_DoNotAllowRegen`.
 const REGENERATION: [i32; 2] = [10097, 10158];
 
-/// The rate that a whole division of the card's time base gives.
+/// Returns the nearest rate at an integer division of the card's time base.
 fn divided(twin: &Twin, rate_hz: f64) -> f64 {
     let base = twin.product.timebase_hz;
     base / (base / rate_hz).round().max(1.0)

@@ -12,7 +12,7 @@ use crate::status::{NO_TASK, UNREACHABLE};
 /// Name of the card.
 pub(crate) const DEVICE: &str = "Dev1";
 
-/// What a card can do.
+/// Properties of a card.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Product {
     pub(crate) name: &'static str,
@@ -21,11 +21,11 @@ pub(crate) struct Product {
     pub(crate) output_hz: f64,
     pub(crate) simultaneous: bool,
     pub(crate) timebase_hz: f64,
-    /// Whether the outputs' sample clock reaches the inputs.
+    /// Whether the outputs' sample clock can be routed to the inputs.
     pub(crate) clocks_inputs: bool,
 }
 
-/// Cards by NI's manuals of USB-621x, X series and simultaneous X series.
+/// Cards from NI's manuals of USB-621x, X series and simultaneous X series.
 const PRODUCTS: [Product; 3] = [
     Product {
         name: "USB-6211",
@@ -56,7 +56,7 @@ const PRODUCTS: [Product; 3] = [
     },
 ];
 
-/// What a task is of.
+/// Kind of the channels of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Empty,
@@ -70,9 +70,9 @@ pub(crate) enum Kind {
 /// A channel of a task.
 #[derive(Debug, Clone)]
 pub(crate) struct Channel {
-    /// Its number among those of its kind; of a line, `port * 100 + line`.
+    /// Index among channels of its kind; `port * 100 + line` for a line.
     pub(crate) number: u32,
-    /// Range, V either way.
+    /// Range, ±V.
     pub(crate) range_v: f64,
 }
 
@@ -92,13 +92,13 @@ pub(crate) struct Task {
     pub(crate) trigger: Option<String>,
     pub(crate) convert_hz: Option<f64>,
     pub(crate) may_regenerate: bool,
-    /// Length of the buffer, frames.
+    /// Capacity of the buffer, frames.
     pub(crate) buffer_frames: usize,
     pub(crate) buffer_v: VecDeque<f64>,
     pub(crate) started: bool,
-    /// Status with which it stopped.
+    /// Status of the error that stopped it.
     pub(crate) stopped_by: Option<i32>,
-    /// Samples that a reader waits for.
+    /// Number of samples that a reader waits for.
     pub(crate) awaited: Option<usize>,
     /// Count at the start of a counter.
     pub(crate) zero: i64,
@@ -128,7 +128,7 @@ impl Task {
     }
 }
 
-/// The library.
+/// State of the library.
 pub(crate) struct Twin {
     pub(crate) board: Option<Board>,
     pub(crate) product: Product,
@@ -139,16 +139,16 @@ pub(crate) struct Twin {
     pub(crate) open: bool,
     /// Voltage that the first output holds.
     pub(crate) held_v: f64,
-    /// Frames that the outputs played of the present period, and whether the inputs ran at its beginning.
+    /// Frames that the outputs played in the present period, and whether the inputs ran at its beginning.
     pub(crate) played: usize,
     pub(crate) inputs_ran: bool,
 }
 
 static TWIN: Mutex<Option<Twin>> = Mutex::new(None);
-/// Told of every change that somebody may wait for.
+/// Notified of every change that a thread may wait for.
 pub(crate) static CHANGED: Condvar = Condvar::new();
 
-/// The locked library, made when it is first asked for.
+/// The locked library, created on first use.
 pub(crate) struct Locked(MutexGuard<'static, Option<Twin>>);
 
 impl std::ops::Deref for Locked {
@@ -166,7 +166,7 @@ impl std::ops::DerefMut for Locked {
 }
 
 impl Locked {
-    /// Waits for a change, for no longer than `timeout`.
+    /// Waits for a change, at most `timeout`.
     pub(crate) fn wait(self, timeout: std::time::Duration) -> Self {
         let waited = CHANGED.wait_timeout(self.0, timeout);
         Self(waited.unwrap_or_else(PoisonError::into_inner).0)
@@ -180,7 +180,7 @@ pub(crate) fn lock() -> Locked {
     Locked(twin)
 }
 
-/// Locks the library, with an apparatus behind it.
+/// Locks the library; connects an apparatus first if necessary.
 pub(crate) fn with_apparatus() -> Locked {
     let mut twin = lock();
     if twin.board.is_none() {
@@ -206,21 +206,21 @@ impl Twin {
         }
     }
 
-    /// Makes a task; returns its handle.
+    /// Creates a task; returns its handle.
     pub(crate) fn create(&mut self) -> usize {
         self.created += 1;
         self.tasks.insert(self.created, Task::new());
         self.created
     }
 
-    /// Returns a task of a card that is there.
+    /// Returns a task of a card that is present.
     pub(crate) fn task(&mut self, handle: *mut c_void) -> Result<&mut Task, i32> {
         let gone = self.gone;
         let task = self.tasks.get_mut(&(handle as usize)).ok_or(NO_TASK)?;
         if gone { Err(UNREACHABLE) } else { Ok(task) }
     }
 
-    /// Returns the task of a kind that streams.
+    /// Returns the streaming task of a kind.
     pub(crate) fn streaming(&mut self, kind: Kind) -> Option<&mut Task> {
         let mut tasks = self.tasks.values_mut();
         tasks.find(|task| task.kind == kind && task.streams())

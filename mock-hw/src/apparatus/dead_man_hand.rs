@@ -1,10 +1,10 @@
-//! The hand at the dead-man switch.
+//! Hand at the dead-man switch.
 
 use std::sync::Arc;
 
 use crate::pins::PinBoard;
 
-/// Holds the dead-man switch and lets go of it; any thread may hold a clone.
+/// Holds and releases the dead-man switch; any thread may hold a clone.
 #[derive(Debug, Clone)]
 pub struct DeadManHand(Arc<PinBoard>);
 
@@ -18,7 +18,7 @@ impl DeadManHand {
         self.0.let_go_of_dead_man(false);
     }
 
-    /// Lets go of the switch.
+    /// Releases the switch.
     pub fn let_go(&self) {
         self.0.let_go_of_dead_man(true);
     }

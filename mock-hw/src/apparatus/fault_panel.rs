@@ -26,18 +26,18 @@ impl FaultPanel {
         }
     }
 
-    /// Lets the converter report an error to the stream of one direction.
+    /// Makes the converter report an error to the stream of one direction.
     pub fn inject(&self, direction: Direction, kind: ErrorKind) {
         self.cards.inject(direction, kind);
     }
 
-    /// Lets the converter lose frames without reporting it, from the end of the buffer in progress: the output is
-    /// silent for as long, or the input samples never arrive and the next buffer's time is later.
+    /// Makes the converter lose frames without reporting it, from the end of the buffer in progress: the output is silent for
+    /// that time, or the input samples never arrive and the next buffer's time is later.
     pub fn skip_frames(&self, direction: Direction, frames: u64) {
         self.cards.skip_frames(direction, frames);
     }
 
-    /// Lets the converter run over as a card does: `frames` are lost at the next buffer, and an xrun is reported.
+    /// Makes the converter lose `frames` at the next buffer and report an xrun, as a real card does.
     pub fn xrun(&self, direction: Direction, frames: u64) {
         self.skip_frames(direction, frames);
         self.inject(direction, ErrorKind::Xrun);
@@ -58,12 +58,12 @@ impl FaultPanel {
         self.cards.halt(direction, halted);
     }
 
-    /// Lets the force sensor show a fault.
+    /// Makes the force sensor show a fault.
     pub fn force(&self, fault: ForceFault) {
         self.force.inject(fault);
     }
 
-    /// Disconnects the force sensor for good.
+    /// Disconnects the force sensor permanently.
     pub fn unplug_force(&self) {
         self.force.unplug();
     }
@@ -73,7 +73,7 @@ impl FaultPanel {
         self.board.switch_off(off);
     }
 
-    /// Turns the amplifier's gain to this share of the scenario's.
+    /// Sets the amplifier's gain to this fraction of the scenario's.
     pub fn set_amplifier_gain(&self, share: f64) {
         self.board.set_amplifier_gain(share);
     }
@@ -88,12 +88,12 @@ impl FaultPanel {
         self.board.cut_estop_wire(cut);
     }
 
-    /// Holds the participant's button down or releases it, whatever the simulated person does with it.
+    /// Holds the participant's button down or releases it, independently of the simulated person.
     pub fn hold_button(&self, held: bool) {
         self.board.hold_button(held);
     }
 
-    /// Welds the amplifier's relay, so that it never opens, or replaces it.
+    /// Welds the amplifier's relay closed, or replaces it.
     pub fn weld_relay(&self, welded: bool) {
         self.board.weld_relay(welded);
     }

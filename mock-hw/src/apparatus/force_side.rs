@@ -1,5 +1,5 @@
-//! The force sensor's device with the line or the network that it is reached by, and a field box beside it, shared by the
-//! simulation and the fault panel.
+//! Device of the force sensor with its line or network connection, and an optional field box; shared by the simulation and the
+//! fault panel.
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use crate::serial::{DeviceStart, ForceDevice, ForceFault, SerialLine};
 use mock_world::plant::SensorSample;
 use mock_world::scenario::{FIRST_GAUGE, ForceInterface, ForceSensorTable, GAUGES};
 
-/// The force sensor's device, and how it is reached.
+/// Device of the force sensor, and its connection.
 enum Device {
     Serial(ForceDevice, SerialLine),
     Netft(NetFt),
@@ -26,13 +26,13 @@ enum Device {
 /// Faults of the cable from the gauges' amplifier to the sound card.
 #[derive(Debug, Clone, Copy, Default)]
 struct GaugeFaults {
-    /// The inputs are muted: not a bit changes.
+    /// The inputs are muted: their values are constant.
     silent: bool,
-    /// A gauge is at its end.
+    /// A gauge is at the end of its range.
     saturated: bool,
-    /// The cable is out, and the open inputs drift to their end.
+    /// The cable is unplugged, and the open inputs drift to the end of their range.
     unplugged: bool,
-    /// Number of coming frames that are no numbers.
+    /// Number of coming frames that are NaN.
     spoilt: u32,
 }
 
@@ -42,7 +42,7 @@ impl GaugeFaults {
             ForceFault::Silent(silent) => self.silent = silent,
             ForceFault::Saturated(saturated) => self.saturated = saturated,
             ForceFault::Corrupt(frames) => self.spoilt += frames,
-            // There are no frames that could be dropped, repeated or overtaken, and no other device on a wire.
+            // There are no frames to drop, repeat or reorder, and no other device on a wire.
             ForceFault::Drop(_)
             | ForceFault::Repeat(_)
             | ForceFault::Reorder(_)
@@ -74,19 +74,19 @@ impl GaugeFaults {
     }
 }
 
-/// The force sensor's device, and a field box that has no forces.
+/// Device of the force sensor, and a field box without forces.
 struct Devices {
     sensor: Device,
     beside: Option<UnloadedBox>,
 }
 
-/// The force sensor's device and what it is reached by.
+/// Shared devices of the force sensor.
 #[derive(Clone)]
 pub(super) struct ForceSide(Arc<Mutex<Devices>>);
 
 impl ForceSide {
-    /// Powers the device up. On a `synchronous` line every byte sent is readable before the simulation goes on. A field
-    /// box drives the lines of `board`.
+    /// Powers the device up. On a `synchronous` line every byte sent is readable before the simulation continues. A field box
+    /// drives the lines of `board`.
     pub(super) fn open(
         sensor: &ForceSensorTable,
         start: DeviceStart,
@@ -104,7 +104,7 @@ impl ForceSide {
                 Device::FieldBox(field_box.map_err(ApparatusError::Serial)?)
             }
             ForceInterface::Gauges => Device::Gauges(GaugeFaults::default()),
-            // The loopback carries a datagram across before the call that sends it returns.
+            // The loopback delivers a datagram before the call that sends it returns.
             ForceInterface::Netft => {
                 Device::Netft(NetFt::open(sensor, start.clock_us).map_err(ApparatusError::Network)?)
             }
@@ -123,7 +123,7 @@ impl ForceSide {
         Ok(Self(Arc::new(Mutex::new(devices))))
     }
 
-    /// Takes in the samples of a period that ended at true time `now_s`, and sends what is due.
+    /// Takes the samples of a period that ended at true time `now_s`, and sends the data that are due.
     pub(super) fn send(&self, samples: &[SensorSample], now_s: f64) -> Result<(), ApparatusError> {
         let devices = &mut *self.lock();
         if let Some(beside) = &mut devices.beside {
@@ -155,7 +155,7 @@ impl ForceSide {
         Ok(())
     }
 
-    /// Lets a field box look after the amplifier at `now_ns`.
+    /// Runs the amplifier guard of a field box at `now_ns`.
     pub(super) fn guard(&self, now_ns: u64) -> Result<(), ApparatusError> {
         let devices = &mut *self.lock();
         if let Some(beside) = &mut devices.beside {
@@ -167,19 +167,19 @@ impl ForceSide {
         }
     }
 
-    /// Lays the faults of gauges on the frames that the sound card is about to read.
+    /// Applies the faults of gauges to the frames that the sound card is about to read.
     pub(super) fn lay(&self, inputs: &mut [f32], channels: usize) {
         if let Device::Gauges(faults) = &mut self.lock().sensor {
             faults.lay(inputs, channels);
         }
     }
 
-    /// Returns whether the sensor is on the sound card, with no device of its own.
+    /// Returns whether the sensor is connected to the sound card, without a separate device.
     pub(super) fn is_on_card(&self) -> bool {
         matches!(self.lock().sensor, Device::Gauges(_))
     }
 
-    /// Returns the serial port to be opened by path; `None` where the sensor has none, or the operating system has no
+    /// Returns the path of the serial port; `None` if the sensor has no such port, or the operating system has no
     /// pseudo-terminals.
     pub(super) fn path(&self) -> Option<PathBuf> {
         match &self.lock().sensor {
@@ -189,7 +189,7 @@ impl ForceSide {
         }
     }
 
-    /// Returns the serial port of the field box, whether it has the forces or not.
+    /// Returns the serial port of the field box, with or without forces.
     pub(super) fn box_path(&self) -> Option<PathBuf> {
         let devices = self.lock();
         let path = match (&devices.sensor, &devices.beside) {
@@ -200,7 +200,7 @@ impl ForceSide {
         path.map(Path::to_owned)
     }
 
-    /// Returns the address of a sensor in the network.
+    /// Returns the network address of the sensor.
     pub(super) fn address(&self) -> Option<SocketAddr> {
         match &self.lock().sensor {
             Device::Serial(..) | Device::Gauges(_) | Device::FieldBox(_) => None,
@@ -208,7 +208,7 @@ impl ForceSide {
         }
     }
 
-    /// Bytes lost because nobody took them in time.
+    /// Returns the number of bytes lost because they were not read in time.
     pub(super) fn dropped_bytes(&self) -> u64 {
         match &self.lock().sensor {
             Device::Serial(_, line) => line.dropped_bytes(),
@@ -217,7 +217,7 @@ impl ForceSide {
         }
     }
 
-    /// Lets the device show a fault.
+    /// Makes the device show a fault.
     pub(super) fn inject(&self, fault: ForceFault) {
         match &mut self.lock().sensor {
             Device::Serial(device, _) => device.inject(fault),
@@ -227,7 +227,7 @@ impl ForceSide {
         }
     }
 
-    /// Disconnects the sensor for good.
+    /// Disconnects the sensor permanently.
     pub(super) fn unplug(&self) {
         match &mut self.lock().sensor {
             Device::Serial(_, line) => line.unplug(),

@@ -1,10 +1,10 @@
-//! The set of known masses, to be placed on the sensor from any thread.
+//! Known masses that any thread can place on the sensor.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use mock_world::plant::{Axis, Plant};
 
-/// A change of the masses that was asked for.
+/// A requested change of the masses.
 #[derive(Debug, Clone, Copy)]
 enum Placement {
     Place(Axis, f64),
@@ -16,12 +16,12 @@ enum Placement {
 pub struct MassSet(Arc<Mutex<Vec<Placement>>>);
 
 impl MassSet {
-    /// Puts the mass that is marked `mass_kg` on the plate or over the pulley, in place of what is there.
+    /// Puts the mass marked `mass_kg` on the plate or over the pulley, replacing the present one.
     pub fn place(&self, axis: Axis, mass_kg: f64) {
         self.ask(Placement::Place(axis, mass_kg));
     }
 
-    /// Takes all masses away.
+    /// Removes all masses.
     pub fn remove(&self) {
         self.ask(Placement::Remove);
     }
@@ -33,7 +33,7 @@ impl MassSet {
             .push(placement);
     }
 
-    /// Passes the placements asked for since the last call on to the plant.
+    /// Applies the placements requested since the last call to the plant.
     pub(super) fn carry_out(&self, plant: &mut Plant) {
         let mut placements = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         for placement in placements.drain(..) {

@@ -1,7 +1,7 @@
-//! The apparatus as outboard equipment of another audio server.
+//! Apparatus as outboard equipment of another audio server.
 //!
-//! The server sets the pace, nobody shows the person anything, and GPIO does not exist: the amplifier is always on, and
-//! the finger follows a timetable that begins whenever the drive comes on.
+//! The server sets the pace, the person receives no percepts, and there is no GPIO: the amplifier is always on, and the finger
+//! follows a timetable that starts each time the drive comes on.
 
 use std::path::PathBuf;
 
@@ -12,14 +12,14 @@ use mock_world::person::FingerState;
 use mock_world::plant::Plant;
 use mock_world::scenario::Scenario;
 
-/// Generator output above this counts as drive, full scale 1.
+/// Generator output, full scale 1, above which it counts as drive.
 const DRIVEN: f32 = 1e-3;
 /// Silence after which the drive counts as off, s.
 const SILENCE_S: f64 = 0.5;
 /// Time in which the normal force rises to its full value, s.
 const LANDING_S: f64 = 0.1;
 
-/// What the finger does each time the drive comes on, until it goes off.
+/// Motion of the finger from each start of the drive until it goes off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Timetable {
     /// Time from the beginning of the drive to the landing of the finger, s.
@@ -28,7 +28,7 @@ pub struct Timetable {
     pub slide_after_s: f64,
     /// Position at which the finger lands, m along the plate.
     pub from_m: f64,
-    /// Position at which the finger turns round, m along the plate.
+    /// Position at which the finger turns back, m along the plate.
     pub to_m: f64,
     /// Speed of the slide in both directions, m/s.
     pub speed_m_per_s: f64,
@@ -37,7 +37,7 @@ pub struct Timetable {
 }
 
 impl Default for Timetable {
-    /// Returns the published exploration, after 1.5 s without the finger.
+    /// Returns the published exploration, preceded by 1.5 s without the finger.
     fn default() -> Self {
         Self {
             touch_after_s: 1.5,
@@ -82,14 +82,14 @@ impl Timetable {
     }
 }
 
-/// An apparatus between the output and the input of an audio server.
+/// An apparatus connected between the output and the input of an audio server.
 pub struct Outboard {
     plant: Plant,
     force: ForceSide,
     timetable: Timetable,
     interval_s: f64,
     frame: u64,
-    /// First and last frame of the present stretch of drive.
+    /// First and last frame of the present period of drive.
     driven: Option<(u64, u64)>,
 }
 
@@ -97,7 +97,7 @@ impl Outboard {
     /// Builds an apparatus at the audio server's rate, with the serial line of its force sensor.
     ///
     /// # Errors
-    /// [`ApparatusError::Serial`] when the system gives no pseudo-terminal, [`ApparatusError::NoLines`] for a field box.
+    /// [`ApparatusError::Serial`] if the system provides no pseudo-terminal, [`ApparatusError::NoLines`] for a field box.
     pub fn new(
         scenario: &Scenario,
         seed: u64,
@@ -122,10 +122,10 @@ impl Outboard {
         self.plant.channels()
     }
 
-    /// Returns the force sensor's serial port, to be opened by path.
+    /// Returns the path of the force sensor's serial port.
     ///
     /// # Errors
-    /// [`ApparatusError::NoSerialPort`] where the operating system has no pseudo-terminals.
+    /// [`ApparatusError::NoSerialPort`] if the operating system has no pseudo-terminals.
     pub fn force_port(&self) -> Result<PathBuf, ApparatusError> {
         self.force.path().ok_or(ApparatusError::NoSerialPort {
             device: "force sensor",
@@ -138,10 +138,10 @@ impl Outboard {
         self.finger().touching
     }
 
-    /// Simulates one period: generator samples in, interleaved inputs out. Neither allocates nor waits.
+    /// Simulates one period: generator samples in, interleaved inputs out. Neither allocates nor blocks.
     ///
     /// # Errors
-    /// [`ApparatusError::Serial`] when the serial line has failed.
+    /// [`ApparatusError::Serial`] if the serial line has failed.
     ///
     /// # Panics
     /// If `inputs` is not `drive.len() · channels()` long.

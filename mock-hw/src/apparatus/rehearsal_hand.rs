@@ -1,4 +1,4 @@
-//! Faults that are rehearsed: injected at their times, or from any thread at once.
+//! Rehearsed faults: injected at their times, or immediately from any thread.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -10,13 +10,13 @@ use super::mass_set::MassSet;
 use crate::host::Direction;
 use crate::serial::ForceFault;
 
-/// Standard gravity, m/s² (ISO 80000-3): a load is given in newtons and placed as a mass.
+/// Standard gravity, m/s² (ISO 80000-3), for loads given in newtons and placed as masses.
 const GRAVITY_M_PER_S2: f64 = 9.806_65;
-/// Lengths of a bouncing contact's states, closed and open by turns, as shares of the time for which it bounces: no
-/// look at even intervals falls into the same state each time.
+/// Lengths of a bouncing contact's states, alternately closed and open, as fractions of the bounce time: no evenly spaced
+/// sampling sees the same state each time.
 const BOUNCE: [f64; 9] = [0.11, 0.06, 0.17, 0.04, 0.09, 0.15, 0.05, 0.13, 0.20];
 
-/// What is done to the apparatus.
+/// A change to the apparatus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Deed {
     /// The fault begins, with its argument.
@@ -27,17 +27,17 @@ enum Deed {
     Contact { open: bool },
 }
 
-/// Handle that injects faults by their names; any thread may hold a clone. Each takes effect with the next period.
+/// Handle that injects faults by name; any thread may hold a clone. Each takes effect with the next period.
 #[derive(Debug, Clone, Default)]
 pub struct RehearsalHand(Arc<Mutex<Vec<Deed>>>);
 
 impl RehearsalHand {
-    /// Begins a fault, with its argument or that of the table.
+    /// Begins a fault, with `argument` or the table's default.
     pub fn begin(&self, fault: FaultKind, argument: Option<f64>) {
         self.ask(Deed::Begin(fault, argument));
     }
 
-    /// Ends a fault that lasts; others are left as they are.
+    /// Ends a lasting fault; other faults are unaffected.
     pub fn end(&self, fault: FaultKind) {
         self.ask(Deed::End(fault));
     }
@@ -48,9 +48,9 @@ impl RehearsalHand {
     }
 }
 
-/// What is to be done, and when.
+/// Schedule of the injected faults.
 pub(super) struct Timetable {
-    /// Times from the start of the sound card, s, latest first; equal ones in the order in which they were named.
+    /// Times from the start of the sound card, s, latest first; equal times in the order of naming.
     due: Vec<(f64, Deed)>,
     hand: RehearsalHand,
     panel: FaultPanel,
@@ -77,7 +77,7 @@ impl Timetable {
         timetable
     }
 
-    /// Returns the handle that injects faults at once.
+    /// Returns the handle that injects faults immediately.
     pub(super) fn hand(&self) -> RehearsalHand {
         self.hand.clone()
     }
@@ -87,7 +87,7 @@ impl Timetable {
         self.due.insert(place, (at_s, deed));
     }
 
-    /// Does what is due in the period that begins at `now_ns`; time counts once the sound card runs.
+    /// Executes the entries due in the period that begins at `now_ns`; time counts from the start of the sound card.
     pub(super) fn carry_out(&mut self, now_ns: u64, runs: bool) {
         if self.started_ns.is_none() && runs {
             self.started_ns = Some(now_ns);
@@ -124,7 +124,7 @@ impl Timetable {
 
     fn begin(&mut self, fault: FaultKind, amount: f64, now_s: f64) {
         let panel = &self.panel;
-        // The table's range is that of whole counts.
+        // The table's range ensures a whole count.
         let count = amount as u32;
         match fault {
             FaultKind::EstopBounce => self.bounce(1e-3 * amount, now_s.max(0.0)),
@@ -167,7 +167,7 @@ impl Timetable {
         }
     }
 
-    /// Begins or ends a fault that is either there or not; leaves others as they are.
+    /// Begins or ends a fault that is either present or absent; ignores other faults.
     fn set(&self, fault: FaultKind, there: bool) {
         let panel = &self.panel;
         match fault {
@@ -186,7 +186,7 @@ impl Timetable {
         }
     }
 
-    /// Lets the contact of the e-stop open and close for `for_s`, and stay open then.
+    /// Makes the e-stop contact bounce for `for_s`, and leaves it open.
     fn bounce(&mut self, for_s: f64, now_s: f64) {
         self.panel.press_estop(true);
         let (mut at_s, mut open) = (now_s, true);

@@ -1,4 +1,4 @@
-//! What the participant sees and hears, passed from the bench's screen to the simulated person.
+//! Percepts passed from the bench's screen to the simulated person.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -9,9 +9,9 @@ use mock_world::person::Percept;
 pub struct Senses(Arc<Mutex<Percept>>);
 
 impl Senses {
-    /// Shows a percept; the person acts on it from the next period on until another is shown.
+    /// Shows a percept, which the person acts on from the next period until another is shown.
     ///
-    /// A cue sounds once, and is heard even if the next percept comes within the same period.
+    /// A cue sounds once, and is heard even if another percept follows within the same period.
     pub fn show(&self, percept: Percept) {
         let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let unheard = shown.cue;
@@ -19,7 +19,7 @@ impl Senses {
         shown.cue = percept.cue.or(unheard);
     }
 
-    /// Returns what is perceived in the period that begins.
+    /// Returns the percept for the period that begins.
     pub(super) fn perceive(&self) -> Percept {
         let mut shown = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let percept = *shown;

@@ -1,4 +1,4 @@
-//! What apparatus to simulate, and how.
+//! Settings of the simulated apparatus.
 
 use std::path::PathBuf;
 
@@ -7,32 +7,32 @@ use crate::world_clock::Pace;
 use mock_world::scenario::Scenario;
 use rehearsal::RehearsedFault;
 
-/// What apparatus to simulate, and how.
+/// Settings of the simulated apparatus.
 #[derive(Debug, Clone)]
 pub struct ApparatusConfig {
-    /// What is true of bench and participant.
+    /// True properties of bench and participant.
     pub scenario: Scenario,
-    /// Seed of everything random about the bench, its noise included.
+    /// Seed of all random properties of the bench, its noise included.
     pub seed: u64,
-    /// Seed of the person's skin and habits; `seed` when absent.
+    /// Seed of the person's skin and habits; `seed` if `None`.
     pub participant_seed: Option<u64>,
-    /// How many times the streams were opened before: the sound layer draws its delay anew each time.
+    /// Number of earlier openings of the streams; the sound layer draws a new delay for each.
     pub opening: u64,
-    /// Who advances the simulation.
+    /// Pace of the simulation.
     pub pace: Pace,
     /// Whether the converter is a data acquisition card, which runs at other rates than a sound card.
     pub acquisition_card: bool,
     /// Length of a period, frames at 192 kHz: a multiple of 4 from 16 to 1920.
     pub period_frames: u32,
-    /// Where the force sensor's counters begin; drawn by `seed` when absent.
+    /// Initial counters of the force sensor; drawn by `seed` if `None`.
     pub force_start: Option<DeviceStart>,
-    /// An existing folder for `truth.json` and `truth.csv`; they are not written when absent. They begin with the first
-    /// period in which a stream of the bench's converter is open.
+    /// Existing folder for `truth.json` and `truth.csv`; `None` to write neither. They begin with the first period in which a
+    /// stream of the bench's converter is open.
     pub truth_path: Option<PathBuf>,
-    /// File of an oscilloscope on the drive; there is none when absent.
+    /// File of an oscilloscope on the drive; `None` for no oscilloscope.
     pub oscilloscope_path: Option<PathBuf>,
-    /// Faults that are injected, each at its time from the first period in which both streams of the bench's converter
-    /// play. Those of the scenario are not injected by themselves.
+    /// Faults to inject, each at its time from the first period in which both streams of the bench's converter play. The
+    /// scenario's faults are injected only if listed here.
     pub faults: Vec<RehearsedFault>,
 }
 
@@ -55,8 +55,7 @@ impl ApparatusConfig {
         }
     }
 
-    /// Returns the same apparatus with a data acquisition card, in whose periods of a millisecond there are whole frames
-    /// at each of its rates.
+    /// Returns the same apparatus with a data acquisition card; its periods of 1 ms hold whole frames at each of its rates.
     #[must_use]
     pub fn with_acquisition_card(mut self) -> Self {
         self.acquisition_card = true;

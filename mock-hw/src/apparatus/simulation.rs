@@ -1,4 +1,4 @@
-//! The assembled apparatus, and who lets its time pass.
+//! The assembled apparatus, and the thread or caller that advances it.
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -26,20 +26,20 @@ use crate::vibrometer::{Vibrometer, VibrometerAim};
 use crate::voltmeter::Voltmeter;
 use crate::world_clock::{Lateness, Pace, WorldClock};
 
-/// Longest sleep of the real-time thread; it then makes up for several periods at once.
+/// Longest sleep of the real-time thread; it then catches up over several periods at once.
 const LONGEST_SLEEP: Duration = Duration::from_millis(1);
 
-/// Periods, in frames at 192 kHz, that hold whole frames at every rate of the sound cards.
+/// Periods, in frames at 192 kHz, with whole frames at every rate of the sound cards.
 const PERIOD_FRAMES: std::ops::RangeInclusive<u32> = 16..=1920;
 const PERIOD_MULTIPLE: u32 = 4;
 
-/// Who lets time pass.
+/// Driver of the simulated time.
 enum Driver {
     Stepped(Box<World>),
     RealTime(Option<JoinHandle<Result<(), ApparatusError>>>),
 }
 
-/// A simulated apparatus; it exists until dropped.
+/// Simulated apparatus; exists until dropped.
 ///
 /// ```
 /// use cpal::traits::{DeviceTrait, HostTrait};
@@ -81,11 +81,11 @@ pub struct Apparatus {
 }
 
 impl Apparatus {
-    /// Builds the apparatus; in real time it starts at once.
+    /// Builds the apparatus; in real time it starts immediately.
     ///
     /// # Errors
-    /// [`ApparatusError`] when the period fits no sound card, the folder for the truth does not exist, or the operating
-    /// system refuses a pseudo-terminal, the oscilloscope's file or the real-time thread.
+    /// [`ApparatusError`] if the period fits no sound card, the folder for the truth does not exist, or the operating system
+    /// refuses a pseudo-terminal, the oscilloscope's file or the real-time thread.
     pub fn new(config: ApparatusConfig) -> Result<Self, ApparatusError> {
         let frames = config.period_frames;
         if !PERIOD_FRAMES.contains(&frames) || !frames.is_multiple_of(PERIOD_MULTIPLE) {
@@ -173,43 +173,42 @@ impl Apparatus {
         cpal_host(&self.cards)
     }
 
-    /// Returns the force sensor's serial port, to be opened by path.
+    /// Returns the path of the force sensor's serial port.
     ///
-    /// In a stepped apparatus only the thread that steps may read it: a step waits until its burst is readable, and
-    /// times out when another thread has taken it.
+    /// In a stepped apparatus only the stepping thread may read it: a step waits until its burst is readable, and times out if
+    /// another thread has read it.
     ///
     /// # Errors
-    /// [`ApparatusError::NoSerialPort`] where the sensor is in the network, or the operating system has no
-    /// pseudo-terminals.
+    /// [`ApparatusError::NoSerialPort`] if the sensor is on the network, or the operating system has no pseudo-terminals.
     pub fn force_port(&self) -> Result<&Path, ApparatusError> {
         port(&self.force_port, "force sensor")
     }
 
-    /// Returns the field box's serial port, to be opened by path; `None` where there is no box.
+    /// Returns the path of the field box's serial port; `None` if there is no box.
     #[must_use]
     pub fn box_port(&self) -> Option<&Path> {
         self.box_port.as_deref()
     }
 
-    /// Returns the address of a force sensor in the network; `None` for one on a serial line.
+    /// Returns the network address of the force sensor; `None` if it is on a serial line.
     #[must_use]
     pub fn force_address(&self) -> Option<SocketAddr> {
         self.force.address()
     }
 
-    /// Returns whether the force sensor is on inputs of the sound card, with no port or address of its own.
+    /// Returns whether the force sensor is on inputs of the sound card, without a port or address.
     #[must_use]
     pub fn force_is_on_card(&self) -> bool {
         self.force.is_on_card()
     }
 
-    /// Returns the serial port of a vibrometer on the plate, to be opened by path.
+    /// Returns the path of the serial port of a vibrometer on the plate.
     ///
-    /// The vibrometer sends a hundred lines a second, each the peak amplitude in µm. In a stepped apparatus only the
-    /// thread that steps may read them.
+    /// The vibrometer sends 100 lines per second, each the peak amplitude in µm. In a stepped apparatus only the stepping
+    /// thread may read them.
     ///
     /// # Errors
-    /// [`ApparatusError::NoSerialPort`] where the operating system has no pseudo-terminals.
+    /// [`ApparatusError::NoSerialPort`] if the operating system has no pseudo-terminals.
     pub fn vibrometer_port(&self) -> Result<&Path, ApparatusError> {
         port(&self.vibrometer_port, "vibrometer")
     }
@@ -220,11 +219,11 @@ impl Apparatus {
         self.vibrometer_aim.clone()
     }
 
-    /// Returns the serial port of a voltmeter across the actuators, to be opened by path: twenty lines a second, each
-    /// the true RMS in V. In a stepped apparatus only the thread that steps may read them.
+    /// Returns the path of the serial port of a voltmeter across the actuators: 20 lines per second, each the true RMS in V. In
+    /// a stepped apparatus only the stepping thread may read them.
     ///
     /// # Errors
-    /// [`ApparatusError::NoSerialPort`] where the operating system has no pseudo-terminals.
+    /// [`ApparatusError::NoSerialPort`] if the operating system has no pseudo-terminals.
     pub fn voltmeter_port(&self) -> Result<&Path, ApparatusError> {
         port(&self.voltmeter_port, "voltmeter")
     }
@@ -234,7 +233,7 @@ impl Apparatus {
         self.pins.take()
     }
 
-    /// Returns the apparatus as what a simulated library of National Instruments has behind it.
+    /// Returns the apparatus for a simulated library of National Instruments.
     #[must_use]
     pub fn rack(&self) -> Rack {
         Rack::new(&self.cards, &self.board)
@@ -270,7 +269,7 @@ impl Apparatus {
         FaultPanel::new(&self.cards, &self.board, &self.force)
     }
 
-    /// Returns a handle that injects faults by their names, as they are rehearsed.
+    /// Returns a handle that injects faults by name.
     #[must_use]
     pub fn rehearsal(&self) -> RehearsalHand {
         self.rehearsal.clone()
@@ -288,29 +287,29 @@ impl Apparatus {
         self.clock.now_ns()
     }
 
-    /// Returns how well real time was kept.
+    /// Returns the delays of the simulation against real time.
     #[must_use]
     pub fn lateness(&self) -> Lateness {
         self.clock.lateness()
     }
 
-    /// Returns the number of frames that the speakers have played.
+    /// Returns the number of frames played by the speakers.
     #[must_use]
     pub fn speaker_frames(&self) -> u64 {
         self.cards.speaker_frames()
     }
 
-    /// Returns the number of the force sensor's bytes that were lost because nobody read them in time.
+    /// Returns the number of the force sensor's bytes that were lost because they were not read in time.
     #[must_use]
     pub fn force_bytes_dropped(&self) -> u64 {
         self.force.dropped_bytes()
     }
 
-    /// Lets one period of a stepped apparatus pass.
+    /// Advances a stepped apparatus by one period.
     ///
     /// # Errors
-    /// [`ApparatusError::NotStepped`] in real time; [`ApparatusError::Serial`] or [`ApparatusError::Truth`] when a
-    /// serial line or a truth file fails.
+    /// [`ApparatusError::NotStepped`] in real time; [`ApparatusError::Serial`] or [`ApparatusError::Truth`] if a serial line or
+    /// a truth file fails.
     pub fn step(&mut self) -> Result<(), ApparatusError> {
         match &mut self.driver {
             Driver::Stepped(world) => world.step(),
@@ -340,12 +339,12 @@ impl Apparatus {
 
 impl Drop for Apparatus {
     fn drop(&mut self) {
-        // A caller that wants the error calls `finish`.
+        // A caller interested in the error calls `finish`.
         let _ = self.end();
     }
 }
 
-/// Clock of the simulated time, for threads that do not hold the apparatus.
+/// Clock of the simulated time, for threads without access to the apparatus.
 #[derive(Debug, Clone)]
 pub struct ApparatusClock(Arc<WorldClock>);
 
@@ -372,7 +371,7 @@ fn oscilloscope(path: Option<&Path>) -> Result<Option<Oscilloscope>, ApparatusEr
     path.map(open).transpose()
 }
 
-/// Starts the thread that keeps the simulation level with the machine's clock.
+/// Starts the thread that keeps the simulation in step with the machine's clock.
 fn keep_pace(
     mut world: Box<World>,
     clock: &Arc<WorldClock>,

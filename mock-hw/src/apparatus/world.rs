@@ -27,10 +27,10 @@ use mock_world::run_truth::TruthWriter;
 use mock_world::scenario::{PlateTable, SoundLayerTable};
 use mock_world::seed;
 
-/// Highest sample rate of any converter, Hz.
+/// Highest sampling rate of any converter, Hz.
 const HIGHEST_RATE_HZ: u32 = 250_000;
 
-/// Everything simulated, and what it shares with the bench.
+/// The simulated world, and its shared interfaces to the bench.
 pub(super) struct World {
     clock: Arc<WorldClock>,
     cards: Arc<SoundCards>,
@@ -45,7 +45,7 @@ pub(super) struct World {
     layer: SoundLayer,
     layer_table: SoundLayerTable,
     rate_hz: u32,
-    /// Delay of each channel by the scenario, samples.
+    /// Delay of each channel in the scenario, samples.
     skew_samples: Vec<f64>,
     /// Time from one input's sample to the next input's, s.
     stagger_s: f64,
@@ -58,7 +58,7 @@ pub(super) struct World {
     voltmeter: Voltmeter,
     oscilloscope: Option<Oscilloscope>,
     plate: PlateTable,
-    /// Share of the spread of the sound layer's delay on this opening.
+    /// Fraction of the spread of the sound layer's delay for this opening.
     delay_share: f64,
 }
 
@@ -127,12 +127,12 @@ impl World {
         self.masses.clone()
     }
 
-    /// Returns a handle that injects faults by their names.
+    /// Returns a handle that injects faults by name.
     pub(super) fn rehearsal(&self) -> RehearsalHand {
         self.timetable.hand()
     }
 
-    /// Lets one period pass.
+    /// Simulates one period.
     pub(super) fn step(&mut self) -> Result<(), ApparatusError> {
         let start_ns = self.clock.ns_of(self.step);
         self.follow_rate();
@@ -186,7 +186,7 @@ impl World {
         Ok(())
     }
 
-    /// Completes the truth files; a repeated call does nothing.
+    /// Completes the truth files; further calls do nothing.
     pub(super) fn finish(&mut self) -> Result<(), ApparatusError> {
         match self.truth.take() {
             Some(truth) => truth.finish().map_err(ApparatusError::Truth),
@@ -194,7 +194,7 @@ impl World {
         }
     }
 
-    /// Changes the rate of the plant when a stream was opened at another rate than the last one.
+    /// Adapts the plant's rate if a stream was opened at another rate.
     fn follow_rate(&mut self) {
         let (rate_hz, stagger_s) = (self.cards.rate_hz(), self.cards.stagger_s());
         if rate_hz != self.rate_hz || stagger_s != self.stagger_s {

@@ -1,9 +1,7 @@
-//! The simulated apparatus as a JACK client, between the output and the input of a bench that records over a real audio
-//! server.
+//! Simulated apparatus as a JACK client, between the output and the input of a bench that records over a real audio server.
 //!
-//! It connects itself to every cpal client, now or later. It has no GPIO, hence no amplifier gate, encoder, button or
-//! emergency stop: the finger follows a timetable that begins when the drive comes on. It ends when the server stops
-//! calling it.
+//! It connects to every cpal client, present and future. It has no GPIO, hence no amplifier gate, encoder, button or emergency
+//! stop: the finger follows a timetable that starts when the drive comes on. It ends when the server stops calling it.
 #![expect(
     clippy::print_stdout,
     reason = "reports its progress to the program that started it"
@@ -105,7 +103,7 @@ struct Progress {
     failed: AtomicBool,
 }
 
-/// Waits for a JACK server and becomes its client.
+/// Waits for a JACK server and registers as a client.
 fn connect(within: Duration) -> Result<Client, jack::Error> {
     let begin = Instant::now();
     loop {
@@ -117,7 +115,7 @@ fn connect(within: Duration) -> Result<Client, jack::Error> {
     }
 }
 
-/// Creates a link to `port`, replacing one that an earlier run left behind but nothing else.
+/// Creates a link to `port`, replacing only a link left by an earlier run.
 #[cfg(unix)]
 fn link(port: &Path, at: &Path) -> std::io::Result<()> {
     if at.symlink_metadata().is_ok_and(|m| m.is_symlink()) {
@@ -132,7 +130,7 @@ fn link(_port: &Path, _at: &Path) -> std::io::Result<()> {
     Err(std::io::ErrorKind::Unsupported.into())
 }
 
-/// Lets the server call the apparatus every period.
+/// Activates the client, so that the server calls the apparatus every period.
 fn activate(
     client: Client,
     mut apparatus: Outboard,
@@ -171,7 +169,7 @@ fn sensor(channel: usize) -> String {
     format!("sensor_{channel}")
 }
 
-/// Connects cpal clients as they come, until the server stops.
+/// Connects cpal clients as they appear, until the server stops.
 fn run_until_the_server_stops<P>(
     client: &AsyncClient<(), P>,
     channels: usize,
@@ -212,7 +210,7 @@ fn connect_ports(client: &Client, channels: usize) {
             .port_by_name(&source)
             .is_some_and(|port| port.is_connected_to(&destination) == Ok(true));
         if !connected {
-            // Ports show before their client is active: the next round tries again.
+            // Ports appear before their client is active; the next round retries.
             let _ = client.connect_ports_by_name(&source, &destination);
         }
     }

@@ -1,5 +1,5 @@
-//! The bytes of a field box (`docs/field-box-protocol.md`), written by its description and held to the same examples as
-//! the bench.
+//! Encoding of a field box's messages (`docs/field-box-protocol.md`), written from the description and tested with the same
+//! examples as the bench's.
 
 use crc::{CRC_16_IBM_3740, Crc};
 
@@ -11,10 +11,10 @@ const IDENTITY: u8 = 0x01;
 const REPORT: u8 = 0x02;
 const ASK: u8 = 0x10;
 const WORD: u8 = 0x11;
-/// Longest frame that anybody may send, bytes.
+/// Longest frame allowed on the line, bytes.
 const LONGEST: usize = 32;
 
-/// What the bench asks for.
+/// Request of the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Asked {
     Identity,
@@ -25,7 +25,7 @@ pub(super) enum Asked {
     },
 }
 
-/// Fields of a report, in the order in which they are sent.
+/// Fields of a report, in sending order.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Reading {
     pub(super) number: u16,
@@ -53,7 +53,7 @@ pub(super) fn put_report(reading: &Reading, out: &mut Vec<u8>) {
     put(raw, out);
 }
 
-/// Appends the frame that says who the box is.
+/// Appends the frame with the box's identity.
 pub(super) fn put_identity(firmware: [u8; 3], serial: [u8; 8], report_hz: u16, out: &mut Vec<u8>) {
     let mut raw = vec![VERSION, IDENTITY];
     raw.extend(firmware);
@@ -65,7 +65,7 @@ pub(super) fn put_identity(firmware: [u8; 3], serial: [u8; 8], report_hz: u16, o
 
 fn put(mut raw: Vec<u8>, out: &mut Vec<u8>) {
     raw.extend(CRC.checksum(&raw).to_le_bytes());
-    // COBS by its definition: each run up to a zero, behind its length and one.
+    // COBS by its definition: each run up to a zero, preceded by its length plus one.
     for run in raw.split(|byte| *byte == 0) {
         out.push(run.len() as u8 + 1);
         out.extend(run);
@@ -73,12 +73,12 @@ fn put(mut raw: Vec<u8>, out: &mut Vec<u8>) {
     out.push(0);
 }
 
-/// Bytes from the bench, up to the end of a frame.
+/// Bytes received from the bench since the last frame.
 #[derive(Debug, Default)]
 pub(super) struct Ear(Vec<u8>);
 
 impl Ear {
-    /// Takes a byte; returns what the frame that it ends asks for. A frame that is none is dropped.
+    /// Takes a byte; returns the request of the frame that it completes. An invalid frame is dropped.
     pub(super) fn hear(&mut self, byte: u8) -> Option<Asked> {
         if byte != 0 {
             if self.0.len() <= LONGEST {

@@ -1,4 +1,4 @@
-//! The box: samples in, reports out; words in, lines driven.
+//! Simulated box: takes samples and commands, sends reports and drives the lines.
 
 use std::io;
 use std::path::Path;
@@ -17,10 +17,10 @@ const FULL_SCALE_N: f64 = 20.0;
 const FULL_SCALE: f64 = 8_388_608.0;
 const FIRMWARE: [u8; 3] = [0, 1, 0];
 const SERIAL: [u8; 8] = *b"\x51\x3D\x00simul";
-/// What another device sends in the place of a report.
+/// Text sent by another device in place of a report.
 const OTHER_TEXT: &[u8] = b"ATZ\r\nOK, and more of it\r\n\0";
 
-/// Faults that are still to be shown.
+/// Faults not yet shown.
 #[derive(Debug, Default)]
 struct Faults {
     drop: u32,
@@ -31,7 +31,7 @@ struct Faults {
     other_device: bool,
 }
 
-/// The box with its line to the bench and its lines to the apparatus.
+/// The box with its serial line and its lines to the apparatus.
 #[derive(Debug)]
 pub(crate) struct FieldBox {
     line: SerialLine,
@@ -42,7 +42,7 @@ pub(crate) struct FieldBox {
     start_us: u32,
     number: u16,
     heard: u16,
-    /// Whether a bench has said anything yet.
+    /// Whether a bench has sent a message yet.
     spoken_to: bool,
     burst_period_s: f64,
     next_burst_s: f64,
@@ -81,22 +81,22 @@ impl FieldBox {
         })
     }
 
-    /// Returns the port that the bench opens.
+    /// Returns the path of the port for the bench.
     pub(crate) fn path(&self) -> Option<&Path> {
         self.line.path()
     }
 
-    /// Returns the bytes that were lost because nobody read them in time.
+    /// Returns the number of bytes lost because they were not read in time.
     pub(crate) fn dropped_bytes(&self) -> u64 {
         self.line.dropped_bytes()
     }
 
-    /// Pulls the cable to the bench, for good; the box goes on.
+    /// Pulls the cable to the bench permanently; the box continues to run.
     pub(crate) fn unplug(&mut self) {
         self.line.unplug();
     }
 
-    /// Lets the box show a fault.
+    /// Makes the box show a fault.
     pub(crate) fn inject(&mut self, fault: ForceFault) {
         let faults = &mut self.faults;
         match fault {
@@ -106,12 +106,12 @@ impl FieldBox {
             ForceFault::Silent(silent) => faults.converter_silent = silent,
             ForceFault::Saturated(saturated) => faults.saturated = saturated,
             ForceFault::OtherDevice(other) => faults.other_device = other,
-            // A line keeps its order, and the converter has no status word; the box itself restarts when it is powered.
+            // A serial line keeps its order, and the converter has no status word; the box restarts only at power-up.
             ForceFault::Reorder(_) | ForceFault::Status(_) | ForceFault::Restart => {}
         }
     }
 
-    /// Hears what the bench has said, looks after the amplifier, and drives its lines, at `now_ns`.
+    /// Takes the commands of the bench, checks the amplifier's timeout, and drives its lines, at `now_ns`.
     pub(crate) fn guard(&mut self, now_ns: u64) -> io::Result<()> {
         self.received.clear();
         self.line.receive(&mut self.received)?;
@@ -141,7 +141,7 @@ impl FieldBox {
         Ok(())
     }
 
-    /// Takes in the samples of a period that ended at true time `now_s`, and sends what is due.
+    /// Takes the samples of a period that ended at true time `now_s`, and sends the data that are due.
     pub(crate) fn send(&mut self, samples: &[SensorSample], now_s: f64) -> io::Result<()> {
         for sample in samples {
             self.report(sample);
@@ -179,7 +179,7 @@ impl FieldBox {
         let levels = [
             self.board.estop_healthy(),
             self.board.button(),
-            // The person comes to the switch with the bench.
+            // The person holds the switch only once a bench is connected.
             self.spoken_to && self.board.dead_man(),
             outputs.enable,
             outputs.heartbeat,
@@ -220,7 +220,7 @@ fn counts(force_n: f64) -> i32 {
     counts.clamp(-FULL_SCALE, FULL_SCALE - 1.0) as i32
 }
 
-/// Takes one of `count`; returns whether there was one left.
+/// Decrements `count`; returns whether it was above 0.
 fn take_one(count: &mut u32) -> bool {
     let left = *count > 0;
     *count = count.saturating_sub(1);

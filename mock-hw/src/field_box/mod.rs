@@ -1,4 +1,4 @@
-//! A field box: its firmware's guard on the apparatus's lines, behind a codec of its own.
+//! A field box: the guard of its firmware on the apparatus's lines, behind an independent codec.
 
 mod codec;
 mod device;

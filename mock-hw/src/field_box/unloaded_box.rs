@@ -1,4 +1,4 @@
-//! A box with nothing on its converter, which another sensor's forces come past.
+//! A box without forces on its converter, for a bench with a force sensor on another interface.
 
 use std::io;
 use std::path::Path;
@@ -17,7 +17,7 @@ const RATE_HZ: f64 = 1000.0;
 #[derive(Debug)]
 pub(crate) struct UnloadedBox {
     field_box: FieldBox,
-    /// Rate of its clock over true time.
+    /// Rate of its clock relative to true time.
     clock_rate: f64,
     conversions: u64,
 }
@@ -41,17 +41,17 @@ impl UnloadedBox {
         })
     }
 
-    /// Returns the port that the bench opens.
+    /// Returns the path of the port for the bench.
     pub(crate) fn path(&self) -> Option<&Path> {
         self.field_box.path()
     }
 
-    /// Looks after the amplifier.
+    /// Checks the amplifier's timeout.
     pub(crate) fn guard(&mut self, now_ns: u64) -> io::Result<()> {
         self.field_box.guard(now_ns)
     }
 
-    /// Sends what is due at true time `now_s`.
+    /// Sends the data that are due at true time `now_s`.
     pub(crate) fn send(&mut self, now_s: f64) -> io::Result<()> {
         let mut samples = Vec::new();
         while (self.conversions as f64) <= now_s * self.clock_rate * RATE_HZ {

@@ -1,4 +1,4 @@
-//! The cpal traits of the simulated devices.
+//! cpal traits of the simulated devices.
 
 use std::fmt;
 use std::hash::{Hash, Hasher};
@@ -24,7 +24,7 @@ const SPEAKERS_FORMATS: [SampleFormat; 3] =
     [SampleFormat::F32, SampleFormat::I32, SampleFormat::I16];
 const BUFFER_FRAMES: std::ops::RangeInclusive<u32> = 16..=65_536;
 
-/// The host that offers the simulated devices; wrapped in a [`cpal::Host`] by the apparatus.
+/// Host of the simulated devices; wrapped in a [`cpal::Host`] by the apparatus.
 #[derive(Clone)]
 pub struct Host(Arc<SoundCards>);
 
@@ -59,7 +59,7 @@ impl HostTrait for Host {
         Some(self.device(Card::Bench))
     }
 
-    /// Returns the speakers, as on any machine: the bench's converter must be asked for by its id.
+    /// Returns the speakers, as on any machine; the bench's converter must be selected by its id.
     fn default_output_device(&self) -> Option<Device> {
         Some(self.device(Card::Speakers))
     }
@@ -163,7 +163,7 @@ impl Device {
                 format!("{self}: no input"),
             ));
         }
-        // Like most cards, the bench's does not default to its best rate.
+        // Like most cards, the bench's does not default to its highest rate.
         let rate_hz = self.rates_hz()[0];
         Ok(SupportedStreamConfig::new(
             channels,
@@ -176,7 +176,7 @@ impl Device {
     /// Returns the buffer of a stream and its length, frames.
     ///
     /// # Errors
-    /// `UnsupportedConfig`, with what the device does not support.
+    /// `UnsupportedConfig`, with the unsupported setting.
     fn buffer(
         &self,
         config: &StreamConfig,
@@ -236,7 +236,7 @@ impl Device {
         Error::with_message(ErrorKind::DeviceBusy, format!("{self} is already open"))
     }
 
-    /// Returns the error of a rate that differs from the other direction's: both directions run on one clock.
+    /// Returns the error for a rate that differs from the other direction's: both directions share one clock.
     fn other_rate(&self, wanted_hz: u32, running_hz: u32) -> Error {
         Error::with_message(
             ErrorKind::UnsupportedConfig,
@@ -405,7 +405,7 @@ impl StreamTrait for Stream {
 
 impl Drop for Stream {
     fn drop(&mut self) {
-        // The callbacks are dropped after the lock: they may own another stream.
+        // The callbacks are dropped after the lock is released, because they may own another stream.
         match self.port {
             Port::BenchOutput => drop(close(&self.cards, |b| b.output.close(&self.running))),
             Port::BenchInput => drop(close(&self.cards, |b| b.input.close(&self.running))),

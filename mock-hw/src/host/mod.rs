@@ -1,9 +1,9 @@
-//! The simulated sound cards, as a cpal host.
+//! Simulated sound cards, as a cpal host.
 //!
 //! There are two devices: `sim`, the bench's converter with both directions on one sample clock, and `sim-speakers`, an
-//! ordinary output for cue sounds that discards what it plays. Each period the simulation takes from the output stream,
-//! lets the plant answer and gives to the input stream. Callbacks run on the thread that advances the simulation, as a
-//! real backend's run on the backend's thread.
+//! ordinary output for cue sounds that discards its samples. In each period the simulation takes samples from the output
+//! stream, computes the plant's response and passes it to the input stream. Callbacks run on the thread that advances the
+//! simulation, as those of a real backend run on the backend's thread.
 
 mod cpal_device;
 mod sound_cards;

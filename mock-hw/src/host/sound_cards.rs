@@ -1,4 +1,4 @@
-//! State of the simulated sound cards, shared by their cpal devices and the simulation that plays and feeds them.
+//! State of the simulated sound cards, shared by their cpal devices and the simulation.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,9 +15,9 @@ pub const BENCH_ID: &str = "sim";
 pub const SPEAKERS_ID: &str = "sim-speakers";
 /// Sample rates of the bench's converter, Hz.
 pub const BENCH_RATES_HZ: [u32; 2] = [96_000, 192_000];
-/// Sample rates of the bench's converter where it is a data acquisition card, Hz.
+/// Sampling rates of the bench's converter if it is a data acquisition card, Hz.
 pub const CARD_RATES_HZ: [u32; 3] = [100_000, 125_000, 250_000];
-/// Output channels of the bench's converter; the first drives the plate.
+/// Number of output channels of the bench's converter; the first drives the plate.
 pub const BENCH_OUTPUTS: u16 = 2;
 /// Sample rate of the speakers, Hz.
 pub const SPEAKERS_RATE_HZ: u32 = 48_000;
@@ -34,7 +34,7 @@ pub enum Direction {
 /// Both sound cards, with their open streams.
 pub(crate) struct SoundCards {
     pub(super) clock: Arc<WorldClock>,
-    /// Input channels of the bench's converter.
+    /// Number of input channels of the bench's converter.
     pub(super) inputs: u16,
     /// Sample rates of the bench's converter, Hz.
     pub(super) rates_hz: &'static [u32],
@@ -47,7 +47,7 @@ pub(crate) struct SoundCards {
     speaker_frames: AtomicU64,
 }
 
-/// Returns cpal's name of a sample format.
+/// Returns cpal's sample format.
 fn cpal_format(format: scenario::SampleFormat) -> SampleFormat {
     match format {
         scenario::SampleFormat::F32 => SampleFormat::F32,
@@ -67,7 +67,7 @@ pub(super) struct BenchCard {
 }
 
 impl SoundCards {
-    /// Returns both sound cards with no stream open.
+    /// Returns both sound cards without open streams.
     pub(crate) fn new(
         clock: Arc<WorldClock>,
         converter: &ConverterTable,
@@ -97,7 +97,7 @@ impl SoundCards {
         })
     }
 
-    /// Returns who lets time pass.
+    /// Returns the pace of the simulation.
     pub(crate) fn pace(&self) -> Pace {
         self.clock.pace()
     }
@@ -112,7 +112,7 @@ impl SoundCards {
         lock(&self.bench).rate_hz
     }
 
-    /// Lets the converter take its inputs one after the other, this far apart, s; none at 0.
+    /// Sets the time between the samples of successive inputs, s; 0 for simultaneous sampling.
     pub(crate) fn stagger(&self, stagger_s: f64) {
         self.stagger_s.store(stagger_s.to_bits(), Ordering::Release);
     }
@@ -139,7 +139,7 @@ impl SoundCards {
         self.speaker_frames.load(Ordering::Relaxed)
     }
 
-    /// Fills `drive` with the first output channel from simulated time `start_ns` on.
+    /// Fills `drive` with the first output channel from simulated time `start_ns`.
     pub(crate) fn play(&self, start_ns: u64, rate_hz: u32, drive: &mut [f32]) {
         drive.fill(0.0);
         lock(&self.bench)
@@ -149,7 +149,7 @@ impl SoundCards {
             });
     }
 
-    /// Gives the input stream the samples from simulated time `start_ns` on, interleaved, all channels of the device.
+    /// Passes interleaved samples of all channels of the device, from simulated time `start_ns`, to the input stream.
     pub(crate) fn record(&self, start_ns: u64, rate_hz: u32, inputs: &[f32]) {
         lock(&self.bench)
             .input
@@ -171,8 +171,7 @@ impl SoundCards {
         }
     }
 
-    /// Loses `frames` frames from the next buffer on: the output plays silence in their place, or the input never
-    /// delivers them.
+    /// Loses `frames` frames from the next buffer on: the output plays silence instead, or the input never delivers them.
     pub(crate) fn skip_frames(&self, direction: Direction, frames: u64) {
         match direction {
             Direction::Output => lock(&self.bench).output.skip(frames),
@@ -185,7 +184,7 @@ impl SoundCards {
         lock(&self.bench).input.spoil(frames);
     }
 
-    /// Stops the callbacks of a direction, or resumes them.
+    /// Stops or resumes the callbacks of a direction.
     pub(crate) fn halt(&self, direction: Direction, halted: bool) {
         match direction {
             Direction::Output => lock(&self.bench).output.halt(halted),
@@ -196,6 +195,6 @@ impl SoundCards {
 
 /// Locks a part of the sound cards' state.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    // A callback that panicked has damaged its own stream only.
+    // A panic in a callback affects only its own stream.
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! One direction of a device: its open stream, its buffer and its faults.
+//! One direction of a device: its stream, buffer and faults.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -54,7 +54,7 @@ impl StreamSamples {
     }
 
     fn set(&mut self, index: usize, sample: f32) {
-        // Float to integer casts saturate as a converter clips.
+        // Float to integer casts saturate, as a converter clips.
         match self {
             Self::F32(v) => v[index] = sample,
             Self::I32(v) => v[index] = (f64::from(sample) * I32_SCALE) as i32,
@@ -68,7 +68,7 @@ pub(super) struct Buffer {
     samples: StreamSamples,
     channels: usize,
     frames: usize,
-    /// Index of the frame that is played or filled next.
+    /// Index of the next frame to play or fill.
     cursor: usize,
     running: Arc<AtomicBool>,
     on_error: ErrorCallback,
@@ -103,7 +103,7 @@ pub(super) struct OutputStream {
 pub(super) struct InputStream {
     buffer: Buffer,
     callback: InputCallback,
-    /// Simulated time at which the first frame in the buffer was sampled, ns.
+    /// Simulated sampling time of the first frame in the buffer, ns.
     first_ns: u64,
 }
 
@@ -145,7 +145,7 @@ impl InputStream {
 
 pub(super) trait Opened {
     fn buffer(&mut self) -> &mut Buffer;
-    /// Discards a buffer that a stopped stream has half played or half filled.
+    /// Discards a partly played or partly filled buffer of a stopped stream.
     fn rewind(&mut self);
 }
 
@@ -169,13 +169,13 @@ impl Opened for InputStream {
     }
 }
 
-/// A direction of a device: at most one stream, and the faults injected into it.
+/// One direction of a device: at most one stream, and its injected faults.
 pub(super) struct Track<S> {
     stream: Option<S>,
     errors: VecDeque<ErrorKind>,
-    /// Number of coming frames that are lost.
+    /// Number of coming frames to lose.
     skip: u64,
-    /// Number of coming frames that are NaN.
+    /// Number of coming frames to replace by NaN.
     spoilt: u64,
     halted: bool,
 }
@@ -207,7 +207,7 @@ impl<S: Opened> Track<S> {
         self.stream = Some(stream);
     }
 
-    /// Removes the stream whose handle holds `running`.
+    /// Removes the stream with the handle `running`.
     pub(super) fn close(&mut self, running: &Arc<AtomicBool>) -> Option<S> {
         self.stream
             .take_if(|stream| Arc::ptr_eq(&stream.buffer().running, running))
@@ -248,7 +248,7 @@ fn frame_ns(start_ns: u64, frame: usize, rate_hz: u32) -> u64 {
 }
 
 impl Track<OutputStream> {
-    /// Plays `frames` frames into `first_channel(frame, sample)`; returns how many came from the callback's buffers.
+    /// Plays `frames` frames into `first_channel(frame, sample)`; returns the number that came from the callback's buffers.
     pub(super) fn play(
         &mut self,
         start_ns: u64,
@@ -278,7 +278,7 @@ impl Track<OutputStream> {
 }
 
 impl Track<InputStream> {
-    /// Records interleaved frames of `device_channels`, of which the stream takes the first ones.
+    /// Records interleaved frames of `device_channels`; the stream takes the first channels.
     pub(super) fn record(
         &mut self,
         start_ns: u64,

@@ -1,4 +1,4 @@
-//! The simulated instruments that are reached over the network.
+//! Simulated instruments on the network.
 
 mod net_ft;
 

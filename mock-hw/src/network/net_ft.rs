@@ -1,4 +1,4 @@
-//! A Net F/T: a UDP server on the loopback that streams records of the force sensor to whoever asked last.
+//! A Net F/T: a UDP server on the loopback that streams records of the force sensor to the latest requester.
 
 use std::io::{self, ErrorKind};
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
@@ -11,16 +11,16 @@ use crate::serial::ForceFault;
 /// Length of a request and of a record, bytes.
 const REQUEST_LEN: usize = 8;
 const RECORD_LEN: usize = 36;
-/// Counts per newton and per newton metre, as devices are delivered.
+/// Counts per newton and per newton metre, the factory setting.
 const COUNTS_PER_UNIT: f64 = 1.0e6;
-/// Lever of a press about the sensor's y axis, m: the finger is not over its middle.
+/// Lever arm of a press about the sensor's y axis, m: the finger is off centre.
 const LEVER_M: f64 = 0.011;
-/// Share of the press that a tilted mount shows as Fy.
+/// Fraction of the press that a tilted mount shows as Fy.
 const TILT: f64 = 0.02;
-/// Status of a transducer whose gauges are at the end of their range.
+/// Status word of a transducer with saturated gauges.
 const SATURATION: u32 = 0x8002_0000;
 
-/// Faults that are still to be shown.
+/// Faults not yet shown.
 #[derive(Debug, Default)]
 struct Faults {
     drop: u32,
@@ -33,10 +33,10 @@ struct Faults {
     status: u32,
 }
 
-/// The device.
+/// Simulated Net F/T device.
 #[derive(Debug)]
 pub(crate) struct NetFt {
-    /// `None` once its cable is out.
+    /// `None` once the cable is unplugged.
     socket: Option<UdpSocket>,
     address: SocketAddr,
     client: Option<SocketAddr>,
@@ -48,7 +48,7 @@ pub(crate) struct NetFt {
 }
 
 impl NetFt {
-    /// Switches the device on; `samples` is its count of samples so far.
+    /// Powers the device up; `samples` is its initial sample count.
     pub(crate) fn open(sensor: &ForceSensorTable, samples: u32) -> io::Result<Self> {
         let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0))?;
         socket.set_nonblocking(true)?;
@@ -64,17 +64,17 @@ impl NetFt {
         })
     }
 
-    /// Returns where it takes requests.
+    /// Returns the address for requests.
     pub(crate) fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// Pulls the network cable, for good.
+    /// Pulls the network cable permanently.
     pub(crate) fn unplug(&mut self) {
         self.socket = None;
     }
 
-    /// Lets the device show a fault.
+    /// Makes the device show a fault.
     pub(crate) fn inject(&mut self, fault: ForceFault) {
         let faults = &mut self.faults;
         match fault {
@@ -90,7 +90,7 @@ impl NetFt {
         }
     }
 
-    /// Takes in the requests that have arrived; others than those to start and to stop are ignored.
+    /// Handles the received requests; ignores all except start and stop.
     pub(crate) fn answer(&mut self) -> io::Result<()> {
         let Some(socket) = &self.socket else {
             return Ok(());
@@ -100,7 +100,7 @@ impl NetFt {
             let (length, from) = match socket.recv_from(&mut request) {
                 Ok(received) => received,
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(()),
-                // The answer of a bench that has closed its socket.
+                // The response of a bench that has closed its socket.
                 Err(error) if error.kind() == ErrorKind::ConnectionRefused => continue,
                 Err(error) => return Err(error),
             };
@@ -114,7 +114,7 @@ impl NetFt {
         }
     }
 
-    /// Sends one sample, if anybody has asked.
+    /// Sends one sample if a client has requested a stream.
     pub(crate) fn sample(&mut self, sample: &SensorSample) -> io::Result<()> {
         self.samples = self.samples.wrapping_add(1);
         if self.client.is_none() {
@@ -149,7 +149,7 @@ impl NetFt {
         }
     }
 
-    /// Encodes a sample: the sensor's face is up, its x axis along the plate.
+    /// Encodes a sample: the sensor's face points up, its x axis along the plate.
     fn record(&self, sample: &SensorSample) -> [u8; RECORD_LEN] {
         let saturated =
             self.faults.saturated || sample.normal_saturated || sample.lateral_saturated;
@@ -182,7 +182,7 @@ impl NetFt {
             return Ok(());
         };
         match socket.send_to(datagram, client) {
-            // Nobody listens any more, or the wire is full: lost, as on any network.
+            // The receiver has gone or the buffer is full: the datagram is lost, as on any network.
             Err(error)
                 if matches!(
                     error.kind(),
@@ -196,7 +196,7 @@ impl NetFt {
     }
 }
 
-/// Takes one of `count`; returns whether there was one left.
+/// Decrements `count`; returns whether it was above 0.
 fn take_one(count: &mut u32) -> bool {
     let left = *count > 0;
     *count = count.saturating_sub(1);

@@ -1,5 +1,4 @@
-//! The force sensor's firmware, which stamps, counts and encodes samples and sends them in bursts
-//! (`docs/force-protocol.md`).
+//! Firmware of the force sensor, which stamps, numbers and encodes samples and sends them in bursts (`docs/force-protocol.md`).
 
 use std::io::Write;
 
@@ -21,14 +20,14 @@ const FRAME_BYTES: usize = 18;
 /// Counters of the device at the beginning of the simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DeviceStart {
-    /// Device time, µs; it wraps at 2³².
+    /// Device time, µs; wraps at 2³².
     pub clock_us: u32,
     /// Number of the first frame.
     pub sequence: u16,
 }
 
 impl DeviceStart {
-    /// Draws the counters by `seed`.
+    /// Draws the counters from `seed`.
     pub(crate) fn draw(seed: u64) -> Self {
         let mut rng = seed::stream(seed, seed::Stream::ForceCounters);
         Self {
@@ -41,30 +40,30 @@ impl DeviceStart {
 /// A fault between the sensor and the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ForceFault {
-    /// Number of coming frames that are never sent.
+    /// Number of coming frames to drop.
     Drop(u32),
-    /// Number of coming frames that are sent with a wrong bit.
+    /// Number of coming frames to send with a wrong bit.
     Corrupt(u32),
-    /// Number of coming frames that are sent twice.
+    /// Number of coming frames to send twice.
     Repeat(u32),
-    /// Whether nothing is sent, though the device goes on counting.
+    /// Whether the device is silent while it continues to count.
     Silent(bool),
     /// Whether the normal axis reads the end of its range.
     Saturated(bool),
-    /// Whether another device, which sends text of its own, is on the line.
+    /// Whether another device, which sends text, is on the line.
     OtherDevice(bool),
-    /// Number of coming frames that are each sent behind the one after it; a serial line keeps their order.
+    /// Number of coming frames to swap with their successors; a serial line keeps their order.
     Reorder(u32),
-    /// Error bits of the status word; a serial sensor has none.
+    /// Error bits of the status word; a serial sensor has no status word.
     Status(u32),
-    /// The device restarts: it counts from 0 from the next sample on. A field box goes on.
+    /// The device restarts and counts from 0 at the next sample. A field box continues.
     Restart,
 }
 
-/// What the other device sends in the place of a sample: a line of a GPS receiver, as short as a frame.
+/// Text sent by the other device in place of a sample: a line of a GPS receiver, as short as a frame.
 const OTHER_TEXT: &[u8] = b"$GPGLL,4717.1,N*71\r\n";
 
-/// Faults that are still to be shown.
+/// Faults not yet shown.
 #[derive(Debug, Default)]
 struct Faults {
     drop: u32,
@@ -107,12 +106,12 @@ impl ForceDevice {
             range_n: sensor.range_n,
             faults: Faults::default(),
             frame: Vec::with_capacity(longest),
-            // Every frame of a burst may be a repeated one.
+            // Every frame of a burst may be repeated.
             outbox: Vec::with_capacity(2 * per_burst * longest),
         }
     }
 
-    /// Lets the device show a fault.
+    /// Makes the device show a fault.
     pub(crate) fn inject(&mut self, fault: ForceFault) {
         match fault {
             ForceFault::Drop(frames) => self.faults.drop += frames,
@@ -157,7 +156,7 @@ impl ForceDevice {
         }
     }
 
-    /// Returns the burst that leaves the device by true time `now_s`, if one is due.
+    /// Returns the burst due by true time `now_s`, if any.
     pub(crate) fn burst(&mut self, now_s: f64) -> Option<&[u8]> {
         if now_s < self.next_burst_s {
             return None;
@@ -168,7 +167,7 @@ impl ForceDevice {
         (!self.outbox.is_empty()).then_some(self.outbox.as_slice())
     }
 
-    /// Empties the outbox after its bytes were sent or lost.
+    /// Clears the outbox after its bytes were sent or lost.
     pub(crate) fn sent(&mut self) {
         self.outbox.clear();
     }
@@ -215,7 +214,7 @@ fn micronewtons(force_n: f64) -> i32 {
     (1e6 * force_n).round() as i32
 }
 
-/// Takes one of `count`; returns whether there was one left.
+/// Decrements `count`; returns whether it was above 0.
 fn take_one(count: &mut u32) -> bool {
     let left = *count > 0;
     *count = count.saturating_sub(1);

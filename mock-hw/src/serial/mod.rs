@@ -1,4 +1,4 @@
-//! The force sensor's device, which samples and sends, and the serial lines of the simulated instruments.
+//! Device of the force sensor, and the serial lines of the simulated instruments.
 
 mod force_device;
 #[cfg(not(unix))]

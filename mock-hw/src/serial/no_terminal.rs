@@ -1,9 +1,9 @@
-//! The serial line where the operating system has no pseudo-terminals: nothing is connected to it.
+//! Serial line for operating systems without pseudo-terminals: never connected.
 
 use std::io;
 use std::path::Path;
 
-/// A serial line without a port: what is sent is discarded.
+/// A serial line without a port: discards all bytes sent.
 #[derive(Debug)]
 pub(crate) struct SerialLine;
 
@@ -16,17 +16,17 @@ impl SerialLine {
         Ok(Self)
     }
 
-    /// Returns `None`: nobody can open the line.
+    /// Returns `None`: the line cannot be opened.
     pub(crate) fn path(&self) -> Option<&Path> {
         None
     }
 
-    /// Returns 0: bytes that nobody could have read do not count as lost.
+    /// Returns 0: bytes that cannot be read do not count as lost.
     pub(crate) fn dropped_bytes(&self) -> u64 {
         0
     }
 
-    /// Does nothing: the line is disconnected from the beginning.
+    /// Does nothing: the line is never connected.
     pub(crate) fn unplug(&mut self) {}
 
     /// Discards a burst.
@@ -37,7 +37,7 @@ impl SerialLine {
         Ok(())
     }
 
-    /// Hears nothing.
+    /// Receives no bytes.
     ///
     /// # Errors
     /// Never; the pseudo-terminal of other systems may fail here.

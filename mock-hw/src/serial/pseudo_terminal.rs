@@ -1,4 +1,4 @@
-//! The serial line as a pseudo-terminal, whose far end the bench opens by path.
+//! Serial line as a pseudo-terminal; the bench opens its far end by path.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -10,25 +10,25 @@ use rustix::fs::{Mode, OFlags};
 use rustix::pty::OpenptFlags;
 use rustix::termios::{OptionalActions, QueueSelector};
 
-/// Bytes that the reading side of the terminal holds; further ones wait behind it and cannot be counted.
+/// Capacity of the terminal's reading side, bytes; further bytes wait behind it and cannot be counted.
 const READABLE_BYTES: u64 = 4095;
 
-/// Time without a read after which a port counts as not open, and the bytes in it as lost, s.
+/// Time without a read after which a port counts as closed, and its bytes as lost, s.
 const UNATTENDED_S: f64 = 0.3;
 
-/// Longest time that a synchronous line waits for the kernel to carry a burst across.
+/// Timeout of a synchronous line for the kernel to deliver a burst.
 const CARRY_LIMIT: Duration = Duration::from_secs(20);
 
-/// A serial line, from its device to the port that the bench opens.
+/// A serial line, from its device to the bench's port.
 #[derive(Debug)]
 pub(crate) struct SerialLine {
     path: PathBuf,
     ends: Option<Ends>,
-    /// Bytes that a reader would find if it took nothing since the last burst.
+    /// Number of bytes readable if nothing has been read since the last burst.
     untouched_bytes: u64,
     last_read_s: f64,
     dropped_bytes: u64,
-    /// Whether every written byte must be readable before the simulation goes on.
+    /// Whether every written byte must be readable before the simulation continues.
     synchronous: bool,
 }
 
@@ -36,15 +36,15 @@ pub(crate) struct SerialLine {
 #[derive(Debug)]
 struct Ends {
     device: File,
-    /// Held open so that the line survives a bench that closes the port.
+    /// Held open so that the line survives when the bench closes the port.
     bench: OwnedFd,
 }
 
 impl SerialLine {
-    /// Opens a pseudo-terminal. On a `synchronous` line every byte sent is readable before the simulation goes on.
+    /// Opens a pseudo-terminal. On a `synchronous` line every byte sent is readable before the simulation continues.
     ///
     /// # Errors
-    /// Errors of the operating system, which may have no pseudo-terminal left.
+    /// Errors of the operating system, which may have no free pseudo-terminal.
     pub(crate) fn open(synchronous: bool) -> io::Result<Self> {
         let device = open_device()?;
         rustix::pty::grantpt(&device)?;
@@ -75,17 +75,17 @@ impl SerialLine {
         })
     }
 
-    /// Returns the port that the bench opens.
+    /// Returns the path of the port for the bench.
     pub(crate) fn path(&self) -> Option<&Path> {
         Some(&self.path)
     }
 
-    /// Returns the number of bytes lost because nobody read them in time, as a UART loses them.
+    /// Returns the number of bytes lost because they were not read in time, as in a UART.
     pub(crate) fn dropped_bytes(&self) -> u64 {
         self.dropped_bytes
     }
 
-    /// Disconnects the line for good: the bench's reads end with a hang-up.
+    /// Disconnects the line permanently: the bench's reads end with a hang-up.
     pub(crate) fn unplug(&mut self) {
         self.ends = None;
     }
@@ -93,7 +93,7 @@ impl SerialLine {
     /// Sends a burst at true time `now_s` without blocking; bytes that do not fit are lost.
     ///
     /// # Errors
-    /// Errors of the pseudo-terminal, and `TimedOut` when a synchronous line does not carry the burst across.
+    /// Errors of the pseudo-terminal, and `TimedOut` if a synchronous line does not deliver the burst.
     pub(crate) fn send(&mut self, burst: &[u8], now_s: f64) -> io::Result<()> {
         let Some(ends) = &mut self.ends else {
             return Ok(());
@@ -102,7 +102,7 @@ impl SerialLine {
         if waiting < self.untouched_bytes {
             self.last_read_s = now_s;
         } else if now_s - self.last_read_s > UNATTENDED_S {
-            // A bench that opens the port finds fresh samples, not those that the kernel kept.
+            // A bench that opens the port finds fresh samples instead of those buffered by the kernel.
             rustix::termios::tcflush(&ends.device, QueueSelector::OFlush)?;
             rustix::termios::tcflush(&ends.bench, QueueSelector::IFlush)?;
             waiting = 0;
@@ -121,14 +121,14 @@ impl SerialLine {
     }
 }
 
-/// What is written behind the bench's bytes to know that all of them have come: an empty frame, which nobody sends.
+/// Mark written after the bench's bytes to detect that all of them have arrived: an empty frame, which a bench never sends.
 const MARK: u8 = 0;
 
 impl SerialLine {
-    /// Appends what the bench has sent. On a synchronous line that is all that it has sent until now.
+    /// Appends the bytes received from the bench; on a synchronous line, all bytes sent until now.
     ///
     /// # Errors
-    /// Errors of the pseudo-terminal, and `TimedOut` when a synchronous line does not carry the bytes across.
+    /// Errors of the pseudo-terminal, and `TimedOut` if a synchronous line does not deliver the bytes.
     pub(crate) fn receive(&mut self, received: &mut Vec<u8>) -> io::Result<()> {
         let Some(ends) = &mut self.ends else {
             return Ok(());
@@ -157,7 +157,7 @@ impl SerialLine {
         while rustix::io::write(&ends.bench, &[MARK])? == 0 {}
         loop {
             take(received)?;
-            // Frames end with a zero; a mark is one more.
+            // Frames end with a zero; the mark is another one.
             let marked = match received[from..] {
                 [MARK] => true,
                 [.., last, MARK] => last == MARK,
@@ -180,15 +180,15 @@ impl SerialLine {
     }
 }
 
-/// Opens the device's end of a new pseudo-terminal, not to be inherited by child processes.
+/// Opens the device's end of a new pseudo-terminal, without inheritance by child processes.
 #[cfg(any(target_os = "linux", target_os = "android", target_os = "freebsd"))]
 fn open_device() -> rustix::io::Result<OwnedFd> {
     rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)
 }
 
-/// Opens the device's end of a new pseudo-terminal, not to be inherited by child processes.
+/// Opens the device's end of a new pseudo-terminal, without inheritance by child processes.
 ///
-/// This system accepts close-on-exec only on an open descriptor: a child started in between inherits it.
+/// This system can set close-on-exec only on an open descriptor: a child started in between inherits it.
 #[cfg(not(any(target_os = "linux", target_os = "android", target_os = "freebsd")))]
 fn open_device() -> rustix::io::Result<OwnedFd> {
     let device = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
@@ -196,7 +196,7 @@ fn open_device() -> rustix::io::Result<OwnedFd> {
     Ok(device)
 }
 
-/// Waits until `bytes` have arrived at the bench's end; a kernel worker carries them across.
+/// Waits until `bytes` have arrived at the bench's end; a kernel worker delivers them.
 fn wait_for(bench: &OwnedFd, bytes: u64) -> io::Result<()> {
     let begin = Instant::now();
     while rustix::io::ioctl_fionread(bench)? < bytes {

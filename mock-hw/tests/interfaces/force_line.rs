@@ -1,4 +1,4 @@
-//! The serial line, read by a decoder that shares nothing with the encoder.
+//! Serial line, read by a decoder that shares no code with the encoder.
 
 use std::io::{ErrorKind, Read};
 
@@ -19,13 +19,13 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Normal and lateral force, N.
+    /// Returns the normal and lateral force, N.
     pub fn forces_n(&self) -> [f64; 2] {
         [self.normal_un, self.lateral_un].map(|un| 1e-6 * f64::from(un))
     }
 }
 
-/// COBS by its definition: each code byte tells how far the next zero is.
+/// Decodes COBS by its definition: each code byte gives the distance to the next zero.
 fn unstuff(block: &[u8]) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut at = 0;
@@ -40,7 +40,7 @@ fn unstuff(block: &[u8]) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// CRC-16/IBM-3740, bit by bit.
+/// Computes the CRC-16/IBM-3740 bit by bit.
 fn crc16(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0xFFFF, |crc, byte| {
         (0..8).fold(crc ^ (u16::from(*byte) << 8), |crc, _| {
@@ -72,7 +72,7 @@ fn decode(block: &[u8]) -> Option<Frame> {
     })
 }
 
-/// Returns the frames of a stream that decode, and the number of those that do not.
+/// Returns the valid frames of a stream, and the number of invalid ones.
 pub fn frames(bytes: &[u8]) -> (Vec<Frame>, usize) {
     let blocks: Vec<_> = bytes.split_inclusive(|b| *b == 0).collect();
     let decoded: Vec<_> = blocks

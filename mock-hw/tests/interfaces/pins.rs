@@ -7,7 +7,7 @@ use mock_world::scenario::Scenario;
 
 use crate::streams::{amplitude_at, device, pass, play_sine, record, stepped, stream_config};
 
-/// Reads the voltage across the actuators back.
+/// Input channel of the voltage across the actuators.
 const READBACK: usize = 0;
 
 #[test]

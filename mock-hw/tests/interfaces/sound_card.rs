@@ -10,7 +10,7 @@ use mock_world::scenario::Scenario;
 
 use crate::streams::{amplitude_at, device, pass, play_sine, record, stepped, stream_config};
 
-/// Reads the generator's output back without the amplifier.
+/// Input channel of the generator's output, before the amplifier.
 const GENERATOR: usize = 2;
 
 #[test]
@@ -161,7 +161,7 @@ fn lost_input_frames_never_arrive_and_the_timestamps_say_so() {
     apparatus.faults().skip_frames(Direction::Input, 96);
     pass(&mut apparatus, 0.01);
     let recorded = recorded.lock().unwrap();
-    // 60 buffers of 64 frames less 96 frames: the last one is half full.
+    // 60 buffers of 64 frames minus 96 frames: the last one is half full.
     assert_eq!(recorded.captured_ns.len(), 58);
     let gap_ns = recorded.captured_ns[30] - recorded.captured_ns[29];
     let expected_ns = 333_333 + 500_000;
@@ -202,7 +202,7 @@ fn lost_output_frames_are_silence_that_nobody_was_asked_for() {
 fn an_injected_error_reaches_one_direction_with_the_next_period() {
     let mut apparatus = stepped(Scenario::default(), 1);
     let bench = device(&apparatus, BENCH_ID);
-    // The output's error callback panics.
+    // An error reported to the output would panic in its callback.
     let config = stream_config(1, 192_000);
     let _output = play_sine(&bench, config, SampleFormat::F32, 1e3, 0.1);
     let (_input, recorded) = record(&bench, config, SampleFormat::F32);

@@ -1,4 +1,4 @@
-//! The bench's side of the interfaces: streams, a serial port, and a way to let time pass.
+//! The bench's side of the interfaces: streams, a serial port, and a function that advances time.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -36,7 +36,7 @@ pub fn stream_config(channels: u16, rate_hz: u32) -> StreamConfig {
     }
 }
 
-/// Samples and errors that an input stream was given.
+/// Samples and errors passed to an input stream.
 #[derive(Debug, Default, Clone, PartialEq)]
 pub struct Recorded {
     /// Interleaved, as raw bytes of the stream's format.

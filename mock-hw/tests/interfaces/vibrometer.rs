@@ -1,4 +1,4 @@
-//! The vibrometer's serial line.
+//! Serial line of the vibrometer.
 
 use std::time::Duration;
 

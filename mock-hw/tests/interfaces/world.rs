@@ -11,7 +11,7 @@ use crate::streams::{
     stream_config,
 };
 
-/// A second of drive, touch and slide: what the bench was given, audio and force.
+/// Simulates one second of drive, touch and slide; returns the audio and force data received by the bench.
 fn run(seed: u64) -> (Recorded, Vec<u8>) {
     let mut apparatus = stepped(Scenario::default(), seed);
     let bench = device(&apparatus, BENCH_ID);

@@ -1,4 +1,4 @@
-//! Seconds of wall time per simulated second, 192 kHz, four channels, one core.
+//! Wall time per simulated second, s: 192 kHz, four channels, one core.
 #![allow(missing_docs, reason = "criterion_group! makes public items")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};

@@ -1,4 +1,4 @@
-//! The skin of one person, drawn from a population or pinned by the scenario.
+//! Skin of one person, drawn from a population or given by the scenario.
 
 use rand::Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -14,13 +14,13 @@ pub struct Fingertip {
     pub sigma_t_m: f64,
     /// Tissue impedance Z_t at the plate's resonance, real and imaginary part, N·s/m.
     pub z_t_n_s_per_m: [f64; 2],
-    /// Friction coefficient without vibration, at 50 mm/s and 1 N on a plate just touched.
+    /// Friction coefficient without vibration, at 50 mm/s and 1 N at the beginning of a touch.
     pub mu0: f64,
     /// Contact with the plate.
     pub pad: Pad,
 }
 
-/// How a fingertip lies and slides on the plate.
+/// Mechanical contact of a fingertip with the plate, at rest and sliding.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Pad {
     /// Apparent contact area S at a normal force of 1 N, m².
@@ -37,22 +37,22 @@ pub struct Pad {
     pub loss_factor: f64,
     /// Time constant of levitation at a gap of 10 µm, s.
     pub lag_s: f64,
-    /// Exponent of the gap in it.
+    /// Exponent of the gap in the time constant of levitation.
     pub lag_gap_exponent: f64,
-    /// Share of friction that no levitation takes away.
+    /// Fraction of the friction that levitation cannot remove.
     pub floor: f64,
-    /// Exponent of the sliding speed, relative to 50 mm/s, in friction.
+    /// Exponent of the sliding speed, relative to 50 mm/s, in the friction coefficient.
     pub speed_exponent: f64,
-    /// Relative growth of friction reached after a long touch.
+    /// Relative growth of friction after a long touch.
     pub ageing: f64,
-    /// Time constant of that growth, s.
+    /// Time constant of the growth of friction, s.
     pub ageing_time_s: f64,
-    /// Relative growth of σ_t and Im Z_t reached after a long touch.
+    /// Relative growth of σ_t and Im Z_t after a long touch.
     pub growth: f64,
 }
 
 impl Pad {
-    /// Draws the contact of `seed`; what the scenario's `[participant.spread]` has no range for is the scenario's value.
+    /// Draws the contact of `seed`; constants without a range in `[participant.spread]` keep the scenario's value.
     ///
     /// ```
     /// use mock_world::fingertip::Pad;
@@ -98,7 +98,7 @@ impl Pad {
 }
 
 impl Fingertip {
-    /// Draws the fingertip of `seed`; pinned values replace drawn ones.
+    /// Draws the fingertip of `seed`; values given by the scenario replace drawn ones.
     ///
     /// ```
     /// use mock_world::fingertip::Fingertip;
@@ -111,8 +111,8 @@ impl Fingertip {
     /// # Ok::<(), mock_world::scenario::ScenarioError>(())
     /// ```
     ///
-    /// σ_t and Z_t are normal, truncated to physical values; μ0 has the published Spearman correlation ρ_S with Im Z_t
-    /// through a Gaussian copula, whose Pearson correlation is 2 sin(π ρ_S/6).
+    /// σ_t and Z_t are normal, truncated to physical values; μ0 has the published Spearman correlation ρ_S with Im Z_t through
+    /// a Gaussian copula of Pearson correlation 2 sin(π ρ_S/6).
     #[must_use]
     pub fn draw(scenario: &Scenario, seed: u64) -> Self {
         let participant = &scenario.participant;
@@ -141,7 +141,7 @@ impl Fingertip {
     }
 }
 
-/// Draws a normal value within limits, by rejection; returns it and its standard score.
+/// Draws a normal variate within limits, by rejection; returns it and its standard score.
 fn drawn(rng: &mut impl Rng, [mean, sd]: [f64; 2], low: f64, high: f64) -> (f64, f64) {
     loop {
         let score: f64 = StandardNormal.sample(rng);

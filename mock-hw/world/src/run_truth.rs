@@ -1,4 +1,4 @@
-//! The truth of a run, written for tests; the bench never reads it.
+//! Truth of a run, written for tests; the bench never reads it.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -14,13 +14,12 @@ use crate::scenario::Scenario;
 pub struct TruthConstants {
     /// Audio frames per second of true time.
     pub frames_per_s: f64,
-    /// Impedance γU/ṽ at the pickup without a finger, at the plate's resonance, before it drifts: real and imaginary part,
+    /// Impedance γU/ṽ at the pickup without a finger, at the plate's resonance, before any drift: real and imaginary part,
     /// N·s/m.
     pub z_p_n_s_per_m: [f64; 2],
-    /// The skin at the beginning, and its contact with the plate, which holds in place of what the scenario says; the series
-    /// follows its drift.
+    /// Initial skin and its contact with the plate; these replace the values of the scenario. The series follows their drift.
     pub fingertip: Fingertip,
-    /// The scenario, with the constants that the seed has drawn.
+    /// Scenario with the constants drawn from the seed.
     pub scenario: Scenario,
 }
 
@@ -29,7 +28,7 @@ pub struct TruthConstants {
 pub struct TruthSample {
     /// True time since the simulation began, s.
     pub time_s: f64,
-    /// Number of the input frame at that moment, from when the audio rate was last set.
+    /// Index of the input frame at that moment, from the latest setting of the audio rate.
     pub frame: u64,
     /// Asperity scale σ_t, m.
     pub sigma_t_m: f64,
@@ -53,13 +52,13 @@ pub struct TruthSample {
     pub velocity_m_per_s: f64,
     /// Peak amplitude of the plate under the finger, averaged over some carrier periods, m.
     pub amplitude_m: f64,
-    /// Shift of the carrier mode's resonance from what it was when the simulation began, Hz.
+    /// Shift of the carrier mode's resonance from its initial value, Hz.
     pub resonance_shift_hz: f64,
     /// Damping b_p of the carrier mode, N·s/m.
     pub damping_n_s_per_m: f64,
     /// Apparent contact area S, m²; 0 while the finger is off the plate.
     pub contact_area_m2: f64,
-    /// Amplitude of the carrier mode under the finger over that at the pickup; 1 while the finger is off the plate.
+    /// Amplitude of the carrier mode under the finger relative to that at the pickup; 1 while the finger is off the plate.
     pub amplitude_ratio: f64,
     /// Time constant of levitation at the present gap, s; NaN while the finger is off the plate.
     pub lag_s: f64,
@@ -72,10 +71,10 @@ pub struct TruthWriter {
 }
 
 impl TruthWriter {
-    /// Creates both files in `folder`, which must exist and must not hold them yet.
+    /// Creates both files in `folder`, which must exist and not contain them yet.
     ///
     /// # Errors
-    /// `AlreadyExists` when a file exists, and other errors of the file system.
+    /// `AlreadyExists` if a file exists, and other errors of the file system.
     pub fn create(folder: &Path, constants: &TruthConstants) -> io::Result<Self> {
         let mut json = File::create_new(folder.join("truth.json"))?;
         serde_json::to_writer_pretty(&mut json, constants)?;
@@ -122,7 +121,7 @@ impl TruthWriter {
         Ok(())
     }
 
-    /// Writes what is still buffered.
+    /// Writes all buffered data.
     ///
     /// # Errors
     /// Errors of the file system.

@@ -1,26 +1,26 @@
-//! Independent random streams of one seed.
+//! Independent random streams of a seed.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Users of random numbers; each has a stream, so that the draws of one do not shift those of another.
+/// Users of random numbers; each has a separate stream, so that its draws do not shift those of another.
 ///
-/// The numbers of the streams are part of every seeded result: new ones go to the end.
+/// The stream numbers affect every seeded result: append new ones at the end.
 #[derive(Debug, Clone, Copy)]
 pub enum Stream {
-    /// When callbacks come.
+    /// Constants of a scenario's jitter.
     Jitter = 1,
-    /// The skin of a person.
+    /// Skin of a person.
     Fingertip,
-    /// How the skin changes over a session.
+    /// Change of the skin during a session.
     Moisture,
     /// Noise of the converter.
     ConverterNoise,
     /// Noise of the force sensor.
     ForceNoise,
-    /// What the person does.
+    /// Behaviour of the person.
     Person,
-    /// Where the counters of the force sensor begin.
+    /// Initial counters of the force sensor.
     ForceCounters,
     /// Errors of the vibrometer.
     Vibrometer,
@@ -32,9 +32,9 @@ pub enum Stream {
     SoundLayer,
     /// Errors of the voltmeter.
     Voltmeter,
-    /// The contact of a person's skin.
+    /// Contact of a person's skin.
     Pad,
-    /// What holds for one session of the bench.
+    /// Constants of one session of the bench.
     Session,
     /// Noise of a force sensor's gauges.
     Gauges,

@@ -1,4 +1,4 @@
-//! One exploration of the published protocol: a person on a modulated plate, without any bench.
+//! One exploration of the published protocol: a person on a modulated plate, without a bench.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ const MEAN_V: f64 = 24.0;
 struct Exploration {
     truth: Vec<TruthSample>,
     forces: Vec<SensorSample>,
-    /// Largest magnitude on drive read-back and pickup.
+    /// Largest magnitude of drive read-back and pickup.
     peaks: [f32; 2],
 }
 
@@ -30,7 +30,7 @@ fn explore(scenario: &Scenario, seed: u64) -> Exploration {
     };
     let (mut drive, mut inputs) = ([0.0f32; PERIOD], [0.0f32; PERIOD * 4]);
     let dt_s = PERIOD as f64 / RATE_HZ;
-    // 4 s to place the finger, then 1.7 s at 50 mm/s
+    // 4 s to place the finger, then 1.7 s at 50 mm/s.
     for period in 0..(5.7 / dt_s) as usize {
         let t_s = period as f64 * dt_s;
         let percept = Percept {
@@ -108,7 +108,7 @@ fn the_force_sensor_reads_the_friction_that_is_true() {
         squares.push((lateral_n / normal_n - truth.mu).powi(2));
     }
     let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-    // noise of 2 mN over ten samples, a millisecond of averaging on a slope of up to 40 /s
+    // Noise of 2 mN over ten samples, and averaging over 1 ms on a slope of up to 40 /s.
     assert!(rms < 0.02, "{rms}");
 }
 

@@ -1,4 +1,4 @@
-//! Fingertips have the published moments and correlation, and pinned values hold.
+//! Fingertips have the published moments and correlation, and given values are kept.
 
 use mock_world::fingertip::Fingertip;
 use mock_world::scenario::Scenario;
@@ -30,7 +30,7 @@ fn the_population_has_the_published_moments_and_correlation() {
     let mean = |f: fn(&Fingertip) -> f64| people.iter().map(f).sum::<f64>() / 4000.0;
     assert!((mean(|p| p.sigma_t_m) - 1.7e-6).abs() < 0.03e-6);
     assert!((mean(|p| p.z_t_n_s_per_m[1]) - 3.16).abs() < 0.05);
-    // truncation at 0.05 N·s/m lifts the mean of 0.47 ± 0.28 to 0.51
+    // Truncation at 0.05 N·s/m raises the mean of 0.47 ± 0.28 to 0.51.
     assert!((mean(|p| p.z_t_n_s_per_m[0]) - 0.51).abs() < 0.02);
     assert!(
         people

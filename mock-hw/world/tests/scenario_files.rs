@@ -1,4 +1,4 @@
-//! Every scenario file reads, states its purpose and makes the bench that it describes.
+//! Every scenario file is valid, states its purpose and builds the bench that it describes.
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
 use std::collections::BTreeSet;
@@ -71,7 +71,7 @@ fn the_truth_of_a_run_is_written_once_and_reads_back() {
         serde_json::from_slice(&std::fs::read(folder.path().join("truth.json")).unwrap()).unwrap();
     assert_eq!(constants["fingertip"]["sigma_t_m"], 1.7e-6);
     assert_eq!(constants["scenario"]["plate"]["resonance_hz"], 35e3);
-    // The second mode changes the nominal 7.01 N·s/m by little
+    // The second mode changes the nominal 7.01 N·s/m only slightly.
     let re = constants["z_p_n_s_per_m"][0].as_f64().unwrap();
     assert!((re / 7.01 - 1.0).abs() < 5e-3, "{re}");
 
@@ -90,7 +90,7 @@ fn the_truth_of_a_run_is_written_once_and_reads_back() {
     let k_c: f64 = rows[rows.len() - 1][column].parse().unwrap();
     assert!((k_c / (0.65 / 1.7e-6) - 1.0).abs() < 0.1, "{k_c}");
 
-    // New columns come behind the old ones, whose places others read.
+    // New columns are appended, because readers rely on the positions of the old ones.
     assert_eq!(rows[0][..3], ["time_s", "frame", "sigma_t_m"]);
     assert_eq!(
         rows[0][13..],

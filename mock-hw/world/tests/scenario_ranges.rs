@@ -1,11 +1,11 @@
-//! The range of every number in a scenario file: both ends are accepted, what lies beyond them is not.
+//! Range of every number in a scenario file: both ends are accepted, values beyond them are rejected.
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
 use mock_world::person::FingerState;
 use mock_world::plant::Plant;
 use mock_world::scenario::{Scenario, ScenarioError};
 
-/// Dotted path of a range from which a constant is drawn, and the least and greatest number that either end accepts.
+/// Dotted path of a range from which a constant is drawn, and the least and greatest number accepted at either end.
 const DRAWN: &[(&str, f64, f64)] = &[
     ("participant.spread.contact_area_m2", 10e-6, 1e-3),
     ("participant.spread.area_force_exponent", 0.0, 0.7),
@@ -35,7 +35,7 @@ const DRAWN: &[(&str, f64, f64)] = &[
     ("session.lateral_lag_s", 0.0, 0.02),
 ];
 
-/// Dotted path of a key, and the least and greatest number that it accepts.
+/// Dotted path of a key, and the least and greatest number accepted.
 const RANGES: &[(&str, f64, f64)] = &[
     ("plate.resonance_hz", 20e3, 45e3),
     ("plate.modal_mass_kg", 1e-4, 1.0),
@@ -174,7 +174,7 @@ fn parse(path: &str, value: &str) -> Result<Scenario, ScenarioError> {
     Scenario::parse(&format!("[{table}]\n{key} = {value}\n"), "test.toml")
 }
 
-/// Requires that `value` is rejected for the key of that path, on its line and with both limits.
+/// Requires that `value` is rejected for the key `path`, on its line and with both limits.
 fn rejected(path: &str, value: &str, limits: (f64, f64)) {
     match parse(path, value) {
         Err(ScenarioError::OutOfRange { line, range, .. }) => {
@@ -185,7 +185,7 @@ fn rejected(path: &str, value: &str, limits: (f64, f64)) {
     }
 }
 
-/// Dotted paths of all numbers in a table.
+/// Returns the dotted paths of all numbers in a table.
 fn numbers(table: &toml::Table, path: &str) -> Vec<String> {
     let dotted = |key: &str| format!("{path}{key}");
     table
@@ -295,7 +295,7 @@ fn every_range_to_draw_from_is_in_the_table_above() {
     }
 }
 
-/// A finger that lands on a driven plate, presses up to 3 N, slides and lifts.
+/// Requires finite results for a finger that lands on a driven plate, presses with up to 3 N, slides and lifts.
 fn requires_finite(scenario: &Scenario, what: &str) {
     let mut plant = Plant::new(scenario, 1, 96e3);
     let mut inputs = vec![0.0; 96 * plant.channels()];
@@ -325,7 +325,7 @@ fn requires_finite(scenario: &Scenario, what: &str) {
             "{what}"
         );
         for truth in plant.truth() {
-            // Far beyond what any plate survives, far below what an unstable one reaches
+            // Far above any realistic amplitude, far below that of an unstable plate.
             assert!(truth.amplitude_m < 1e-2, "{what}: {truth:?}");
             let pressed = truth.normal_n > 0.0;
             let finite = truth.gap_m.is_finite() && truth.mu.is_finite() && truth.lag_s.is_finite();

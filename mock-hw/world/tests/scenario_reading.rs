@@ -1,4 +1,4 @@
-//! Scenarios are read strictly, survive writing, are found by name and draw their constants by seed.
+//! Scenarios are parsed strictly, survive writing, are found by name and draw their constants from the seed.
 
 use mock_world::scenario::{
     ChannelSlip, ParticipantTable, Scenario, ScenarioError, SoundLayerTable, built_in,
@@ -10,7 +10,7 @@ fn parse(text: &str) -> Result<Scenario, ScenarioError> {
     Scenario::parse(text, "test.toml")
 }
 
-/// The key that is out of range, and its line.
+/// Returns the key that is out of range, and its line.
 fn out_of_range(text: &str) -> (String, Option<usize>) {
     match parse(text) {
         Err(ScenarioError::OutOfRange { line, range, .. }) => (range.key, line),

@@ -1,4 +1,4 @@
-//! The scenarios that were there before the unkind ones stay the worlds that they were.
+//! Scenarios older than the unkind ones still give the same results.
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
 use std::f64::consts::TAU;
@@ -10,8 +10,8 @@ use mock_world::scenario::built_in;
 const RATE_HZ: f64 = 192e3;
 const PERIOD: usize = 384;
 
-/// Root mean squares of drive read-back, pickup, normal and lateral reading, gap in µm, and the sum of |sample| · (1 + n mod
-/// 7) over all inputs, which hears any change of a random stream.
+/// Returns the RMS of drive read-back, pickup, normal and lateral reading, gap in µm, and the sum of |sample| · (1 + n mod 7)
+/// over all inputs, which is sensitive to any change of a random stream.
 fn fingerprint(name: &str, seed: u64) -> [f64; 6] {
     let mut plant = Plant::new(&built_in(name).unwrap(), seed, RATE_HZ);
     let (mut drive, mut inputs) = ([0.0f32; PERIOD], vec![0.0f32; PERIOD * plant.channels()]);
@@ -60,8 +60,8 @@ fn fingerprint(name: &str, seed: u64) -> [f64; 6] {
     [a, b, c, d, e, heard]
 }
 
-/// Name, seed and fingerprint, taken before there were unkind worlds, and again when the contact's spring was no longer held
-/// half a step late.
+/// Name, seed and fingerprint, recorded before the unkind scenarios existed, and again when the contact's spring was no longer
+/// held half a step late.
 const BEFORE: [(&str, u64, [f64; 6]); 8] = [
     (
         "nominal",
@@ -166,7 +166,8 @@ fn no_effect_of_an_unkind_world_reaches_the_older_scenarios() {
     for (name, seed, before) in BEFORE {
         let now = fingerprint(name, seed);
         for (now, before) in now.iter().zip(before) {
-            // what another machine's library rounds otherwise; the tables' defaults change nothing at all on the same one
+            // The tolerance is for rounding in another machine's library; on the same machine the tables' defaults change no
+            // bit.
             assert!(
                 (now / before - 1.0).abs() < 1e-9,
                 "{name}, seed {seed}: {now} was {before}"

@@ -1,4 +1,4 @@
-//! The virtual participant follows the screen as a person would: late, imprecisely, and learning.
+//! The virtual participant follows the screen like a person: with delay, imprecisely, and learning.
 
 use mock_world::person::{Act, Cue, Instruction, Percept, Person};
 use mock_world::scenario::{BehaviourTable, ParticipantTable};
@@ -8,7 +8,7 @@ const START_M: f64 = 0.01;
 const END_M: f64 = 0.095;
 const SPEED_M_PER_S: f64 = 0.05;
 
-/// A person in front of a screen.
+/// A person at a screen.
 struct Session {
     person: Person,
     t_s: f64,
@@ -44,7 +44,7 @@ impl Session {
         })
     }
 
-    /// Places the finger, waits for the button, counts down; returns the time of the button, s.
+    /// Places the finger, waits for the button, counts down; returns the time of the button press, s.
     fn get_ready(&mut self) -> Option<f64> {
         let placed = self.watch(4.0, |_| mark(Instruction::PlaceFinger));
         self.watch(1.0, |_| mark(Instruction::GetReady));
@@ -167,7 +167,7 @@ fn follows_the_slider_at_its_speed_over_the_central_60_mm() {
         averages.push(mean(speeds.iter().copied()) / SPEED_M_PER_S);
         assert!(central(&acts).all(|a| a.finger.touching));
     }
-    // a started finger is behind the slider and catches up, so people are a little fast
+    // A finger that has started lags behind the slider and catches up, so people are slightly fast.
     let all = mean(averages.iter().copied());
     assert!((1.0..1.07).contains(&all), "{all}");
     assert!(
@@ -253,7 +253,7 @@ fn hears_the_end_and_lifts() {
         ..Percept::default()
     };
     session.watch(DT_S, |_| end);
-    // the screen may lag behind the sound
+    // The screen may lag behind the sound.
     session.watch(10.0 * DT_S, |_| Percept { cue: None, ..end });
     let acts = session.shown(1.5, Instruction::LiftFinger);
     assert!(
@@ -287,7 +287,7 @@ fn lapses_come_as_often_as_the_scenario_says() {
     let lifts = |seed: &u64| acts(&lifting, *seed).iter().any(|a| !a.finger.touching);
     let late = (0..100).filter(is_late).count();
     let lifted = (0..100).filter(lifts).count();
-    // three standard deviations of a binomial of 100 at 0.3
+    // Three standard deviations of a binomial of 100 at 0.3.
     assert!((16..=44).contains(&late), "{late}");
     assert!((16..=44).contains(&lifted), "{lifted}");
 }

@@ -1,11 +1,11 @@
-//! Hosts, devices and streams that cannot be had.
+//! Errors of hosts, devices and streams.
 
 use thiserror::Error;
 
 use super::{choice::ChoiceError, sound_device::Offer};
 use crate::{stream_health::StreamDirection, stream_layout::LayoutError};
 
-/// Why a device, host or stream cannot be had.
+/// Reason why a device, host or stream is not available.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum AudioError {
     /// The host does not exist or does not answer.
@@ -13,20 +13,20 @@ pub enum AudioError {
     HostUnavailable {
         /// Name of the host.
         host: String,
-        /// Message of the backend, with a remedy where one is known.
+        /// Message of the backend, with a remedy if one is known.
         reason: String,
     },
     /// The device name matches no device, or several.
     #[error(transparent)]
     Device(#[from] ChoiceError),
-    /// The device does not offer the rate, format and channels asked for.
+    /// The device does not offer the requested rate, format and channels.
     #[error("{direction} device {device} does not offer {wanted}; it offers: {offered}")]
     Unsupported {
         /// Direction of the stream.
         direction: StreamDirection,
         /// Id and name of the device.
         device: String,
-        /// Channels, format, rate and buffer asked for.
+        /// Requested channels, format, rate and buffer.
         wanted: String,
         /// Capabilities of the device.
         offered: Offer,
@@ -42,7 +42,7 @@ pub enum AudioError {
         direction: StreamDirection,
         /// Id and name of the device.
         device: String,
-        /// Channels, format, rate and buffer asked for.
+        /// Requested channels, format, rate and buffer.
         wanted: String,
     },
     /// Another program holds the device.
@@ -52,12 +52,12 @@ pub enum AudioError {
         direction: StreamDirection,
         /// Id and name of the device.
         device: String,
-        /// Who holds it, as far as it is known, and what to do.
+        /// Program that holds it, if known, and the remedy.
         holder: String,
         /// Message of the backend.
         reason: String,
     },
-    /// The backend refused for another reason.
+    /// The backend failed for another reason.
     #[error("{direction} device {device}: {reason}")]
     Backend {
         /// Direction of the stream.
@@ -74,10 +74,10 @@ pub enum AudioError {
         parameter: &'static str,
         /// Value of the parameter.
         value: f64,
-        /// Allowed values, in words.
+        /// Allowed values, as text.
         allowed: String,
     },
-    /// The channels or frames asked for cannot be.
+    /// The requested channels or frames are invalid.
     #[error(transparent)]
     Layout(#[from] LayoutError),
 }

@@ -1,4 +1,4 @@
-//! Audio hosts: the platform's own, JACK, or one made elsewhere.
+//! Audio hosts: the platform's default, JACK, or a supplied one.
 
 use cpal::{Host, HostId};
 
@@ -6,17 +6,17 @@ use super::{audio_error::AudioError, quiet};
 
 /// The host to open.
 pub enum HostChoice {
-    /// The platform's own: ALSA on Linux.
+    /// The platform's default: ALSA on Linux.
     Default,
     /// ALSA.
     Alsa,
     /// A running JACK server (the one that `JACK_DEFAULT_SERVER` names). Needs the feature `jack`.
     Jack,
-    /// A host made elsewhere, such as the simulated apparatus.
+    /// A host from elsewhere, such as the simulated apparatus.
     Supplied(Host),
 }
 
-/// Opens a host. Never panics for want of sound on the machine.
+/// Opens a host. Does not panic on a machine without sound.
 ///
 /// # Errors
 /// If the host does not exist or does not answer: no ALSA configuration, no JACK server.
@@ -30,7 +30,7 @@ pub fn open_host(choice: HostChoice) -> Result<Host, AudioError> {
             if cfg!(target_os = "linux") {
                 return host_named("alsa");
             }
-            // Not `default_host()`, which panics where there is none.
+            // `default_host()` would panic if there is no host.
             cpal::available_hosts()
                 .into_iter()
                 .find(|id| !["jack", "custom"].contains(&id.to_string().as_str()))

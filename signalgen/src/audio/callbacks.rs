@@ -1,4 +1,4 @@
-//! The callbacks of both streams, bound to cpal.
+//! Callbacks of both streams, bound to cpal.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,10 +15,10 @@ use crate::{
     stream_health::{StreamDirection, StreamFault, StreamHealth},
 };
 
-/// What a stream's own thread does before its first block. It must neither allocate nor wait.
+/// Hook run by a stream's own thread before its first block. It must neither allocate nor block.
 pub type ThreadStart = Arc<dyn Fn(StreamDirection) + Send + Sync>;
 
-/// A [`ThreadStart`] that is done once. It is never freed on the stream's thread.
+/// A [`ThreadStart`] that runs once. It is never freed on the stream's thread.
 struct Once {
     start: Option<ThreadStart>,
     done: bool,
@@ -41,10 +41,10 @@ impl Once {
     }
 }
 
-/// How long JACK may take to open a stream, and how often ALSA checks whether a silent one is lost.
+/// Timeout of JACK for opening a stream, and period at which ALSA checks whether a silent one is lost.
 const BACKEND_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Opens an output stream, paused, whose callback renders the drive.
+/// Opens an output stream, paused; its callback renders the drive.
 pub(super) fn open_output(
     device: &Device,
     config: StreamConfig,
@@ -61,7 +61,7 @@ pub(super) fn open_output(
     }
 }
 
-/// Opens an input stream, paused, whose callback hands its blocks to `writer`.
+/// Opens an input stream, paused; its callback passes its blocks to `writer`.
 pub(super) fn open_input(
     device: &Device,
     config: StreamConfig,

@@ -1,14 +1,14 @@
-//! Who holds a sound card that is busy, as Linux tells it in `/proc/asound`.
+//! Program that holds a busy sound card, from Linux' `/proc/asound`.
 
 use std::fs;
 use std::path::Path;
 
 use crate::stream_health::StreamDirection;
 
-/// Sound servers by their programs' names: they hold every card that they find.
+/// Program names of sound servers, which hold every card that they find.
 const SERVERS: [&str; 5] = ["pipewire", "wireplumber", "pulseaudio", "jackd", "jackdbus"];
 
-/// Returns who holds a device, by its id such as `alsa:hw:CARD=USB,DEV=0`, in words for an operator.
+/// Returns the program that holds a device, by its id such as `alsa:hw:CARD=USB,DEV=0`, as text for an operator.
 pub(super) fn words(id: &str, direction: StreamDirection) -> String {
     match program(Path::new("/proc"), id, direction) {
         Some(program) if SERVERS.contains(&program.name.as_str()) => format!(
@@ -34,7 +34,7 @@ impl std::fmt::Display for Program {
     }
 }
 
-/// The owner that the card's own status files name; `None` where they cannot be read or name nobody.
+/// Returns the owner from the card's status files; `None` if they cannot be read or name no owner.
 fn program(proc: &Path, id: &str, direction: StreamDirection) -> Option<Program> {
     let (_, arguments) = id.strip_prefix("alsa:")?.split_once(':')?;
     let mut parts = arguments.split(',');
@@ -68,7 +68,7 @@ fn program(proc: &Path, id: &str, direction: StreamDirection) -> Option<Program>
         line.split_once(':')?.1.trim().parse::<u32>().ok()
     })?;
     let of_owner = |file: &str| fs::read_to_string(proc.join(owner.to_string()).join(file)).ok();
-    // The owner is a thread; the program is what people know.
+    // The owner is a thread; operators know the program.
     let process = of_owner("status")
         .and_then(|status| {
             let line = status
@@ -89,7 +89,7 @@ fn program(proc: &Path, id: &str, direction: StreamDirection) -> Option<Program>
 mod tests {
     use super::*;
 
-    /// A `/proc` in which thread 4711 of process 4700, `pipewire`, plays on a card.
+    /// Returns a `/proc` in which thread 4711 of process 4700, `pipewire`, plays on a card.
     fn proc() -> tempfile::TempDir {
         let proc = tempfile::tempdir().unwrap();
         let write = |path: &str, text: &str| {

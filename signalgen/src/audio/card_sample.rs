@@ -1,4 +1,4 @@
-//! 24-bit samples as cpal has them.
+//! 24-bit samples in cpal's types.
 
 use crate::sample::{ConverterSample, I24};
 

@@ -1,4 +1,4 @@
-//! The device that a name in a configuration means.
+//! Selection of the device named in a configuration.
 
 use thiserror::Error;
 
@@ -8,24 +8,24 @@ use crate::stream_health::StreamDirection;
 /// A device name that matches no device, or several.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum ChoiceError {
-    /// No device has this id or name, or part of it.
+    /// No device has this id or name, or a part of it.
     #[error("no {direction} device matches {wanted:?}; there are: {}", list(.available))]
     NoMatch {
-        /// The name asked for.
+        /// Requested name.
         wanted: String,
-        /// The direction wanted.
+        /// Requested direction.
         direction: StreamDirection,
-        /// Every device that has the direction.
+        /// All devices with this direction.
         available: Vec<String>,
     },
-    /// Several devices have it.
+    /// Several devices match.
     #[error("{wanted:?} could be any of these {direction} devices: {}; give the whole id", list(.matches))]
     Ambiguous {
-        /// The name asked for.
+        /// Requested name.
         wanted: String,
-        /// The direction wanted.
+        /// Requested direction.
         direction: StreamDirection,
-        /// The devices that have the name.
+        /// Matching devices.
         matches: Vec<String>,
     },
 }
@@ -40,10 +40,10 @@ fn list(devices: &[String]) -> String {
 
 /// Returns the index in `devices` of the device that `wanted` names for `direction`.
 ///
-/// An exact id (with or without its host, and with or without the device's number on its card) or name goes before part
-/// of one, whatever the case. Among several matches raw devices go before others, even when another program holds them:
-/// a layer that resamples never takes their place. Of one raw device under several ids (ALSA names a card by name and by
-/// number) the first is taken; two cards of one model are two, whether one of them is in use or not.
+/// An exact id (with or without its host, and with or without the device's number on its card) or name takes precedence over a
+/// part of one; case is ignored. Among several matches raw devices take precedence, even when another program holds them: a
+/// layer that resamples never replaces them. If one raw device has several ids (ALSA names a card by name and by number) the
+/// first is used; two cards of one model are distinct, whether or not one of them is in use.
 ///
 /// # Errors
 /// If nothing matches, or several different devices do.
@@ -55,7 +55,7 @@ pub(super) fn choose(
     choose_by(devices, wanted, direction, card_named)
 }
 
-/// Returns the name of the card with a number; `None` where the system has none.
+/// Returns the name of the card with a number; `None` if the system has no such card.
 fn card_named(number: &str) -> Option<String> {
     let name = std::fs::read_to_string(format!("/proc/asound/card{number}/id")).ok()?;
     Some(name.trim().to_owned())
@@ -120,7 +120,7 @@ fn narrow(indices: &[usize], keep: impl Fn(usize) -> bool) -> Vec<usize> {
     indices.iter().copied().filter(|&i| keep(i)).collect()
 }
 
-/// Returns the indices that have a quality, or all of them if none has.
+/// Returns the indices that have a quality, or all of them if no index has it.
 fn prefer(indices: Vec<usize>, has_quality: impl Fn(usize) -> bool) -> Vec<usize> {
     let preferred = narrow(&indices, has_quality);
     if preferred.is_empty() {
@@ -130,8 +130,8 @@ fn prefer(indices: Vec<usize>, has_quality: impl Fn(usize) -> bool) -> Vec<usize
     }
 }
 
-/// Returns whether two raw devices are one: the same device number on the same card, which ALSA names by its name and by
-/// its number. What a card is called in words is the same for all of its model.
+/// Returns whether two raw devices are the same: the same device number on the same card, which ALSA names by name and by
+/// number. The descriptive name does not distinguish cards of one model.
 fn same(a: &DeviceInfo, b: &DeviceInfo, card_named: &impl Fn(&str) -> Option<String>) -> bool {
     let place = |device: &DeviceInfo| {
         let (_, place) = device.id.split_once(":hw:CARD=")?;
@@ -167,7 +167,7 @@ mod tests {
         }
     }
 
-    /// The devices that ALSA lists for one interface and the machine's own sound.
+    /// Returns ALSA's devices for one interface and the machine's built-in sound.
     fn alsa() -> Vec<DeviceInfo> {
         vec![
             device("alsa:default", "Default Audio Device"),
@@ -186,7 +186,7 @@ mod tests {
             .map(|index| devices[index].id.clone())
     }
 
-    /// The cards of [`alsa`] by their numbers.
+    /// Returns the card of [`alsa`] with a number.
     fn card(number: &str) -> Option<String> {
         (number == "1").then(|| "USB".to_owned())
     }
@@ -204,7 +204,7 @@ mod tests {
             "2" => Some("UMC404HD_1".to_owned()),
             _ => None,
         };
-        // Also while another program holds one of them.
+        // Even while another program holds one of them.
         for busy in [None, Some(0)] {
             if let Some(busy) = busy {
                 devices[busy].output = Some(Offer::Unreported);
@@ -224,7 +224,7 @@ mod tests {
                 assert_eq!(chosen(&id(card)).unwrap(), id(card));
             }
         }
-        // A number that no card is known by is no other name of one.
+        // A number of no known card is not another name of a card.
         let unknown = choose_by(&devices, "umc404hd", StreamDirection::Input, |_| None);
         assert!(matches!(unknown, Err(ChoiceError::Ambiguous { .. })));
     }
@@ -278,7 +278,7 @@ mod tests {
     /// Fault 1.
     #[test]
     fn a_raw_device_is_never_replaced_by_a_layer_that_resamples() {
-        // Held by another program, it does not report its capabilities.
+        // While another program holds it, it does not report its capabilities.
         let mut devices = alsa();
         devices[3].input = Some(Offer::Unreported);
         devices[4].input = Some(Offer::Unreported);

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::stream_health::StreamDirection;
 
-/// Returns every device of the host with its capabilities, sound cards before devices of software alone.
+/// Returns every device of the host with its capabilities, sound cards before purely software devices.
 ///
 /// # Errors
 /// If the host no longer answers.
@@ -28,7 +28,7 @@ pub fn list_devices(host: &Host) -> Result<Vec<DeviceInfo>, AudioError> {
 
 /// Returns the devices of the host, in the host's order.
 pub(super) fn enumerate(host: &Host) -> Result<Vec<(DeviceInfo, Device)>, AudioError> {
-    // Again here, for ALSA keeps one error handler per thread.
+    // Repeated here because ALSA keeps one error handler per thread.
     quiet::silence_alsa();
     let devices = host
         .devices()
@@ -40,7 +40,7 @@ pub(super) fn enumerate(host: &Host) -> Result<Vec<(DeviceInfo, Device)>, AudioE
         .filter_map(|device| {
             let id = device.id().ok()?;
             let description = device.description().ok()?;
-            // A JACK device lists the configurations of both directions, whichever is its own.
+            // A JACK device lists the configurations of both directions, whichever it has.
             let unknown = description.direction() == DeviceDirection::Unknown;
             let has_output = description.supports_output() || (unknown && device.supports_output());
             let has_input = description.supports_input() || (unknown && device.supports_input());
@@ -70,7 +70,7 @@ fn offer(ranges: Result<impl Iterator<Item = SupportedStreamConfigRange>, cpal::
     Offer::Listed(capabilities.collect())
 }
 
-/// Returns the output device that `wanted` names, for sound that is not the drive's.
+/// Returns the output device that `wanted` names, for sound other than the drive's.
 ///
 /// # Errors
 /// If `wanted` matches no device, or several; the error lists the candidates.

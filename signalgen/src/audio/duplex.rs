@@ -1,4 +1,4 @@
-//! Both streams of the sound card, opened on the devices that a configuration names.
+//! Both streams of the sound card, opened on the devices of a configuration.
 
 use cpal::{BufferSize, Device, ErrorKind, Host, Stream, StreamConfig, traits::StreamTrait};
 
@@ -26,13 +26,13 @@ pub const DEFAULT_RING_S: f64 = 10.0;
 const TAP_RING_S: f64 = 2.0;
 /// Longest input ring, s.
 const LONGEST_RING_S: f64 = 120.0;
-/// Fewest frames per callback of a backend that chooses them itself.
+/// Fewest frames per callback for a backend that chooses the number.
 const SMALL_BUFFER_FRAMES: u32 = 64;
 
 /// One direction of a [`DuplexConfig`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StreamChoice {
-    /// Device id, name, or a part of either that is unique.
+    /// Device id, name, or a unique part of either.
     pub device: String,
     /// Number of channels to open.
     pub channels: u16,
@@ -43,11 +43,11 @@ pub struct StreamChoice {
 /// The two streams to open.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DuplexConfig {
-    /// Sample rate of both directions, Hz; must be the generator's.
+    /// Sampling rate of both directions, Hz; must be the generator's.
     pub sample_rate_hz: u32,
     /// Output stream.
     pub output: StreamChoice,
-    /// Output channel of the drive, counted from 0; the others are silent.
+    /// Output channel of the drive, counted from 0; the other channels are silent.
     pub drive_channel: u16,
     /// Input stream.
     pub input: StreamChoice,
@@ -55,7 +55,7 @@ pub struct DuplexConfig {
     pub buffer_frames: Option<u32>,
     /// Length of the input ring, s; [`DEFAULT_RING_S`] by default.
     pub ring_s: f64,
-    /// Input channels that are handed out a second time; none when empty.
+    /// Input channels that a tap reads too; empty for no tap.
     pub tap: Vec<u16>,
 }
 
@@ -71,25 +71,25 @@ pub struct Streams {
 /// Both directions of the sound card, opened and paused.
 #[derive(Debug)]
 pub struct Duplex {
-    /// Starts and, dropped, closes the streams.
+    /// Starts the streams, and closes them when dropped.
     pub streams: Streams,
     /// Commands the drive.
     pub drive: DriveHandle,
     /// Reads the input.
     pub input: InputReader,
-    /// Reads the channels that are handed out a second time.
+    /// Second reader, of the tapped channels.
     pub tap: Option<InputTap>,
     /// Counters of both directions.
     pub health: StreamHealth,
 }
 
-/// Opens both directions, paused, on the devices that the configuration names. Each stream's own thread does `start`
-/// before its first block, where no software stands between the device and the converter: a thread that such software
-/// may keep busy or waiting must not be given a high priority.
+/// Opens both directions, paused, on the devices of the configuration. Each stream's own thread runs `start` before its first
+/// block if no software stands between the device and the converter: a thread that such software can delay or block must not
+/// have a high priority.
 ///
 /// # Errors
-/// If the configuration contradicts itself or the generator, or a device is missing, busy, or does not offer the
-/// channels, format and rate asked for.
+/// If the configuration contradicts itself or the generator, or a device is missing, busy, or does not offer the requested
+/// channels, format and rate.
 pub fn open_duplex(
     host: &Host,
     config: &DuplexConfig,
@@ -104,7 +104,7 @@ pub fn open_duplex(
         usize::from(config.drive_channel),
         health.clone(),
     )?;
-    // A backend may halve the buffer that it is asked for, hardly do more.
+    // A backend may halve the requested buffer, but is unlikely to reduce it further.
     let fewest_frames = config
         .buffer_frames
         .map_or(SMALL_BUFFER_FRAMES, |frames| (frames / 2).max(1));
@@ -165,15 +165,15 @@ impl Streams {
     /// Starts both streams, the output first: the first input frame follows a running output.
     ///
     /// # Errors
-    /// If the backend refuses.
+    /// If the backend fails.
     pub fn play(&self) -> Result<(), AudioError> {
         self.each(Stream::play)
     }
 
-    /// Pauses both streams where the backend can. The drive does not ramp: stop it first.
+    /// Pauses both streams if the backend can. The drive does not ramp: stop it first.
     ///
     /// # Errors
-    /// If the backend refuses.
+    /// If the backend fails.
     pub fn pause(&self) -> Result<(), AudioError> {
         self.each(Stream::pause)
     }
@@ -245,7 +245,7 @@ fn stream_choice(config: &DuplexConfig, direction: StreamDirection) -> &StreamCh
     }
 }
 
-/// Returns the device that the configuration names, if it offers the channels, format and rate asked for.
+/// Returns the device of the configuration, if it offers the requested channels, format and rate.
 fn find<'a>(
     devices: &'a [(DeviceInfo, Device)],
     config: &DuplexConfig,
@@ -256,7 +256,7 @@ fn find<'a>(
     let index = choose(&infos, &choice.device, direction)?;
     let (info, device) = &devices[index];
     let offers = match info.offer(direction) {
-        // A device that does not report its capabilities is asked by opening it.
+        // A device that does not report its capabilities is tried by opening it.
         None | Some(Offer::Unreported) => true,
         Some(Offer::Listed(capabilities)) => capabilities.iter().any(|capability| {
             capability.channels == choice.channels

@@ -1,8 +1,8 @@
-//! The sound card: hosts, devices, and the two streams that call the [`crate::DriveRenderer`] and the
-//! [`crate::InputWriter`]. Only the files of this folder name `cpal`.
+//! The sound card: hosts, devices, and the two streams that call the [`crate::DriveRenderer`] and the [`crate::InputWriter`].
+//! Only files of this folder use `cpal`.
 //!
-//! cpal 0.18 has no packed 24-bit samples (ALSA S24_3LE and its kin). A card that offers nothing else is refused with
-//! [`AudioError::NoUsableFormat`]; a JACK server that runs on the card is the way round.
+//! cpal 0.18 has no packed 24-bit samples (ALSA S24_3LE and similar). A card that offers no other format is refused with
+//! [`AudioError::NoUsableFormat`]; a JACK server that runs on the card is the workaround.
 
 mod audio_error;
 mod audio_host;

@@ -1,14 +1,13 @@
-//! Keeps the audio libraries from printing into the operator's terminal.
+//! Suppresses messages of the audio libraries on the operator's terminal.
 
-/// Sends ALSA's messages of this thread to a buffer instead of stderr; its errors still return as
-/// errors. Each call empties the buffer.
+/// Redirects this thread's ALSA messages from stderr to a buffer; errors are still returned. Each call empties the buffer.
 #[cfg(target_os = "linux")]
 pub(super) fn silence_alsa() {
-    // Without the buffer the messages stay on stderr: a nuisance, no fault.
+    // Without the buffer the messages stay on stderr, which does no harm.
     let _ = alsa::Output::local_error_handler();
 }
 
-/// Does nothing: ALSA's messages are redirected on Linux alone.
+/// Does nothing: ALSA's messages are redirected on Linux only.
 #[cfg(not(target_os = "linux"))]
 pub(super) fn silence_alsa() {}
 

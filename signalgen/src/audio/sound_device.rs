@@ -7,7 +7,7 @@ use std::{
 
 use crate::stream_health::StreamDirection;
 
-/// Sample rates that a device takes.
+/// Sampling rates that a device accepts.
 ///
 /// ```
 /// use signalgen::audio::RateRange;
@@ -17,7 +17,7 @@ use crate::stream_health::StreamDirection;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RateRange {
-    /// Any rate: no converter is behind the device, or a layer that resamples.
+    /// Any rate: the device has no converter, or a layer that resamples.
     Any,
     /// A range of rates.
     Within {
@@ -39,7 +39,7 @@ impl RateRange {
         }
     }
 
-    /// Returns whether the device takes this rate.
+    /// Returns whether the device accepts this rate.
     #[must_use]
     pub fn contains(self, rate_hz: u32) -> bool {
         match self {
@@ -66,19 +66,18 @@ pub struct Capability {
     pub channels: u16,
     /// Sample rates.
     pub rates: RateRange,
-    /// Sample format, by the backend's name for it: one of [`crate::SampleFormat`], or another that this crate does not
-    /// use.
+    /// Sample format, by the backend's name: one of [`crate::SampleFormat`], or another that this crate does not use.
     pub format: String,
 }
 
 /// Capabilities of a device in one direction.
 ///
-/// Displayed in one line, capabilities that differ in channels alone together: `1–4, 8 ch f32 192000 Hz`.
+/// Displayed in one line; capabilities that differ only in channels are combined: `1–4, 8 ch f32 192000 Hz`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Offer {
-    /// The device does not report its capabilities, as one that another program holds.
+    /// The device does not report its capabilities, for example because another program holds it.
     Unreported,
-    /// The device reports these; none if it has only sample formats that cpal cannot express.
+    /// The device reports these; empty if it has only sample formats that cpal cannot express.
     Listed(Vec<Capability>),
 }
 
@@ -119,7 +118,7 @@ fn summarise(capabilities: &[Capability]) -> String {
     lines.collect::<Vec<_>>().join("; ")
 }
 
-/// Returns numbers with their unbroken runs shortened: `1–4, 8`.
+/// Returns numbers with consecutive runs shortened: `1–4, 8`.
 fn runs(numbers: &BTreeSet<u16>) -> String {
     let mut runs: Vec<(u16, u16)> = Vec::new();
     for &number in numbers {
@@ -143,13 +142,12 @@ fn runs(numbers: &BTreeSet<u16>) -> String {
 pub struct DeviceInfo {
     /// Identifier, `host:device`; stable across runs.
     pub id: String,
-    /// Name for people.
+    /// Descriptive name.
     pub name: String,
-    /// Whether no software of the host stands between this device and the converter: an ALSA `hw:` device, or any
-    /// device of a host without such layers. Other ALSA devices may resample.
+    /// Whether no software of the host stands between this device and the converter: an ALSA `hw:` device, or any device of a
+    /// host without such layers. Other ALSA devices may resample.
     pub is_raw: bool,
-    /// Whether a sound card of its own is behind the device. ALSA also lists devices of software alone, such as `null`
-    /// and `default`.
+    /// Whether the device belongs to a sound card. ALSA also lists purely software devices, such as `null` and `default`.
     pub is_sound_card: bool,
     /// Capabilities of the output; `None` if the device has no output.
     pub output: Option<Offer>,
@@ -174,18 +172,18 @@ impl fmt::Display for DeviceInfo {
     }
 }
 
-/// Returns whether an ALSA device, by its id without the host, is the hardware itself, without a layer that resamples.
+/// Returns whether an ALSA device, given its id without the host, is the hardware itself, without a layer that resamples.
 pub(super) fn is_alsa_hardware(local_id: &str) -> bool {
     local_id.starts_with("hw:")
 }
 
-/// Returns whether an ALSA device, by its id without the host, belongs to a card.
+/// Returns whether an ALSA device, given its id without the host, belongs to a card.
 pub(super) fn names_an_alsa_card(local_id: &str) -> bool {
     let (layer, of) = local_id.split_once(':').unwrap_or((local_id, ""));
     of.contains("CARD=") || ["hw", "plughw"].contains(&layer)
 }
 
-/// Puts sound cards before devices of software alone; otherwise the order stays.
+/// Moves sound cards before purely software devices; otherwise keeps the order.
 pub(super) fn sound_cards_first(devices: &mut [DeviceInfo]) {
     devices.sort_by_key(|device| !device.is_sound_card);
 }

@@ -51,7 +51,7 @@ fn every_command() -> Vec<DriveCommand> {
     ]
 }
 
-/// Neither callback allocates, whatever happens; the mutex in between is the test's own card's.
+/// Neither callback allocates in any case; the mutex in between belongs to the test's card.
 #[test]
 fn callbacks_do_not_allocate() {
     for format in SampleFormat::ALL {
@@ -70,7 +70,7 @@ fn callbacks_do_not_allocate() {
                 .card()
                 .report(direction, ErrorKind::DeviceNotAvailable);
         }
-        // Runs the input ring full, and the drive without its handle.
+        // Fills the input ring, and runs the drive without its handle.
         let input = duplex.input;
         drop(duplex.drive);
         bench.periods(RATE_HZ as usize / BLOCK + 2);
@@ -82,7 +82,7 @@ fn callbacks_do_not_allocate() {
     }
 }
 
-/// Shows that the test above can fail.
+/// Proves that the test above can fail.
 #[test]
 fn an_allocation_in_a_callback_would_abort() {
     const CHILD: &str = "SIGNALGEN_TEST_ALLOCATE";

@@ -1,4 +1,4 @@
-//! Devices: what is listed, chosen and refused.
+//! Listing, selection and refusal of devices.
 
 use std::process;
 
@@ -48,7 +48,7 @@ fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
     }
 }
 
-/// As cards with packed 24-bit samples alone appear through cpal.
+/// Cards with packed 24-bit samples alone appear through cpal like this.
 /// Fault 2.
 #[test]
 fn a_card_without_a_format_that_cpal_knows_is_refused_with_the_way_round() {

@@ -1,5 +1,5 @@
-//! Both directions over a stepped host: the very callbacks that a sound card calls, under an allocator that aborts the
-//! process if one of them allocates.
+//! Both directions over a stepped host: the same callbacks that a sound card calls, under an allocator that aborts the process
+//! if one of them allocates.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 

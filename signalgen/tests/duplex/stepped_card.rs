@@ -1,4 +1,4 @@
-//! A sound card that the test moves on period by period, and the configuration that opens it.
+//! Sound card that the test advances period by period, and the configuration that opens it.
 
 #![expect(
     unsafe_code,
@@ -33,7 +33,7 @@ use signalgen::{
 pub const RATE_HZ: u32 = 192_000;
 pub const FULL_SCALE_V: f64 = 100.0;
 pub const BLOCK: usize = 512;
-/// More than one chunk of the output callback, and no multiple of it.
+/// More than one chunk of the output callback, and not a multiple of it.
 pub const ODD_BLOCK: usize = 700;
 pub const INPUT_CHANNELS: usize = 2;
 pub const OUTPUT_CHANNELS: usize = 3;
@@ -50,7 +50,7 @@ pub struct Open<B> {
     playing: bool,
 }
 
-/// The state of one device whose every input channel is wired to the drive's output channel.
+/// State of one device with all input channels wired to the drive's output channel.
 #[derive(Default)]
 pub struct Card {
     pub output: Option<Open<OutputBody>>,
@@ -59,7 +59,7 @@ pub struct Card {
 }
 
 impl Card {
-    /// Runs one period: output callback, then input callback, neither allowed to allocate. Returns the rendered output,
+    /// Runs one period: output callback, then input callback, with allocation forbidden in both. Returns the rendered output,
     /// interleaved, in units of full scale.
     pub fn period(&mut self, frames: usize) -> Vec<f32> {
         let at = |frame: u64| StreamInstant::from_nanos(frame * 1_000_000_000 / u64::from(RATE_HZ));
@@ -113,7 +113,7 @@ fn render<T: ConverterSample>(
     info: &OutputCallbackInfo,
     rendered: &mut [f32],
 ) {
-    // Not silence: the callback must write every sample itself.
+    // Not silence: the callback must overwrite every sample.
     let mut raw = vec![T::from_unit(0.5); rendered.len()];
     // SAFETY: the pointer and length are those of `raw`, whose type the format names.
     let mut data = unsafe { Data::from_parts(raw.as_mut_ptr().cast(), raw.len(), output.format) };
@@ -134,11 +134,11 @@ fn take<T: ConverterSample>(
     assert_no_alloc(|| (input.body)(&data, info));
 }
 
-/// A host whose one device is the stepped card.
+/// A host with the stepped card as its only device.
 #[derive(Clone)]
 pub struct Bench {
     card: Arc<Mutex<Card>>,
-    /// How often the output's and the input's thread started.
+    /// Number of times that the output's and the input's thread started.
     pub started: Arc<[AtomicU32; 2]>,
     formats: &'static [CpalFormat],
 }
@@ -155,7 +155,7 @@ impl Default for Bench {
 }
 
 impl Bench {
-    /// Returns a bench whose card has these sample formats.
+    /// Returns a bench with a card of these sample formats.
     pub fn offering(formats: &'static [CpalFormat]) -> Self {
         Self {
             card: Arc::default(),

@@ -187,7 +187,7 @@ fn commands_to_a_stream_that_does_not_run_are_refused() {
     assert!(bench.card().output.is_none() && bench.card().input.is_none());
 }
 
-/// Each end goes to a thread of its own; the safety thread shares the switches.
+/// Each end moves to a separate thread; the safety thread shares the switches.
 #[test]
 fn ends_can_live_on_threads_of_their_own() {
     fn is_send<T: Send>() {}

@@ -7,7 +7,7 @@ use signalgen::{
 
 use crate::generator_fixture::{FULL_SCALE_V, RATE_HZ, modulated, settings, settings_at, tone};
 
-/// Returns the parameter that a refusal names.
+/// Returns the parameter named by a refusal.
 fn out_of_range(result: Result<(), ProgramError>) -> &'static str {
     match result {
         Err(ProgramError::OutOfRange { parameter, .. }) => parameter,

@@ -1,4 +1,4 @@
-//! A generator at 192 kHz, its waveforms, and its samples in volts.
+//! Fixture: a generator at 192 kHz, its waveforms, and its samples in volts.
 
 use std::f64::consts::TAU;
 
@@ -51,7 +51,7 @@ pub fn started(waveform: Waveform) -> Generator {
     generator
 }
 
-/// The next frames, in volts.
+/// Returns the next frames, V.
 pub fn volts(generator: &mut Generator, frames: usize) -> Vec<f64> {
     let mut samples = vec![0.0_f32; frames];
     generator.fill(&mut samples);
@@ -61,7 +61,7 @@ pub fn volts(generator: &mut Generator, frames: usize) -> Vec<f64> {
         .collect()
 }
 
-/// 2π · frequency · frame / rate for whole frequencies, reduced in integers.
+/// Returns 2π · frequency · frame / rate for whole frequencies, reduced in integers.
 pub fn angle(frequency_hz: u64, frame: u64) -> f64 {
     let rate = u64::from(RATE_HZ);
     TAU * ((frequency_hz * frame) % rate) as f64 / rate as f64

@@ -1,4 +1,4 @@
-//! Golden hashes of a seeded render: every bit of the samples stays as it was.
+//! Golden hashes of a seeded render: every bit of the samples must stay the same.
 
 use signalgen::{
     ConverterSample, DriveCommand, DriveConfig, DriveSettings, Generator, SweepLaw, ToneList,
@@ -74,8 +74,8 @@ impl Fnv {
     }
 }
 
-/// The hashes are those of version 0.1.0, on x86-64 and on AArch64 with the GNU C library. Sines of other C
-/// libraries may differ in their last bit.
+/// The hashes are from version 0.1.0, on x86-64 and on AArch64 with the GNU C library. Sines of other C libraries may differ in
+/// the last bit.
 #[test]
 fn a_seeded_render_keeps_every_bit() {
     let settings = DriveSettings::new(DriveConfig {

@@ -1,4 +1,4 @@
-//! Emergency stops, trips, and the latch that both leave.
+//! Emergency stops, trips, and their latch.
 
 use signalgen::{DriveCommand, DrivePhase, TripCause};
 
@@ -10,7 +10,7 @@ fn emergency_stop_is_over_in_two_milliseconds_and_latches() {
     volts(&mut generator, 20_000);
     generator.apply(DriveCommand::EmergencyStop);
     volts(&mut generator, 200);
-    // A second one must not begin the ramp again, nor a stop lengthen it.
+    // A second one must not restart the ramp, and a stop must not lengthen it.
     generator.apply(DriveCommand::EmergencyStop);
     generator.apply(DriveCommand::Stop);
     generator.apply(DriveCommand::Rearm);

@@ -1,4 +1,4 @@
-//! The generator against closed forms, its limits, and the promise that it never steps.
+//! The generator against closed forms, its limits, and its guarantee never to step.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests")]
 

@@ -1,4 +1,4 @@
-//! The promises that hold whatever is commanded: the drive never steps, and blocks do not matter.
+//! Guarantees for all commands: the drive never steps, and its division into blocks has no effect.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -7,8 +7,7 @@ use signalgen::{DriveCommand, DrivePhase, Generator, SweepLaw, ToneList, Wavefor
 
 use crate::generator_fixture::{FULL_SCALE_V, settings_at, tone};
 
-/// At this rate and with carriers this slow, a step of the envelope would stand out among the
-/// samples themselves.
+/// At this rate and with carriers this slow, a step of the envelope would be visible in the samples themselves.
 const SLOW_RATE_HZ: u32 = 8_000;
 const HIGHEST_CARRIER_HZ: f64 = 40.0;
 const HIGHEST_MODULATION_HZ: f64 = 10.0;
@@ -85,8 +84,8 @@ fn any_command() -> impl Strategy<Value = DriveCommand> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// FAULTS 15: whatever is commanded and whenever, the envelope moves no faster than its ramp
-    /// and modulation allow, and the samples no faster than that and the carrier.
+    /// FAULTS 15: for any commands at any time, the envelope changes no faster than its ramp and modulation allow, and the
+    /// samples no faster than the envelope and the carrier allow.
     /// Fault 15.
     /// Hazards 3, 6.
     #[test]
@@ -138,7 +137,7 @@ proptest! {
         }
     }
 
-    /// The result is the same however the frames are divided into blocks.
+    /// The result does not depend on the division of the frames into blocks.
     #[test]
     fn block_size_does_not_matter(
         commands in prop::collection::vec(any_command(), 1..6),

@@ -54,8 +54,8 @@ fn start_and_stop_are_raised_cosines_of_the_configured_length() {
     assert!(volts(&mut generator, 1_000).iter().all(|&v| v == 0.0));
 }
 
-/// 35 kHz repeats every 192 frames, so its spurs fall on multiples of 1 kHz: the worst case for
-/// rounding to f32, which then is no noise but tones.
+/// 35 kHz repeats every 192 frames, so its spurs fall on multiples of 1 kHz: the worst case for rounding to f32, because the
+/// error then consists of tones instead of noise.
 #[test]
 fn spurs_are_below_minus_140_db() {
     let mut generator = started(tone(35_000.0, 100.0));

@@ -51,7 +51,7 @@ enum ChannelsStage {
 pub struct ChannelsProcedure {
     pub(super) setup: ChannelsSetup,
     stage: ChannelsStage,
-    /// Noise of each input with one signal on all inputs.
+    /// Noise of each input with the same signal on all inputs.
     pub(super) noise: Vec<NoiseDensity>,
     /// Noise of each input with the bench wired for measurements.
     pub(super) noise_on_bench: Vec<NoiseDensity>,
@@ -68,7 +68,7 @@ pub struct ChannelsProcedure {
 }
 
 impl ChannelsProcedure {
-    /// Makes a procedure that has not begun.
+    /// Creates a procedure that has not yet begun.
     #[must_use]
     pub fn new(setup: ChannelsSetup) -> Self {
         Self {
@@ -118,7 +118,7 @@ impl ChannelsProcedure {
         self.play(&[tone_hz], LADDER_DWELL_S, self.levels_v[level])
     }
 
-    /// Keeps the time from the generator's start to the first tone that came back.
+    /// Records the time from the generator's start to the first tone that came back.
     fn note_latency(&mut self, capture: &Capture) {
         let ramp = self.setup.config.limits.ramp_s * self.setup.rate_hz();
         if let (Some(began), Some(first)) = (capture.began, capture.dwells.first()) {
@@ -151,7 +151,7 @@ impl ChannelsProcedure {
             .collect()
     }
 
-    /// Reads the noise of every input; `warn` adds warnings of what else the silence holds.
+    /// Reads the noise of each input; `warn` adds warnings of offsets and tones in the silence.
     fn listen(&mut self, capture: &Capture, warn: bool) -> anyhow::Result<Vec<NoiseDensity>> {
         let [from_hz, to_hz] = noise_band(self.setup.carrier_hz, self.setup.rate_hz());
         (0..self.setup.inputs())
@@ -172,7 +172,7 @@ impl ChannelsProcedure {
             .collect()
     }
 
-    /// Reads one rung of every input's ladder.
+    /// Reads one level of the ladder on each input.
     fn step_up(&mut self, capture: &Capture) -> anyhow::Result<()> {
         let dwell = capture.dwells.first().context("no tone was heard")?.clone();
         let level = self.ladders.first().map_or(0, Vec::len);
@@ -190,7 +190,7 @@ impl ChannelsProcedure {
         Ok(())
     }
 
-    /// Returns the next rung, or the tones once the ladder has ended.
+    /// Returns the next level, or the tones once the ladder has ended.
     fn climb_or_sound(&mut self) -> anyhow::Result<NextStep> {
         let level = self.ladders.first().map_or(0, Vec::len);
         let drive = usize::from(self.setup.drive());
@@ -273,7 +273,7 @@ impl Procedure for ChannelsProcedure {
             StepOutcome::Captured(capture) => self.after_capture(&capture),
             StepOutcome::Answered(answer, _) => match self.stage {
                 ChannelsStage::Measured if answer == Answer::Ready => Ok(NextStep::Done),
-                // A rung rests on those before it: the ladder is climbed as a whole.
+                // A level depends on those before it, so the ladder is repeated as a whole.
                 ChannelsStage::Measured => {
                     self.ladders.clear();
                     self.latencies.clear();
@@ -347,7 +347,7 @@ impl Procedure for ChannelsProcedure {
 pub(super) mod tests {
     use config::{MeasuredChannels, MeasuredInput, Provenance, Quantity};
 
-    /// Three inputs that differ little, the drive on the first.
+    /// Returns three similar inputs, with the drive on the first.
     pub(in super::super) fn calibrated() -> MeasuredChannels {
         let input = |index: u16| MeasuredInput {
             index,

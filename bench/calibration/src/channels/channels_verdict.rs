@@ -1,4 +1,4 @@
-//! Verdict on the channels: `[channels]` of the calibration file, and whether it passes.
+//! Verdict on the channels: `[channels]` of the calibration file, and the faults found.
 
 use std::fmt::Write as _;
 
@@ -20,7 +20,7 @@ use crate::judged::{Calibrates, Judged, Part};
 use config::{MeasuredDelay, MeasuredInput, Provenance, Quantity, SampleFormat};
 use safety::DELAY_WITHIN_S;
 
-/// Difference of a delay from the calibration before that counts as a slip, samples.
+/// Change of a delay since the previous calibration that counts as a slip, samples.
 const SLIPPED: f64 = 0.5;
 
 fn db(ratio: f64) -> f64 {
@@ -28,8 +28,8 @@ fn db(ratio: f64) -> f64 {
 }
 
 impl ChannelsProcedure {
-    /// Returns the input's reading over that of the drive's input with only the drive's cable in: the mean over the
-    /// tones, and the standard error by their scatter about it.
+    /// Returns the input's reading relative to the drive's input with only the drive's cable connected: the mean over the
+    /// tones, with the standard error from their scatter.
     fn crosstalk(&self, leaked: &[RatioReading]) -> Quantity {
         let n = leaked.len() as f64;
         let mean = leaked.iter().map(|leak| leak.ratio).sum::<Complex64>() / n;
@@ -109,8 +109,8 @@ impl ChannelsProcedure {
             })
             .collect();
         let crosstalk = self.crosstalk(&leaked);
-        // Crosstalk into the drive's input is not measured: it is assumed as large, of any phase, and to change over
-        // the band as a delay like this channel's makes it.
+        // Crosstalk into the drive's input is not measured: it is assumed to be as large, to have any phase, and to vary over
+        // the band as with a delay like this channel's.
         let back = crosstalk.value;
         let quantity = |estimate: FittedValue, scale: f64, unseen: f64, unit: &str| {
             let observed = scale * estimate.standard_error;
@@ -180,7 +180,7 @@ impl ChannelsProcedure {
         }
         let relative = channel.gain.standard_error / channel.gain.value;
         let error = relative.max(channel.phase_rad.standard_error);
-        // Crosstalk within its own limit is no fault.
+        // Crosstalk within its own limit is not a fault.
         let limit = limits.input_error;
         if error > limit.max(channel.crosstalk.as_ref().map_or(0.0, |x| 1.01 * x.value)) {
             faults.push(ChannelsFault::Uncertain {
@@ -199,7 +199,7 @@ impl ChannelsProcedure {
         faults
     }
 
-    /// Returns the level read back over the level commanded at the carrier, from the tones within a tenth of their
+    /// Returns the ratio of the level read back to the level commanded at the carrier, from the tones within a tenth of their
     /// span.
     fn round_trip(&self) -> Quantity {
         let drive = usize::from(self.setup.drive());
@@ -213,7 +213,7 @@ impl ChannelsProcedure {
         mean(&shares, "1", 0.0)
     }
 
-    /// Returns the loop's delay over the openings of the streams; `None` where not every one has shown it.
+    /// Returns the loop delay over the openings of the streams; `None` unless each opening has shown it.
     fn loop_delay(&self) -> Option<MeasuredDelay> {
         let delays_s = &self.setup.delays_s;
         (delays_s.len() >= OPENINGS).then(|| MeasuredDelay {
@@ -268,7 +268,7 @@ impl ChannelsProcedure {
     }
 }
 
-/// Returns the mean of repeated readings, with its standard error or `least`, whichever is larger.
+/// Returns the mean of repeated readings, with the larger of its standard error and `least`.
 fn mean(values: &[f64], unit: &str, least: f64) -> Quantity {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -277,11 +277,11 @@ fn mean(values: &[f64], unit: &str, least: f64) -> Quantity {
     Quantity::new(mean, error.max(least), values.len().saturating_sub(1), unit)
 }
 
-/// Standard error of the loop's delay on one opening, s, and the room that it needs within what the watch accepts.
+/// Standard error of the loop delay of one opening, and margin for it within the watch's tolerance, s.
 const DELAY_ERROR_S: f64 = 2e-4;
 const DELAY_ROOM_S: f64 = 1e-3;
 
-/// Returns the fault of a delay that another opening of the streams could bring out of what the watch accepts.
+/// Returns the fault of a delay that could leave the watch's tolerance at another opening of the streams.
 fn delay_spread(delay: &MeasuredDelay) -> Option<ChannelsFault> {
     let [least_s, most_s] = delay.extent_s;
     let mean_s = delay.mean.value;
@@ -293,7 +293,7 @@ fn delay_spread(delay: &MeasuredDelay) -> Option<ChannelsFault> {
     })
 }
 
-/// Standard error of the time at which a tone's onset is found, s.
+/// Standard error of the onset time of a tone, s.
 const ONSET_ERROR_S: f64 = 1.5e-4;
 
 impl Calibrates for ChannelsProcedure {

@@ -7,9 +7,9 @@ use metrology::tone::{SteadyTone, ToneError};
 use super::fault::ChannelsFault;
 use super::input_noise::{NOISE_RESOLUTION_HZ, noise_band};
 
-/// Factor over the calibrated noise from which on it is a fault.
+/// Ratio to the calibrated noise above which the noise is a fault.
 const NOISIER: f64 = 2.0;
-/// Share of the commanded level from which on another input carries the drive itself.
+/// Share of the commanded level above which another input carries the drive itself.
 const CARRIES: f64 = 0.3;
 /// Share of the commanded level below which the drive is not on its input.
 const ABSENT: f64 = 0.3;
@@ -23,7 +23,7 @@ pub struct Present {
     pub levels: Vec<f64>,
 }
 
-/// Why a stretch of samples cannot be compared.
+/// Reason why an excerpt cannot be compared.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum PresentError {
     /// The silence cannot be read.
@@ -35,10 +35,10 @@ pub enum PresentError {
 }
 
 impl Present {
-    /// Reads all `channels` of two interleaved stretches: at least 0.1 s of `silence`, and a `tone` at `carrier_hz`.
+    /// Reads all `channels` of two interleaved excerpts: at least 0.1 s of `silence`, and a `tone` at `carrier_hz`.
     ///
     /// # Errors
-    /// When a stretch is too short, or has samples that are not finite.
+    /// If an excerpt is too short, or has non-finite samples.
     pub fn read(
         silence: &[f32],
         tone: &[f32],
@@ -59,11 +59,10 @@ impl Present {
     }
 }
 
-/// Compares the inputs with the calibrated ones; the drive is on input `drive` and commanded to `commanded_units`
-/// there.
+/// Compares the inputs with the calibrated ones; the drive is on input `drive` and commanded to `commanded_units` there.
 ///
 /// # Errors
-/// The first fault found: the drive on another input, a silent drive, more noise.
+/// The first fault found: the drive on another input, a silent drive, or higher noise.
 pub fn compare(
     calibrated: &config::MeasuredChannels,
     drive: u16,
@@ -73,7 +72,8 @@ pub fn compare(
     let level = |index: u16| present.levels.get(usize::from(index)).copied();
     let read = level(drive).unwrap_or(0.0);
     if read < ABSENT * commanded_units {
-        // The pickup reads the plate's response, another input the drive itself: the loudest of them.
+        // The pickup reads the plate's response, but the input with the drive's cable reads the drive itself and is the
+        // loudest.
         let share = |input: &config::MeasuredInput| {
             let level = level(input.index).unwrap_or(0.0);
             level / (commanded_units * input.gain.value)

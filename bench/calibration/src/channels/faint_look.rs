@@ -1,5 +1,5 @@
-//! Faint tones below what the safety watch acts on: silent, swapped, saturated and unpatched inputs, and sound layers
-//! that resample, are named before anything louder is played.
+//! Scan with faint tones below the safety watch's floor: it detects silent, swapped, saturated and unpatched inputs, and
+//! resampling sound layers, before any louder tone is played.
 
 use anyhow::Context;
 use metrology::signal_path::{self, COMES_BACK, PathFault, ToneAnswer};
@@ -11,14 +11,14 @@ use crate::capture::{Capture, Dwell};
 use super::channels_setup::{ChannelsSetup, LOOK_STEP_HZ, SETTLE_S};
 use super::fault::ChannelsFault;
 
-/// Resolution of the look's spectra, Hz.
+/// Resolution of the scan's spectra, Hz.
 const LOOK_RESOLUTION_HZ: f64 = 20.0;
-/// Share of the loudest input's level below which an input is silent: no gain is set so low.
+/// Share of the loudest input's level below which an input is silent: no gain is set that low.
 const SILENT: f64 = 0.01;
-/// Unevenness over the tones about the carrier from which on an input does not read the patched signal but a plate, dB.
+/// Variation over the tones about the carrier, dB, above which an input reads a plate instead of the patched signal.
 const UNEVEN_DB: f64 = 3.0;
 
-/// Returns the amplitudes of the look's tones about the carrier by input, sample units.
+/// Returns the amplitudes of the scan's tones about the carrier for each input, sample units.
 fn near_levels(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result<Vec<[f64; 3]>> {
     let [low, middle, high] = capture
         .dwells
@@ -32,7 +32,7 @@ fn near_levels(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result<Vec<[
         .collect()
 }
 
-/// Judges the path of the drive on `input`, where it is or should be read.
+/// Judges the path of the drive on `input`, where the drive is expected.
 fn require_path(setup: &ChannelsSetup, capture: &Capture, input: u16) -> anyhow::Result<()> {
     let expected = setup.expected(setup.faint_v());
     let answers: Vec<ToneAnswer> = capture
@@ -68,7 +68,7 @@ fn require_path(setup: &ChannelsSetup, capture: &Capture, input: u16) -> anyhow:
     .map_err(|fault| ChannelsFault::from(fault).into())
 }
 
-/// Refuses inputs that are saturated at the faint level.
+/// Rejects inputs that are saturated at the faint level.
 fn require_headroom(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result<()> {
     let drive_v = setup.faint_v();
     for input in 0..setup.inputs() {
@@ -94,8 +94,8 @@ fn require_headroom(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result<
     Ok(())
 }
 
-/// Refuses saturated, silent and unpatched inputs and broken paths; returns each input's amplitude at the carrier,
-/// sample units.
+/// Rejects saturated, silent and unpatched inputs and broken paths; returns each input's amplitude at the carrier, sample
+/// units.
 pub(super) fn looked(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result<Vec<f64>> {
     if capture.dwells.is_empty() {
         return Err(ChannelsFault::from(PathFault::Silent { share: 0.0 }).into());
@@ -106,7 +106,7 @@ pub(super) fn looked(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result
     let drive = usize::from(setup.drive());
     let (loudest, most) = loudest(&faint);
     let audible = most > COMES_BACK * setup.expected(setup.faint_v());
-    // Where only the drive's input is silent, its cable is out: no path to judge.
+    // If only the drive's input is silent, its cable is out, and the path need not be judged.
     if !audible || faint[drive] >= SILENT * most {
         require_path(setup, capture, setup.drive())?;
     }
@@ -133,7 +133,8 @@ pub(super) fn looked(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result
     Ok(faint)
 }
 
-/// Refuses a drive on another input, and cables that should be out; `faint` are the amplitudes with all cables in.
+/// Rejects a drive on another input, and cables that should be disconnected; `faint` holds the amplitudes with all cables
+/// connected.
 pub(super) fn looked_alone(
     setup: &ChannelsSetup,
     faint: &[f64],
@@ -166,7 +167,7 @@ pub(super) fn looked_alone(
     }
 }
 
-/// Returns the peaks of `input` during `dwell`; `None` when samples are not finite or too few.
+/// Returns the peaks of `input` during `dwell`; `None` if samples are not finite or too few.
 pub(super) fn peaks(capture: &Capture, dwell: &Dwell, input: u16) -> Option<Peaks> {
     let window = capture.settled(dwell, SETTLE_S);
     Peaks::read(

@@ -1,4 +1,4 @@
-//! Faults of the channels, each with its remedy.
+//! Faults of the channels with their remedies.
 
 use metrology::signal_path::PathFault;
 use safety::DELAY_WITHIN_S;
@@ -16,12 +16,12 @@ pub enum ChannelsFault {
     Silent {
         /// The silent input.
         input: u16,
-        /// The loudest one.
+        /// The loudest input.
         loudest: u16,
         /// Level over that of the loudest input.
         share: f64,
     },
-    /// The loop's delay differs from one opening of the streams to the next by more than the safety watch can allow for.
+    /// The loop delay varies between openings of the streams by more than the safety watch can tolerate.
     #[error(
         "the loop's delay was {:.1} to {:.1} ms over {openings} openings of the streams, and the watch accepts {:.0} ms about one value: link both directions (one duplex device, such as hw:…, or JACK without xruns), shorten audio.buffer_frames, or use another device",
         1e3 * least_s,
@@ -29,9 +29,9 @@ pub enum ChannelsFault {
         1e3 * DELAY_WITHIN_S
     )]
     DelaySpread {
-        /// Shortest, s.
+        /// Shortest delay, s.
         least_s: f64,
-        /// Longest, s.
+        /// Longest delay, s.
         most_s: f64,
         /// Number of openings.
         openings: usize,
@@ -41,9 +41,9 @@ pub enum ChannelsFault {
         "the drive comes in on input {found}, not on input {expected} as [channels.drive] says: the channels are swapped; exchange the cables, or the indices in bench.toml"
     )]
     Swapped {
-        /// Input where it should be.
+        /// Expected input.
         expected: u16,
-        /// Input where it is.
+        /// Actual input.
         found: u16,
     },
     /// The cable of an input was not disconnected.
@@ -69,7 +69,7 @@ pub enum ChannelsFault {
     Saturated {
         /// The input.
         input: u16,
-        /// Level at which they are cut off, of full scale.
+        /// Clipping level, of full scale.
         level: f64,
         /// Drive level, V peak.
         drive_v: f64,
@@ -83,10 +83,10 @@ pub enum ChannelsFault {
         input: u16,
         /// Additional delay, samples.
         samples: i32,
-        /// The same delay as phase at the carrier, rad.
+        /// Delay as a phase at the carrier, rad.
         phase_rad: f64,
     },
-    /// A channel has slipped since the calibration before.
+    /// A channel has slipped since the previous calibration.
     #[error(
         "input {input} has slipped by {samples:+.2} samples since the calibration before: the sound layer does not keep the channels together between openings; the plate's calibration no longer holds. Find the cause, then move the old calibration away"
     )]
@@ -113,7 +113,7 @@ pub enum ChannelsFault {
     Crosstalk {
         /// The input.
         input: u16,
-        /// Crosstalk over the drive's reading, dB.
+        /// Crosstalk relative to the drive's reading, dB.
         crosstalk_db: f64,
         /// Largest crosstalk allowed, dB.
         limit_db: f64,
@@ -130,7 +130,7 @@ pub enum ChannelsFault {
         /// Largest noise density allowed, sample units/√Hz.
         limit: f64,
     },
-    /// The levels of an input are not on a line.
+    /// The levels of an input are not linear.
     #[error(
         "input {input} is not linear: its levels depart from a line by {percent:.2} %, more than calibration.input_nonlinearity = {limit}: switch off any automatic gain or limiter"
     )]
@@ -142,7 +142,7 @@ pub enum ChannelsFault {
         /// Largest residual allowed, as a fraction.
         limit: f64,
     },
-    /// An input is too late or too early.
+    /// The delay of an input is too large, in either direction.
     #[error(
         "input {input} is {samples:+.2} samples later than the drive's, more than calibration.delay_samples = {limit}: use two inputs of one converter on one clock"
     )]
@@ -181,7 +181,7 @@ pub enum ChannelsFault {
     NoisierThanCalibrated {
         /// The input.
         input: u16,
-        /// Noise now over the calibrated one.
+        /// Ratio of the present noise to the calibrated one.
         ratio: f64,
     },
 }

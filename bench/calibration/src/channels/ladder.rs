@@ -1,4 +1,4 @@
-//! The level ladder: every input at rising levels, through its linear range up to where its peaks are cut off.
+//! The level ladder: each input is read at rising levels, through its linear range to the level at which its peaks are cut off.
 
 use metrology::regression::{Line, LineError, LinePoint};
 use metrology::tone_clipping::Peaks;
@@ -18,12 +18,12 @@ pub struct Rung {
 pub const STEP: f64 = 1.17;
 /// Lowest level, as a share of the highest.
 pub const LOWEST: f64 = 0.05;
-/// Relative shortfall from the line through the lower levels from which on a level counts as cut off, whatever its
-/// peaks.
+/// Largest relative shortfall from proportionality to the first level; a larger one counts as clipping, even if the peaks are
+/// not cut off.
 const SHORT: f64 = 0.01;
-/// Largest level of an input, over its clipping level.
+/// Largest level of an input, relative to its clipping level.
 const BEYOND: f64 = 1.5;
-/// Largest level of the drive's input over its clipping level: lower, because the safety watch reads it.
+/// Largest level of the drive's input, relative to its clipping level; lower, because the safety watch reads it.
 const DRIVE_BEYOND: f64 = 1.1;
 
 /// Returns the levels up to `highest_v`, V peak.
@@ -41,12 +41,11 @@ pub fn levels_v(highest_v: f64) -> Vec<f64> {
 pub struct Straightness {
     /// Largest residual about the line, as a share of the largest level.
     pub nonlinearity: f64,
-    /// |sample| at which peaks are cut off, and its standard deviation; `None` where none were.
+    /// |sample| at which peaks are cut off, and its standard deviation; `None` without clipping.
     pub clips_at: Option<(f64, f64)>,
     /// Largest |sample| that was not cut off.
     pub clean_up_to: f64,
-    /// Commanded level, V peak, and residual about the line, as a share of the largest level, of each level that was
-    /// not cut off.
+    /// Commanded level, V peak, and residual about the line, as a share of the largest level, for each level without clipping.
     pub departures: Vec<(f64, f64)>,
 }
 
@@ -60,10 +59,10 @@ fn first_cut(rungs: &[Rung]) -> Option<usize> {
     })
 }
 
-/// Reads the ladder of one input; `noise` is the standard deviation of an amplitude.
+/// Fits the ladder of one input; `noise` is the standard deviation of an amplitude.
 ///
 /// # Errors
-/// When fewer than three levels were not cut off.
+/// If fewer than three levels are free of clipping.
 pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineError> {
     let cut = first_cut(rungs);
     let clean = &rungs[..cut.unwrap_or(rungs.len())];
@@ -80,7 +79,7 @@ pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineErro
         .iter()
         .map(|point| point.y)
         .fold(f64::MIN_POSITIVE, f64::max);
-    // The last rung stays longest at the limit.
+    // The last level is at the limit for the largest share of the time.
     let clips_at = cut
         .and_then(|_| rungs.last())
         .map(|rung| (rung.peaks.level, rung.peaks.scatter));
@@ -99,15 +98,15 @@ pub fn straightness(rungs: &[Rung], noise: f64) -> Result<Straightness, LineErro
     })
 }
 
-/// Returns the highest level at which the input's peaks were not cut off, V peak.
+/// Returns the highest level without clipping of the input's peaks, V peak.
 #[must_use]
 pub fn highest_clean_v(rungs: &[Rung]) -> f64 {
     let clean = &rungs[..first_cut(rungs).unwrap_or(rungs.len())];
     clean.last().map_or(0.0, |rung| rung.drive_v)
 }
 
-/// Returns whether `next_v` would drive an input too far beyond its clipping level; `inputs` are the ladders so far,
-/// `drive` the index of the drive's.
+/// Returns whether `next_v` would drive an input too far beyond its clipping level; `inputs` holds the ladders so far, and
+/// `drive` is the index of the drive's input.
 #[must_use]
 pub fn too_far(inputs: &[Vec<Rung>], drive: usize, next_v: f64) -> bool {
     inputs.iter().enumerate().any(|(input, rungs)| {
@@ -124,7 +123,7 @@ pub fn too_far(inputs: &[Vec<Rung>], drive: usize, next_v: f64) -> bool {
 mod tests {
     use super::*;
 
-    /// An input of `gain` per volt that is cut off at `limit`, at each level of a ladder to 50 V.
+    /// Returns an input of `gain` per volt, cut off at `limit`, at each level of a ladder to 50 V.
     fn ladder(gain: f64, limit: f64) -> Vec<Rung> {
         levels_v(50.0)
             .into_iter()

@@ -1,8 +1,8 @@
-//! `calibrate channels`: one signal on all inputs gives each input's gain, delay and linearity against the drive's
+//! `calibrate channels`: the same signal on all inputs gives each input's gain, delay and linearity relative to the drive's
 //! input, its noise, the drive's crosstalk into it, and the loss of the carrier on the way from the generator.
 //!
-//! A faint look comes first, below what the safety watch acts on: silent, swapped, saturated inputs and sound layers
-//! that resample are named before anything louder is played.
+//! A scan with faint tones below the safety watch's floor comes first: it detects silent, swapped and saturated inputs, and
+//! resampling sound layers, before any louder tone is played.
 
 mod channels_procedure;
 mod channels_setup;

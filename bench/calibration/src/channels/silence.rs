@@ -1,10 +1,10 @@
-//! What an input reads in silence besides noise.
+//! Signals of an input in silence, other than noise.
 
 use metrology::spectrum::Spectrum;
 
-/// Amplitude from which on a tone in silence is reported, of full scale.
+/// Smallest amplitude of a tone in silence that is reported, of full scale.
 const AUDIBLE: f64 = 1e-5;
-/// Constant offset from which on it is reported, of full scale.
+/// Smallest constant offset that is reported, of full scale.
 const OFFSET: f64 = 1e-3;
 /// Highest frequency at which a tone counts as mains hum, Hz.
 const HUM_HZ: f64 = 1e3;
@@ -12,7 +12,7 @@ const HUM_HZ: f64 = 1e3;
 const MOST_TONES: usize = 5;
 /// Distance from the carrier within which a tone falls into the envelope's band, Hz.
 const IN_BAND_HZ: f64 = 2.5e3;
-/// Returns what an input's silence holds besides noise, a line each: a constant offset, mains hum, foreign tones.
+/// Returns the signals in an input's silence other than noise, a line each: a constant offset, mains hum, foreign tones.
 pub(super) fn warnings(input: u16, spectrum: &Spectrum, carrier_hz: f64) -> Vec<String> {
     let mut lines = Vec::new();
     if spectrum.mean.abs() > OFFSET {

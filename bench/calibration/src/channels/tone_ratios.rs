@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use super::channels_setup::{ChannelsSetup, DWELL_S, SETTLE_S};
 use super::fault::ChannelsFault;
 
-/// Frequency of each tone, Hz, in the order of time, with amplitude and phase of every input, sample units.
+/// Frequency of each tone, Hz, in order of time, with amplitude and phase of each input, sample units.
 pub(super) type Tones = Vec<(f64, Vec<Complex64>)>;
 
 /// Returns the standard deviation of each quadrature of a tone read through a Hann window, sample units.
@@ -17,7 +17,7 @@ pub(super) fn quadrature(noise: &NoiseDensity, dwell_s: f64) -> f64 {
     noise.value * (1.5 / (dwell_s - SETTLE_S)).sqrt()
 }
 
-/// Returns the ratio of `input` to `drive` at each tone, in the order of time, less `leaked`.
+/// Returns the ratio of `input` to `drive` at each tone, in order of time, minus `leaked`.
 pub(super) fn ratios(
     tones: &Tones,
     [input, drive]: [usize; 2],
@@ -46,7 +46,7 @@ pub(super) fn ratios(
         .collect()
 }
 
-/// Refuses a channel that slipped while it was measured; where all other inputs slip alike, the drive's input did.
+/// Rejects a channel that slipped during the measurement; if all other inputs slip equally, the drive's input slipped.
 pub(super) fn require_kept_places(
     setup: &ChannelsSetup,
     tones: &Tones,

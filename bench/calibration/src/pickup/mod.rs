@@ -1,5 +1,5 @@
-//! `calibrate pickup`: a line through known amplitudes of the plate at a ladder of drive levels; where an instrument on an
-//! input reads them, the line is complex and tells the pickup's phase.
+//! `calibrate pickup`: a line through known amplitudes of the plate at a ladder of drive levels; with an instrument on an
+//! input, the line is complex and gives the pickup's phase.
 
 mod pickup_procedure;
 mod pickup_setup;

@@ -22,11 +22,11 @@ const LADDER: [f64; 7] = [0.1, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0];
 const UNKNOWN_SENSITIVITY: f64 = 1.5;
 /// Length of the reading at each level, s.
 const WINDOW_S: f64 = 0.5;
-/// Standard deviation assumed of typed amplitudes before their scatter is known, m.
+/// Standard deviation of typed amplitudes, assumed until their scatter is known, m.
 const TYPED_SIGMA_M: f64 = 1e-9;
-/// Largest relative difference of a typed amplitude from what the other points predict; a larger one is queried.
+/// Largest relative difference of a typed amplitude from the prediction by the other points; a larger one is queried.
 const SURPRISE: f64 = 0.25;
-/// Fewest readings of an instrument at one level.
+/// Smallest number of readings of an instrument at one level.
 const LEAST_LINES: usize = 5;
 
 /// The procedure of `calibrate pickup`.
@@ -34,15 +34,15 @@ pub struct PickupProcedure {
     pub(super) setup: PickupSetup,
     stage: PickupStage,
     pub(super) carrier_hz: f64,
-    /// By how much the plate may move otherwise where the known amplitudes were taken, relative.
+    /// Largest relative difference of the plate's amplitude at the frequencies of the known amplitudes.
     pub(super) beside: f64,
     settle_s: f64,
     levels_v: Vec<f64>,
     /// Measured points, in the order of the levels.
     pub rungs: Vec<PickupPoint>,
-    /// Index of the level being measured: the next one, or one that is repeated.
+    /// Index of the level being measured: the next level, or a repeated one.
     level: usize,
-    /// Typed amplitude that was queried, m: typed again, it is accepted.
+    /// Typed amplitude that was queried, m; it is accepted if typed again.
     refused_m: Option<f64>,
     note: Option<String>,
 }
@@ -56,7 +56,7 @@ enum PickupStage {
 }
 
 impl PickupProcedure {
-    /// Makes a procedure that has not begun.
+    /// Creates a procedure that has not yet begun.
     #[must_use]
     pub fn new(setup: PickupSetup) -> Self {
         Self {
@@ -92,7 +92,7 @@ impl PickupProcedure {
         Ok(())
     }
 
-    /// Returns the amplitude that the other points predict at the present level of a linear plate, m.
+    /// Returns the amplitude at the present level, predicted from the other points for a linear plate, m.
     fn expected_m(&self) -> Option<f64> {
         let others = self
             .rungs
@@ -141,7 +141,7 @@ impl PickupProcedure {
         })))
     }
 
-    /// Returns why a typed amplitude is rejected or queried; `None` when it is accepted.
+    /// Returns the reason why a typed amplitude is rejected or queried; `None` if it is accepted.
     fn refusal(&self, known_m: f64) -> Option<String> {
         let most_m = self.setup.config.calibration.max_amplitude_m;
         if !(known_m > 0.0 && known_m <= most_m) {
@@ -164,14 +164,14 @@ impl PickupProcedure {
         })
     }
 
-    /// Handles an amplitude typed while the plate moved.
+    /// Handles an amplitude typed while the plate moves.
     fn typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
         self.note = self.refusal(known_m);
         if self.note.is_some() {
             self.refused_m = Some(known_m);
             return self.play();
         }
-        // A tone that is held has settled long ago.
+        // A held tone has already settled.
         let reading = self.pickup(capture, 0.0)?;
         self.keep(reading.norm(), (known_m, TYPED_SIGMA_M), None);
         self.play()
@@ -256,7 +256,7 @@ impl PickupProcedure {
         let mean = lines.iter().sum::<f64>() / n as f64;
         let squares: f64 = lines.iter().map(|x| (x - mean).powi(2)).sum();
         let sigma = (squares / (n * (n - 1)) as f64).sqrt();
-        // An instrument that sends rounded numbers can send the same one throughout.
+        // An instrument that rounds its numbers can send the same one throughout.
         Ok((mean, sigma.max(1e-5 * mean.abs()).max(1e-13)))
     }
 }

@@ -1,4 +1,4 @@
-//! What a calibration of the pickup takes from the bench and the operator.
+//! Setup of a calibration of the pickup.
 
 use anyhow::{Context, bail};
 use config::Config;
@@ -6,29 +6,29 @@ use metrology::plate_fit::CHANNEL_MATCH;
 
 use crate::known::Known;
 
-/// What a calibration of the pickup takes from the bench and the operator.
+/// Setup of a calibration of the pickup.
 #[derive(Debug, Clone)]
 pub struct PickupSetup {
-    /// Frequency about which the resonance is looked for, Hz.
+    /// Frequency about which the resonance is sought, Hz.
     pub about_hz: f64,
     /// Requested levels, V peak; the default ladder when empty.
     pub levels_v: Vec<f64>,
     /// Source of the known amplitudes.
     pub known: Known,
-    /// Relative standard uncertainty of the known amplitudes: the instrument's own calibration.
+    /// Relative standard uncertainty of the known amplitudes from the instrument's own calibration.
     pub accuracy: f64,
-    /// How well the channels follow each other, relative and rad.
+    /// Match of the channels, relative and rad.
     pub channel_match: f64,
-    /// Frequency at which the amplitude known of each level holds, Hz; empty where it is measured as the plate moves.
+    /// Frequency of each known amplitude, Hz; empty if the amplitudes are measured while the plate moves.
     pub(super) known_at_hz: Vec<f64>,
     pub(super) config: Config,
 }
 
 impl PickupSetup {
-    /// Checks and collects the setup on the bench of `config`; `held` is the calibration so far.
+    /// Checks and collects the setup on the bench of `config`; `held` is the present calibration.
     ///
     /// # Errors
-    /// When the numbers of levels and amplitudes differ, or one is out of its range.
+    /// If the numbers of levels and amplitudes differ, or a value is out of its range.
     pub fn new(
         config: &Config,
         held: &config::CalibrationFile,
@@ -111,16 +111,16 @@ impl PickupSetup {
     }
 }
 
-/// Largest distance of the tone from the frequency at which amplitudes are known, in half-bandwidths f₀/(2Q) of the plate:
-/// the plate then moves by less than 0.5 % otherwise.
+/// Largest distance of the tone from the frequency of the known amplitudes, in half-bandwidths f₀/(2Q) of the plate; within it,
+/// the plate's amplitude changes by less than 0.5 %.
 const MOST_BESIDE: f64 = 0.1;
 
 impl PickupSetup {
-    /// Requires that the known amplitudes hold at the tone of `carrier_hz` on a plate of this quality; returns by how much
-    /// the plate may move otherwise where they were taken, relative.
+    /// Requires that the known amplitudes hold at the tone of `carrier_hz` on a plate of this quality factor; returns the
+    /// largest relative difference of the plate's amplitude at their frequencies.
     ///
     /// # Errors
-    /// When one was taken at another frequency.
+    /// If an amplitude was measured at another frequency.
     pub(super) fn require_known_at(&self, carrier_hz: f64, quality: f64) -> anyhow::Result<f64> {
         let half_width_hz = carrier_hz / (2.0 * quality);
         let mut farthest: f64 = 0.0;

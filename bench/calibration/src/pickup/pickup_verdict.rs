@@ -1,4 +1,4 @@
-//! The verdict on the pickup's line.
+//! Verdict on the pickup's line.
 
 use std::fmt::Write as _;
 
@@ -123,7 +123,7 @@ impl PickupProcedure {
             .hypot(self.beside)
     }
 
-    /// Returns the pickup's phase against an instrument on an input, or what is missing for it; `None` without such an
+    /// Returns the pickup's phase against an instrument on an input, or the missing requirement; `None` without such an
     /// instrument.
     fn phase(&self) -> Option<Result<Quantity, &'static str>> {
         let Known::Reference(reference) = &self.setup.known else {
@@ -199,7 +199,7 @@ impl PickupProcedure {
             .collect()
     }
 
-    /// Returns the points, or their residuals once there is a line.
+    /// Returns the points, or their residuals if there is a line.
     pub(super) fn curve(&self, line: Option<&Line>) -> Option<Curve> {
         let last = self
             .rungs

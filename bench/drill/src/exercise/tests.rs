@@ -1,7 +1,7 @@
 use super::*;
 use tui::action::AttemptName;
 
-/// A bench and its clock, for exercises of the fault after a second of drive, with a `silence_s` of 0.05 s.
+/// A bench and its clock, for exercises with the fault after 1 s of driving and a `silence_s` of 0.05 s.
 struct Bench {
     exercise: Exercise,
     now_s: f64,
@@ -60,7 +60,7 @@ impl Bench {
         }
     }
 
-    /// A pressed e-stop, 2 ms late, silent after another 3 ms, seen by the operator a second later.
+    /// A pressed e-stop, detected after 2 ms, silent after another 3 ms, acknowledged 1 s later.
     fn stopped() -> Self {
         let mut bench = Self::new(FaultKind::Estop, false);
         assert_eq!(bench.ordered(), [Order::Begin]);
@@ -115,7 +115,7 @@ fn re_arming_before_acknowledging_removes_the_cause_and_is_asked_for_again() {
     assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
     bench.act(Action::Rearm);
     assert_eq!(bench.ordered(), [Order::Rearm]);
-    // It did not help: the e-stop is held.
+    // Without effect: the e-stop is held.
     bench.pass(1.0);
     assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
     assert_eq!(bench.exercise.note(), Some("The cause is still there."));
@@ -228,7 +228,7 @@ fn a_bench_that_stops_after_it_has_flagged_is_missed_whatever_the_operator_does(
 fn what_cannot_be_re_armed_is_ended_also_after_the_bench_has_ended_by_itself() {
     let mut bench = Bench::new(FaultKind::CardLostOutput, false);
     bench.trip(Trip::AudioLost);
-    // The card renders no more, and so never says that it is silent.
+    // The card renders no samples, and so never reports silence.
     bench.pass(0.05);
     assert!(bench.exercise.times().silent_s.is_some());
     bench.exercise.bench_ended("nothing for 10 s");
@@ -237,7 +237,7 @@ fn what_cannot_be_re_armed_is_ended_also_after_the_bench_has_ended_by_itself() {
     bench.act(Action::Rearm);
     assert!(bench.exercise.outcome().is_none());
     bench.act(Action::Quit);
-    // 0.1 s of these had passed before the trip.
+    // The first 0.1 s passed before the trip.
     assert!(bench.exercise.times().done_s.is_some());
 
     let mut bench = Bench::stopped();
@@ -351,7 +351,7 @@ fn an_operator_who_does_nothing_misses() {
     assert_eq!(bench.missed(), "nobody did what was right");
 }
 
-/// A trip that tells of the fault.
+/// Returns a trip caused by the fault.
 fn of(fault: FaultKind) -> Trip {
     let readback = Trip::Readback {
         measured_v: 0.0,

@@ -1,15 +1,15 @@
-//! From frames of gauges to filtered values at a lower rate, each with the frame that it belongs to.
+//! Decimation of gauge samples to a lower rate, each filtered value with its frame.
 
 use super::lowpass::Lowpass;
 
-/// A filtered value of each input.
+/// One filtered value per input.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Filtered {
-    /// Frame of the card that the values belong to.
+    /// Frame of the card to which the values belong.
     pub(super) frame: u64,
     /// Values of the inputs.
     pub(super) values: Vec<f64>,
-    /// Whether any sample that they are made of was at its converter's end.
+    /// Whether a sample within the filter was at the end of its converter's range.
     pub(super) clipped: bool,
 }
 
@@ -23,16 +23,16 @@ pub(super) struct Decimator {
     /// Samples of each input since frame `first`.
     history: Vec<Vec<f64>>,
     first: u64,
-    /// Frame of the next value; `None` before the first sample, and after a gap.
+    /// Frame of the next value; `None` before the first sample.
     next: Option<u64>,
     /// Newest clipped frame.
     clipped: Option<u64>,
-    /// Values that gaps have cost.
+    /// Number of values lost to gaps.
     lost: u64,
 }
 
 impl Decimator {
-    /// Makes one by `factor`, for inputs sampled so many samples late.
+    /// Creates a decimator by `factor`; `late` holds the sampling delay of each input within a frame, samples.
     pub(super) fn new(factor: usize, late: &[f64]) -> Self {
         let lowpass = Lowpass::new(factor);
         Self {
@@ -47,14 +47,14 @@ impl Decimator {
         }
     }
 
-    /// Returns how many values gaps have cost.
+    /// Returns the number of values lost to gaps.
     pub(super) fn lost(&self) -> u64 {
         self.lost
     }
 
-    /// Takes consecutive frames, interleaved, the first of which has the number `first`; a gap before them, or a sample
-    /// that is no number, costs the values whose filter reaches over it. `clips` tells a sample at its converter's end.
-    /// Returns the number of samples that are no numbers.
+    /// Processes consecutive interleaved frames; the first has the number `first`. A gap or a non-finite sample loses all
+    /// values with a filter that spans it. `clips` tells whether a sample is at the end of its converter's range. Returns the
+    /// number of non-finite samples.
     pub(super) fn take(
         &mut self,
         first: u64,
@@ -82,7 +82,7 @@ impl Decimator {
                 history.push(f64::from(value));
             }
             let due = *self.next.get_or_insert_with(|| {
-                // The grid is that of the card's frames, whatever was lost.
+                // The grid follows the card's frame numbers, independent of gaps.
                 (self.first + self.half).next_multiple_of(self.factor)
             });
             if number == due + self.half {
@@ -94,7 +94,7 @@ impl Decimator {
         not_finite
     }
 
-    /// Forgets what came before frame `first`: nothing is filtered across a gap.
+    /// Discards the samples before frame `first`, so that the filter never spans a gap.
     fn begin(&mut self, first: u64) {
         let restart = (first + self.half).next_multiple_of(self.factor);
         if let Some(due) = self.next {
@@ -118,7 +118,7 @@ impl Decimator {
         }
     }
 
-    /// Drops the samples that no coming value needs.
+    /// Drops samples that no later value needs.
     fn forget(&mut self) {
         let Some(due) = self.next else { return };
         let unneeded = (due - self.half).saturating_sub(self.first);
@@ -138,7 +138,7 @@ mod tests {
 
     const RATE_HZ: f64 = 96_000.0;
 
-    /// Two tones of a hand and one of a plate.
+    /// Signal of two tones of a hand's movement and one of a plate.
     fn signal(at: f64) -> f64 {
         let tone = |hz: f64| (TAU * hz * at / RATE_HZ).sin();
         0.3 * tone(7.0) + 0.02 * tone(180.0) + 0.1 * tone(35_000.0)
@@ -170,7 +170,7 @@ mod tests {
             assert_eq!(value.frame % 24, 0);
             for &read in &value.values {
                 let error = read - slow(value.frame as f64);
-                // A sample's distance is 3e-4 where the signal is steepest.
+                // One sample of delay is 3e-4 where the signal is steepest.
                 assert!(error.abs() < 2e-5, "{error}");
             }
         }
@@ -204,7 +204,7 @@ mod tests {
         assert_eq!(decimator.lost(), missing);
         assert!(values.iter().all(|frame| frame % 24 == 0));
 
-        // A sample that is no number is a gap of one frame.
+        // A non-finite sample is a gap of one frame.
         let mut block = frames(9000..12_000, &late);
         block[1001] = f32::NAN;
         block[2000] = f32::INFINITY;

@@ -1,12 +1,12 @@
-//! A constant load that fades: what a capacitor between a gauge and its converter makes of it.
+//! Detection of a constant load with a decaying reading, as caused by a capacitor between gauge and converter.
 
-/// Readings that are averaged before the largest is looked for.
+/// Number of readings averaged before the maximum is taken.
 const PIECE: usize = 40;
-/// Share of its weight that a load must have read before it faded.
+/// Smallest reading before the decay, as a share of the load's weight.
 const LEAST_RISE: f64 = 0.3;
-/// Share of the largest reading under a load below which it has faded.
+/// Share of the largest reading under a load below which the load has faded.
 const FADED: f64 = 0.5;
-/// Windows that must each read less than the one before, where a load is still fading.
+/// Number of windows that must each read less than the previous one while a load is still fading.
 const FALLING_WINDOWS: usize = 5;
 
 /// Readings under one load, of a sensor that may be AC-coupled.
@@ -18,7 +18,7 @@ pub struct Fading {
 }
 
 impl Fading {
-    /// Begins with a load that is placed on a sensor that reads `zero_n` without it.
+    /// Starts with a sensor that reads `zero_n` before the load is placed.
     #[must_use]
     pub fn new(zero_n: f64) -> Self {
         Self {
@@ -28,7 +28,7 @@ impl Fading {
         }
     }
 
-    /// Takes readings while the load is placed.
+    /// Adds readings while the load is being placed.
     pub fn rise(&mut self, readings_n: &[f64]) {
         for piece in readings_n.chunks_exact(PIECE) {
             let mean_n = piece.iter().sum::<f64>() / piece.len() as f64;
@@ -36,14 +36,14 @@ impl Fading {
         }
     }
 
-    /// Takes a window of readings while the load lies there.
+    /// Adds a window of readings with the load in place.
     pub fn window(&mut self, readings_n: &[f64]) {
         self.rise(readings_n);
         let mean_n = readings_n.iter().sum::<f64>() / readings_n.len().max(1) as f64;
         self.windows.push((mean_n - self.zero_n).abs());
     }
 
-    /// Returns the largest and the latest reading if a load of `weight_n` has faded, or does so still.
+    /// Returns the largest and the latest reading if a load of `weight_n` has faded or is still fading.
     #[must_use]
     pub fn faded(&self, weight_n: f64) -> Option<[f64; 2]> {
         let last_n = *self.windows.last()?;

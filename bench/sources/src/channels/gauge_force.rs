@@ -1,4 +1,4 @@
-//! Gauges on inputs of the sound card as a source of forces.
+//! Force source for gauges on inputs of the sound card.
 
 use config::{Correction, Gauges};
 use safety::Nonsense;
@@ -11,9 +11,9 @@ use crate::force_source::{ForceSource, LineFaults, Moment, SourceHealth, TimedFo
 use crate::gone::SourceGone;
 use crate::nonsense::NonsenseWatch;
 
-/// Bytes of a sample, as they are counted where they are no reading.
+/// Bytes per sample, for the count of bytes without a reading.
 const SAMPLE_BYTES: u64 = 4;
-/// Most blocks that one look takes: a card that is faster than the reader must not hold it. Further ones wait in the ring,
+/// Largest number of blocks per poll, so that a card faster than the reader cannot block it. Further blocks wait in the ring,
 /// and count as lost when it overflows.
 const MOST_BLOCKS: usize = 1024;
 
@@ -28,7 +28,7 @@ pub struct GaugeForce {
     corrector: Corrector,
     stuck: StuckWatch,
     samples: Vec<f32>,
-    /// Samples that are no numbers.
+    /// Number of non-finite samples.
     not_finite: u64,
     nonsense: NonsenseWatch,
     /// Bytes and readings of the latest poll.
@@ -36,8 +36,8 @@ pub struct GaugeForce {
 }
 
 impl GaugeForce {
-    /// Makes a source of the inputs of `gauges`, which `tap` hands out, on a card that runs at `card_hz`; `latency_s`
-    /// is the sensor's own delay, s.
+    /// Creates a source for the inputs of `gauges`, delivered by `tap`, on a card that runs at `card_hz`; `latency_s` is the
+    /// sensor's own delay, s.
     #[must_use]
     pub fn new(
         tap: InputTap,
@@ -154,7 +154,7 @@ mod tests {
         (feed, source)
     }
 
-    /// A second of constant voltages, with the least bit of noise.
+    /// Returns one second of constant voltages with noise at the least significant bit.
     fn second(first: u64, of: [f32; 3]) -> Vec<f32> {
         let noise = |n: u64| if n.is_multiple_of(2) { 1e-6 } else { -1e-6 };
         (first..first + 48_000)

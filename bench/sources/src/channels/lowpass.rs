@@ -1,16 +1,16 @@
-//! The filter before decimation: linear phase, so that its delay is known to the sample at every frequency.
+//! The filter before decimation: linear phase, so that its delay is the same at all frequencies and known exactly.
 
 use std::f64::consts::PI;
 
 use impedance::window::Kaiser;
 
-/// Attenuation beyond the stopband's edge, dB: the carrier that leaks into a gauge is of the order of its signal.
+/// Attenuation of the stopband, dB: the carrier that leaks into a gauge is of the order of its signal.
 const STOPBAND_DB: f64 = 100.0;
-/// Edges of the pass and of the stop band, as shares of the decimated rate; what lies between half of it and the latter
-/// folds down to the former at the lowest.
+/// Edges of passband and stopband, as shares of the decimated rate; frequencies between half that rate and the stopband's edge
+/// alias to the passband's edge at the lowest.
 const EDGES: [f64; 2] = [0.35, 0.65];
 
-/// A lowpass for decimation by a whole factor.
+/// A lowpass for decimation by an integer factor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lowpass {
     factor: usize,
@@ -19,7 +19,7 @@ pub(super) struct Lowpass {
 }
 
 impl Lowpass {
-    /// Makes the lowpass for decimation by `factor`.
+    /// Creates the lowpass for decimation by `factor`.
     pub(super) fn new(factor: usize) -> Self {
         // Kaiser's length for this attenuation and width (Oppenheim & Schafer, Discrete-Time Signal Processing, 7.76).
         let width = 2.0 * PI * (EDGES[1] - EDGES[0]) / factor as f64;
@@ -30,8 +30,8 @@ impl Lowpass {
         }
     }
 
-    /// Returns the taps, oldest sample first, for an input whose samples are taken `late` samples after the frame that
-    /// they are in. Their sum is 1.
+    /// Returns the taps, oldest sample first, for an input sampled `late` samples after the start of its frame. The sum of the
+    /// taps is 1.
     pub(super) fn taps(self, late: f64) -> Vec<f64> {
         let window = Kaiser::new(0.1102 * (STOPBAND_DB - 8.7));
         let edge = 0.5 * (EDGES[0] + EDGES[1]) / self.factor as f64;
@@ -39,7 +39,7 @@ impl Lowpass {
         let half = self.half as f64;
         let taps: Vec<f64> = (0..=2 * self.half)
             .map(|i| {
-                // From the middle to when the sample was taken.
+                // Time from the filter's centre to the sampling instant.
                 let at = i as f64 - half + late;
                 sinc(2.0 * edge * at) * window.at(at / reach)[0]
             })
@@ -61,7 +61,7 @@ fn sinc(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Gain at a frequency in cycles a sample, and phase about the middle, rad.
+    /// Returns the gain at a frequency in cycles per sample, and the phase about the filter's centre, rad.
     fn response(taps: &[f64], frequency: f64, late: f64) -> (f64, f64) {
         let half = (taps.len() / 2) as f64;
         let (mut re, mut im) = (0.0, 0.0);
@@ -77,7 +77,7 @@ mod tests {
     fn it_passes_what_a_hand_does_and_stops_what_a_plate_does() {
         let lowpass = Lowpass::new(48);
         let taps = lowpass.taps(0.0);
-        // 192 kHz to 4 kHz: flat to 1.3 kHz, nothing from 2.6 kHz on, 2.7 ms of delay.
+        // 192 kHz to 4 kHz: flat to 1.3 kHz, stopband from 2.6 kHz, 2.7 ms of delay.
         for hz in [0.0, 10.0, 200.0, 1000.0, 1300.0] {
             let (gain, phase) = response(&taps, hz / 192e3, 0.0);
             assert!(
@@ -99,7 +99,7 @@ mod tests {
             for frequency in [1e-4, 1e-3, 1e-2] {
                 let (gain, phase) = response(&taps, frequency, late);
                 assert!((gain - 1.0).abs() < 1e-3, "{late} {frequency}: {gain}");
-                // In samples.
+                // Delay error, samples.
                 let off = phase / (2.0 * PI * frequency);
                 assert!(off.abs() < 0.02, "{late} {frequency}: {off} samples");
             }

@@ -1,5 +1,5 @@
-//! A force sensor whose gauges are on inputs of the sound card: on the audio clock sample by sample, with no clock to
-//! align and no frame to lose.
+//! A force sensor with gauges on inputs of the sound card: its samples share the audio clock, which avoids the alignment of
+//! clocks and the loss of messages.
 
 mod decimator;
 mod fading;

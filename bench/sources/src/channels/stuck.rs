@@ -1,13 +1,13 @@
-//! Inputs that do not change at all: muted, disconnected from their converter, or the converter itself has stopped.
+//! Detection of constant inputs: muted, disconnected from the converter, or with a stopped converter.
 
-/// Time for which a converter's noise cannot leave every bit of a gauge as it is, s.
+/// Time after which a constant reading means a stuck input, s: noise of a working converter changes some bit sooner.
 const STUCK_S: f64 = 0.03;
 
-/// Tells inputs that are stuck.
+/// Detects stuck inputs.
 #[derive(Debug)]
 pub(super) struct StuckWatch {
     longest: u32,
-    /// Newest value of each input, and for how many samples it has stood.
+    /// Newest value of each input, and number of samples for which it has not changed.
     inputs: Vec<(f32, u32)>,
 }
 
@@ -19,7 +19,7 @@ impl StuckWatch {
         }
     }
 
-    /// Takes interleaved frames.
+    /// Processes interleaved frames.
     pub(super) fn take(&mut self, frames: &[f32]) {
         for frame in frames.chunks_exact(self.inputs.len()) {
             for ((value, stands), &now) in self.inputs.iter_mut().zip(frame) {

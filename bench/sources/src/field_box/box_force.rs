@@ -1,4 +1,4 @@
-//! Forces from the converter of a field box.
+//! Force source for the converter of a field box.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::correct::Corrector;
 use crate::force_source::{ForceSource, Moment, SourceHealth, TimedForce};
 use crate::gone::SourceGone;
 
-/// Counts of a converter of 24 bits at the end of its range.
+/// Full-scale count of a 24-bit converter.
 const FULL_SCALE: f64 = (1 << 23) as f64;
 
 /// A force sensor on the box's converter.

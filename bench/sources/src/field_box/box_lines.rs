@@ -1,4 +1,4 @@
-//! The digital lines of a field box.
+//! Digital lines of a field box.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use super::gone::FieldBoxGone;
 use super::link::Link;
 use crate::lines::Lines;
 
-/// Returns all lines of a box; its encoder is counted by the box itself.
+/// Returns all lines of a box; the box itself counts its encoder.
 pub(super) fn lines(link: &Arc<Link>) -> Lines {
     let input = |high, is_stop| -> Option<Box<dyn InputLine>> {
         Some(Box::new(BoxInput {
@@ -35,12 +35,11 @@ pub(super) fn lines(link: &Arc<Link>) -> Lines {
     }
 }
 
-/// A line that the box reads. Before its first report it reads low, as an open contact.
+/// An input line of the box. It reads low, as an open contact, before the first report.
 struct BoxInput {
     link: Arc<Link>,
     high: fn(&Levels) -> bool,
-    /// Whether a box that cannot be read is a failure to be named. Other contacts then read as open: the stop says the
-    /// rest.
+    /// Whether a failure to read the box is an error. Other contacts then read as open: the stop line reports the failure.
     is_stop: bool,
 }
 
@@ -54,7 +53,7 @@ impl InputLine for BoxInput {
     }
 }
 
-/// A line that the box drives as the bench's words say.
+/// An output line of the box, set by the bench's command words.
 struct BoxOutput {
     link: Arc<Link>,
     set: fn(&mut Word, bool),

@@ -1,4 +1,4 @@
-//! Counts of the encoder of a field box.
+//! Position source for the encoder of a field box.
 
 use std::sync::Arc;
 
@@ -7,15 +7,15 @@ use crate::force_source::SourceHealth;
 use crate::gone::SourceGone;
 use crate::position::{Counted, POSITION_HZ, PositionSource};
 
-/// Share of a period by which a report may be early: its clock need not divide that of the positions.
+/// Largest share of a period by which a report may be early, since its rate need not be a multiple of the positions' rate.
 const EARLY: f64 = 0.1;
 
-/// An encoder that the box counts.
+/// An encoder counted by the box.
 pub(super) struct BoxPosition {
     link: Arc<Link>,
     last: Option<i32>,
     restarts: u64,
-    /// Whether a restart has left the position unknown.
+    /// Whether the position is unknown after a restart.
     lost: bool,
     health: SourceHealth,
     count: i64,
@@ -46,7 +46,7 @@ impl PositionSource for BoxPosition {
         let mut reader = self.link.read(now_s)?;
         for dated in reader.positions.take() {
             let counted = dated.report.position;
-            // It has begun to count anew, and the carriage may have moved meanwhile.
+            // The box has restarted its count, and the carriage may have moved meanwhile.
             let lost = dated.restarts > std::mem::replace(&mut self.restarts, dated.restarts);
             self.last = self.last.filter(|_| !lost);
             let moved = counted.wrapping_sub(self.last.replace(counted).unwrap_or(counted));
@@ -58,7 +58,7 @@ impl PositionSource for BoxPosition {
                     host_s: dated.host_s,
                     own_s: dated.own_s,
                     count: self.count,
-                    // A counter in hardware misses none.
+                    // A hardware counter misses no states.
                     missed: 0,
                     lost: self.lost,
                 });

@@ -1,4 +1,4 @@
-//! A field box, for all that read and drive it.
+//! A field box, shared by all its sources and outputs.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,16 +17,15 @@ use crate::force_source::ForceSource;
 use crate::lines::Lines;
 use crate::position::PositionSource;
 
-/// A field box. Clones are of the same box.
+/// A field box. Clones refer to the same box.
 #[derive(Clone)]
 pub struct FieldBox(Arc<Link>);
 
 impl FieldBox {
-    /// Opens the box that `config` names, at `port` in the place of the configured one if it is given; `None` if nothing
-    /// is behind a box.
+    /// Opens the box that `config` names, at `port` instead of the configured one if given; `None` if no source uses a box.
     ///
     /// # Errors
-    /// When its port is missing, busy or forbidden.
+    /// If its port is missing, busy or forbidden.
     pub fn open(
         config: &Config,
         port: Option<&Path>,
@@ -40,10 +39,10 @@ impl FieldBox {
         Ok(Some(Self(Arc::new(link))))
     }
 
-    /// Waits until the box has said who it is and has sent a report.
+    /// Waits until the box has identified itself and sent a report.
     ///
     /// # Errors
-    /// [`FieldBoxGone`] if it does not within seconds, or is none that can be used.
+    /// [`FieldBoxGone`] if it does not do so within seconds, or cannot be used.
     pub fn require_known(&self) -> Result<(), FieldBoxGone> {
         while self.0.report()?.is_none() {
             std::thread::sleep(Duration::from_millis(1));
@@ -51,7 +50,7 @@ impl FieldBox {
         Ok(())
     }
 
-    /// Returns who the box is, in words; `None` until it has said so.
+    /// Returns a description of the box; `None` until it has identified itself.
     #[must_use]
     pub fn in_words(&self) -> Option<String> {
         let identity = self.0.identity()?;
@@ -63,7 +62,7 @@ impl FieldBox {
         ))
     }
 
-    /// Returns the forces of its converter.
+    /// Returns the force source of its converter.
     #[must_use]
     pub fn force(
         &self,
@@ -77,7 +76,7 @@ impl FieldBox {
         Box::new(BoxForce::new(self.0.clone(), table, latency_s, corrector))
     }
 
-    /// Returns the counts of its encoder.
+    /// Returns the position source of its encoder.
     #[must_use]
     pub fn encoder(&self) -> Box<dyn PositionSource> {
         self.0.keep_positions();

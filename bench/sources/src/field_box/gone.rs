@@ -1,8 +1,8 @@
-//! Why a field box cannot be used.
+//! Reasons why a field box cannot be used.
 
 use std::path::PathBuf;
 
-/// A field box that cannot be used any more, or not at all.
+/// A field box that cannot be used, or can no longer be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FieldBoxGone {
     /// Its port no longer exists.
@@ -13,7 +13,7 @@ pub enum FieldBoxGone {
         /// The operating system's reason.
         why: String,
     },
-    /// It speaks another version of the protocol.
+    /// The box uses another version of the protocol.
     #[error(
         "the field box at {} speaks version {theirs} of its protocol, this program {}: flash the firmware of this version \
          (docs/field-box-protocol.md), or name another field_box.port in bench.toml",
@@ -22,10 +22,10 @@ pub enum FieldBoxGone {
     Version {
         /// The port.
         port: PathBuf,
-        /// Its version.
+        /// Protocol version of the box.
         theirs: u8,
     },
-    /// It is another one than `bench.toml` names.
+    /// The box is not the one named in `bench.toml`.
     #[error(
         "the field box at {} is {present}, and field_box.serial = \"{named}\" in bench.toml: plug that one in, or name this \
          one and calibrate its forces",
@@ -34,12 +34,12 @@ pub enum FieldBoxGone {
     Other {
         /// The port.
         port: PathBuf,
-        /// Serial number of the one that is there.
+        /// Serial number of the connected box.
         present: String,
         /// Serial number in `bench.toml`.
         named: String,
     },
-    /// Nothing that it sends can be read.
+    /// No valid message has arrived.
     #[error(
         "no field box answers at {}, field_box.port in bench.toml: is it another device, or without firmware? \
          `friction-bench devices` lists the ports",
@@ -49,7 +49,7 @@ pub enum FieldBoxGone {
         /// The port.
         port: PathBuf,
     },
-    /// It has fallen silent.
+    /// The box has fallen silent.
     #[error(
         "the field box at {}, field_box.port in bench.toml, has been silent for {silent_ms} ms: look at its cable and its light",
         port.display()
@@ -60,7 +60,7 @@ pub enum FieldBoxGone {
         /// Time without a report, ms.
         silent_ms: u64,
     },
-    /// It sends faster than it is read.
+    /// The box sends faster than the bench reads.
     #[error(
         "the field box at {}, field_box.port in bench.toml, sends faster than it can be read: for {for_ms} ms something was \
          always left; is it another device, or is its firmware of another version?",
@@ -69,10 +69,10 @@ pub enum FieldBoxGone {
     Flood {
         /// The port.
         port: PathBuf,
-        /// Time for which something was always left, ms.
+        /// Time since its buffer was last empty, ms.
         for_ms: u64,
     },
-    /// It does not act on what the bench says.
+    /// The box does not act on the bench's command words.
     #[error(
         "the field box at {}, field_box.port in bench.toml, has heard no word for {unheard_ms} ms: it takes the enable off by \
          itself; look at its cable",
@@ -81,13 +81,13 @@ pub enum FieldBoxGone {
     Deaf {
         /// The port.
         port: PathBuf,
-        /// Time since the oldest word that it has not acted on, ms.
+        /// Time since the oldest command word without effect, ms.
         unheard_ms: u64,
     },
-    /// It has taken the enable off by itself.
+    /// The box has switched the enable line off.
     #[error("the field box has taken the enable off by itself: {why}")]
     Stopped {
-        /// Its reason.
+        /// Reason stated by the box.
         why: &'static str,
     },
 }

@@ -1,4 +1,4 @@
-//! The line to a field box, shared by what reads and drives it.
+//! The serial line to a field box, shared by its sources and outputs.
 
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -13,15 +13,15 @@ use super::reader::Reader;
 use super::writer::Writer;
 use crate::serial::split_port;
 
-/// Ignored by the box, whose port is USB's.
+/// Baud rate; ignored by the box, because its port is USB.
 const BAUD: u32 = 2_000_000;
-/// Time within which a box says who it is, ns.
+/// Timeout of a box's identification, ns.
 const ANSWER_NS: u64 = 2_000_000_000;
-/// Time after which it is asked again, ns.
+/// Time after which the identification is requested again, ns.
 const ASK_AGAIN_NS: u64 = 250_000_000;
 
-/// The line to the box. Whoever polls first reads for all; the safety watch reads beside the task that places forces and
-/// positions, and waits for nobody.
+/// The line to the box. Each poll reads for all users; the safety watch reads concurrently with the task that processes forces
+/// and positions, and never waits for a lock.
 pub(super) struct Link {
     port: PathBuf,
     /// Serial number in `bench.toml`.
@@ -31,7 +31,7 @@ pub(super) struct Link {
     opened_ns: u64,
     reader: Mutex<Reader>,
     writer: Mutex<Writer>,
-    /// Newest report, and when it came, ns.
+    /// Newest report with its time of arrival, ns.
     latest: Slot<(Report, u64)>,
     asked_ns: Slot<u64>,
     identity: OnceLock<Identity>,
@@ -65,27 +65,27 @@ impl Link {
             clock,
         };
         link.ask(now_ns);
-        // A box that stopped when its last bench died lets go of that.
+        // Clears the stop of a box after the previous bench program died.
         link.say(|word| word.enable = false)?;
         Ok(link)
     }
 
-    /// Returns who the box is, once it has said so.
+    /// Returns the box's identity, once received.
     pub(super) fn identity(&self) -> Option<&Identity> {
         self.identity.get()
     }
 
-    /// Keeps forces from now on.
+    /// Queues forces from now on.
     pub(super) fn keep_forces(&self) {
         lock(&self.reader).forces.keep();
     }
 
-    /// Keeps positions from now on.
+    /// Queues positions from now on.
     pub(super) fn keep_positions(&self) {
         lock(&self.reader).positions.keep();
     }
 
-    /// Locks the listening end and reads what has come.
+    /// Locks the reader and reads the bytes that have arrived.
     pub(super) fn read(
         &self,
         now_s: &dyn Fn() -> f64,
@@ -95,8 +95,8 @@ impl Link {
         Ok(reader)
     }
 
-    /// Returns the newest report, after a look at what has come unless somebody is looking; `None` before the first of a
-    /// box that has said who it is.
+    /// Returns the newest report, after reading the line unless another thread is reading it; `None` before the first report of
+    /// an identified box.
     pub(super) fn report(&self) -> Result<Option<Report>, FieldBoxGone> {
         let clock = &self.clock;
         match self.reader.try_lock() {
@@ -131,7 +131,7 @@ impl Link {
         Ok(Some(report))
     }
 
-    /// Says a word with a changed level. While the enable is on, requires that the box hears it and acts on it.
+    /// Sends a command word with a changed level. While the enable is on, requires that the box hears it and acts on it.
     pub(super) fn say(&self, change: impl FnOnce(&mut Word)) -> Result<(), FieldBoxGone> {
         let now_ns = self.clock.now_ns();
         let mut writer = lock(&self.writer);
@@ -199,13 +199,14 @@ impl Link {
         Ok(())
     }
 
-    /// Asks who the box is; a question that is lost is asked again.
+    /// Requests the identification; a lost request is repeated.
     fn ask(&self, now_ns: u64) {
         self.asked_ns.set(now_ns);
         let _ = lock(&self.writer).ask();
     }
 
-    /// A word that the system has no room for is lost like one on the way; what counts is what the box has heard.
+    /// Converts the result of sending: a word that did not fit the system's buffer counts as lost on the line, since the box's
+    /// acknowledgement decides.
     fn sent(&self, sent: io::Result<()>) -> Result<(), FieldBoxGone> {
         use ErrorKind::{Interrupted, TimedOut, WouldBlock};
         match sent {
@@ -223,7 +224,7 @@ impl Link {
         })
     }
 
-    /// Ends the line for good; the first reason stays.
+    /// Ends the line for good; the first reason is kept.
     fn end(&self, gone: FieldBoxGone) -> FieldBoxGone {
         self.gone.get_or_init(|| gone).clone()
     }

@@ -1,4 +1,4 @@
-//! The field box: forces, position and lines by one device on a serial port, which stops the amplifier by itself
+//! The field box: a device on a serial port that reads forces, position and lines, and can stop the amplifier on its own
 //! (`docs/field-box-protocol.md`).
 
 mod box_force;

@@ -1,4 +1,4 @@
-//! What the box says, as it comes: identity, reports, and what of them is lost.
+//! Receiver of the box's messages: identity, reports, and the count of lost reports.
 
 use std::collections::VecDeque;
 use std::io;
@@ -14,13 +14,13 @@ use crate::numbering::Numbering;
 use crate::sensor_clock::SensorClock;
 use crate::serial::{ForcePort, MOST_BYTES};
 
-/// Most reports that wait for whoever places forces or positions: seconds of a task that hangs.
+/// Capacity of the queues of forces and positions: seconds of reports, for a task that hangs.
 const MOST_WAITING: usize = 1 << 16;
 
-/// Counts of the box's clock in a second: it counts µs.
+/// Counts of the box's clock per second; the clock counts µs.
 const COUNTS_PER_S: f64 = 1e6;
 
-/// A report, and when it was made.
+/// A report with its time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Dated {
     /// Time on the host's clock, s.
@@ -32,12 +32,12 @@ pub(super) struct Dated {
     pub(super) report: Report,
 }
 
-/// Reports that wait to be placed, once there is anybody to place them.
+/// Queue of reports, once a task reads them.
 #[derive(Debug, Default)]
 pub(super) struct Waiting(Option<VecDeque<Dated>>);
 
 impl Waiting {
-    /// Keeps what comes from now on.
+    /// Queues reports from now on.
     pub(super) fn keep(&mut self) {
         self.0.get_or_insert_default();
     }
@@ -46,7 +46,7 @@ impl Waiting {
         self.0.iter_mut().flat_map(|waiting| waiting.drain(..))
     }
 
-    /// Returns whether the report had a place.
+    /// Returns whether the report was queued or is not needed.
     fn add(&mut self, dated: Dated) -> bool {
         let Some(waiting) = &mut self.0 else {
             return true;
@@ -59,7 +59,7 @@ impl Waiting {
     }
 }
 
-/// The listening end of the box's line.
+/// The receiving end of the box's line.
 pub(super) struct Reader {
     port: Box<dyn ForcePort>,
     bytes: Vec<u8>,
@@ -69,17 +69,17 @@ pub(super) struct Reader {
     clock: SensorClock,
     faults: LineFaults,
     nonsense: NonsenseWatch,
-    /// Bytes of what is no message, and readings, since the force's last poll.
+    /// Numbers of bytes without a message and of readings, since the last poll of the force source.
     since_poll: (u64, u64),
-    /// Bytes since the end of a frame.
+    /// Bytes since the end of the last frame.
     of_frame: u64,
     pub(super) forces: Waiting,
     pub(super) positions: Waiting,
     pub(super) identity: Option<Identity>,
-    /// Version of the protocol of a box that speaks another one.
+    /// Protocol version of a box with another version.
     pub(super) other_version: Option<u8>,
     backlog: Backlog,
-    /// Time for which a box that sends faster than it is read was not read to its end, s.
+    /// Time without an empty buffer, s, if the box sends faster than the bench reads.
     pub(super) flood_s: Option<f64>,
 }
 
@@ -105,11 +105,12 @@ impl Reader {
         }
     }
 
-    /// Reads what has arrived; returns the newest report.
+    /// Reads the bytes that have arrived; returns the newest report.
     pub(super) fn read(&mut self, now_s: &dyn Fn() -> f64) -> io::Result<Option<Report>> {
         self.bytes.clear();
         self.port.read_waiting(&mut self.bytes)?;
-        // Read only now: bytes may have arrived after the caller read the clock, and no arrival may be stated early.
+        // The clock is read after the bytes: they may have arrived after the caller's reading, and no arrival may be stated too
+        // early.
         let arrival_s = now_s();
         let emptied = self.bytes.len() < MOST_BYTES;
         self.flood_s = self.backlog.take(arrival_s, emptied);
@@ -147,7 +148,7 @@ impl Reader {
             self.clock.restart();
         }
         let newest = reports.last().copied();
-        // The last report of a burst has waited least: it alone shows the delay.
+        // The last report of a burst has waited least, so it alone shows the delay.
         if let Some((count, ..)) = newest {
             self.clock.arrived(count, arrival_s);
         }
@@ -193,7 +194,7 @@ mod tests {
 
     use super::*;
 
-    /// Bytes that have come.
+    /// Bytes that have arrived.
     #[derive(Clone, Default)]
     struct Line(Arc<Mutex<Vec<u8>>>);
 
@@ -229,7 +230,7 @@ mod tests {
                 dated.extend(reader.forces.take().map(|dated| (now_s, dated)));
             }
         };
-        // Up for 36 minutes; it boots for two seconds.
+        // The box is up for 36 minutes, then boots for two seconds.
         run(&mut reader, 0, 6000, 2_160_000, 60_000);
         run(&mut reader, 8000, 6000, 5, 0);
         let faults = LineFaults {

@@ -1,4 +1,4 @@
-//! What the bench says to the box.
+//! Transmitter of the bench's command words to the box.
 
 use std::collections::VecDeque;
 use std::io;
@@ -7,18 +7,18 @@ use field_box_wire::{Report, ToBox, Word};
 
 use crate::serial::Speaking;
 
-/// Most words whose sending is remembered: more than come within any time for which a box may be deaf.
+/// Largest number of unacknowledged words kept: more than fit into any time for which a box may be deaf.
 const MOST_UNHEARD: usize = 1024;
 
-/// The speaking end of the box's line.
+/// The transmitting end of the box's line.
 pub(super) struct Writer {
     port: Speaking,
     word: Word,
-    /// Number of the word that last turned the enable on; `None` while it is off.
+    /// Number of the word that last switched the enable on; `None` while it is off.
     enabled_by: Option<u16>,
-    /// Whether the box has heard that word: the number itself comes again after 2¹⁶ words.
+    /// Whether the box has acknowledged that word; the number itself recurs after 2¹⁶ words.
     enable_heard: bool,
-    /// Words that the box has not acted on, as far as it has said, with their times, ns.
+    /// Unacknowledged words with their times, ns.
     unheard: VecDeque<(u16, u64)>,
 }
 
@@ -37,13 +37,13 @@ impl Writer {
         }
     }
 
-    /// Asks who the box is.
+    /// Requests the box's identification.
     pub(super) fn ask(&mut self) -> io::Result<()> {
         self.port.write_all(&ToBox::Ask.encode())
     }
 
-    /// Says the present word with a changed level. An enable that is turned on is let go of first: a box that stopped, or
-    /// was powered since, wants that.
+    /// Sends the present word with a changed level. Before an enable is switched on, a word without it is sent: a box that
+    /// stopped, or restarted since, requires that.
     pub(super) fn say(&mut self, now_ns: u64, change: impl FnOnce(&mut Word)) -> io::Result<()> {
         let before = self.word;
         change(&mut self.word);
@@ -63,7 +63,7 @@ impl Writer {
         self.send(now_ns)
     }
 
-    /// Sends the present word under the next number.
+    /// Sends the present word with the next number.
     fn send(&mut self, now_ns: u64) -> io::Result<()> {
         self.word.sequence = self.word.sequence.wrapping_add(1);
         if self.unheard.len() == MOST_UNHEARD {
@@ -73,10 +73,9 @@ impl Writer {
         self.port.write_all(&ToBox::Word(self.word).encode())
     }
 
-    /// Takes what the box says that it has heard; returns whether the report is of a box that has heard of the enable
-    /// that is on.
+    /// Records the acknowledgement in `report`; returns whether the box has acknowledged the present enable.
     pub(super) fn heard(&mut self, report: &Report) -> bool {
-        // It has heard one of those that were sent since, or it speaks of an earlier one.
+        // The acknowledged word is one of those sent since, or an earlier one.
         let includes =
             |number: u16, since: usize| usize::from(report.heard.wrapping_sub(number)) < since;
         while let Some(&(number, _)) = self.unheard.front()
@@ -92,7 +91,7 @@ impl Writer {
         self.enable_heard
     }
 
-    /// Returns for how long the oldest word has not been heard while the enable is on, ns.
+    /// Returns the age of the oldest unacknowledged word while the enable is on, ns; 0 otherwise.
     pub(super) fn unheard_ns(&self, now_ns: u64) -> u64 {
         let oldest = self.unheard.front().filter(|_| self.enabled_by.is_some());
         oldest.map_or(0, |(_, said_ns)| now_ns.saturating_sub(*said_ns))
@@ -141,7 +140,7 @@ mod tests {
             let before = writer.word.sequence;
             beat(&mut writer, true);
             assert!(!writer.heard(&report(before)), "it speaks of before");
-            // Four minutes, in which the numbers come again three times; the box answers one word late.
+            // Four minutes, in which the numbers recur three times; the box acknowledges one word late.
             for k in 0..120_000u32 {
                 let now_ns = beat(&mut writer, true);
                 let late = writer.word.sequence.wrapping_sub(1);
@@ -149,7 +148,7 @@ mod tests {
                 assert!(writer.unheard_ns(now_ns) <= BEAT_NS);
             }
         }
-        // One that is powered anew speaks of no word, and has not heard those that wait.
+        // A restarted box acknowledges no word, and none of those that wait.
         for _ in 0..9 {
             beat(&mut writer, true);
         }

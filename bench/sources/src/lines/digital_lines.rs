@@ -1,4 +1,4 @@
-//! Digital lines of a bench, each by the device that it is wired to.
+//! Digital lines of a bench, from any device.
 
 use safety::{InputLine, OutputLine};
 
@@ -9,7 +9,7 @@ use crate::position::PositionSource;
 pub struct Lines {
     /// Signals A and B of the quadrature encoder.
     pub encoder: Option<[Box<dyn InputLine>; 2]>,
-    /// A counter beside the lines that counts the encoder.
+    /// Encoder counter of the device that provides the lines.
     pub counter: Option<Box<dyn PositionSource>>,
     /// Loop of the emergency stop: closed reads high, pressed or cut reads low.
     pub estop: Option<Box<dyn InputLine>>,

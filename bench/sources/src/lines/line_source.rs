@@ -1,4 +1,4 @@
-//! Taking the lines of a GPIO chip, and why one cannot be had.
+//! Acquisition of the lines of a GPIO chip, and its errors.
 
 use std::io;
 
@@ -7,29 +7,29 @@ use safety::{InputLine, OutputLine};
 
 use super::digital_lines::Lines;
 
-/// GPIO chip whose lines can be taken, by number. Levels are defined without a wire: inputs are pulled down, so that an
-/// open loop reads low, and outputs begin low.
+/// GPIO chip with lines acquired by number. Levels are defined without a wire: inputs are pulled down, so that an open loop
+/// reads low, and outputs start low.
 pub trait LineSource {
     /// Returns the name of the chip.
     fn chip(&self) -> String;
 
-    /// Takes a line as an input called `name`.
+    /// Acquires a line as an input called `name`.
     ///
     /// # Errors
-    /// The operating system's reason.
+    /// If the operating system refuses the line.
     fn input(&self, name: &'static str, line: u8) -> io::Result<Box<dyn InputLine>>;
 
-    /// Takes a line as an output called `name`.
+    /// Acquires a line as an output called `name`.
     ///
     /// # Errors
-    /// The operating system's reason.
+    /// If the operating system refuses the line.
     fn output(&self, name: &'static str, line: u8) -> io::Result<Box<dyn OutputLine>>;
 
-    /// Returns who holds a line, if the chip says so.
+    /// Returns the current user of a line, if the chip reports it.
     fn consumer(&self, line: u8) -> Option<String>;
 }
 
-/// Why a digital line cannot be had.
+/// Reason why a digital line is not available.
 #[derive(Debug, thiserror::Error)]
 pub enum LineError {
     /// Another program, or the kernel, holds the line.
@@ -39,45 +39,45 @@ pub enum LineError {
         by(.consumer)
     )]
     Busy {
-        /// What the line is for.
+        /// Purpose of the line.
         name: &'static str,
         /// Number of the line.
         line: u8,
         /// The chip.
         chip: String,
-        /// Who holds it, as the chip says.
+        /// Current user of the line, as reported by the chip.
         consumer: Option<String>,
     },
-    /// The user may not use the chip.
+    /// The user lacks permission for the chip.
     #[error(
         "no permission for GPIO line {line} of {chip}, the {name}: add yourself to the group `gpio` (sudo usermod -aG gpio \
          $USER) and log in again; where there is no such group, a udev rule must give {chip} to one"
     )]
     Forbidden {
-        /// What the line is for.
+        /// Purpose of the line.
         name: &'static str,
         /// Number of the line.
         line: u8,
         /// The chip.
         chip: String,
     },
-    /// There is no such chip.
+    /// The chip does not exist.
     #[error(
         "there is no GPIO chip {chip} for the {name}: `friction-bench devices` lists those that are there; name one as \
          gpio.chip"
     )]
     NoChip {
-        /// What the line is for.
+        /// Purpose of the line.
         name: &'static str,
         /// The chip.
         chip: String,
     },
-    /// The chip has no such line.
+    /// The chip does not have the line.
     #[error(
         "{chip} has no GPIO line {line} for the {name}, or none that can be used so: look at [gpio]"
     )]
     NoLine {
-        /// What the line is for.
+        /// Purpose of the line.
         name: &'static str,
         /// Number of the line.
         line: u8,
@@ -90,13 +90,13 @@ pub enum LineError {
     /// Another failure.
     #[error("cannot open GPIO line {line} of {chip} for the {name}: {source}")]
     Failed {
-        /// What the line is for.
+        /// Purpose of the line.
         name: &'static str,
         /// Number of the line.
         line: u8,
         /// The chip.
         chip: String,
-        /// The operating system's reason.
+        /// If the operating system refuses the line.
         source: io::Error,
     },
 }
@@ -108,10 +108,10 @@ fn by(consumer: &Option<String>) -> String {
     )
 }
 
-/// Takes the lines that `[gpio]` names.
+/// Acquires the lines that `[gpio]` names.
 ///
 /// # Errors
-/// The first line that cannot be had, and why.
+/// [`LineError`] for the first line that is not available.
 pub fn take_lines(gpio: &Gpio, source: &dyn LineSource) -> Result<Lines, LineError> {
     let input = |name, line| {
         let taken = source.input(name, line);
@@ -194,7 +194,7 @@ mod tests {
         }
     }
 
-    /// A chip one of whose lines cannot be had.
+    /// A chip with one line that is not available.
     struct Chip {
         line: u8,
         errno: i32,

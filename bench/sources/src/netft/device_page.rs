@@ -1,4 +1,4 @@
-//! The device's own page, which states how many counts a newton is.
+//! The device's web page, which states the counts per newton.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -6,31 +6,31 @@ use std::time::{Duration, Instant};
 
 /// Page of the device's settings (ATI 9620-05-NET FT).
 const PAGE: &str = "/netftapi2.xml";
-/// Longest page that is read, bytes.
+/// Largest size of a page, bytes.
 const LIMIT_BYTES: u64 = 256 * 1024;
 
-/// What the device says of its settings.
+/// Settings stated by the device.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DevicePage {
     /// Counts per newton.
     pub counts_per_n: f64,
 }
 
-/// Why the page says nothing that can be used.
+/// Reason why the page cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum PageError {
-    /// Nobody answers, or not in time.
+    /// The device did not answer in time.
     #[error("nobody answers at http://{address}{PAGE}")]
     Unreachable {
-        /// Where the page was asked for.
+        /// Address of the request.
         address: SocketAddr,
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// There is a server, but not this page.
+    /// The server does not have this page.
     #[error("http://{address}{PAGE} answers \"{answer}\"")]
     NoPage {
-        /// Where the page was asked for.
+        /// Address of the request.
         address: SocketAddr,
         /// First line of the answer.
         answer: String,
@@ -38,26 +38,26 @@ pub enum PageError {
     /// The page is not XML.
     #[error("http://{address}{PAGE} is not a Net F/T's page")]
     NotXml {
-        /// Where the page was asked for.
+        /// Address of the request.
         address: SocketAddr,
         /// Error of the XML reader.
         source: roxmltree::Error,
     },
-    /// A setting is missing or unfit.
+    /// A setting is missing or invalid.
     #[error("http://{address}{PAGE}: {why}")]
     Setting {
-        /// Where the page was asked for.
+        /// Address of the request.
         address: SocketAddr,
-        /// What is missing or unfit.
+        /// The setting and the defect.
         why: String,
     },
 }
 
 impl DevicePage {
-    /// Asks the device at `address` for its page, for no longer than `patience`.
+    /// Requests the page of the device at `address`, with the timeout `patience`.
     ///
     /// # Errors
-    /// [`PageError`] says who answers what.
+    /// [`PageError`] with the address and the answer.
     pub fn ask(address: SocketAddr, patience: Duration) -> Result<Self, PageError> {
         let answer = fetch(address, patience)
             .map_err(|source| PageError::Unreachable { address, source })?;
@@ -130,7 +130,7 @@ mod tests {
 
     use super::*;
 
-    /// What is made of a server's answer.
+    /// Returns the page read from a server's answer.
     fn asked(answer: &'static str) -> Result<DevicePage, PageError> {
         let server = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = server.local_addr().unwrap();

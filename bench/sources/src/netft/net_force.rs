@@ -1,4 +1,4 @@
-//! A Net F/T as a source of forces.
+//! Force source for a Net F/T.
 
 use std::io::ErrorKind;
 use std::net::{SocketAddr, UdpSocket};
@@ -19,18 +19,18 @@ use crate::gone::SourceGone;
 use crate::nonsense::NonsenseWatch;
 use crate::sensor_clock::SensorClock;
 
-/// Port of the device's pages.
+/// Port of the device's web page.
 const PAGE_PORT: u16 = 80;
-/// Longest wait for the device's page.
+/// Timeout for the device's page.
 const PAGE_PATIENCE: Duration = Duration::from_secs(2);
-/// Silence after which the device is asked to stream again, and time between such requests, s.
+/// Silence after which streaming is requested again, and time between such requests, s.
 const ASK_AGAIN_S: f64 = 0.5;
-/// Numbers by which a record may be ahead of the one before, beside those of the time between them: more is not of this
-/// stream, for RDT has no checksum.
+/// Largest step between the numbers of two records, in addition to twice the samples in the time between them; a record with a
+/// larger step is not of this stream. The check is needed because RDT has no checksum.
 const MOST_AHEAD: f64 = 2000.0;
 
-/// Most datagrams that one look takes: whoever sends without end must not hold the reader, which has more to do. The rest
-/// waits for the next look.
+/// Largest number of datagrams per poll, so that an endless sender cannot block the reader. Further datagrams wait for the next
+/// poll.
 const MOST_DATAGRAMS: usize = 128;
 
 /// An ATI Net F/T that streams over UDP.
@@ -42,12 +42,12 @@ pub struct NetForce {
     corrector: Corrector,
     clock: SensorClock,
     count: DeviceCount,
-    /// Count of the samples that this poll is to find.
+    /// Expected sample count of the present poll.
     expected: Option<ExpectedCount>,
     stream: Stream,
-    /// But for what is lost.
+    /// Faults other than lost records.
     faults: LineFaults,
-    /// Records lost before the stream was last asked for.
+    /// Records lost before the last request to stream.
     lost_before: u64,
     nonsense: NonsenseWatch,
     /// Bytes and readings of the latest poll.
@@ -56,20 +56,20 @@ pub struct NetForce {
     backlog: Backlog,
 }
 
-/// What is known of the stream since it was last asked for.
+/// State of the stream since the last request.
 #[derive(Default)]
 struct Stream {
     sequence: Sequence,
-    /// Newest sample by the device's count.
+    /// Sample number of the newest record, by the device's count.
     sample: Option<u32>,
-    /// Host's time of the latest record, s.
+    /// Arrival of the latest record on the host's clock, s.
     heard_s: Option<f64>,
 }
 
-/// Asks the device of `netft` to stream, at `address` in the place of the configured one if it is given.
+/// Requests the stream from the device of `netft`, at `address` instead of the configured one if given.
 ///
 /// # Errors
-/// When there is no such network, or the counts per newton are neither configured nor to be had from the device.
+/// If the network is unreachable, or the counts per newton are neither configured nor available from the device.
 pub fn open_net(
     netft: &Netft,
     address: Option<SocketAddr>,
@@ -101,7 +101,7 @@ pub fn open_net(
     };
     let connect = || -> std::io::Result<UdpSocket> {
         let socket = UdpSocket::bind(any)?;
-        // Datagrams of others do not arrive then.
+        // A connected socket receives datagrams of this device only.
         socket.connect(address)?;
         socket.set_nonblocking(true)?;
         socket.send(&Command::Stream.request())?;
@@ -133,7 +133,7 @@ pub fn open_net(
 }
 
 impl NetForce {
-    /// Takes a datagram that arrived at `arrival_s`; returns its force if it has one that is in its place.
+    /// Processes a datagram that arrived at `arrival_s`; returns its force if the record is valid and in order.
     fn take(&mut self, datagram: &[u8], arrival_s: f64) -> Option<TimedForce> {
         let Some(record) = Record::read(datagram) else {
             self.faults.corrupt += 1;
@@ -179,7 +179,7 @@ impl NetForce {
         Some(self.corrector.force(Moment::Host(host_s), raw_n, saturated))
     }
 
-    /// Returns whether a record can follow the one before.
+    /// Returns whether a record can belong to the present stream.
     fn is_of_this_stream(&self, record: &Record, arrival_s: f64) -> bool {
         let (Some(last), Some(heard_s)) = (self.stream.sample, self.stream.heard_s) else {
             return true;
@@ -197,7 +197,7 @@ impl NetForce {
         counts && ahead.unsigned_abs() as f64 <= most && samples.abs() <= most
     }
 
-    /// Asks for the stream again if the device has long been silent.
+    /// Requests the stream again if the device has been silent for long.
     fn ask_again(&mut self, now_s: f64) -> std::io::Result<()> {
         let asked_s = *self.asked_s.get_or_insert(now_s);
         let since_s = self
@@ -208,7 +208,7 @@ impl NetForce {
             return Ok(());
         }
         self.asked_s = Some(now_s);
-        // It begins to number anew. If it was switched off meanwhile, its count of samples shows that.
+        // The device restarts its record numbers. If it was switched off, its sample count shows that.
         self.stream.sequence.restart();
         self.lost_before += self.stream.sequence.lost();
         self.stream = Stream::default();
@@ -219,7 +219,7 @@ impl NetForce {
     }
 }
 
-/// Returns whether an error means that nobody is there now, or nothing has come.
+/// Returns whether an error means that the device is absent or no data have arrived.
 fn is_silence(error: &std::io::Error) -> bool {
     use ErrorKind::{ConnectionRefused, Interrupted, TimedOut, WouldBlock};
     matches!(
@@ -236,14 +236,14 @@ impl ForceSource for NetForce {
     ) -> Result<(), SourceGone> {
         self.polled = (0, 0);
         self.expected = self.clock.look(now_s());
-        // One byte more shows a datagram that is too long.
+        // One extra byte reveals a datagram that is too long.
         let mut datagram = [0; RECORD_BYTES + 1];
         let mut emptied = false;
         for _ in 0..MOST_DATAGRAMS {
             match self.socket.recv(&mut datagram) {
                 Ok(length) => {
                     self.polled.0 += length as u64;
-                    // Read only now: no arrival may be stated early.
+                    // The clock is read after the datagram: no arrival may be stated too early.
                     if let Some(force) = self.take(&datagram[..length], now_s()) {
                         self.polled.1 += 1;
                         take(force);
@@ -290,7 +290,7 @@ impl ForceSource for NetForce {
 
 impl Drop for NetForce {
     fn drop(&mut self) {
-        // A device that goes on streaming harms nobody.
+        // A device that continues to stream does no harm.
         let _ = self.socket.send(&Command::Stop.request());
     }
 }
@@ -304,7 +304,7 @@ mod tests {
 
     use super::*;
 
-    /// A device on the loopback, and a source that listens to it.
+    /// A device on the loopback interface, and a source connected to it.
     struct Rig {
         device: UdpSocket,
         source: NetForce,
@@ -330,7 +330,7 @@ mod tests {
             rig
         }
 
-        /// Connects the device to whoever has asked, and returns what for.
+        /// Connects the device to the sender of a request, and returns the request.
         fn asked(&self) -> Option<[u8; 8]> {
             let mut request = [0; 8];
             let (length, from) = self.device.recv_from(&mut request).ok()?;
@@ -424,7 +424,7 @@ mod tests {
         let flood = (0..2000).find_map(|look| {
             now_s.set(1e-3 * f64::from(look));
             let mut taken = 0;
-            // Another one comes for each that is read.
+            // Another datagram arrives for each one that is read.
             let polled = source.poll(&|| now_s.get(), &mut |_| {
                 (sent, taken) = (sent + 1, taken + 1);
                 record(sent);
@@ -449,13 +449,13 @@ mod tests {
         rig.now_s.set(rig.now_s.get() + 0.2);
         rig.poll().unwrap();
         assert_eq!(rig.asked(), Some(Command::Stream.request()));
-        // It goes on counting.
+        // The device continues its sample count.
         let goes_on = (1, 1_000_000 + 200 + (0.6 * 7000.0) as u32);
         assert_eq!(rig.stream(goes_on, 200, 7000.0).len(), 200);
         assert_eq!(rig.source.health().faults, LineFaults::default());
         rig.now_s.set(rig.now_s.get() + 0.6);
         rig.poll().unwrap();
-        // It counts from the start.
+        // The device counts from the start.
         let forces = rig.stream((1, 3), 200, 7000.0);
         assert_eq!(forces.len(), 200);
         let restarted = LineFaults {
@@ -473,7 +473,7 @@ mod tests {
     #[test]
     fn a_device_whose_rate_is_not_the_stated_one_is_refused() {
         let mut rig = Rig::new();
-        // An Axia at its default, taken for a Gamma.
+        // An Axia at its default rate, configured as a Gamma.
         let card = ClockState {
             span_s: 60.0,
             settled: true,

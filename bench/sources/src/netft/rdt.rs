@@ -6,22 +6,22 @@ pub(super) const RECORD_BYTES: usize = 36;
 const REQUEST: u16 = 0x1234;
 /// An axis is at the end of its range, or the conversion failed (status bit 17).
 const SATURATED: u32 = 1 << 17;
-/// Bits that tell of a part of the sensor that has failed: processor, boards, link to the transducer, memory, settings,
-/// networks (bits 18 to 30). Bit 31 is their sum and that of saturation; bit 16, a monitored condition, is no fault.
+/// Status bits of a failed part of the sensor: processor, boards, link to the transducer, memory, settings, networks (bits 18
+/// to 30). Bit 31 is set with any of them or with saturation; bit 16, a monitored condition, is not a fault.
 const FAILED: u32 = 0x7ffc_0000;
 const ANY_ERROR: u32 = 1 << 31;
 
-/// What the sensor is asked for.
+/// Request to the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Command {
-    /// No more records.
+    /// Stop the stream.
     Stop,
-    /// One record a datagram, as fast as the device is set to send, without end.
+    /// Stream one record per datagram at the device's configured rate, without end.
     Stream,
 }
 
 impl Command {
-    /// Returns the request as it is sent.
+    /// Returns the encoded request.
     pub(super) fn request(self) -> [u8; 8] {
         let command: u16 = match self {
             Self::Stop => 0,
@@ -30,7 +30,7 @@ impl Command {
         let mut request = [0; 8];
         request[..2].copy_from_slice(&REQUEST.to_be_bytes());
         request[2..4].copy_from_slice(&command.to_be_bytes());
-        // The last four bytes ask for 0 records: no end.
+        // The last four bytes request 0 records, which means no end.
         request
     }
 }
@@ -47,12 +47,12 @@ pub(super) struct Record {
     pub(super) forces: [i32; 3],
 }
 
-/// What the status of a record says of its forces.
+/// Validity of a record's forces by its status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Condition {
-    /// They hold.
+    /// The forces are valid.
     Sound,
-    /// A gauge is at the end of its range: no axis is known.
+    /// A gauge is at the end of its range, so that no axis is known.
     Saturated,
     /// A part of the sensor has failed.
     Failed,

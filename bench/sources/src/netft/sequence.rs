@@ -1,39 +1,39 @@
-//! Account of numbered records: lost, late, repeated, each counted exactly.
+//! Exact count of lost, late and repeated records by their numbers.
 
-/// Numbers behind the newest for which it is known whether they came; one that has not come by then is lost.
+/// Size of the window of tracked numbers behind the newest one; a number that has not arrived within it is lost.
 const WINDOW: u32 = 64;
 
-/// What a record is by its number.
+/// Position of a record by its number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Place {
-    /// Newer than all before.
+    /// Newer than all earlier records.
     Next,
     /// Overtaken by a newer one.
     Late,
-    /// It has been here before, or is so late that it was counted as lost.
+    /// Already received, or so late that it was counted as lost.
     Repeated,
 }
 
-/// The numbers that have come. They wrap at 2³².
+/// Record numbers received so far. They wrap at 2³².
 #[derive(Debug, Default)]
 pub(super) struct Sequence {
     newest: Option<u32>,
-    /// Bit k: whether number newest − k has come.
+    /// Bit k: whether number newest − k was received.
     came: u64,
-    /// Datagrams without a number since, each of which may stand for a number that is missing.
+    /// Datagrams without a number since then, each of which may be a missing record.
     unnumbered: u64,
     lost: u64,
 }
 
 impl Sequence {
-    /// Returns how far ahead of the newest `number` is, backwards if negative; 1 for the very first.
+    /// Returns the distance of `number` ahead of the newest, negative if behind; 1 for the very first.
     pub(super) fn ahead(&self, number: u32) -> i64 {
         self.newest.map_or(1, |newest| {
             i64::from(number.wrapping_sub(newest).cast_signed())
         })
     }
 
-    /// Takes the number of a record.
+    /// Records the number of a record.
     pub(super) fn take(&mut self, number: u32) -> Place {
         if self.newest.is_none() {
             (self.newest, self.came) = (Some(number), u64::MAX);
@@ -69,7 +69,7 @@ impl Sequence {
         }
     }
 
-    /// Takes a datagram whose number cannot be read: if one is missing, it was this.
+    /// Records a datagram without a readable number; it accounts for one missing number, if any.
     pub(super) fn take_unnumbered(&mut self) {
         self.unnumbered += 1;
     }
@@ -79,18 +79,18 @@ impl Sequence {
         self.unnumbered -= forgiven;
         self.lost += missing - forgiven;
         if self.came == u64::MAX {
-            // Nothing is missing: what had no number was none of these records.
+            // No number is missing, so the datagrams without a number were not records of the stream.
             self.unnumbered = 0;
         }
     }
 
-    /// Begins anew with the next number; what is missing until now is lost.
+    /// Restarts with the next number; missing numbers count as lost.
     pub(super) fn restart(&mut self) {
         self.lose(u64::from(self.came.count_zeros()) * u64::from(self.newest.is_some()));
         (self.newest, self.unnumbered) = (None, 0);
     }
 
-    /// Returns how many records never came.
+    /// Returns the number of lost records.
     pub(super) fn lost(&self) -> u64 {
         self.lost
     }
@@ -137,7 +137,7 @@ mod tests {
             sequence.take(number);
         }
         assert_eq!(sequence.lost(), 10);
-        // And a stranger among them hides nothing that is lost later.
+        // A foreign datagram does not hide a later loss.
         sequence.take_unnumbered();
         for number in (1100..1300).chain(1301..1400) {
             sequence.take(number);
@@ -152,7 +152,7 @@ mod tests {
             start: u32,
             fates in prop::collection::vec(0u8..12, 1..2000),
         ) {
-            // Each number is sent once, or not at all, or twice, or behind the one after it.
+            // Each number is sent once, not at all, twice, or after its successor.
             let (mut sent, mut counts, mut held) = (Vec::new(), (0, 0, 0), None);
             for (i, fate) in fates.iter().enumerate() {
                 let number = start.wrapping_add(i as u32);
@@ -167,7 +167,7 @@ mod tests {
                     counts.1 += 1;
                 }
             }
-            // Still held: behind those that follow.
+            // A number still held is sent after its successors.
             let end = start.wrapping_add(fates.len() as u32);
             sent.push(end);
             if let Some(late) = held { sent.push(late); counts.1 += 1; }

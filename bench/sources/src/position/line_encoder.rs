@@ -1,4 +1,4 @@
-//! An encoder whose two signals are polled as lines.
+//! An encoder with two signals that are polled as digital lines.
 
 use safety::InputLine;
 
@@ -8,7 +8,7 @@ use crate::gone::SourceGone;
 
 const PERIOD_NS: u64 = (1e9 / POSITION_HZ) as u64;
 
-/// A quadrature encoder on two lines of this computer. Every poll counts.
+/// A quadrature encoder on two lines of this computer. Each poll reads both lines.
 pub struct LineEncoder {
     lines: [Box<dyn InputLine>; 2],
     quadrature: Quadrature,
@@ -16,7 +16,7 @@ pub struct LineEncoder {
 }
 
 impl LineEncoder {
-    /// Makes an encoder of its signals A and B.
+    /// Creates an encoder from its signals A and B.
     #[must_use]
     pub fn new(lines: [Box<dyn InputLine>; 2]) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Position along the plate, in counts of an encoder.
+//! Position along the plate, in encoder counts.
 
 mod line_encoder;
 mod position_source;

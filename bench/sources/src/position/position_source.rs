@@ -1,34 +1,34 @@
-//! The trait of all sources of positions.
+//! Trait of all position sources.
 
 use crate::force_source::SourceHealth;
 use crate::gone::SourceGone;
 
-/// Rate at which positions are passed on, Hz.
+/// Rate at which positions are delivered, Hz.
 pub const POSITION_HZ: f64 = 1e3;
 
-/// A count of an encoder, and when it was read.
+/// An encoder count with its time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Counted {
     /// Time on the host's clock, s.
     pub host_s: f64,
-    /// Time on the clock that the encoder is read by, s: it advances from one count to the next, as the estimate of host
-    /// time need not.
+    /// Time on the clock of the encoder's device, s: it always advances between counts, whereas the estimate of host time may
+    /// not.
     pub own_s: f64,
     /// Quadrature counts since the first reading.
     pub count: i64,
-    /// Encoder states missed so far, as far as the source can tell.
+    /// Encoder states missed so far, as far as the source can detect them.
     pub missed: u64,
-    /// Whether the counter has begun anew since the first reading: where it counts from is unknown.
+    /// Whether the counter has restarted since the first reading, so that its origin is unknown.
     pub lost: bool,
 }
 
-/// A source of positions. One that is silent passes none.
+/// A source of positions. A silent source passes no positions.
 pub trait PositionSource: Send {
-    /// Counts what has come, without waiting, and passes positions to `take`, [`POSITION_HZ`] at most; the poll is at
-    /// `now_ns`, and `now_s` is the host's clock, s.
+    /// Reads without waiting the counts that have arrived, and passes positions to `take` at [`POSITION_HZ`] at most; the poll
+    /// is at `now_ns`, and `now_s` returns the host's time, s.
     ///
     /// # Errors
-    /// [`SourceGone`] when there is nothing left to read from.
+    /// [`SourceGone`] if the source no longer exists.
     fn poll(
         &mut self,
         now_ns: u64,
@@ -36,7 +36,7 @@ pub trait PositionSource: Send {
         take: &mut dyn FnMut(Counted),
     ) -> Result<(), SourceGone>;
 
-    /// Returns how a source with a clock of its own fares.
+    /// Returns the state of a source that has its own clock.
     fn health(&self) -> SourceHealth {
         SourceHealth::default()
     }

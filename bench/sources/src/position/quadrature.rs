@@ -1,10 +1,10 @@
-//! Counts of two signals in quadrature.
+//! Counter for two signals in quadrature.
 
 /// Counts quarter cycles of two signals in quadrature, one reading at a time.
 ///
-/// A reading in which both signals changed has missed one state. Its direction is unknown: it counts two in the
-/// direction of the last movement and is tallied in [`Quadrature::skipped`]. Three states between two readings look
-/// like one backwards, so the lines must be polled faster than that.
+/// If both signals changed since the previous reading, one state was missed. Its direction is unknown: it counts two in the
+/// direction of the last movement and is added to [`Quadrature::skipped`]. Three states between two readings look like one
+/// backwards, so the lines must be polled faster than that.
 ///
 /// ```
 /// use sources::position::Quadrature;
@@ -51,7 +51,7 @@ impl Quadrature {
         self.count
     }
 
-    /// Returns the number of readings that had missed a state.
+    /// Returns the number of readings with a missed state.
     pub fn skipped(&self) -> u64 {
         self.skipped
     }
@@ -63,7 +63,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn levels(count: i64) -> (bool, bool) {
-        // A leads B when moving forward: 00 → 10 would be the other sense.
+        // A leads B when moving forward: 00 → 10 would be the opposite direction.
         [(false, false), (false, true), (true, true), (true, false)][count.rem_euclid(4) as usize]
     }
 
@@ -89,7 +89,7 @@ mod tests {
             let mut encoder = Quadrature::default();
             encoder.read(false, false);
             let mut truth = 0;
-            // The sense of the first movement has to be seen once.
+            // The direction of the first movement must be seen once.
             for step in std::iter::once(1).chain(steps) {
                 truth += sign * step;
                 let (a, b) = levels(truth);

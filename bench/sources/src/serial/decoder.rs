@@ -1,12 +1,12 @@
-//! Samples of a serial force sensor, and the trait of its decoders.
+//! Samples of a serial force sensor, and the trait of their decoders.
 
 use crate::device_time::ExpectedCount;
 use crate::force_source::LineFaults;
 
-/// A sample of the force sensor at one instant of its own clock.
+/// A sample of the force sensor at one time on the sensor's clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForceSample {
-    /// Device time, unwrapped to 64 bit, µs. It goes on through a restart of the device.
+    /// Device time, unwrapped to 64 bits, µs. It continues through a restart of the device.
     pub device_us: u64,
     /// Normal force, positive when the finger presses, N.
     pub normal_n: f64,
@@ -18,10 +18,10 @@ pub struct ForceSample {
     pub lateral_saturated: bool,
 }
 
-/// A decoder that turns bytes into samples and resynchronises by itself.
+/// A decoder that converts bytes to samples and resynchronises after errors.
 pub trait Decoder: Send {
-    /// Takes what the device's clock should show when the next bytes arrive, µs. A sample that disagrees by more than a
-    /// second is of a device that has restarted; without it that is not seen.
+    /// Sets the device time expected when the next bytes arrive, µs. A sample that differs by more than a second comes from a
+    /// restarted device; without an expected time, restarts are not detected.
     fn expect(&mut self, expected: Option<ExpectedCount>);
     /// Decodes `bytes`, cut anywhere, and appends the complete samples to `samples`.
     fn decode(&mut self, bytes: &[u8], samples: &mut Vec<ForceSample>);

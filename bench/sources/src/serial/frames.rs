@@ -171,7 +171,7 @@ pub(super) mod tests {
         corrupt[4] ^= 0x40;
         bytes.extend(corrupt);
         bytes.extend(encode(7, 1007, 650_000, -81_000));
-        // Another number and no later time.
+        // New number, but not a later time.
         bytes.extend(encode(8, 1007, 1, 2));
         let samples = decode(&mut decoder, &bytes);
         assert_eq!(samples.len(), 6);

@@ -6,8 +6,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 
-/// Most bytes that one look at a port takes: a device that sends without end must not hold its reader, which has more to
-/// do. The rest waits for the next look.
+/// Largest number of bytes per read, so that an endless sender cannot block the reader. Further bytes wait for the next read.
 pub(crate) const MOST_BYTES: usize = 1 << 14;
 
 /// A source of bytes that never blocks.
@@ -15,7 +14,7 @@ pub trait ForcePort: Send {
     /// Appends the bytes that have arrived, up to 16 KiB.
     ///
     /// # Errors
-    /// When the port has disappeared.
+    /// If the port no longer exists.
     fn read_waiting(&mut self, bytes: &mut Vec<u8>) -> std::io::Result<()>;
 }
 
@@ -55,19 +54,19 @@ fn take_waiting<P: Read + ?Sized>(
     Ok(())
 }
 
-/// Opens a serial port for listening.
+/// Opens a serial port for reading.
 ///
 /// # Errors
-/// When the port is missing, busy or forbidden.
+/// If the port is missing, busy or forbidden.
 pub fn open_port(path: &Path, baud: u32) -> anyhow::Result<Box<dyn ForcePort>> {
     let port = open(path, baud).with_context(|| cannot_open("force sensor", path, "force.port"))?;
     Ok(Box::new(listening(port)))
 }
 
-/// The end of a port that speaks.
+/// The writing end of a port.
 pub(crate) type Speaking = Box<dyn Write + Send>;
 
-/// Opens a serial port for listening and speaking; `device` and `key` name it in errors.
+/// Opens a serial port for reading and writing; `device` and `key` name it in errors.
 pub(crate) fn split_port(
     path: &Path,
     baud: u32,
@@ -84,7 +83,7 @@ pub(crate) fn split_port(
 fn open(path: &Path, baud: u32) -> serialport::Result<Box<dyn serialport::SerialPort>> {
     serialport::new(path.to_string_lossy(), baud)
         .timeout(Duration::from_millis(1))
-        // Devices on USB send only while it is set, which not every system does by itself.
+        // Devices on USB send only while DTR is set, which some systems do not do by default.
         .dtr_on_open(true)
         .open()
 }
@@ -108,14 +107,14 @@ fn cannot_open(device: &str, path: &Path, key: &str) -> String {
 mod tests {
     use super::*;
 
-    /// A device that sends faster than it is read, for as long as anybody reads.
+    /// A device that sends faster than it is read, without end.
     struct Endless(u32);
 
     impl Read for Endless {
         fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
             self.0 += 1;
             assert!(self.0 < 1000, "read without end");
-            // Reads of a port come in pieces of any size.
+            // Reads of a port return pieces of any size.
             let read = buffer.len().min(3001);
             buffer[..read].fill(0x7e);
             Ok(read)

@@ -1,4 +1,4 @@
-//! The serial line as a source of forces.
+//! Force source for a serial line.
 
 use config::{Correction, ForceProtocol};
 use safety::Nonsense;
@@ -14,7 +14,7 @@ use crate::gone::SourceGone;
 use crate::nonsense::NonsenseWatch;
 use crate::sensor_clock::SensorClock;
 
-/// Counts of the sensor's clock in a second: it counts µs.
+/// Counts of the sensor's clock per second; the clock counts µs.
 const COUNTS_PER_S: f64 = 1e6;
 
 /// A force sensor on a serial line.
@@ -30,8 +30,8 @@ pub struct SerialForce {
 }
 
 impl SerialForce {
-    /// Makes a source on `port`; `latency_s` is the shortest time from sampling to arrival, s, and an axis that reads
-    /// `range_n` or more, in N and either way, counts as saturated.
+    /// Creates a source on `port`; `latency_s` is the shortest time from sampling to arrival, s, and an axis that reads at
+    /// least `range_n` in either direction, N, counts as saturated.
     pub fn new(
         port: Box<dyn ForcePort>,
         protocol: ForceProtocol,
@@ -61,7 +61,8 @@ impl ForceSource for SerialForce {
         self.bytes.clear();
         let read = self.port.read_waiting(&mut self.bytes);
         read.map_err(SourceGone::Port)?;
-        // Read only now: bytes may have arrived after the caller read the clock, and no arrival may be stated early.
+        // The clock is read after the bytes: they may have arrived after the caller's reading, and no arrival may be stated too
+        // early.
         let arrival_s = now_s();
         self.decoder.expect(self.clock.look(arrival_s));
         let restarts = self.decoder.faults().restarted;
@@ -70,7 +71,7 @@ impl ForceSource for SerialForce {
         if self.decoder.faults().restarted > restarts {
             self.clock.restart();
         }
-        // The last sample of a burst has waited least: it alone shows the delay.
+        // The last sample of a burst has waited least, so it alone shows the delay.
         if let Some(last) = self.samples.last() {
             self.clock.arrived(last.device_us, arrival_s);
         }
@@ -118,7 +119,7 @@ mod tests {
     use super::*;
     use crate::serial::frames::tests::encode;
 
-    /// Bytes that have come.
+    /// Bytes that have arrived.
     #[derive(Clone, Default)]
     struct Line(Arc<Mutex<Vec<u8>>>);
 
@@ -133,18 +134,18 @@ mod tests {
     const PERIOD_S: f64 = 1e-3;
     const BURST_S: f64 = 0.016;
 
-    /// A sensor on a line and the source that reads it; the true time of a sample is its normal force, mN.
+    /// A sensor on a line, and the source that reads it; the normal force of a sample, mN, is its true time.
     struct Rig {
         protocol: ForceProtocol,
         line: Line,
         source: SerialForce,
-        /// True time at which the sensor's clock was 0, s, and by how much faster it runs.
+        /// True time at which the sensor's clock was 0, s, and relative excess of its rate.
         began_s: f64,
         fast: f64,
         sequence: u16,
         now_s: Cell<f64>,
         taken: usize,
-        /// Greatest error of a time, s.
+        /// Largest error of a time, s.
         worst_s: f64,
     }
 
@@ -196,7 +197,7 @@ mod tests {
             self.source.poll(&|| now_s, &mut take).unwrap();
         }
 
-        /// Lets time pass in which the sensor sends, or is silent.
+        /// Advances the time while the sensor sends or is silent.
         fn pass(&mut self, seconds: f64, sends: bool) {
             let end_s = self.now_s.get() + seconds;
             (self.taken, self.worst_s) = (0, 0.0);
@@ -228,7 +229,7 @@ mod tests {
     /// Fault 48.
     #[test]
     fn a_sensor_that_restarts_is_read_on_and_placed_anew_however_long_it_was_up() {
-        // Ten minutes; over 35.8, half the circle of its counter; about to wrap; wrapped.
+        // Ten minutes; over 35.8 minutes, half the range of the counter; about to wrap; wrapped.
         for up_s in [600.0, 1793.0, 2150.0, 4293.0, 5000.0] {
             for protocol in PROTOCOLS {
                 let mut rig = Rig::new(protocol, up_s, -5e-3);
@@ -236,7 +237,7 @@ mod tests {
                 assert_eq!(rig.restarts(), 0);
                 rig.reset();
                 rig.pass(0.5, true);
-                // A line is used only to recognise the restart.
+                // With the text format, the first line serves only to detect the restart.
                 assert!(rig.taken > 495, "{protocol:?} {up_s}: {}", rig.taken);
                 assert!(rig.worst_s < 3e-3, "{protocol:?} {up_s}: {}", rig.worst_s);
                 rig.pass(6.0, true);
@@ -257,7 +258,7 @@ mod tests {
         for protocol in PROTOCOLS {
             let mut rig = Rig::new(protocol, 100.0, 9e-3);
             rig.pass(8.0, true);
-            // With the numbers of its frames further on by more than half their circle.
+            // The frame numbers have advanced by more than half their range.
             rig.sequence = rig.sequence.wrapping_add(40_000);
             rig.now_s.set(rig.now_s.get() + 2400.0);
             rig.poll();
@@ -272,7 +273,7 @@ mod tests {
     fn readings_that_have_waited_for_the_program_are_of_no_restart() {
         let mut rig = Rig::new(ForceProtocol::Frames, 100.0, 0.0);
         rig.pass(6.0, true);
-        // The program stood still for four seconds: the port holds the first ones.
+        // The program stood still for four seconds: the port holds the first samples.
         for k in 0..500 {
             rig.send(rig.now_s.get() + f64::from(k) * PERIOD_S);
         }

@@ -4,9 +4,9 @@ use super::decoder::{Decoder, ForceSample};
 use crate::device_time::{DeviceCount, ExpectedCount, Place};
 use crate::force_source::LineFaults;
 
-/// Most that device time advances by from one line to the next of a device that has restarted, µs.
+/// Largest advance of device time between two lines that confirm a restart, µs.
 const LONGEST_STEP_US: u32 = 1_000_000;
-/// Length that no line of the format exceeds, bytes.
+/// Largest length of a line in this format, bytes.
 const LONGEST_LINE_BYTES: usize = 80;
 
 /// Decoder of the text format.
@@ -22,11 +22,11 @@ const LONGEST_LINE_BYTES: usize = 80;
 #[derive(Default)]
 pub struct LineDecoder {
     line: Vec<u8>,
-    /// Whether the first line, usually torn, has ended.
+    /// Whether the first line, usually incomplete, has ended.
     begun: bool,
     clock: DeviceCount,
     expected: Option<ExpectedCount>,
-    /// Device time of the last line, if it is that of a device that has restarted, or garbled, µs.
+    /// Device time of the last line if it does not match the expected time (restarted device or garbled line), µs.
     suspect: Option<u32>,
     faults: LineFaults,
 }
@@ -53,8 +53,8 @@ fn parse(line: &[u8]) -> Option<(u32, f64, f64)> {
 }
 
 impl LineDecoder {
-    /// Returns whether the line before this one was of a restarted device too. One alone may be garbled, for lines have
-    /// no checksum: the next one decides.
+    /// Returns whether the line before this one also came from a restarted device. A single line may be garbled, since lines
+    /// have no checksum, so the next one decides.
     fn is_confirmed(&mut self, device_us: u32) -> bool {
         let Some(before_us) = self.suspect.replace(device_us) else {
             return false;

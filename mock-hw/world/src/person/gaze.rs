@@ -1,20 +1,20 @@
-//! The slider as the eyes have seen it, and its present position as smooth pursuit predicts it.
+//! Perceived positions of the slider, and its present position as predicted by smooth pursuit.
 
 use std::collections::VecDeque;
 
 /// Delay from eye to hand in smooth pursuit, s.
 const VISUAL_DELAY_S: f64 = 0.1;
-/// Time over which the eyes judge speed, s.
+/// Time over which the speed is estimated, s.
 const SPEED_WINDOW_S: f64 = 0.1;
-/// Time after which a seen position is forgotten, s.
+/// Time after which a perceived position is forgotten, s.
 const MEMORY_S: f64 = 1.0;
-/// Least time between two seen positions, s.
+/// Least time between two perceived positions, s.
 const GLANCE_S: f64 = 5e-3;
 const GLANCES: usize = 256;
-/// Share of the visual delay for which prediction compensates.
+/// Fraction of the visual delay that prediction compensates.
 const PREDICTION: f64 = 0.8;
 
-/// Positions of the slider that were seen.
+/// Perceived positions of the slider.
 #[derive(Debug, Clone)]
 pub(crate) struct Gaze {
     seen: VecDeque<(f64, f64)>,
@@ -30,7 +30,7 @@ impl Gaze {
         }
     }
 
-    /// Takes in the slider's position at `t_s`; all positions are forgotten when it is not shown.
+    /// Records the slider's position at `t_s`; a hidden slider clears all positions.
     pub fn see(&mut self, t_s: f64, slider_m: Option<f64>) {
         let Some(position_m) = slider_m else {
             self.seen.clear();
@@ -53,7 +53,7 @@ impl Gaze {
         self.seen.push_back((t_s, position_m));
     }
 
-    /// Returns the position seen last, m, for a mark at rest.
+    /// Returns the latest perceived position, m, for a mark at rest.
     pub fn latest(&self) -> Option<f64> {
         self.seen.back().map(|(_, position_m)| *position_m)
     }
@@ -75,7 +75,7 @@ impl Gaze {
         ))
     }
 
-    /// Returns the position seen at `t_s`, interpolated, m.
+    /// Returns the perceived position at `t_s`, interpolated, m.
     fn at(&self, t_s: f64) -> Option<f64> {
         let after = self.seen.partition_point(|(then_s, _)| *then_s <= t_s);
         let (from_s, from_m) = *self.seen.get(after.checked_sub(1)?)?;

@@ -10,14 +10,14 @@ use crate::scenario::BehaviourTable;
 
 /// Speed of the hand in the air, m/s.
 const REACH_M_PER_S: f64 = 0.25;
-/// Speed towards the mark while the finger touches, m/s.
+/// Speed towards the mark while the finger touches the plate, m/s.
 const CREEP_M_PER_S: f64 = 0.02;
 /// Distance within which the mark counts as reached, m.
 const ON_MARK_M: f64 = 1e-3;
 const REACH_TIME_S: f64 = 0.1;
-/// Rate at which a lag behind the slider is caught up, 1/s.
+/// Rate at which the hand reduces its lag behind the slider, 1/s.
 const CATCH_UP_PER_S: f64 = 1.0;
-/// Greatest speed of catching up, as a share of the slider's speed.
+/// Greatest catch-up speed, relative to the slider's speed.
 const CATCH_UP_SHARE: f64 = 0.05;
 const LEAST_CATCH_UP_M_PER_S: f64 = 2e-3;
 /// Correlation time of fluctuating speed error, s.
@@ -58,7 +58,7 @@ impl Hand {
         )
     }
 
-    /// Comes to rest at its present position.
+    /// Decelerates to rest, starting from the present position.
     pub fn rest(&mut self, h_s: f64, rng: &mut ChaCha8Rng) {
         self.velocity *= (-h_s / REACH_TIME_S).exp();
         self.position_m += self.velocity * h_s;

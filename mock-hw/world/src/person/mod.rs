@@ -1,4 +1,4 @@
-//! The virtual participant, who sees and hears as a participant would, moves one finger and presses a button.
+//! Virtual participant: perceives the screen and cue sounds, moves one finger and presses a button.
 
 mod gaze;
 mod hand;
@@ -19,17 +19,17 @@ use crate::seed;
 
 /// Longest step of the integration of motion and force, s.
 const LONGEST_STEP_S: f64 = 1e-3;
-/// Position of the idle hand before it has seen a start mark, m.
+/// Position of the idle hand before the first start mark, m.
 const IDLE_POSITION_M: f64 = 0.0;
-/// Time from being ready to pressing the button, s.
+/// Time from readiness to the button press, s.
 const SETTLE_S: f64 = 0.5;
-/// Earliest time of an erroneous lift, s after the beginning of the exploration.
+/// Earliest time of an erroneous lift, s after the start of the exploration.
 const LIFT_FROM_S: f64 = 0.4;
-/// Span of time within which an erroneous lift begins, s.
+/// Length of the time window in which an erroneous lift begins, s.
 const LIFT_WITHIN_S: f64 = 0.8;
 /// Time for which the button is held down, s.
 const BUTTON_HOLD_S: f64 = 0.15;
-/// Time after which the button is pressed again when nothing has happened, s.
+/// Time without a response after which the button is pressed again, s.
 const IMPATIENCE_S: f64 = 2.0;
 
 /// One simulated participant.
@@ -58,15 +58,15 @@ pub struct Person {
     gaze: Gaze,
     hand: Hand,
     press: Pressing,
-    /// The instruction being acted on.
+    /// Instruction being followed.
     doing: Instruction,
-    /// Instruction that has been seen but not reacted to yet, and the time of the reaction, s.
+    /// Instruction perceived but not yet reacted to, and the time of the reaction, s.
     noticed: Option<(Instruction, f64)>,
     settled_since_s: Option<f64>,
     button_until_s: f64,
     lift_at_s: Option<f64>,
     learnt_from_feedback: bool,
-    /// Whether the end of the exploration was heard; a slider that is still shown is then ignored.
+    /// Whether the end cue was heard; a slider still shown is then ignored.
     heard_end: bool,
 }
 
@@ -95,7 +95,7 @@ impl Person {
         }
     }
 
-    /// Shows `percept` at `t_s` and returns what the person does at `t_s + dt_s`.
+    /// Shows `percept` at `t_s`; returns the person's act at `t_s + dt_s`.
     pub fn step(&mut self, t_s: f64, dt_s: f64, percept: &Percept) -> Act {
         self.gaze.see(t_s, percept.slider_m);
         self.notice(t_s, percept);
@@ -107,9 +107,9 @@ impl Person {
         self.act(t_s + dt_s)
     }
 
-    /// Takes in a percept and schedules the reaction to a new instruction.
+    /// Perceives a percept and schedules the reaction to a new instruction.
     fn notice(&mut self, t_s: f64, percept: &Percept) {
-        // The end cue is perceived sooner than the screen.
+        // The end cue is perceived before the screen.
         let following = percept.instruction == Instruction::FollowSlider;
         self.heard_end = following && (self.heard_end || percept.cue == Some(Cue::End));
         let seen = if self.heard_end {
@@ -153,7 +153,7 @@ impl Person {
             }
     }
 
-    /// Begins to act on an instruction.
+    /// Begins to follow an instruction.
     fn begin(&mut self, instruction: Instruction, t_s: f64) {
         self.doing = instruction;
         self.settled_since_s = None;
@@ -215,7 +215,7 @@ impl Person {
         self.press.advance(h_s, &mut self.rng);
     }
 
-    /// Moves to the mark with the finger up, then lands, settles and presses the button.
+    /// Moves to the mark with the finger lifted, then lands, settles and presses the button.
     fn place(&mut self, t_s: f64, h_s: f64) {
         let Some(mark_m) = self.gaze.latest() else {
             self.hand.rest(h_s, &mut self.rng);
@@ -234,7 +234,7 @@ impl Person {
         self.press_button_once_settled(t_s);
     }
 
-    /// Presses the button after a moment, and again when nothing has happened.
+    /// Presses the button after a delay, and again if there is no response.
     fn press_button_once_settled(&mut self, t_s: f64) {
         let since_s = *self.settled_since_s.get_or_insert(t_s);
         if t_s - since_s >= SETTLE_S {
@@ -243,7 +243,7 @@ impl Person {
         }
     }
 
-    /// Returns what the person does at `t_s`.
+    /// Returns the person's act at `t_s`.
     fn act(&self, t_s: f64) -> Act {
         let normal_n = self.press.force_n();
         let (position_m, velocity_m_per_s) = self.hand.motion();

@@ -1,19 +1,19 @@
 //! Percepts and acts of a participant.
 
-/// Everything that a participant sees and hears at one moment.
+/// All that a participant sees and hears at one moment.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Percept {
     /// Instruction on the screen.
     pub instruction: Instruction,
-    /// Position of the slider or of the start mark along the plate, m; `None` when none is shown.
+    /// Position of the slider or of the start mark along the plate, m; `None` if neither is shown.
     pub slider_m: Option<f64>,
     /// Number of the countdown on the screen.
     pub countdown: Option<u32>,
-    /// Mean normal force of the last exploration as shown, N.
+    /// Displayed mean normal force of the last exploration, N.
     pub mean_force_n: Option<f64>,
-    /// Least and greatest normal force that the screen asks for, N.
+    /// Least and greatest normal force requested on the screen, N.
     pub force_band_n: Option<(f64, f64)>,
-    /// Sound that begins now.
+    /// Sound that starts now.
     pub cue: Option<Cue>,
 }
 
@@ -65,7 +65,7 @@ pub struct FingerState {
     pub touching: bool,
 }
 
-/// Act of a person, with one hand's finger on the plate and the other hand on the button.
+/// Act of a person: the finger of one hand on the plate, the other hand on the button.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Act {
     /// State of the exploring finger.

@@ -1,4 +1,4 @@
-//! Normal force of the person: its aim, misjudgement, learning, wander and tremor.
+//! Normal force of the person: target, misjudgement, learning, wander and tremor.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -7,11 +7,11 @@ use super::hand::Tremor;
 use crate::scenario::BehaviourTable;
 
 const TREMOR_HZ: f64 = 10.0;
-/// Time constant with which the finger lands and lifts, s.
+/// Time constant of landing and lifting the finger, s.
 const LANDING_S: f64 = 0.03;
-/// Share of the aim below which the finger is off the plate.
+/// Fraction of the target force below which the finger is off the plate.
 const LIFTED: f64 = 0.01;
-/// Least share of the aim with which a touching finger presses.
+/// Least force of a touching finger, relative to the target.
 const LEAST_SHARE: f64 = 0.1;
 
 /// The pressing finger.
@@ -49,7 +49,7 @@ impl Pressing {
         self.aim_n = aim_n;
     }
 
-    /// Corrects part of the error of the mean force that was shown.
+    /// Corrects part of the error in the displayed mean force.
     pub fn learn(&mut self, mean_n: f64) {
         if mean_n > 0.0 {
             self.misjudgement -= self.learning * (mean_n / self.aim_n - 1.0);

@@ -1,4 +1,4 @@
-//! The sound card's inputs: skew, crosstalk, noise, clipping, quantisation.
+//! Inputs of the sound card: skew, crosstalk, noise, clipping, quantisation.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::scenario::ConverterTable;
 use crate::seed;
 
-/// Moment at which a channel is read, and the delay until it is handed out.
+/// Sampling moment of a channel, and the delay of its output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Tap {
     /// Position within the sample interval, 0 to 1.
@@ -15,12 +15,12 @@ pub(crate) struct Tap {
     pub samples: usize,
 }
 
-/// Delay of the inputs behind the interval that makes them, samples, so that channels may lead as well as lag.
+/// Delay of the inputs behind the simulated interval, samples, so that channels can lead as well as lag.
 pub(crate) const LATENCY: usize = 8;
 const DEPTH: usize = 32;
 
 impl Tap {
-    /// Returns the tap of a channel that reads `offset_samples` later than nominal; |offset| must be below [`LATENCY`].
+    /// Returns the tap of a channel sampled `offset_samples` later than nominal; |offset| must be below [`LATENCY`].
     pub fn new(offset_samples: f64) -> Self {
         let total = offset_samples - LATENCY as f64;
         Self {
@@ -61,7 +61,7 @@ impl Delay {
     }
 }
 
-/// Makes sample values of ideal channel values.
+/// Converts ideal channel values to sample values.
 #[derive(Debug, Clone)]
 pub(crate) struct Converter {
     gains: Vec<f64>,
@@ -86,7 +86,7 @@ impl Converter {
         }
     }
 
-    /// Converts one frame; channels beyond `ideal` are quiet.
+    /// Converts one frame; channels beyond `ideal` are silent.
     #[inline]
     pub fn frame(&mut self, ideal: &[f64], out: &mut [f32]) {
         // Adding and subtracting 1.5·2⁵² rounds to nearest even

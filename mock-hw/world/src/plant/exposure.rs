@@ -1,6 +1,6 @@
-//! Touch that builds up and wears off by first-order kinetics.
+//! Effect of touch that grows and decays with first-order kinetics.
 
-/// Share, 0 to 1, of what a long touch brings about.
+/// Fraction, 0 to 1, of the effect of a long touch.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Exposure {
     time_s: f64,
@@ -8,12 +8,12 @@ pub(super) struct Exposure {
 }
 
 impl Exposure {
-    /// Begins with an untouched plate; `time_s` is the time constant of growth and of loss.
+    /// Starts without touch; `time_s` is the time constant of growth and of decay.
     pub fn new(time_s: f64) -> Self {
         Self { time_s, share: 0.0 }
     }
 
-    /// Lets `dt_s` pass and returns the share after it.
+    /// Advances by `dt_s` and returns the fraction.
     pub fn advance(&mut self, dt_s: f64, touching: bool) -> f64 {
         let towards = if touching { 1.0 } else { 0.0 };
         self.share = towards + (self.share - towards) * (-dt_s / self.time_s).exp();

@@ -1,4 +1,4 @@
-//! The two-axis force sensor: a resonant mount, sampled by a clock of its own.
+//! Two-axis force sensor: a resonant mount, sampled by an independent clock.
 
 use nalgebra::{Matrix2, Matrix4, Vector2};
 use rand_chacha::ChaCha8Rng;
@@ -7,14 +7,14 @@ use rand_distr::{Distribution, StandardNormal};
 use crate::scenario::ForceSensorTable;
 use crate::seed;
 
-/// A sample as it leaves the force sensor.
+/// A sample of the force sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorSample {
     /// True time of the sample, s; input frame 0 is time 0.
     pub time_s: f64,
-    /// Time of the sample by the device's clock, s since the beginning of the simulation.
+    /// Device time of the sample, s since the beginning of the simulation.
     pub device_time_s: f64,
-    /// Reading of the normal axis, N, positive when the finger presses.
+    /// Reading of the normal axis, N; positive for a pressing finger.
     pub normal_n: f64,
     /// Reading of the lateral axis, N, positive towards increasing position.
     pub lateral_n: f64,
@@ -61,7 +61,7 @@ impl ForceSensor {
         }
     }
 
-    /// Takes all samples up to `time_s`, when `forces` act; between calls forces change linearly.
+    /// Takes all samples up to `time_s`, at which `forces` act; forces change linearly between calls.
     pub fn advance(&mut self, time_s: f64, forces: Forces, out: &mut Vec<SensorSample>) {
         let (from_s, from) = self.previous.unwrap_or((time_s, forces));
         loop {
@@ -194,7 +194,7 @@ impl Lag {
 
 impl Mount {
     fn new(scenario: &ForceSensorTable, resonance_hz: f64) -> Self {
-        // Time in units of the sampling interval; states: reading, its rate, input, input's rate
+        // Time in units of the sampling interval; states: reading, its rate, input, input's rate.
         let omega = std::f64::consts::TAU * resonance_hz / scenario.rate_hz;
         let damping = 2.0 * scenario.damping_ratio * omega;
         #[rustfmt::skip]
@@ -270,7 +270,7 @@ mod tests {
         }
     }
 
-    /// Readings of a second, ten seconds after `forces` began to act.
+    /// Returns one second of readings, ten seconds after `forces` began to act.
     fn settled(scenario: &ForceSensorTable, forces: Forces) -> Vec<SensorSample> {
         let mut sensor = ForceSensor::new(scenario, 0.0, 1);
         let mut out = Vec::new();
@@ -314,7 +314,7 @@ mod tests {
             let force_n = 0.1 * f64::from(ms);
             sensor.advance(1e-3 * f64::from(ms), [force_n; 2], &mut out);
         }
-        // A ramp is read late by the lag, and by 2·0.4/(2π·3000 Hz) of the mount on both axes
+        // A ramp is read late by the lag, plus by 2·0.4/(2π·3000 Hz) of the mount on both axes.
         let last = out[out.len() - 1];
         assert_relative_eq!(last.normal_n - last.lateral_n, 0.2, max_relative = 1e-3);
 
@@ -330,7 +330,7 @@ mod tests {
             sensor.advance(t, [(omega * t).sin(); 2], &mut out);
         }
         let peak = |of: fn(&SensorSample) -> f64| out[1_000..].iter().map(of).fold(0.0, f64::max);
-        // At resonance 1/(2·0.4), and far below it 1
+        // At resonance the gain is 1/(2·0.4), and far below it 1.
         assert_relative_eq!(peak(|s| s.lateral_n), 1.25, max_relative = 5e-3);
         assert_relative_eq!(peak(|s| s.normal_n), 1.0, max_relative = 5e-3);
     }

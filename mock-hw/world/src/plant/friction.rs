@@ -1,12 +1,12 @@
-//! Lateral force of a sliding finger: its coefficient, the presliding that builds it up, and its ageing.
+//! Lateral force of a sliding finger: friction coefficient, presliding and ageing.
 
 use super::exposure::Exposure;
 use crate::fingertip::Pad;
 use crate::scenario::FrictionTable;
 
-/// Speed at which a person's μ0 holds, m/s.
+/// Reference speed of a person's μ0, m/s.
 const REFERENCE_M_PER_S: f64 = 0.05;
-/// Speed below which friction depends on it no more, m/s.
+/// Speed below which friction no longer depends on it, m/s.
 const LEAST_M_PER_S: f64 = 1e-3;
 
 /// Friction of one finger.
@@ -28,13 +28,13 @@ impl Friction {
         }
     }
 
-    /// Lets `dt_s` pass off the plate.
+    /// Advances by `dt_s` with the finger off the plate.
     pub fn lift(&mut self, dt_s: f64) {
         self.bristle_m = 0.0;
         self.age.advance(dt_s, false);
     }
 
-    /// Lets `dt_s` pass on the plate and returns the factor of μ0 by age, speed and load.
+    /// Advances by `dt_s` with the finger on the plate; returns the factor of μ0 from age, speed and load.
     pub fn factor(&mut self, dt_s: f64, pad: &Pad, normal_n: f64, velocity_m_per_s: f64) -> f64 {
         let mut factor = 1.0 + pad.ageing * self.age.advance(dt_s, true);
         if pad.speed_exponent != 0.0 {
@@ -47,13 +47,13 @@ impl Friction {
         factor
     }
 
-    /// Lets `dt_s` of sliding pass and returns the lateral force for the coefficient of full sliding, N.
+    /// Advances by `dt_s` of sliding; returns the lateral force, N, for the coefficient of full sliding.
     pub fn lateral_n(&mut self, dt_s: f64, mu: f64, normal_n: f64, velocity_m_per_s: f64) -> f64 {
         let viscous_n = self.friction.viscous_n_s_per_m * velocity_m_per_s;
         mu * normal_n * self.slide(velocity_m_per_s * dt_s) + viscous_n
     }
 
-    /// Returns the share of full friction, −1 to 1, which builds up over the presliding distance (Dahl's model).
+    /// Returns the fraction of full friction, −1 to 1, which builds up over the presliding distance (Dahl's model).
     fn slide(&mut self, travel_m: f64) -> f64 {
         let reach = self.presliding_m;
         let full = reach * travel_m.signum();
@@ -62,7 +62,7 @@ impl Friction {
     }
 }
 
-/// Returns friction relative to rest where `carried` is the share of the load that asperities carry.
+/// Returns friction relative to rest if asperities carry the fraction `carried` of the load.
 pub(super) fn relative(pad: &Pad, carried: f64) -> f64 {
     pad.floor + (1.0 - pad.floor) * carried
 }

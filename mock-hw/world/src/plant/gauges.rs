@@ -1,4 +1,4 @@
-//! Six gauges of a force sensor, amplified onto inputs of the sound card.
+//! Six gauges of a force sensor, amplified and connected to inputs of the sound card.
 
 use std::collections::VecDeque;
 
@@ -12,13 +12,13 @@ use crate::seed;
 
 /// Volts at the end of an input's range.
 const VOLTS_PER_UNIT: f64 = 10.0;
-/// Lever of a press about the sensor's y axis, and of a pull about its z axis, m.
+/// Lever arms of a press about the sensor's y axis, and of a pull about its z axis, m.
 const LEVERS_M: [f64; 2] = [0.011, -0.004];
-/// Share of the press that a tilted mount shows as Fy.
+/// Fraction of the press that a tilted mount shows as Fy.
 const TILT: f64 = 0.02;
 
-/// Forces (N) and torques (N·m) per volt of each gauge as the maker has measured them: rows Fx, Fy, Fz, Tx, Ty, Tz.
-/// Three beams at 120°, two gauges on each, as six-axis sensors are built.
+/// Forces (N) and torques (N·m) per volt of each gauge, from the maker's calibration: rows Fx, Fy, Fz, Tx, Ty, Tz. The geometry
+/// is that of six-axis sensors: three beams at 120°, two gauges on each.
 pub const MAKERS_MATRIX: [[f64; GAUGES]; GAUGES] = [
     [-0.002, 0.010, 0.060, -1.650, -0.050, 1.670],
     [0.010, 1.970, -0.040, -0.960, 0.070, -0.940],
@@ -37,18 +37,18 @@ pub(crate) struct GaugeBridge {
     volts: SMatrix<f64, GAUGES, GAUGES>,
     offset_v: f64,
     noise_v: f64,
-    /// What is kept of each sample by the coupling capacitor; 1 without one.
+    /// Factor by which the voltage behind the coupling capacitor decays per sample; 1 without a capacitor.
     keep: f64,
-    /// Voltage before the capacitor and behind it.
+    /// Voltage before and behind the capacitor.
     coupled: [(f64, f64); GAUGES],
     rng: ChaCha8Rng,
 }
 
 impl GaugeBridge {
-    /// Makes the gauges of `scenario` on a card that takes `rate_hz` true frames a second from `epoch_s` on.
+    /// Creates the gauges of `scenario` on a card that takes `rate_hz` true frames per second, starting at `epoch_s`.
     pub(crate) fn new(scenario: &ForceSensorTable, rate_hz: f64, epoch_s: f64, seed: u64) -> Self {
         let gauges = &scenario.gauges;
-        // On the card's own clock, and read as much later as the amplifier's filter takes.
+        // On the card's clock; the filter's delay shifts the readings.
         let sensor = ForceSensorTable {
             rate_hz,
             clock_ppm: 0.0,
@@ -71,7 +71,7 @@ impl GaugeBridge {
         }
     }
 
-    /// Takes all samples up to `time_s`, when `forces` act.
+    /// Takes all samples up to `time_s`, at which `forces` act.
     pub(crate) fn advance(&mut self, time_s: f64, forces: Forces) {
         self.sensor.advance(time_s, forces, &mut self.taken);
         self.waiting.extend(self.taken.drain(..));

@@ -1,25 +1,25 @@
-//! Asperities whose heights are normally distributed and end: Greenwood and Williamson 1966, Proc. R. Soc. Lond. A 295.
+//! Asperities with truncated normal distribution of heights: Greenwood and Williamson 1966, Proc. R. Soc. Lond. A 295.
 
-/// Standard deviation of the heights in units of σ_t, so that the force falls over about σ_t where a finger rests.
+/// Standard deviation of the heights in units of σ_t, so that the force decays over about σ_t at the gap of a resting finger.
 const WIDTH: f64 = 3.0;
-/// Points of the table, and steps of each integral: the force is then good to 1e-4 (`the_table_is_the_integral`), and a
-/// reopened card does not wait for it.
+/// Points of the table, and steps of each integral: enough for a force accurate to 1e-4 (`the_table_is_the_integral`), without
+/// a delay when a card is reopened.
 const POINTS: usize = 1_000;
 const STEPS: u32 = 100;
 
-/// Force of asperities at a gap relative to that at zero gap, ∝ ∫ (h − x)^{3/2} φ(h) dh up to the cut-off, and its slope.
+/// Force of asperities at a gap relative to zero gap, ∝ ∫ (h − x)^{3/2} φ(h) dh up to the cut-off, and its slope.
 #[derive(Debug, Clone)]
 pub(super) struct Heights {
     cutoff: f64,
     force: Vec<f64>,
-    /// Negative derivative by the gap in standard deviations.
+    /// Negative derivative with respect to the gap in standard deviations.
     slope: Vec<f64>,
 }
 
 impl Heights {
     /// Tabulates heights that end at `cutoff` standard deviations.
     pub fn new(cutoff: f64) -> Self {
-        // ∫ (h − x)^{n/2} φ(h) dh; the substitution h = x + u² takes the root out of the integrand.
+        // ∫ (h − x)^{n/2} φ(h) dh; the substitution h = x + u² removes the root from the integrand.
         let at = |gap: f64, halves: i32| {
             let du = (cutoff - gap).max(0.0).sqrt() / f64::from(STEPS);
             (0..STEPS)
@@ -39,12 +39,12 @@ impl Heights {
         }
     }
 
-    /// Returns the force relative to that at zero gap.
+    /// Returns the force relative to zero gap.
     pub fn force(&self, gap_m: f64, sigma_m: f64) -> f64 {
         self.read(&self.force, gap_m, sigma_m)
     }
 
-    /// Returns the fall of that per metre of gap, 1/m.
+    /// Returns the negative derivative of the relative force with respect to the gap, 1/m.
     pub fn slope_per_m(&self, gap_m: f64, sigma_m: f64) -> f64 {
         self.read(&self.slope, gap_m, sigma_m) / (WIDTH * sigma_m)
     }
@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn the_table_is_the_integral() {
         let heights = Heights::new(3.5);
-        // by heights, in equal steps, without the substitution
+        // Integrated over the heights in equal steps, without the substitution.
         let plain = |gap: f64| {
             let step = 1e-5;
             let steps = ((3.5 - gap) / step) as usize;

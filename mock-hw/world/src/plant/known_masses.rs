@@ -1,4 +1,4 @@
-//! Known masses on the plate and over the pulley, and how they come to rest.
+//! Known masses on the plate and over the pulley, and their settling.
 
 use std::f64::consts::TAU;
 
@@ -13,12 +13,12 @@ use crate::seed;
 pub enum Axis {
     /// The normal axis: the mass lies on the plate.
     Normal,
-    /// The lateral axis: the mass hangs over the pulley and pulls towards increasing position. A negative mass hangs
-    /// over a pulley at the other end and pulls the other way.
+    /// The lateral axis: the mass hangs over the pulley and pulls towards increasing position. A negative mass hangs over a
+    /// pulley at the other end and pulls in the opposite direction.
     Lateral,
 }
 
-/// A weight that comes to rest after a change.
+/// A weight that settles after a change.
 #[derive(Debug, Clone, Copy, Default)]
 struct Settling {
     from_n: f64,
@@ -53,7 +53,7 @@ impl KnownMasses {
         }
     }
 
-    /// Puts the mass that is marked `mass_kg` in the place of the one that lies or hangs there.
+    /// Places the mass marked `mass_kg`, replacing the present one on that axis.
     pub fn place(&mut self, axis: Axis, mass_kg: f64, time_s: f64) {
         let weight_n = self.true_mass_kg(mass_kg) * self.scenario.gravity_m_per_s2;
         let (on_plate_n, on_pulley_n) = self.weights_n(time_s);
@@ -92,7 +92,7 @@ impl KnownMasses {
         )
     }
 
-    /// Returns the true mass of the one marked `marked_kg`, always the same for the same mark, kg.
+    /// Returns the true mass of the one marked `marked_kg`, kg; the same mark always gives the same mass.
     fn true_mass_kg(&self, marked_kg: f64) -> f64 {
         let milligrams = (1e6 * marked_kg.abs()).round() as u64;
         let mut rng = seed::stream(self.seed ^ milligrams.rotate_left(32), seed::Stream::Masses);

@@ -1,8 +1,8 @@
 //! Plate modes and fingertip as one linear system, advanced exactly over a sample interval.
 //!
-//! Within an interval the actuator voltage is a polynomial in time (see [`super::reconstruction`]) and the contact
-//! stiffness is constant; the state then follows from the matrix exponential and its integrals, summed as Taylor
-//! series to rounding error. The unloaded plate's impedance comes out to 2e-5, the loaded one's to 5e-4 (test
+//! Within an interval the actuator voltage is a polynomial in time (see [`super::reconstruction`]) and the contact stiffness is
+//! constant; the state then follows from the matrix exponential and its integrals, summed as Taylor series to rounding error.
+//! The impedance is accurate to 2e-5 for the unloaded plate and to 5e-4 for the loaded one (test
 //! `loaded_steady_state_equals_the_harmonic_solution` in `tests/plant.rs`).
 
 use nalgebra::Complex;
@@ -14,7 +14,7 @@ use crate::scenario::PlateTable;
 pub(crate) const STATES: usize = 6;
 /// State variables and outputs, computed together.
 const LANES: usize = 8;
-/// Taylor terms at most; the sum ends earlier once its terms are negligible.
+/// Largest number of Taylor terms; the sum ends earlier once its terms are negligible.
 const MAX_TERMS: usize = 96;
 const PICKUP_LANE: usize = STATES;
 const SURFACE_LANE: usize = STATES + 1;
@@ -60,7 +60,7 @@ impl Mode {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Modes {
     modes: [Mode; 2],
-    /// Angular frequency in the unit of the displacements of a state, rad/s; it stays when the resonance moves.
+    /// Angular frequency that scales the displacements of a state, rad/s; unchanged when the resonance shifts.
     unit_rad_per_s: f64,
 }
 
@@ -91,8 +91,8 @@ impl Modes {
         }
     }
 
-    /// Returns the modes with the carrier mode's resonance shifted, the second one's in proportion, and all damping
-    /// multiplied.
+    /// Returns the modes with the carrier mode's resonance shifted, the second mode's shifted in proportion, and all damping
+    /// scaled.
     fn tuned(&self, shift_hz: f64, damping: f64) -> Self {
         let stretch = 1.0 + std::f64::consts::TAU * shift_hz / self.modes[0].omega_rad_per_s;
         Self {
@@ -144,16 +144,16 @@ impl PlateState {
     }
 }
 
-/// Displacements within the interval just passed, m.
+/// Displacements within the latest interval, m.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Outputs {
-    /// Displacement at the pickup, at the moment at which the pickup is read, m.
+    /// Displacement at the pickup, at its sampling moment, m.
     pub pickup_m: f64,
     /// Displacement of the plate under the finger, in the middle of the interval, m.
     pub surface_m: f64,
 }
 
-/// The linear system for one contact stiffness, ready to be advanced by one sample interval.
+/// Linear system for one contact stiffness, prepared to advance by one sample interval.
 #[derive(Debug, Clone)]
 pub(crate) struct Propagator {
     modes: Modes,
@@ -197,7 +197,7 @@ impl Weights {
 }
 
 impl Propagator {
-    /// Prepares the system; the pickup is read at `pickup_at` within the interval, 0 to 1.
+    /// Prepares the system; the pickup is sampled at `pickup_at` within the interval, 0 to 1.
     pub fn new(modes: Modes, interval_s: f64, pickup_at: f64) -> Self {
         Self {
             modes,
@@ -214,20 +214,20 @@ impl Propagator {
         &self.modes
     }
 
-    /// Takes both modes' shapes where the finger is, from the next [`Self::set`] on.
+    /// Sets both modes' shapes at the finger; takes effect at the next [`Self::set`].
     pub fn set_shape(&mut self, shapes: [f64; 2]) {
         for (mode, shape) in self.modes.modes.iter_mut().zip(shapes) {
             mode.contact_ratio = shape;
         }
     }
 
-    /// Shifts the carrier mode's resonance and multiplies the damping, from the next [`Self::set`] on; the shapes are then
+    /// Shifts the carrier mode's resonance and scales the damping; takes effect at the next [`Self::set`]. Resets the shapes to
     /// those of a plate without a finger.
     pub fn tune(&mut self, shift_hz: f64, damping: f64) {
         self.modes = self.untuned.tuned(shift_hz, damping);
     }
 
-    /// Recomputes the step for other contact and tissue constants.
+    /// Recomputes the step for new contact and tissue constants.
     pub fn set(&mut self, contact: SkinContact, tissue: Tissue) {
         let matrix = self.matrix(contact, tissue);
         let norm = matrix
@@ -384,7 +384,7 @@ mod tests {
         propagator
     }
 
-    /// Voltage polynomial of a sine over one interval, by its Taylor series.
+    /// Returns the voltage polynomial of a sine over one interval, from its Taylor series.
     fn sine(omega: f64, from_s: f64, interval_s: f64) -> Polynomial {
         let mut out = [0.0; ORDER];
         let mut factor = 1.0;
@@ -409,7 +409,7 @@ mod tests {
         long.step(&mut once, &polynomial);
         let mut many = start;
         for part in 0..parts {
-            // the polynomial about s0 = part/parts, in units of the short interval
+            // Polynomial about s0 = part/parts, in units of the short interval.
             let s0 = f64::from(part) / f64::from(parts);
             let mut shifted = [0.0; ORDER];
             for (j, c) in polynomial.iter().enumerate() {
@@ -488,7 +488,7 @@ mod tests {
         let stored_j = stored(&state.0);
         assert!(stored_j > 0.1 * work_j && loss_j > 0.1 * work_j);
         let imbalance = (work_j - loss_j - stored_j) / work_j;
-        // the trapezoid rule itself is good to (ωT)²/12 = 3e-4 here
+        // The trapezoidal rule is itself accurate to (ωT)²/12 = 3e-4 here.
         assert!(imbalance.abs() < 3e-4, "{imbalance:e}");
     }
 

@@ -1,7 +1,7 @@
-//! The physics of the bench in the time domain: plate, fingertip, film, force sensor, converters.
+//! Physics of the bench in the time domain: plate, fingertip, film, force sensor, converters.
 //!
-//! Input frame `n` shows the plate at true time `n / (rate·(1 + 1e-6·clock_ppm))` since the rate was set. A generator
-//! sample reaches the actuators [`Plant::loop_latency_frames`] later, as through the filters of a real converter.
+//! Input frame `n` shows the plate at true time `n / (rate·(1 + 1e-6·clock_ppm))` since the rate was set. A generator sample
+//! reaches the actuators [`Plant::loop_latency_frames`] later, as through the filters of a real converter.
 //!
 //! Accuracy (`tests/plant.rs` and `tests.rs` of this module): Z_m from samples within 2e-5 of the harmonic solution
 //! without a finger and 5e-4 with one, at 96 and 192 kHz; friction under 6 Hz modulation within 4e-4 of a run with four
@@ -58,15 +58,15 @@ pub struct SquaredVolts {
 
 /// Period of the updates of film, friction and forces, s.
 const SLOW_STEP_S: f64 = 1e-4;
-/// Time constant of each of the two first-order averages over the squared surface motion, s.
+/// Time constant of each of the two first-order averages of the squared surface motion, s.
 const MEAN_SQUARE_S: f64 = 1e-4;
-/// Time constant with which the output stage of the amplifier opens and closes, s.
+/// Time constant of the amplifier's output stage when it opens and closes, s.
 const GATE_S: f64 = 50e-6;
 /// Force below which the finger counts as off the plate, N.
 const LEAST_CONTACT_N: f64 = 1e-3;
-/// Static stiffness of the tissues, N/m, which holds the skin in place; its reactance at the carrier is 0.01 N·s/m.
+/// Static stiffness of the tissue, N/m, which keeps the skin in place; its reactance at the carrier is 0.01 N·s/m.
 const TISSUE_STIFFNESS_N_PER_M: f64 = 2e3;
-/// Mean square motion that is set to zero before it decays into denormal numbers, m².
+/// Mean square motion below which it is set to zero before it decays into denormal numbers, m².
 const INVISIBLE_M2: f64 = 1e-50;
 /// Period of the truth samples, s.
 const TRUTH_STEP_S: f64 = 1e-3;
@@ -99,12 +99,12 @@ pub struct Plant {
     line_weights: Vec<f64>,
     gate: f64,
     gate_rate: f64,
-    /// Share of the scenario's gain that the amplifier has.
+    /// Gain of the amplifier relative to the scenario's.
     amplifier_gain: f64,
     readback_moment: f64,
     delays: [Delay; 3],
     patch: Patch,
-    /// Voltages at the inputs in this frame, before conversion.
+    /// Voltages at the inputs in the present frame, before conversion.
     ideal: Vec<f64>,
     converter: Converter,
 
@@ -117,15 +117,15 @@ pub struct Plant {
     finger: FingerState,
     touch: Touch,
     drift: PlateDrift,
-    /// The plate's tuning as the propagator has it.
+    /// Tuning of the plate in use by the propagator.
     tuning: Tuning,
     force_sensor: ForceSensor,
-    /// `None` where no gauge is on the sound card.
+    /// `None` if no gauge is on the sound card.
     gauges: Option<GaugeBridge>,
-    /// `None` where no vibrometer is on the sound card.
+    /// `None` if no vibrometer is on the sound card.
     reference: Option<VibrometerOutput>,
     masses: KnownMasses,
-    /// Across the actuators during the last step.
+    /// Squared voltage across the actuators during the last step.
     volts: SquaredVolts,
 
     seed: u64,
@@ -135,23 +135,23 @@ pub struct Plant {
     frames_per_slow_step: u32,
     until_slow_step: u32,
     forces: Vec<SensorSample>,
-    /// Number of `forces` that have been taken by the end of the last step.
+    /// Number of samples in `forces` that are complete at the end of the last step.
     forces_due: usize,
     truth: Vec<TruthSample>,
     next_truth_s: f64,
 }
 
 impl Plant {
-    /// Builds the apparatus of `scenario` as drawn by `seed`, with the fingertip of the same seed.
+    /// Builds the apparatus of `scenario` drawn from `seed`, with the fingertip of the same seed.
     ///
-    /// It runs at `rate_hz` audio frames per second by its own clock.
+    /// It runs at `rate_hz` audio frames per second of its clock.
     #[must_use]
     pub fn new(scenario: &Scenario, seed: u64, rate_hz: f64) -> Self {
         let fingertip = Fingertip::draw(scenario, seed);
         Self::with_fingertip(scenario, fingertip, seed, rate_hz)
     }
 
-    /// Builds the apparatus of `scenario` as drawn by `seed`, with a given fingertip.
+    /// Builds the apparatus of `scenario` drawn from `seed`, with a given fingertip.
     #[must_use]
     pub fn with_fingertip(
         scenario: &Scenario,
@@ -168,8 +168,8 @@ impl Plant {
         )
     }
 
-    /// Changes the audio frame rate and the delay of each channel, samples, as a card that is reopened: skin, finger,
-    /// sensor and time continue, the plate comes to rest.
+    /// Changes the audio frame rate and the delay of each channel, samples, as if the card were reopened: skin, finger, sensor
+    /// and time continue, the plate comes to rest.
     pub fn set_rate(&mut self, rate_hz: f64, skew_samples: Vec<f64>) {
         self.scenario.converter.skew_samples = skew_samples;
         let fresh = Self::build(
@@ -269,15 +269,15 @@ impl Plant {
         self.scenario.converter.channels
     }
 
-    /// Returns the number of frames from a generator sample to the same sample on the line loop (channel 2).
+    /// Returns the number of frames from a generator sample to its arrival on the line loop (channel 2).
     #[must_use]
     pub fn loop_latency_frames() -> usize {
         Reconstruction::DAC_LATENCY + LATENCY
     }
 
-    /// Simulates one period of any length from one frame: generator samples in, interleaved inputs out.
+    /// Simulates one period of one or more frames: generator samples in, interleaved inputs out.
     ///
-    /// `finger` is the finger's state at the end of the period, to which it changes linearly from its last one.
+    /// `finger` is the finger's state at the end of the period; it changes linearly from the previous one.
     ///
     /// # Panics
     /// If `inputs` is not `drive.len() · channels()` long.
@@ -324,12 +324,12 @@ impl Plant {
         self.forces_due = self.forces.partition_point(|s| s.time_s <= end_s);
     }
 
-    /// Turns the amplifier's gain to this share of the scenario's, between two periods.
+    /// Sets the amplifier's gain to this fraction of the scenario's, between two periods.
     pub fn set_amplifier_gain(&mut self, share: f64) {
         self.amplifier_gain = share;
     }
 
-    /// Connects the cables of the inputs in another way, between two periods.
+    /// Reconnects the cables of the inputs, between two periods.
     pub fn wire(&mut self, wiring: InputWiring) {
         if wiring != self.patch.wiring() {
             self.patch.wire(wiring);
@@ -338,7 +338,7 @@ impl Plant {
         }
     }
 
-    /// Puts the mass that is marked `mass_kg` on the plate or over the pulley, in place of what is there.
+    /// Puts the mass marked `mass_kg` on the plate or over the pulley, replacing the present one.
     pub fn place_mass(&mut self, axis: Axis, mass_kg: f64) {
         let now_s = self.end_s();
         self.masses.place(axis, mass_kg, now_s);
@@ -356,7 +356,7 @@ impl Plant {
         &self.forces[..self.forces_due]
     }
 
-    /// Returns the truth during the last [`Self::step`], one sample a millisecond.
+    /// Returns the truth during the last [`Self::step`], one sample per millisecond.
     #[must_use]
     pub fn truth(&self) -> &[TruthSample] {
         &self.truth
@@ -409,7 +409,7 @@ impl Plant {
         if driven && self.gate > 0.0 || !self.state.is_zero() {
             readback = evaluate(&voltage, self.readback_moment)
                 / self.scenario.converter.readback_volts_per_unit;
-            // A patched amplifier feeds the inputs and not the actuators.
+            // A patched amplifier feeds the inputs, not the actuators.
             let across_plate = if on_bench {
                 voltage
             } else {
@@ -419,7 +419,7 @@ impl Plant {
             pickup = passed.pickup_m / self.scenario.pickup.metres_per_unit;
             middle_m = passed.surface_m;
         }
-        // Twice an interval, so that the square of a 35 kHz motion does not alias at 96 kHz
+        // Two values per interval, so that the square of a 35 kHz motion does not alias at 96 kHz.
         let end_m = self.state.surface(self.propagator.modes());
         let square = 0.5 * (middle_m * middle_m + end_m * end_m);
         let [first, second] = &mut self.mean_square;
@@ -440,7 +440,7 @@ impl Plant {
         }
     }
 
-    /// Puts the gauges on their inputs, unless another cable is there.
+    /// Writes the gauges' values to their inputs, unless another cable is connected.
     fn read_gauges(&mut self) {
         let Some(gauges) = &mut self.gauges else {
             return;
@@ -452,7 +452,7 @@ impl Plant {
         }
     }
 
-    /// Brings film, friction and forces to the present moment.
+    /// Advances film, friction and forces to the present moment.
     fn slow_step(&mut self) {
         let dt_s = f64::from(self.frames_per_slow_step) * self.interval_s;
         self.state.flush();
@@ -526,14 +526,14 @@ impl Plant {
         }
     }
 
-    /// Gives the plate, without a finger, another tuning from the next step of the propagator on.
+    /// Changes the tuning of the plate without a finger, from the next step of the propagator on.
     fn retune(&mut self, tuning: Tuning) {
         self.tuning = tuning;
         self.propagator.tune(tuning.shift_hz, tuning.damping);
     }
 }
 
-/// Returns the gauges of a scenario that has them on the sound card.
+/// Returns the gauges of a scenario if they are on the sound card.
 fn bridge(scenario: &Scenario, interval_s: f64, epoch_s: f64, seed: u64) -> Option<GaugeBridge> {
     let sensor = &scenario.force_sensor;
     let on_card = sensor.interface == ForceInterface::Gauges;
@@ -550,7 +550,7 @@ fn dac(sample: f32) -> f64 {
     }
 }
 
-/// Returns the tissue whose impedance at `omega` is Z_t.
+/// Returns the tissue with the impedance Z_t at `omega`.
 fn tissue(z_t_n_s_per_m: [f64; 2], omega: f64) -> Tissue {
     let [damping_n_s_per_m, im] = z_t_n_s_per_m;
     Tissue {
@@ -560,7 +560,7 @@ fn tissue(z_t_n_s_per_m: [f64; 2], omega: f64) -> Tissue {
     }
 }
 
-/// Returns the finger's state a `share` of the way from one to another.
+/// Returns the finger's state at the fraction `share` between two states.
 fn between(from: &FingerState, to: &FingerState, share: f64) -> FingerState {
     let mix = |a: f64, b: f64| a + share * (b - a);
     FingerState {

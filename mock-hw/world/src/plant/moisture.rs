@@ -1,4 +1,4 @@
-//! Slow change of the skin as its moisture drifts about the mean and grows under a touch.
+//! Slow change of the skin: its moisture fluctuates about the mean and grows during a touch.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -8,9 +8,9 @@ use crate::fingertip::Fingertip;
 use crate::scenario::MoistureTable;
 use crate::seed;
 
-/// Relative change of Z_t per relative change of μ0 (assumed: wet skin rubs more and is softer).
+/// Relative change of Z_t per relative change of μ0 (assumed: wet skin has more friction and is softer).
 const TISSUE_SHARE: f64 = -0.7;
-/// Relative change of σ_t per relative change of μ0 (assumed likewise).
+/// Relative change of σ_t per relative change of μ0 (assumed for the same reason).
 const ROUGHNESS_SHARE: f64 = -0.3;
 
 /// An Ornstein–Uhlenbeck process that starts at its mean.
@@ -34,7 +34,7 @@ impl Moisture {
         }
     }
 
-    /// Lets `dt_s` pass, touching or not, and returns the skin of `fingertip` after it.
+    /// Advances by `dt_s`, touching or not; returns the present skin of `fingertip`.
     pub fn advance(&mut self, dt_s: f64, touching: bool, fingertip: &Fingertip) -> Fingertip {
         let kept = (-dt_s / self.time_s).exp();
         let white: f64 = StandardNormal.sample(&mut self.rng);

@@ -1,13 +1,13 @@
-//! A patch cable in the place of the plate, from the amplifier's output through the read-back's divider to the inputs.
+//! Patch cable in place of the plate, from the amplifier's output through the read-back's divider to the inputs.
 
 use super::converter::{Delay, Tap};
 use super::reconstruction::{Polynomial, evaluate};
 use crate::scenario::ConverterTable;
 
-/// Connection of the cables of the inputs.
+/// Connections of the inputs' cables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum InputWiring {
-    /// Drive read-back, pickup and line to channels 0, 1 and 2, as the bench needs it.
+    /// Drive read-back, pickup and line on channels 0, 1 and 2, as the bench requires.
     #[default]
     Bench,
     /// Divided drive voltage to every input; the plate is not driven.
@@ -16,7 +16,7 @@ pub enum InputWiring {
     DriveOnly,
 }
 
-/// The patched inputs, each read at its own moment and without the pickup's delay.
+/// Patched inputs, each sampled at its own moment and without the pickup's delay.
 #[derive(Debug, Clone)]
 pub(super) struct Patch {
     wiring: InputWiring,

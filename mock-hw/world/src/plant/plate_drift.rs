@@ -1,14 +1,14 @@
-//! The plate's resonance and damping as room, finger and amplitude move them.
+//! Drift of the plate's resonance and damping with room temperature, finger warmth and amplitude.
 
 use std::f64::consts::TAU;
 
 use super::exposure::Exposure;
 use crate::scenario::DriftTable;
 
-/// Departure of the plate from what it is when the simulation begins.
+/// Deviation of the plate from its initial state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Tuning {
-    /// Shift of the carrier mode's resonance, Hz; the second mode's moves by as much in proportion.
+    /// Shift of the carrier mode's resonance, Hz; the second mode shifts in proportion.
     pub shift_hz: f64,
     /// Factor of the damping of both modes.
     pub damping: f64,
@@ -24,16 +24,16 @@ impl Default for Tuning {
 }
 
 impl Tuning {
-    /// Returns whether the plate would have to be computed anew to have the other tuning: it moves Z_p by 1e-4.
+    /// Returns whether the two tunings differ enough to recompute the plate: Z_p changes by 1e-4.
     pub fn differs_from(&self, other: &Self) -> bool {
         (self.shift_hz - other.shift_hz).abs() > 5e-3 || (self.damping - other.damping).abs() > 1e-5
     }
 }
 
-/// Time constant of the warmth that spreads over that of the rest (assumed).
+/// Ratio of the time constants of spreading and direct warmth (assumed).
 const SPREADS: f64 = 6.0;
 
-/// Warmth of a finger where it is felt: a part at once, a part as heat spreads.
+/// Effect of a finger's warmth: a direct part, and a slower part as heat spreads.
 #[derive(Debug, Clone)]
 struct Warmth {
     near: Exposure,
@@ -50,7 +50,7 @@ impl Warmth {
         }
     }
 
-    /// Lets `dt_s` pass and returns the share after it.
+    /// Advances by `dt_s` and returns the fraction of the full effect.
     fn advance(&mut self, dt_s: f64, touching: bool) -> f64 {
         let near = self.near.advance(dt_s, touching);
         let far = self.far.advance(dt_s, touching);
@@ -78,7 +78,7 @@ impl PlateDrift {
         }
     }
 
-    /// Lets `dt_s` pass until `time_s`, with a squared peak amplitude of the plate, and returns the plate's tuning.
+    /// Advances by `dt_s` to `time_s`, at this squared peak amplitude, and returns the plate's tuning.
     pub fn advance(
         &mut self,
         dt_s: f64,
@@ -124,7 +124,7 @@ mod tests {
         let minute = advanced(room.clone(), 60, |_| false);
         assert_relative_eq!(minute.shift_hz, 3.0, max_relative = 0.02);
         assert_relative_eq!(minute.damping, 1.01, max_relative = 1e-3);
-        // A quarter of a period of 1200 s: 3 Hz/min · 20 min/2π
+        // A quarter of a period of 1200 s: 3 Hz/min · 20 min/2π.
         assert_relative_eq!(
             advanced(room.clone(), 300, |_| false).shift_hz,
             9.549,

@@ -1,9 +1,9 @@
 //! Reconstruction of the continuous voltage across the actuators from generator samples.
 //!
-//! The DAC's reconstruction filter is a Kaiser-windowed sinc, the amplifier a first-order low-pass; both together are
-//! one impulse response, tabulated as a polynomial in time for every sample interval (a Farrow structure). Holding or
-//! joining samples by straight lines would cost 10 % of a 35 kHz carrier at 96 kHz; here images of the carrier are
-//! below 1e-4 and the voltage within an interval is true to 1e-6 (tests below).
+//! The DAC's reconstruction filter is a Kaiser-windowed sinc, the amplifier a first-order low-pass; their combined impulse
+//! response is tabulated as a polynomial in time for every sample interval (a Farrow structure). Zero-order hold or linear
+//! interpolation would lose 10 % of a 35 kHz carrier at 96 kHz; here images of the carrier are below 1e-4 and the voltage
+//! within an interval is accurate to 1e-6 (tests below).
 
 use nalgebra::{SMatrix, SVector};
 
@@ -27,10 +27,10 @@ impl Reconstruction {
 }
 const KAISER_BETA: f64 = 10.0;
 
-/// Makes the polynomial of the current interval from past samples.
+/// Computes the polynomial of the present interval from past samples.
 #[derive(Debug, Clone)]
 pub(crate) struct Reconstruction {
-    /// One polynomial per sample of the past, newest first.
+    /// One polynomial per past sample, newest first.
     table: Vec<Polynomial>,
 }
 
@@ -40,13 +40,13 @@ impl Reconstruction {
         Self::tabulate(TAPS, windowed_sinc)
     }
 
-    /// Returns the reconstruction of the DAC with a first-order low-pass behind it.
+    /// Returns the reconstruction of the DAC followed by a first-order low-pass.
     pub fn dac_and_amplifier(bandwidth_hz: f64, rate_hz: f64) -> Self {
         const DECAY: f64 = 24.0;
         const STEPS: usize = 480;
         let time_constant = rate_hz / (std::f64::consts::TAU * bandwidth_hz);
         let tail = (DECAY * time_constant).ceil() as usize;
-        // ∫ h(t − y·τ) e^{−y} dy by Simpson's rule
+        // ∫ h(t − y·τ) e^{−y} dy by Simpson's rule.
         let weights: Vec<(f64, f64)> = (0..=STEPS)
             .map(|i| {
                 let y = DECAY * i as f64 / STEPS as f64;
@@ -85,12 +85,12 @@ impl Reconstruction {
         Self { table }
     }
 
-    /// Returns the number of past samples that count.
+    /// Returns the number of past samples in use.
     pub fn taps(&self) -> usize {
         self.table.len()
     }
 
-    /// Returns the voltage over the interval that begins now; `newest_first` must hold at least [`Self::taps`] samples.
+    /// Returns the voltage over the interval that begins now; `newest_first` must include at least [`Self::taps`] samples.
     #[inline]
     pub fn interval(&self, newest_first: &[f64]) -> Polynomial {
         let mut out = [0.0; ORDER];
@@ -108,7 +108,7 @@ impl Reconstruction {
     }
 }
 
-/// The last samples, newest first, as one slice at all times.
+/// Latest samples, newest first, always as one slice.
 #[derive(Debug, Clone)]
 pub(crate) struct History {
     samples: Vec<f64>,
@@ -159,7 +159,7 @@ fn windowed_sinc(t: f64) -> f64 {
     kaiser_sinc(t, TAPS as f64 / 2.0)
 }
 
-/// Returns sinc(t) under a Kaiser window that ends at ±`half`; sidelobes are below 1e-5.
+/// Returns sinc(t) with a Kaiser window that ends at ±`half`; sidelobes are below 1e-5.
 #[must_use]
 pub fn kaiser_sinc(t: f64, half: f64) -> f64 {
     if t.abs() >= half {
@@ -172,7 +172,7 @@ pub fn kaiser_sinc(t: f64, half: f64) -> f64 {
     sinc * window
 }
 
-/// Returns the modified Bessel function of the first kind, order 0, by its power series.
+/// Returns the modified Bessel function of the first kind, order 0, from its power series.
 fn bessel_i0(x: f64) -> f64 {
     let quarter = 0.25 * x * x;
     let (mut term, mut sum, mut k) = (1.0, 1.0, 1.0);
@@ -190,7 +190,7 @@ mod tests {
 
     use super::*;
 
-    /// Largest departure of the reconstructed carrier from the best sine of its own frequency, relative.
+    /// Returns the largest relative deviation of the reconstructed carrier from the best-fitting sine of the same frequency.
     fn residual(reconstruction: &Reconstruction, cycles_per_sample: f64) -> (f64, f64) {
         let mut history = History::new(reconstruction.taps());
         let (mut points, per_interval) = (Vec::new(), 16);
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn a_carrier_comes_out_as_a_clean_sine() {
-        // 400 intervals hold a whole number of cycles of both
+        // 400 intervals hold a whole number of cycles of both.
         for cycles_per_sample in [73.0 / 400.0, 146.0 / 400.0] {
             let (images, amplitude) = residual(&Reconstruction::dac(), cycles_per_sample);
             assert!(images < 1e-4, "{images} at {cycles_per_sample}");

@@ -1,4 +1,4 @@
-//! Output of a vibrometer on a spare input: the plate's middle a little earlier, between samples.
+//! Output of a vibrometer on a spare input: the delayed motion of the plate's middle, interpolated between samples.
 
 use std::collections::VecDeque;
 use std::f64::consts::PI;
@@ -10,15 +10,15 @@ use super::converter::LATENCY;
 use crate::scenario::{Follows, REFERENCE_INPUT, Scenario};
 use crate::seed;
 
-/// Samples to either side that a value between samples is made of.
+/// Number of samples on either side used for an interpolated value.
 const REACH: usize = 7;
-/// Time at which the plate's middle is known, from the start of its sample interval, in intervals.
+/// Time within a sample interval at which the middle's displacement is known, in intervals from its start.
 const KNOWN_AT: f64 = 0.5;
 
-/// The vibrometer's output.
+/// Output of the vibrometer.
 #[derive(Debug, Clone)]
 pub(super) struct VibrometerOutput {
-    /// Latest displacements of the plate's middle, m, the newest first.
+    /// Latest displacements of the plate's middle, m, newest first.
     recent: VecDeque<f64>,
     /// Weights of the displacements, sample units per metre.
     weights: Vec<f64>,
@@ -27,11 +27,11 @@ pub(super) struct VibrometerOutput {
 }
 
 impl VibrometerOutput {
-    /// Makes the vibrometer of `scenario` for frames of `interval_s`; `None` where there is none.
+    /// Creates the vibrometer of `scenario` for frames of `interval_s`; `None` if the scenario has none.
     pub fn new(scenario: &Scenario, interval_s: f64, seed: u64) -> Option<Self> {
         let table = &scenario.reference;
         let skew = scenario.converter.skew(REFERENCE_INPUT);
-        // Intervals from the moment that is asked for to the newest displacement.
+        // Intervals from the requested moment to the newest displacement.
         let late = LATENCY as f64 + KNOWN_AT - skew + table.delay_s / interval_s;
         let length = late.floor() as usize + REACH + 2;
         let of = |weight: fn(f64) -> f64, scale: f64| -> Vec<f64> {
@@ -63,7 +63,7 @@ impl VibrometerOutput {
     }
 }
 
-/// Weight of a sample `x` intervals away: a sinc under a Kaiser-like bell, exact to 1e-4 up to a third of the rate.
+/// Weight of a sample `x` intervals away: a windowed sinc, accurate to 1e-4 up to a third of the rate.
 fn between(x: f64) -> f64 {
     let reach = REACH as f64 + 1.0;
     if x.abs() >= reach {
@@ -74,7 +74,7 @@ fn between(x: f64) -> f64 {
     } else {
         (PI * x).sin() / (PI * x)
     };
-    // Blackman's bell.
+    // Blackman window.
     let place = PI * x / reach;
     sinc * (0.42 + 0.5 * place.cos() + 0.08 * (2.0 * place).cos())
 }

@@ -1,24 +1,24 @@
-//! Squeeze film and asperities under the finger: mean gap, stiffness, friction (`Huloux 2021`, Eqs. 13–19), and the laws
-//! that may stand in the place of the published ones.
+//! Squeeze film and asperities under the finger: mean gap, stiffness, friction (`Huloux 2021`, Eqs. 13–19), and alternatives to
+//! the published laws.
 
 use super::heights::Heights;
 use crate::fingertip::Pad;
 use crate::scenario::LawsTable;
 
-/// Gap at which [`Pad::lag_s`] holds, m.
+/// Reference gap of [`Pad::lag_s`], m.
 const LAG_REFERENCE_GAP_M: f64 = 10e-6;
-/// Stiffness at which [`Pad::loss_factor`] holds where the loss factor depends on it, N/m.
+/// Reference stiffness of [`Pad::loss_factor`] if the loss factor depends on it, N/m.
 const LOSS_REFERENCE_N_PER_M: f64 = 1e5;
-/// Least gap, m: a load that the asperities cannot carry at any gap.
+/// Least gap, m, for a load that the asperities cannot carry at any gap.
 const LEAST_GAP_M: f64 = 10e-9;
-/// Greatest factor of the loss factor of a contact that is stiffer than the reference.
+/// Greatest factor of the loss factor for a contact stiffer than the reference.
 const MOST_LOSS: f64 = 3.0;
-/// Least and greatest factor of Z_t: a finger that only just touches has tissues too.
+/// Least and greatest factor of Z_t: the tissue of a barely touching finger still has an impedance.
 const TISSUE_FACTORS: [f64; 2] = [0.2, 5.0];
-/// Gap that no finger reaches, m.
+/// Upper bound of the gap, m; never reached by a finger.
 const GREATEST_GAP_M: f64 = 5e-3;
 
-/// What differs from the published laws.
+/// Deviations from the published laws.
 #[derive(Debug, Clone)]
 pub(crate) struct Laws {
     laws: LawsTable,
@@ -44,7 +44,7 @@ impl Laws {
             .clamp(least, most)
     }
 
-    /// Returns whether force falls convexly with gap, as by the published laws.
+    /// Returns whether the force is a convex function of the gap, as in the published laws.
     fn are_convex(&self) -> bool {
         self.heights.is_none() && self.laws.adhesion_n == 0.0 && self.laws.leak_gap_m.is_none()
     }
@@ -57,7 +57,7 @@ pub(crate) struct SqueezeFilm<'a> {
     sigma_m: f64,
     /// Asperity force p_c S at zero gap, N.
     asperity_n: f64,
-    /// Levitation force (5/4) p0 S where the amplitude equals the gap, N.
+    /// Levitation force (5/4) p0 S at an amplitude equal to the gap, N.
     squeeze_n: f64,
     loss_factor: f64,
     lag_s: f64,
@@ -103,7 +103,7 @@ impl<'a> SqueezeFilm<'a> {
         self.squeeze_n * amplitude2_m2 / gap_m.powi(2) * kept
     }
 
-    /// Returns the force with which the skin is drawn to the plate, N.
+    /// Returns the attraction between skin and plate, N.
     fn adhesion_force(&self, gap_m: f64) -> f64 {
         let laws = &self.laws.laws;
         if laws.adhesion_n == 0.0 {
@@ -121,7 +121,7 @@ impl<'a> SqueezeFilm<'a> {
         }
     }
 
-    /// Returns the gap at which all forces together carry `normal_n`, m; a good `guess_m` saves iterations.
+    /// Returns the gap at which the total force equals `normal_n`, m; a good `guess_m` saves iterations.
     pub fn equilibrium(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
         if self.laws.are_convex() {
             self.convex_root(normal_n, amplitude2_m2, guess_m)
@@ -130,7 +130,7 @@ impl<'a> SqueezeFilm<'a> {
         }
     }
 
-    /// Returns the root where force falls convexly with gap: Newton's method from its left never oversteps it.
+    /// Returns the root of a convex force: Newton's method from the left never overshoots.
     fn convex_root(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
         let least = self.rest_gap(normal_n);
         let mut gap = guess_m.max(least);
@@ -150,7 +150,7 @@ impl<'a> SqueezeFilm<'a> {
         gap
     }
 
-    /// Returns the root by Newton's method within ends that close in on it.
+    /// Returns the root by Newton's method within a shrinking bracket.
     fn bracketed_root(&self, normal_n: f64, amplitude2_m2: f64, guess_m: f64) -> f64 {
         let (mut low, mut high) = (LEAST_GAP_M, GREATEST_GAP_M);
         let mut gap = guess_m.clamp(low, high);
@@ -178,7 +178,7 @@ impl<'a> SqueezeFilm<'a> {
         gap
     }
 
-    /// Returns the contact stiffness k_c, N/m: by how much the force falls with the gap.
+    /// Returns the contact stiffness k_c, N/m: the negative derivative of the force with respect to the gap.
     pub fn stiffness(&self, gap_m: f64, amplitude2_m2: f64) -> f64 {
         let asperities = match &self.laws.heights {
             None => self.asperity_force(gap_m) / self.sigma_m,
@@ -196,14 +196,14 @@ impl<'a> SqueezeFilm<'a> {
         asperities + squeezed - sticking
     }
 
-    /// Returns the loss factor η of a contact of that stiffness.
+    /// Returns the loss factor η of a contact of this stiffness.
     pub fn loss_factor(&self, k_c_n_per_m: f64) -> f64 {
         let exponent = self.laws.laws.loss_exponent;
         if exponent == 0.0 || k_c_n_per_m <= 0.0 {
             return self.loss_factor;
         }
         let stiffer = k_c_n_per_m / LOSS_REFERENCE_N_PER_M;
-        // A stiff contact is no dashpot that stands still.
+        // The limit keeps a stiff contact from acting as a rigid dashpot.
         self.loss_factor * stiffer.powf(exponent).min(stiffer.recip().max(MOST_LOSS))
     }
 
@@ -239,7 +239,7 @@ mod tests {
         Laws::new(&LawsTable::default())
     }
 
-    /// Independent of Newton: bisection on the force balance.
+    /// Root of the force balance by bisection, independent of Newton's method.
     fn bisected(film: &SqueezeFilm<'_>, normal_n: f64, amplitude2: f64) -> f64 {
         let (mut low, mut high) = (1e-7, 1e-2);
         for _ in 0..200 {
@@ -258,13 +258,13 @@ mod tests {
     fn forces_in_closed_form() {
         let laws = published();
         let film = film(&laws);
-        // 0.375 · 1.4e4 · 2e-6 · 20e6/0.75 · 314e-6 = 87.92 N at zero gap, 1/e of it at σ_t
+        // 0.375 · 1.4e4 · 2e-6 · 20e6/0.75 · 314e-6 = 87.92 N at zero gap, 1/e of it at σ_t.
         assert_relative_eq!(
             film.asperity_force(2e-6),
             87.92 / std::f64::consts::E,
             max_relative = 1e-12
         );
-        // 1.25 · 101325 · 314e-6 · (1/10)² N
+        // 1.25 · 101325 · 314e-6 · (1/10)² N.
         assert_relative_eq!(
             film.squeeze_force(10e-6, 1e-12),
             0.397_700_6,
@@ -294,7 +294,7 @@ mod tests {
 
     #[test]
     fn stiffness_falls_to_one_eighth_at_5_um_and_1_n() {
-        // SCIENCE section 7: Eqs. 17–18 with σ_t = 2 µm and S = 314 mm² give a decrease of 87 %
+        // SCIENCE section 7: Eqs. 17–18 with σ_t = 2 µm and S = 314 mm² give a decrease of 87 %.
         let laws = published();
         let film = film(&laws);
         let gap = film.equilibrium(1.0, 25e-12, 0.0);

@@ -1,11 +1,11 @@
-//! The plant against itself at finer steps.
+//! Comparison of the plant with itself at finer steps.
 
 use std::f64::consts::TAU;
 
 use super::*;
 use crate::scenario::ParticipantTable;
 
-/// A bench without noise, with a pinned finger that does not change.
+/// Returns a bench without noise, with a given, constant finger.
 fn ideal() -> Scenario {
     let mut s = Scenario::default();
     s.amplifier.volts_per_unit = 40.0;
@@ -38,7 +38,7 @@ fn both_rates_give_the_same_motion_under_modulation() {
         let scenario = ideal();
         let fingertip = Fingertip::draw(&scenario, 1);
         let mut plant = Plant::build(scenario, fingertip, 1, rate_hz, slow_step_s);
-        // one generator latency later at each rate
+        // Delayed by one generator latency at each rate.
         let latency_s = Plant::loop_latency_frames() as f64 * plant.interval_s;
         let mut out = Vec::new();
         let (mut samples, mut inputs) = (vec![0.0; 480], vec![0.0; 480 * 4]);

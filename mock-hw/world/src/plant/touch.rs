@@ -1,4 +1,4 @@
-//! A finger on the plate: film, stiffness and friction from slow step to slow step.
+//! Finger on the plate: film, stiffness and friction, advanced by slow steps.
 
 use super::friction::{Friction, relative};
 use super::mechanics::SkinContact;
@@ -7,14 +7,14 @@ use crate::fingertip::Fingertip;
 use crate::person::FingerState;
 use crate::scenario::Scenario;
 
-/// What holds during a slow step.
+/// Contact during a slow step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Touched {
     /// Mean gap, m.
     pub gap_m: f64,
     /// Contact stiffness at that gap, N/m.
     pub k_c_n_per_m: f64,
-    /// Spring and damper until the next slow step: those of the middle of the step.
+    /// Spring and damper until the next slow step, evaluated at the middle of that time.
     pub contact: SkinContact,
     /// Friction coefficient without vibration.
     pub mu0: f64,
@@ -38,8 +38,8 @@ struct FilmContact {
 }
 
 impl FilmContact {
-    /// Returns the state in the middle of the coming step, in which all goes on as in the last one; a step is `step_per_lag` of the
-    /// lag. A spring that is held for a whole step is half a step late unless all that it depends on is ahead.
+    /// Returns the state extrapolated to the middle of the next step, which lasts `step_per_lag` time constants. A spring held
+    /// constant for a step would lag by half a step unless all the quantities that it depends on are extrapolated.
     fn half_a_step_ahead(&self, last: &Self, step_per_lag: f64) -> Self {
         let ahead = |now: f64, last: f64| (now + 0.5 * (now - last)).max(0.0);
         let target_m = ahead(self.target_m, last.target_m);
@@ -53,7 +53,7 @@ impl FilmContact {
     }
 }
 
-/// A finger that touches, or does not.
+/// Contact state of a finger that touches the plate or not.
 #[derive(Debug, Clone)]
 pub(super) struct Touch {
     laws: Laws,
@@ -75,13 +75,13 @@ impl Touch {
         }
     }
 
-    /// Returns Z_t of a skin that presses with a normal force, N·s/m.
+    /// Returns Z_t of the skin under a normal force, N·s/m.
     pub fn z_t(&self, skin: &Fingertip, normal_n: f64) -> [f64; 2] {
         let factor = self.laws.tissue_factor(normal_n);
         skin.z_t_n_s_per_m.map(|z| z * factor)
     }
 
-    /// Lets `dt_s` pass on a plate of that squared peak amplitude.
+    /// Advances by `dt_s` on a plate with this squared peak amplitude.
     pub fn press(
         &mut self,
         dt_s: f64,
@@ -108,7 +108,7 @@ impl Touch {
             amplitude2_m2,
         };
         let ahead = now.half_a_step_ahead(&self.contact.replace(now).unwrap_or(now), dt_s / lag_s);
-        // An attraction could make it negative, and the plate's motion grow.
+        // An attraction could make the stiffness negative, and the plate's motion unstable.
         let k_c = film_on(pad.area_m2(ahead.normal_n))
             .stiffness(ahead.gap_m, ahead.amplitude2_m2)
             .max(0.0);
@@ -130,7 +130,7 @@ impl Touch {
         }
     }
 
-    /// Lets `dt_s` pass off the plate; returns whether the finger touched before.
+    /// Advances by `dt_s` off the plate; returns whether the finger touched before.
     pub fn lift(&mut self, dt_s: f64) -> bool {
         self.friction.lift(dt_s);
         self.contact.take().is_some()
@@ -141,7 +141,7 @@ impl Touch {
 mod tests {
     use super::*;
 
-    /// What is held for a step is what the spring comes to in its middle, though amplitude, force, area and gap all change.
+    /// The spring held for a step equals the stiffness at its middle, while amplitude, force, area and gap all change.
     #[test]
     fn a_held_spring_is_that_of_the_middle_of_its_step() {
         const STEP_S: f64 = 1e-4;

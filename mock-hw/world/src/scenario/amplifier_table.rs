@@ -32,7 +32,7 @@ impl Default for AmplifierTable {
 }
 
 impl AmplifierTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "amplifier", self,
             volts_per_unit: 0.1, 1e3, "V";

@@ -1,4 +1,4 @@
-//! `[participant.behaviour]`: how the person moves and presses.
+//! `[participant.behaviour]`: movements and normal force of the person.
 
 use serde::{Deserialize, Serialize};
 use strict::OutOfRange;
@@ -68,7 +68,7 @@ impl Default for BehaviourTable {
 }
 
 impl BehaviourTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "participant.behaviour", self,
             force_aim_n: 0.05, 5.0, "N";

@@ -1,4 +1,4 @@
-//! The scenarios that come with the program.
+//! Scenarios built into the program.
 
 use super::scenario_error::ScenarioError;
 use super::scenario_file::Scenario;
@@ -76,10 +76,10 @@ pub fn built_in_names() -> [&'static str; BUILT_IN.len()] {
     BUILT_IN.map(|(name, _)| name)
 }
 
-/// Returns the built-in scenario of that name.
+/// Returns the built-in scenario `name`.
 ///
 /// # Errors
-/// [`ScenarioError::UnknownName`], with the names of all built-in scenarios and the one most like `name`.
+/// [`ScenarioError::UnknownName`], with the names of all built-in scenarios and the one most similar to `name`.
 ///
 /// ```
 /// use mock_world::scenario::{ScenarioError, built_in};
@@ -96,7 +96,8 @@ pub fn built_in(name: &str) -> Result<Scenario, ScenarioError> {
             let known = built_in_names();
             let (laws, others): (Vec<&str>, Vec<&str>) =
                 known.iter().partition(|known| known.starts_with("laws/"));
-            // A whole world is rather meant than a law, but for a law's own name.
+            // An unknown name more likely means a whole scenario than a law, unless it begins with `laws/` or ends a law's
+            // name.
             let law = strict::nearest(name, &laws);
             let is_law = |law: &String| name.starts_with("laws/") || law.ends_with(name);
             let nearest = law

@@ -80,7 +80,7 @@ impl ConverterTable {
         self.skew_samples.get(index).copied().unwrap_or(0.0)
     }
 
-    /// Requires every number of the table to lie in its range, and no list to be longer than there are channels.
+    /// Requires every number of the table to be in range, and no list to be longer than the number of channels.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         let channels = self.channels as f64;
         within("converter.channels", channels, 2.0, 32.0, "")?;

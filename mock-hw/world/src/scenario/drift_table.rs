@@ -1,4 +1,4 @@
-//! `[plate.drift]`: how resonance and damping of the plate move.
+//! `[plate.drift]`: drift of the plate's resonance and damping.
 
 use serde::{Deserialize, Serialize};
 use strict::OutOfRange;
@@ -50,7 +50,7 @@ impl Default for DriftTable {
 }
 
 impl DriftTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "plate.drift", self,
             room_hz_per_min: -60.0, 60.0, "Hz/min";

@@ -23,7 +23,7 @@ impl Default for EncoderTable {
 }
 
 impl EncoderTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "encoder", self,
             counts_per_m: 1e3, 1e7, "1/m";

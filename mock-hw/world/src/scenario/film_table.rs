@@ -1,4 +1,4 @@
-//! `[film]`: squeeze film and asperities, without what belongs to a person.
+//! `[film]`: squeeze film and asperities, without the constants of a person.
 
 use serde::{Deserialize, Serialize};
 use strict::OutOfRange;
@@ -50,7 +50,7 @@ impl Default for FilmTable {
 }
 
 impl FilmTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "film", self,
             ambient_pressure_pa: 1e3, 1e6, "Pa";

@@ -132,7 +132,7 @@ impl ForceSensorTable {
         ]
     }
 
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         if let Some(resonance_hz) = self.lateral_resonance_hz {
             let key = "force_sensor.lateral_resonance_hz";

@@ -1,4 +1,4 @@
-//! `[friction]`: what friction does besides falling with the share of the load that the asperities carry.
+//! `[friction]`: friction effects in addition to the load carried by the asperities.
 
 use serde::{Deserialize, Serialize};
 use strict::OutOfRange;
@@ -42,7 +42,7 @@ impl Default for FrictionTable {
 }
 
 impl FrictionTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "friction", self,
             floor: 0.0, 0.9, "";

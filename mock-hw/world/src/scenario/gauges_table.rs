@@ -35,9 +35,9 @@ impl Default for GaugesTable {
 }
 
 impl GaugesTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
-        // Forces are known a tenth of a millisecond ahead of the frames that show them.
+        // Forces are computed 0.1 ms ahead of the frames that show them.
         within(
             "force_sensor.gauges.delay_s",
             self.delay_s,

@@ -1,4 +1,4 @@
-//! `[jitter]`: how far the true constants differ from seed to seed.
+//! `[jitter]`: spread of the true constants from seed to seed.
 
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
@@ -56,7 +56,7 @@ impl Default for JitterTable {
 }
 
 impl JitterTable {
-    /// Requires every number of the table to lie in its range; the two quality factors must ascend.
+    /// Requires every number of the table to be in range; the two quality factors must ascend.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "jitter", self,
             pickup_sensitivity: 0.0, 0.9, "";

@@ -1,4 +1,4 @@
-//! `[laws]`: departures from the laws of the published model, which `Huloux 2021` and every estimator built on it assume.
+//! `[laws]`: deviations from the published laws, on which `Huloux 2021` and every estimator built on it rely.
 
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
@@ -42,7 +42,7 @@ impl Default for LawsTable {
 }
 
 impl LawsTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         if let Some(cutoff) = self.asperity_cutoff {
             within("laws.asperity_cutoff", cutoff, 2.5, 6.0, "")?;

@@ -46,7 +46,7 @@ impl Default for MassesTable {
 }
 
 impl MassesTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "masses", self,
             gravity_m_per_s2: 9.76, 9.84, "m/s²";

@@ -26,7 +26,7 @@ impl Default for MeterTable {
 }
 
 impl MeterTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "meter", self,
             error: 0.0, 0.1, "";

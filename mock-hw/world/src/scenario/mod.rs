@@ -1,8 +1,8 @@
-//! Scenario files: what is true of the simulated bench and of its participant.
+//! Scenario files: the true properties of the simulated bench and its participant.
 //!
-//! Every key has a default, so an empty file is the nominal bench of `Huloux 2021`, section "apparatus". The bench
-//! reads none of this: it knows only its own configuration and calibration. One file of this folder holds one table of
-//! a scenario file, with the ranges of its numbers.
+//! Every key has a default, so an empty file is the nominal bench of `Huloux 2021`, section "apparatus". The bench never reads
+//! a scenario: it has only its own configuration and calibration. Each file of this folder defines one table of a scenario
+//! file, with the ranges of its numbers.
 
 mod amplifier_table;
 mod behaviour_table;

@@ -33,7 +33,7 @@ impl Default for MoistureTable {
 }
 
 impl MoistureTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "participant.moisture", self,
             relative_sd: 0.0, 0.2, "";

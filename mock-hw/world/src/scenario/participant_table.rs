@@ -30,7 +30,7 @@ pub struct ParticipantTable {
 }
 
 impl ParticipantTable {
-    /// Requires every number of the table and of its tables to lie in its range.
+    /// Requires every number of the table and of its tables to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         if let Some(sigma_t_m) = self.sigma_t_m {
             within("participant.sigma_t_m", sigma_t_m, 0.3e-6, 6e-6, "m")?;

@@ -27,7 +27,7 @@ impl Default for PickupTable {
 }
 
 impl PickupTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "pickup", self,
             metres_per_unit: 1e-9, 1e-3, "m";

@@ -89,7 +89,7 @@ impl PlateTable {
         std::f64::consts::TAU * self.resonance_hz
     }
 
-    /// Returns the carrier mode's amplitude at a position along the plate over that at the middle, where the pickup is.
+    /// Returns the carrier mode's amplitude at a position along the plate, relative to the middle, where the pickup is.
     #[must_use]
     pub fn shape(&self, position_m: f64) -> f64 {
         let off_middle = self.off_middle(position_m);
@@ -104,12 +104,12 @@ impl PlateTable {
         second.contact_ratio * turn.cos()
     }
 
-    /// Returns a position as its distance from the middle over half the length, −1 to 1.
+    /// Returns the distance of a position from the middle, relative to half the length, −1 to 1.
     fn off_middle(&self, position_m: f64) -> f64 {
         (2.0 * position_m / self.length_m - 1.0).clamp(-1.0, 1.0)
     }
 
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "plate", self,
             resonance_hz: 20e3, 45e3, "Hz";
@@ -126,7 +126,7 @@ impl PlateTable {
 }
 
 impl SecondModeTable {
-    /// Requires every number of the table to lie in its range.
+    /// Requires every number of the table to be in range.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         all_within! { "plate.second_mode", self,
             resonance_hz: 5e3, 80e3, "Hz";

@@ -33,7 +33,7 @@ impl Default for PopulationTable {
 }
 
 impl PopulationTable {
-    /// Requires every mean to lie in its range, and every standard deviation from 0 to its mean.
+    /// Requires every mean to be in range, and every standard deviation to be from 0 to its mean.
     pub(super) fn check(&self) -> Result<(), OutOfRange> {
         for (key, [mean, sd], low, high, unit) in [
             (

@@ -1,8 +1,8 @@
 //! Ranges of the numbers of a table.
 
-/// Requires fields of a table to lie in their ranges: `field: least, greatest, "unit";`.
+/// Requires fields of a table to be in range: `field: least, greatest, "unit";`.
 ///
-/// Returns [`strict::OutOfRange`] from the calling function for the first field that does not.
+/// Returns [`strict::OutOfRange`] from the calling function for the first field out of range.
 macro_rules! all_within {
     ($table:literal, $this:expr, $($field:ident: $low:expr, $high:expr, $unit:literal;)+) => {
         $(strict::within(
@@ -15,8 +15,8 @@ macro_rules! all_within {
     };
 }
 
-/// Defines a table of ranges, each absent or two ascending ends within the limits of the constant, and what is drawn from it:
-/// `field: linear or log, least, greatest, "unit";`.
+/// Defines a table of ranges, each absent or two ascending ends within the limits of the constant, and the values drawn from
+/// it: `field: linear or log, least, greatest, "unit";`.
 macro_rules! drawable {
     (
         $(#[$about:meta])*
@@ -31,15 +31,15 @@ macro_rules! drawable {
             $($(#[$doc])* #[serde(skip_serializing_if = "Option::is_none")] pub $field: Option<[f64; 2]>,)+
         }
 
-        /// What a seed drew: nothing where there is no range.
+        /// Values drawn from a seed; `None` for a constant without a range.
         #[derive(Debug, Clone, Copy)]
         pub(crate) struct $drawn {
             $(pub $field: Option<f64>,)+
         }
 
         impl $table {
-            /// Draws from every range. Each takes as much from `rng`, present or not, so that one range does not shift
-            /// what is drawn from another.
+            /// Draws from every range. An absent range also consumes a random number, so that it does not shift the values
+            /// drawn from the others.
             pub(crate) fn drawn(&self, rng: &mut impl rand::Rng) -> $drawn {
                 $drawn {
                     $($field: {
@@ -49,7 +49,7 @@ macro_rules! drawable {
                 }
             }
 
-            /// Requires both ends of every range to lie within the limits of the constant, and to ascend.
+            /// Requires both ends of every range to be within the limits of the constant, and to ascend.
             pub(super) fn check(&self) -> Result<(), strict::OutOfRange> {
                 $(if let Some([least, most]) = self.$field {
                     let key = concat!($path, ".", stringify!($field));
@@ -62,12 +62,12 @@ macro_rules! drawable {
     };
 }
 
-/// Returns the value a `share` of the way between both ends.
+/// Returns the value at the fraction `share` between both ends.
 pub(crate) fn linear([least, most]: [f64; 2], share: f64) -> f64 {
     least + share * (most - least)
 }
 
-/// Returns the value a `share` of the way between both ends by its logarithm; both are positive.
+/// Returns the value at the fraction `share` between both ends on a logarithmic scale; both are positive.
 pub(crate) fn log([least, most]: [f64; 2], share: f64) -> f64 {
     least * (most / least).powf(share)
 }

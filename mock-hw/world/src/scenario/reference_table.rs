@@ -1,11 +1,11 @@
-//! `[reference]`: a vibrometer whose analog output is on a spare input of the sound card.
+//! `[reference]`: a vibrometer with its analog output on a spare input of the sound card.
 
 use serde::{Deserialize, Serialize};
 use strict::{OutOfRange, within};
 
 use super::ranges::all_within;
 
-/// Input of the sound card that the vibrometer's output is on.
+/// Input of the sound card connected to the vibrometer's output.
 pub const REFERENCE_INPUT: usize = 3;
 
 /// The vibrometer, from the plate's middle to sample values.
@@ -51,7 +51,7 @@ impl Default for ReferenceTable {
 }
 
 impl ReferenceTable {
-    /// Requires every number of the table to lie in its range, and the input to be there.
+    /// Requires every number of the table to be in range, and the input to exist.
     pub(super) fn check(&self, channels: usize) -> Result<(), OutOfRange> {
         all_within! { "reference", self,
             per_volt: 1e-9, 10.0, "m or m/s";

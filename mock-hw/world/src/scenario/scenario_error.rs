@@ -1,41 +1,41 @@
-//! Reasons for which a scenario is rejected.
+//! Reasons for rejecting a scenario.
 
 use rehearsal::{OverlapError, RehearsedFaultError};
 use strict::{InFile, OutOfRange, TomlError};
 
-/// Why a scenario is rejected.
+/// Reason for rejecting a scenario.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ScenarioError {
-    /// Text that is not TOML, or a key or value that no scenario has. The message names file and line.
+    /// Text that is not TOML, or an unknown key or value. The message names file and line.
     #[error(transparent)]
     Toml(#[from] TomlError),
     /// A number that the simulation cannot represent.
     #[error("{file}{}: {range}", at_line(.line))]
     OutOfRange {
-        /// The file, as the caller named it.
+        /// Name of the file, given by the caller.
         file: String,
-        /// Line of the key, counted from 1; `None` where a default is out of range because of another key.
+        /// Line of the key, counted from 1; `None` if a default is out of range because of another key.
         line: Option<usize>,
         /// Key, value and range.
         range: OutOfRange,
     },
-    /// A fault that cannot be injected as it is asked for.
+    /// A fault that cannot be injected with these settings.
     #[error(transparent)]
     Fault(InFile<RehearsedFaultError>),
-    /// Faults that could not be told from each other.
+    /// Faults that could not be distinguished.
     #[error("{file}: {error}")]
     Overlap {
-        /// The file, as the caller named it.
+        /// Name of the file, given by the caller.
         file: String,
         /// The two faults.
         error: OverlapError,
     },
-    /// A name that no built-in scenario has.
+    /// A name that is not a built-in scenario's.
     #[error("unknown scenario `{name}`{}; built-in scenarios: {}", did_you_mean(.nearest), .known.join(", "))]
     UnknownName {
-        /// The name asked for.
+        /// Requested name.
         name: String,
-        /// The built-in scenario whose name is most like it, if any is like it at all.
+        /// Most similar name of a built-in scenario, if any is similar.
         nearest: Option<String>,
         /// Names of all built-in scenarios.
         known: Vec<String>,

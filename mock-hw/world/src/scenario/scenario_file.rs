@@ -1,4 +1,4 @@
-//! A whole scenario: its tables, how it is read, and the bench that a seed makes of it.
+//! Complete scenario: its tables, its parser, and the bench drawn from a seed.
 
 use rand::RngExt;
 use rehearsal::{RehearsedFault, require_apart};
@@ -85,9 +85,9 @@ impl Scenario {
     /// Reads a scenario strictly; `file` only names the file in errors.
     ///
     /// # Errors
-    /// [`ScenarioError::Toml`] for text that is not TOML or has keys or values that no scenario has,
-    /// [`ScenarioError::OutOfRange`] for a number that the simulation cannot represent, [`ScenarioError::Fault`] or
-    /// [`ScenarioError::Overlap`] for faults that cannot be injected.
+    /// [`ScenarioError::Toml`] for text that is not TOML or has unknown keys or values, [`ScenarioError::OutOfRange`] for a
+    /// number that the simulation cannot represent, [`ScenarioError::Fault`] or [`ScenarioError::Overlap`] for faults that
+    /// cannot be injected.
     pub fn parse(text: &str, file: &str) -> Result<Self, ScenarioError> {
         let scenario: Self = strict::parse(text, file)?;
         scenario
@@ -110,10 +110,10 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// Returns the scenario with constants drawn by `seed`.
+    /// Returns the scenario with constants drawn from `seed`.
     ///
-    /// Its jitter is then disabled and its session without ranges, so that a second call changes nothing. A scenario with neither
-    /// is returned unchanged.
+    /// The result has jitter disabled and no session ranges, so a second call has no effect. A scenario without jitter and
+    /// ranges is returned unchanged.
     #[must_use]
     pub fn realised(&self, seed: u64) -> Self {
         let mut out = self.jittered(seed);
@@ -162,7 +162,7 @@ impl Scenario {
         out
     }
 
-    /// Requires every number to lie in its range.
+    /// Requires every number to be in range.
     fn check(&self) -> Result<(), OutOfRange> {
         self.plate.check()?;
         self.amplifier.check()?;
@@ -179,7 +179,7 @@ impl Scenario {
                 (FIRST_GAUGE + GAUGES) as f64,
             );
             within("converter.channels", channels, least, 32.0, "")?;
-            // Its input is a gauge's.
+            // A gauge uses the vibrometer's input.
             let vibrometers = f64::from(self.reference.follows != Follows::Nothing);
             within("reference.follows", vibrometers, 0.0, 0.0, "beside gauges")?;
         }
@@ -193,7 +193,7 @@ impl Scenario {
     }
 }
 
-/// Returns the line of a key, whose path may be followed by a note in brackets about a part of its value.
+/// Returns the line of a key; its path may be followed by a note in brackets about a part of its value.
 fn line_of(text: &str, key: &str) -> Option<usize> {
     let path = key.split_once(' ').map_or(key, |(path, _)| path);
     strict::line_of(text, path)

@@ -1,4 +1,4 @@
-//! `[session]`: ranges from which what holds for one session of the bench is drawn.
+//! `[session]`: ranges of the constants drawn for one session of the bench.
 
 use rand::{Rng, RngExt};
 
@@ -41,7 +41,7 @@ drawable! {
 }
 
 impl SessionTable {
-    /// Draws what has a range into `plate` and `sensor`.
+    /// Draws the constants with a range into `plate` and `sensor`.
     pub(super) fn draw(
         &self,
         rng: &mut impl Rng,

@@ -49,7 +49,7 @@ pub struct ChannelSlip {
 }
 
 impl SoundLayerTable {
-    /// Requires every number of the table to lie in its range; channels must be some of the converter's `channels`.
+    /// Requires every number of the table to be in range, and channels to be below the converter's `channels`.
     pub(super) fn check(&self, channels: usize) -> Result<(), OutOfRange> {
         let last = channels.saturating_sub(1) as f64;
         if let Some(rate_hz) = self.rate_hz {

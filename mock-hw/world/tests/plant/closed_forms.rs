@@ -45,7 +45,7 @@ fn the_stated_impedance_at_resonance_is_the_closed_form() {
     }
 }
 
-/// Force of the asperities and of levitation at a gap, N (`Huloux 2021`, Eqs. 13–17).
+/// Returns the forces of the asperities and of levitation at a gap, N (`Huloux 2021`, Eqs. 13–17).
 fn film_forces(film: &FilmTable, sigma_m: f64, gap_m: f64, amplitude_m: f64) -> [f64; 2] {
     let modulus_pa = film.youngs_modulus_pa / (1.0 - film.poisson_ratio.powi(2));
     let asperity_pa = 0.375 * film.q0_rad_per_m * sigma_m * modulus_pa;
@@ -97,7 +97,7 @@ fn loaded_steady_state_equals_the_harmonic_solution() {
                 "{rate_hz} Hz, level {level}: {measured} {expected} {error:e}"
             );
 
-            // The amplitude in the film is that of the plate under the finger, not of the pickup
+            // The film's amplitude is that of the plate under the finger, not at the pickup.
             let pickup_m = envelope(kept.iter().map(|k| k[1]), carrier_hz / rate_hz).norm()
                 * ideal().pickup.metres_per_unit;
             assert!(
@@ -109,7 +109,7 @@ fn loaded_steady_state_equals_the_harmonic_solution() {
     }
 }
 
-/// Returns the truth after 60 ms of a constant carrier, with a finger that does not change.
+/// Returns the truth after 60 ms of a constant carrier, with a constant finger.
 fn settled(level: f64, finger: &FingerState) -> TruthSample {
     let mut plant = Plant::new(&ideal(), 1, 192e3);
     run(
@@ -159,7 +159,7 @@ fn friction_builds_up_over_the_presliding_distance() {
     for _ in 0..30 {
         plant.step(&[0.0; 192], true, &SLIDING, &mut inputs);
         for truth in plant.truth() {
-            // Dahl from rest: 1 − exp(−travel/reach); the finger started within this millisecond
+            // Dahl's model from rest: 1 − exp(−travel/reach); the finger started within this millisecond.
             let share = truth.lateral_n / (0.8 * 0.65);
             let travelled_m = |since_s: f64| 0.05 * (truth.time_s - since_s);
             let bound = |m: f64| 1.0 - (-m / 0.3e-3).exp();
@@ -196,7 +196,7 @@ fn the_gap_follows_a_step_of_amplitude_with_its_lag() {
     let mut scenario = ideal();
     scenario.film.lag_gap_exponent = 0.0;
     scenario.film.lag_s = 4e-3;
-    // a plate so stiff that the finger does not change its amplitude
+    // A plate so stiff that the finger does not change its amplitude.
     scenario.plate.damping_n_s_per_m = 701.0;
     scenario.plate.force_factor_n_per_v = 10.0;
     let mut plant = Plant::new(&scenario, 1, 192e3);
@@ -209,7 +209,7 @@ fn the_gap_follows_a_step_of_amplitude_with_its_lag() {
         plant.step(&drive, true, &SLIDING, &mut inputs);
         gaps.extend(plant.truth().iter().map(|t| (t.time_s, t.gap_m)));
     }
-    // well after the plate has rung up, what is left decays as e^{−t/lag}
+    // Well after the plate's transient, the remaining gap decays as e^{−t/lag}.
     let settled_m = gaps[gaps.len() - 1].1;
     let decay: Vec<(f64, f64)> = gaps
         .into_iter()
@@ -283,7 +283,7 @@ fn skew_and_phase_delay_their_channel_by_exactly_that() {
         let of = |k: &[[f64; 3]]| envelope(k.iter().map(|f| f[channel]), cycles);
         (of(&skewed) / of(&plain)).arg()
     };
-    // later sampling advances the phase; phase_rad lags it (0.2 in the plain bench)
+    // Later sampling advances the phase; phase_rad lags it (0.2 in the plain bench).
     for (channel, expected) in [(0, TAU * cycles * 0.3), (1, 0.6), (2, TAU * cycles * 0.7)] {
         assert!(
             (turn(channel) - expected).abs() < 2e-5,
@@ -300,7 +300,7 @@ fn the_cut_into_periods_changes_nothing_and_the_seed_everything() {
         .collect();
     let whole = |seed: u64, cut: usize| {
         let mut plant = Plant::new(&Scenario::default(), seed, 192e3);
-        // bring the finger to where it stays: it is interpolated over a period
+        // Bring the finger to its constant state first, because it is interpolated over a period.
         plant.step(&[0.0], true, &SLIDING, &mut [0.0; 4]);
         let mut inputs = vec![0.0f32; 4000];
         let mut forces = Vec::new();
@@ -396,7 +396,7 @@ fn a_patched_signal_reaches_the_inputs_and_not_the_plate() {
 #[test]
 fn a_vibrometer_on_an_input_follows_the_plate_with_its_own_delay_and_sensitivity() {
     let omega = TAU * 35e3;
-    // Pickup and vibrometer against each other, as complex envelopes in metres.
+    // Ratio of pickup and vibrometer, as complex envelopes in metres.
     let ratio = |follows: Follows, delay_s: f64, skew: f64| {
         let mut scenario = ideal();
         scenario.plate.second_mode.pickup_ratio = scenario.plate.second_mode.contact_ratio;

@@ -1,4 +1,4 @@
-//! The built-in scenarios that break one law each.
+//! Built-in scenarios that break one law each.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +9,7 @@ use mock_world::scenario::{Scenario, built_in, built_in_names};
 
 use super::rig::SLIDING;
 
-/// A scenario without noise and drift of the skin, so that only its law tells it from another.
+/// Returns a scenario without noise and drift of the skin, so that it differs from another only by its law.
 fn quiet(name: &str) -> Scenario {
     let mut scenario = built_in(name).unwrap();
     scenario.participant.moisture.relative_sd = 0.0;
@@ -18,7 +18,7 @@ fn quiet(name: &str) -> Scenario {
     scenario
 }
 
-/// A third of a second of the published drive under a sliding finger.
+/// One third of a second of the published drive under a sliding finger.
 struct Run {
     truth: Vec<TruthSample>,
     pickup: Vec<f32>,
@@ -59,7 +59,7 @@ fn run(name: &str) -> Run {
     out
 }
 
-/// Least and greatest of what is true.
+/// Returns the least and greatest value of a true quantity.
 fn ends(run: &Run, of: fn(&TruthSample) -> f64) -> (f64, f64) {
     run.truth
         .iter()
@@ -113,7 +113,7 @@ fn asperities_of_limited_height_let_go_altogether() {
     let (nominal, gaussian) = (run("nominal"), run("laws/asperities-gaussian"));
     assert!(ends(&nominal, |t| t.mu).0 > 0.0);
     assert_eq!(ends(&gaussian, |t| t.mu).0, 0.0);
-    // the stiffness at rest is about the published one
+    // The stiffness at rest is about the published one.
     let ratio = ends(&gaussian, |t| t.k_c_n_per_m).1 / ends(&nominal, |t| t.k_c_n_per_m).1;
     assert!((0.8..1.3).contains(&ratio), "{ratio}");
 }

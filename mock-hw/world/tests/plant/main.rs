@@ -1,4 +1,4 @@
-//! The plant, from drive samples to input samples, forces and truth.
+//! Tests of the plant, from drive samples to input samples, forces and truth.
 #![expect(clippy::unwrap_used, reason = "a failing test should panic")]
 
 mod closed_forms;

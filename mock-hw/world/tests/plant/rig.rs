@@ -10,7 +10,7 @@ use nalgebra::{Complex, Matrix3, Vector3};
 
 pub type C = Complex<f64>;
 
-/// A bench without noise, with a pinned finger that does not change.
+/// Returns a bench without noise, with a given, constant finger.
 pub fn ideal() -> Scenario {
     let mut s = Scenario::default();
     s.amplifier.volts_per_unit = 40.0;
@@ -68,7 +68,7 @@ pub fn run(
     kept.split_off(kept.len() - keep)
 }
 
-/// Complex amplitude at `cycles` per frame, over frames that hold a whole number of cycles.
+/// Returns the complex amplitude at `cycles` per frame, over frames with a whole number of cycles.
 pub fn envelope(values: impl Iterator<Item = f64>, cycles: f64) -> C {
     let (sum, n) = values
         .enumerate()
@@ -81,7 +81,7 @@ pub fn envelope(values: impl Iterator<Item = f64>, cycles: f64) -> C {
     sum / f64::from(n as u32)
 }
 
-/// Returns f̃/ṽ as a bench with perfect constants would compute it.
+/// Returns f̃/ṽ as computed by a bench with perfect constants.
 pub fn measured_impedance(plant: &Plant, kept: &[[f64; 3]], carrier_hz: f64) -> C {
     let TruthConstants {
         scenario: s,
@@ -97,7 +97,7 @@ pub fn measured_impedance(plant: &Plant, kept: &[[f64; 3]], carrier_hz: f64) -> 
     volts * s.plate.force_factor_n_per_v / (displacement * C::new(0.0, omega))
 }
 
-/// Returns γU/ṽ at the pickup by the harmonic equations of two modes and a skin mass, independently of the integrator.
+/// Returns γU/ṽ at the pickup from the harmonic equations of two modes and a skin mass, independently of the integrator.
 pub fn harmonic_impedance(s: &Scenario, omega: f64, z_c: C, z_t: C) -> C {
     let second = &s.plate.second_mode;
     let z = |mass: f64, f0: f64, damping: f64| {

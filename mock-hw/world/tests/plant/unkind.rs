@@ -1,4 +1,4 @@
-//! What makes the plate and the finger unlike the published model, one effect at a time.
+//! Effects by which plate and finger deviate from the published model, one at a time.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ use super::rig::{C, SLIDING, harmonic_impedance, ideal, measured_impedance, run}
 
 const CARRIER_HZ: f64 = 35_000.0;
 
-/// A carrier of constant amplitude.
+/// Returns a carrier of constant amplitude.
 fn carrier(level: f64) -> impl Fn(f64) -> f64 {
     move |t| level * (TAU * CARRIER_HZ * t).sin()
 }
@@ -24,8 +24,8 @@ fn after(scenario: &Scenario, level: f64, finger: &FingerState, seconds: f64) ->
     *plant.truth().last().unwrap()
 }
 
-/// Requires Z_p that the samples show to be that of a plate whose resonance and damping are the truth's, within N·s/m of
-/// which 0.1 are one hertz.
+/// Requires Z_p from the samples to equal that of a plate with the true resonance and damping, to `within`, N·s/m; 0.1 N·s/m
+/// correspond to 1 Hz.
 fn requires_plate_of_the_truth(plant: &mut Plant, scenario: &Scenario, within: f64) -> TruthSample {
     let kept = run(plant, carrier(0.7), &FingerState::default(), 0.1, 1920);
     let truth = *plant.truth().last().unwrap();
@@ -77,10 +77,10 @@ fn a_finger_warms_the_plate_while_it_touches_and_the_plate_cools_after() {
         "{warm:?}"
     );
     assert!((warm.damping_n_s_per_m / 7.01 - 1.0 - 0.1 * share).abs() < 1e-3);
-    // The samples are those of 10 ms before the truth, in which it cools by 0.06 Hz.
+    // The samples cover the 10 ms before the truth, in which it cools by 0.06 Hz.
     let cooling = requires_plate_of_the_truth(&mut plant, &scenario, 6e-3);
     assert!(cooling.resonance_shift_hz > 0.92 * warm.resonance_shift_hz);
-    // a reopened card finds the plate as warm as it was
+    // A reopened card finds the plate still warm.
     plant.set_rate(96e3, Vec::new());
     run(&mut plant, carrier(0.1), &FingerState::default(), 0.02, 480);
     let reopened = plant.truth().last().unwrap().resonance_shift_hz;
@@ -108,7 +108,7 @@ fn the_amplitude_under_the_finger_follows_the_profile_along_the_plate() {
     let mut scenario = ideal();
     scenario.plate.end_drop = 0.1;
     scenario.plate.end_tilt = -0.05;
-    // a plate so stiff that the finger does not change its amplitude, of one mode
+    // A plate of one mode, so stiff that the finger does not change its amplitude.
     scenario.plate.damping_n_s_per_m = 701.0;
     scenario.plate.force_factor_n_per_v = 10.0;
     scenario.plate.second_mode.contact_ratio = 0.0;
@@ -158,7 +158,7 @@ fn at_a_node_of_the_second_mode_the_finger_does_not_feel_it() {
         let kept = run(&mut plant, carrier(0.1), &finger, 0.06, 1920);
         measured_impedance(&plant, &kept, CARRIER_HZ)
     };
-    // cos(π·2·(x/L − ½)): 1 in the middle, 0 at a quarter, −1 at the end
+    // cos(π·2·(x/L − ½)): 1 in the middle, 0 at a quarter, −1 at the end.
     for (position_m, ratio) in [(0.0525, 0.8), (0.02625, 0.0), (0.0, -0.8)] {
         let error = (seen(None, position_m) - seen(Some(ratio), position_m)).norm();
         assert!(error < 1e-6, "{position_m}: {error:e}");
@@ -183,7 +183,7 @@ fn the_contact_area_grows_with_the_force_by_its_power() {
         );
         let area_m2 = 150e-6 * normal_n.sqrt();
         assert!((truth.contact_area_m2 / area_m2 - 1.0).abs() < 1e-12);
-        // σ_t ln(p_c S/f) with p_c = 0.375 q0 σ_t E/(1 − ν²)
+        // σ_t ln(p_c S/f) with p_c = 0.375 q0 σ_t E/(1 − ν²).
         let carried_n = 0.375 * 1.4e4 * 1.7e-6 * 20e6 / 0.75 * area_m2;
         let gap_m = 1.7e-6 * (carried_n / normal_n).ln();
         assert!(
@@ -202,7 +202,7 @@ fn friction_keeps_its_floor_however_high_the_finger_floats() {
     let with = after(&scenario, 0.9, &SLIDING, 0.04);
     let expected = 0.15 + 0.85 * without.mu / without.mu0;
     assert!((with.mu / with.mu0 - expected).abs() < 1e-9, "{with:?}");
-    // friction does not act back on the plate
+    // Friction does not act back on the plate.
     assert_eq!(with.gap_m, without.gap_m);
     assert!((after(&scenario, 0.0, &SLIDING, 0.04).mu - 0.8).abs() < 1e-6);
 }
@@ -304,7 +304,7 @@ fn a_person_is_drawn_within_the_ranges_and_differs_in_everything_from_the_next()
         assert!(values().any(|value| value < least + 0.1 * width));
         assert!(values().any(|value| value > most - 0.1 * width));
     }
-    // The published part of the skin is the same person's as in `population`.
+    // The published constants of the skin are those of the same person in `population`.
     let kind = mock_world::scenario::built_in("population").unwrap();
     for seed in 0..5 {
         let (hard, soft) = (Fingertip::draw(&unkind, seed), Fingertip::draw(&kind, seed));

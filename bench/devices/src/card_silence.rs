@@ -1,4 +1,4 @@
-//! Whether the sound card still delivers.
+//! Check that the sound card still delivers.
 
 use anyhow::bail;
 
@@ -19,7 +19,7 @@ impl CardSilence {
     /// Takes a poll at `now_ns`.
     ///
     /// # Errors
-    /// When the card has been silent for too long.
+    /// If the card has been silent for too long.
     pub(crate) fn passed(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let before_ns = self.looked_ns.replace(now_ns).unwrap_or(now_ns);
         self.lasts_ns += now_ns.saturating_sub(before_ns).min(LONGEST_LOOK_NS);
@@ -32,7 +32,7 @@ impl CardSilence {
         Ok(())
     }
 
-    /// Takes a block that has come.
+    /// Notes that a block has arrived.
     pub(crate) fn ended(&mut self) {
         self.lasts_ns = 0;
     }

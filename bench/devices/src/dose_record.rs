@@ -67,17 +67,17 @@ impl Whose {
 /// A span of driving.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Driven {
-    /// Run of the computer; `None` where it does not tell its runs apart.
+    /// Identifier of the computer's run; `None` if the system gives none.
     pub boot: Option<String>,
-    /// When the drive came on, in seconds of that run.
+    /// Start of the drive, in seconds of that run.
     pub up_s: f64,
-    /// How long it was on, s.
+    /// Length of the drive, s.
     pub driven_s: f64,
-    /// When it came on, by the wall clock.
+    /// Start of the drive by the wall clock.
     pub date: Timestamp,
-    /// Whose finger may have been on the plate; that of nobody who was named where the record does not say.
+    /// Person at the plate; unnamed if the record does not say.
     pub whose: Whose,
-    /// The computer; `None` where the record does not say, or the computer cannot be told from others.
+    /// Identifier of the computer; `None` if the record does not name it, or the computer has no identifier.
     pub machine: Option<String>,
 }
 

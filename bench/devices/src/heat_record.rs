@@ -19,20 +19,20 @@ const WARMEST_K: f64 = 500.0;
 /// Recorded temperature of a plate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warmth {
-    /// Run of the computer; `None` where it does not tell its runs apart.
+    /// Identifier of the computer's run; `None` if the system gives none.
     pub boot: Option<String>,
-    /// When, in seconds of that run.
+    /// Time of the record, in seconds of that run.
     pub up_s: f64,
     /// Temperature above the room, K.
     pub rise_k: f64,
-    /// When, by the wall clock.
+    /// Time of the record by the wall clock.
     pub date: Timestamp,
     /// Identifier of the computer; `None` if the record does not name it, or the computer has no identifier.
     pub machine: Option<String>,
 }
 
 impl Warmth {
-    /// Returns the time that has passed since, s: the least that is certain.
+    /// Returns the least time that has certainly passed since the record, s.
     #[must_use]
     pub fn age_s(&self, boot: &Boot, now: Timestamp) -> f64 {
         let wall_s = now.duration_since(self.date).as_secs_f64();

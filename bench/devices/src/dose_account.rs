@@ -255,7 +255,7 @@ impl DoseKeeper {
     }
 
     /// Returns `span` as a record. A suspension of the computer during or after the span places it later by the same
-    /// time, because its end is what counts.
+    /// time: its end counts.
     fn driven(&self, span: Span, driven_s: f64) -> Driven {
         let start_s = span.start_ns as f64 * 1e-9;
         let ago_s = self.clock.now_ns() as f64 * 1e-9 - start_s;

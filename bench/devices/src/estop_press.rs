@@ -26,7 +26,7 @@ pub enum PressStep {
     Release,
     /// It was pressed and released.
     Done,
-    /// Nothing was done in time.
+    /// The action was not done in time.
     TimedOut,
 }
 
@@ -97,7 +97,7 @@ pub struct EstopPress {
 /// A press that is missing, too old, of another line, or dated in the future.
 #[derive(Debug, thiserror::Error)]
 pub enum EstopPressError {
-    /// There is no record.
+    /// The e-stop has no record of a press.
     #[error("the e-stop has never been tested on this bench: {HOW}")]
     Never,
     /// The record cannot be read.

@@ -22,7 +22,7 @@ pub enum FieldReading {
         at: Moment,
         /// Restarts of the position counter.
         position_restarts: u64,
-        /// Readings whose times may be wrong by more than 2 ms.
+        /// Number of readings with times that may be wrong by more than 2 ms.
         misplaced: u64,
     },
     /// A reading of the encoder.

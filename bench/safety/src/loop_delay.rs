@@ -30,7 +30,7 @@ const GIVE_UP_S: f64 = 1.0;
 const FEWEST: usize = 12;
 /// Standard error below which a delay is known, s.
 const KNOWN_S: f64 = 5e-4;
-/// Share of the largest command below which no drive counts as read back.
+/// Share of the largest command below which the read-back counts as absent.
 const COME_BACK: f64 = 0.2;
 /// Factor by which neighbouring readings, which share samples and hum, widen the error.
 const SHARED: f64 = 2.0;

@@ -258,7 +258,7 @@ fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
         (1, XRUN, stopped("output")),
         (0, GONE, gone),
     ] {
-        // On the outputs' clock, the inputs stand still with the outputs, without an error of their own.
+        // On the outputs' clock, the inputs stand still with the outputs, without reporting an error.
         for clock in ["start-trigger", "ao-sample-clock"] {
             FAULT[1].store(kind, Ordering::SeqCst);
             let injected = AtomicBool::new(false);

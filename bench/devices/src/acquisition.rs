@@ -39,7 +39,7 @@ pub enum RecordingCommand {
     Interval(protocols::Interval),
     /// Records an event at the present sample.
     Event(EventKind, Option<String>),
-    /// Records an event at the present sample, and tells the operator.
+    /// Records an event at the present sample, and warns the operator.
     Warn(EventKind, String),
     /// Ends the recording.
     End(Ending),

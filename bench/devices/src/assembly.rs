@@ -1,4 +1,4 @@
-//! Assembly of a bench from its hardware: streams are opened and tasks wired, and nothing is driven yet.
+//! Assembly of a bench from its hardware: opens the streams and wires the tasks, without driving the plate yet.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -53,7 +53,7 @@ pub struct Hardware {
     pub schedule: Schedule,
     /// Dropped after the streams are closed: the claim that keeps other instances away, or a simulated apparatus.
     pub guard: Box<dyn Send>,
-    /// Whether the hardware is simulated, as screens and files say.
+    /// Whether the hardware is simulated, as shown on screens and in files.
     pub simulated: bool,
     /// Source of the sound card's time.
     pub pace: Pace,
@@ -93,7 +93,7 @@ pub struct OpenHardware {
     pub drive: DriveControl,
     /// Readings of the slow inputs.
     pub readings: Receiver<FieldReading>,
-    /// The participant's button; `None` when none is wired.
+    /// The participant's button; `None` if it is not wired.
     pub button: Option<Arc<AtomicBool>>,
     /// Whether an encoder is wired.
     pub has_position: bool,
@@ -238,7 +238,7 @@ pub struct Bench {
     pub notices: Receiver<RecorderNotice>,
     /// Fill and faults of the recorder's queue.
     pub gauge: RecorderGauge,
-    /// The participant's button; `None` when none is wired.
+    /// The participant's button; `None` if it is not wired.
     pub button: Option<Arc<AtomicBool>>,
     /// Whether an encoder is wired.
     pub has_position: bool,

@@ -29,7 +29,7 @@ impl BatchesDropped {
 /// Sending end of the queue, for the acquisition.
 pub struct BatchSender {
     to: Sender<Batch>,
-    /// Batches dropped since the last one that had room, and their warnings.
+    /// Batches dropped since the last one that found room, and their warnings.
     dropped: u64,
     warnings: Vec<String>,
 }
@@ -47,7 +47,7 @@ pub fn batch_queue() -> (BatchSender, Receiver<Batch>) {
 }
 
 impl BatchSender {
-    /// Sends a batch, or counts it in the next one that has room.
+    /// Sends a batch, or counts it in the next one that finds room.
     pub(crate) fn send(&mut self, mut batch: Batch) {
         batch.dropped = self.dropped;
         let mut warnings = std::mem::take(&mut self.warnings);

@@ -9,7 +9,7 @@ use crate::machine;
 pub struct Boot {
     /// Identifier of this run; `None` if the system gives none.
     pub id: Option<String>,
-    /// Time since the computer was started, s, suspension included; 0 where the system does not say.
+    /// Time since the computer was started, s, suspension included; 0 if the system does not give it.
     pub up_s: f64,
     /// Identifier of this computer; `None` if the system gives none.
     pub machine: Option<String>,

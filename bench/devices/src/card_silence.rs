@@ -4,8 +4,7 @@ use anyhow::bail;
 
 /// Time without audio after which the card counts as gone, ns.
 const CARD_TIMEOUT_NS: u64 = 10_000_000_000;
-/// Longest time between two polls that counts as silence of the card, ns: in a longer one the program itself was
-/// stopped.
+/// Longest time between two polls that counts as silence of the card, ns: during a longer one the program was stopped.
 const LONGEST_LOOK_NS: u64 = 100_000_000;
 
 /// Time for which the card has delivered nothing; the safety watch stops the drive long before it ends the program.

@@ -34,7 +34,7 @@ pub struct Claim {
 /// Reason for which hardware cannot be claimed.
 #[derive(Debug, thiserror::Error)]
 pub enum ClaimError {
-    /// Another instance holds it.
+    /// Another instance holds the part.
     #[error("{what} is in use by another friction-bench{}; end that one first", holder(*.by))]
     InUse {
         /// Part of the bench.
@@ -78,7 +78,7 @@ impl Claim {
 fn parts(config: &Config) -> Vec<String> {
     let audio = &config.audio;
     let mut parts = match audio.host {
-        // A server has one card, for all names of its ports.
+        // A server has one card, under all names of its ports.
         AudioHost::Jack => {
             let server = std::env::var("JACK_DEFAULT_SERVER");
             vec![format!(

@@ -96,7 +96,7 @@ fn usb_identity(device: &str, cards: &Path, classes: &Path) -> Option<String> {
 /// device itself reports the reason.
 ///
 /// # Errors
-/// Another process holds it.
+/// Another process holds the node.
 pub(crate) fn lock(node: &Path) -> Result<Option<File>, NodeInUse> {
     let mut options = OpenOptions::new();
     options.read(true);

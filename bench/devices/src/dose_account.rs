@@ -255,7 +255,7 @@ impl DoseKeeper {
     }
 
     /// Returns `span` as a record. A suspension of the computer during or after the span places it later by the same
-    /// time: its end counts.
+    /// time: the age of a span counts from its end.
     fn driven(&self, span: Span, driven_s: f64) -> Driven {
         let start_s = span.start_ns as f64 * 1e-9;
         let ago_s = self.clock.now_ns() as f64 * 1e-9 - start_s;
@@ -487,7 +487,7 @@ mod tests {
         assert!((after.up_s - 4620.0).abs() < 1e-3, "{}", after.up_s);
         let since = after.date.duration_since(Timestamp::UNIX_EPOCH);
         assert!((since.as_secs_f64() - 3620.0).abs() < 1e-3);
-        // The next program, right after this one.
+        // The next program, directly after this one.
         let left_s = rig.left_s(3600.0 + 500.0);
         assert!((left_s - 120.0).abs() < 1e-3, "{left_s}");
     }

@@ -19,8 +19,8 @@ use crate::plate_warmth::{PlateWarmth, warmth_path};
 /// Ratio of the limit to the driving time of a protocol in an hour, where the configuration states no limit (an
 /// assumption: it leaves room for as many repetitions as there are trials).
 const ROOM: f64 = 2.0;
-/// Least limit where the configuration states none, s (an assumption): a participant who hesitates once must not use up
-/// the hour of a session of one trial.
+/// Least limit if the configuration states no limit, s (an assumption): a participant who hesitates once must not use
+/// up the hour of a session of one trial.
 const LEAST_S: f64 = 120.0;
 /// Longest possible driving time in an hour, s.
 const HOUR_S: f64 = 3600.0;

@@ -123,7 +123,7 @@ impl PositionEncoder {
 mod tests {
     use super::JumpWatch;
 
-    /// Returns the positions for counted ones, a millisecond apart, and the indices of the jumps.
+    /// Returns the watched positions of counted ones, a millisecond apart, and the indices of the jumps.
     fn watched(counted_m: &[f64]) -> (Vec<f64>, Vec<usize>) {
         let mut watch = JumpWatch::default();
         let times_s = (0..).map(|ms| f64::from(ms) * 1e-3);

@@ -85,7 +85,7 @@ impl PressTest {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EstopPress {
-    /// When it was pressed and released.
+    /// Time at which it was pressed and released.
     pub pressed: Timestamp,
     /// Line on which the press was seen: a press of another bench proves nothing.
     pub line: String,
@@ -152,7 +152,7 @@ pub fn record_path(calibration: &Path) -> PathBuf {
     calibration.with_file_name(format!("{}-estop.toml", stem.to_string_lossy()))
 }
 
-/// Returns the name of the line that the e-stop of `config` is wired to; `None` without one.
+/// Returns the name of the line to which the e-stop of `config` is wired; `None` without an e-stop.
 #[must_use]
 pub fn line_name(config: &Config) -> Option<String> {
     let gpio = &config.gpio;
@@ -173,7 +173,7 @@ impl EstopPress {
     /// Writes the record of a press on `line` now.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn record(path: &Path, line: String, pressed: Timestamp) -> anyhow::Result<Self> {
         let press = Self {
             pressed,

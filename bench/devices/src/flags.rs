@@ -32,7 +32,7 @@ pub enum InputFault {
     EncoderRestarted,
     /// A reading arrived at a time at which the map of its source's clock does not place it.
     ReadingMisplaced,
-    /// A reading was placed later than the clocks say, to stay behind the one before it.
+    /// A reading was placed later than the clocks say, to stay after the one before it.
     ReadingMoved,
     /// The normal axis is at the end of its range.
     NormalSaturated,
@@ -113,7 +113,7 @@ pub struct Flag {
 }
 
 impl Flag {
-    /// Returns the counts in words.
+    /// Returns the text of the counts.
     #[must_use]
     pub fn text(&self) -> String {
         let counts = self

@@ -18,11 +18,11 @@ pub struct FieldHealth {
     pub force_samples: u64,
     /// State of the force sensor's clock; `None` if it is on the sound card's clock.
     pub force_clock: Option<ClockState>,
-    /// State of the encoder's clock; `None` if it has no clock.
+    /// State of the encoder's clock; `None` if it has no separate clock.
     pub position_clock: Option<ClockState>,
     /// Number of encoder readings that missed a state.
     pub encoder_skipped: u64,
-    /// Whether the participant's button is pressed; `None` where none is wired.
+    /// Whether the participant's button is pressed; `None` if it is not wired.
     pub button_pressed: Option<bool>,
     /// Number of presses of the button so far.
     pub button_presses: u64,
@@ -48,7 +48,8 @@ pub struct Gauges {
 }
 
 impl Gauges {
-    /// Returns how much faster the force sensor's clock runs than the sound card's, ppm; `None` until it is known.
+    /// Returns the relative excess of the force sensor's clock rate over the sound card's, ppm; `None` until it is
+    /// known.
     #[must_use]
     pub fn force_clock_ppm(&self) -> Option<f64> {
         let card = self.card_clock.get()?;

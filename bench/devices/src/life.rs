@@ -131,7 +131,7 @@ impl Life {
     }
 }
 
-/// An error in the program itself ended a bench.
+/// An error of the program ended a bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
     "an error in the program itself ended the bench: the drive was stopped first, and what was recorded until then is kept; \

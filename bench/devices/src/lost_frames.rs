@@ -70,7 +70,7 @@ impl LossFinder {
         self.sample_rate_hz
     }
 
-    /// Returns the carrier's turn from one sample to the next, rad.
+    /// Returns the phase step of the carrier from one sample to the next, rad.
     pub(crate) fn step_rad(&self) -> f64 {
         TAU * self.carrier_hz / f64::from(self.sample_rate_hz)
     }
@@ -134,7 +134,7 @@ pub struct SampleBlock {
     pub header: BlockHeader,
     /// Samples of all channels.
     pub samples: Vec<f32>,
-    /// Time on the card's clock between the end of the block before and the start of this one, s.
+    /// Time on the card's clock between the end of the previous block and the start of this one, s.
     unaccounted_s: f64,
 }
 
@@ -272,7 +272,8 @@ impl LossWatch {
             ),
             None => Lost::About(0),
         };
-        // The timestamps may have pointed at the wrong block: nothing is lost only if the carrier goes on throughout.
+        // The timestamps may have pointed at the wrong block: no frame is lost only if the carrier continues
+        // throughout.
         before.extend_from_slice(&after);
         let lost = match lost {
             Lost::Exactly(0) if self.until == MOST_BLOCKS || !self.finder.goes_on(&before) => {
@@ -392,8 +393,8 @@ mod tests {
         assert_eq!(finder.lost(&silence, &silence, 5e-6), Lost::About(0));
     }
 
-    /// Returns the losses that a watch reports for an xrun that lost `lost` frames before the third block of 1024
-    /// frames; block n arrives `late_s[n]` too late, with a count of `xruns(n)`.
+    /// Returns the losses that a watch reports for an xrun that lost `lost` frames before block 3; block n, of 1024
+    /// frames, arrives `late_s[n]` too late, with a count of `xruns(n)`.
     fn watched<const N: usize>(lost: u64, late_s: [f64; N], xruns: fn(u64) -> u64) -> Vec<Lost> {
         let mut watch = LossWatch::new(35_000.0, RATE_HZ, 1, 0);
         let mut told = Vec::new();
@@ -457,7 +458,7 @@ mod tests {
         let one = |n| u64::from(n >= 2);
         assert_eq!(watched(0, [0.0; 8], one), [Lost::Exactly(0)]);
         assert_eq!(watched(1024, [0.0; 8], one), [Lost::Exactly(1024)]);
-        // The timestamps point at another block than the one before which three frames are missing.
+        // The timestamps point at a block other than the one after the three missing frames.
         let elsewhere = [0.0, 0.0, 0.0, 0.0, 1e-4, 1e-4, 1e-4, 1e-4];
         assert_eq!(watched(3, elsewhere, one), [Lost::About(0)]);
         assert_eq!(watched(0, elsewhere, one), [Lost::Exactly(0)]);

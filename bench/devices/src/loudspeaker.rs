@@ -32,7 +32,7 @@ pub enum Tone {
 }
 
 impl Loudspeaker {
-    /// Opens the device that `[sound]` names; `None` when it names none.
+    /// Opens the device that `[sound]` names; `None` if it names no device.
     ///
     /// # Errors
     /// If the device does not exist or cannot be opened: a warning for the operator, not the end of the session.

@@ -111,9 +111,9 @@ pub struct OutputGapWatch {
 /// Xruns with a gap that is still sought.
 #[derive(Debug, Clone, Copy)]
 struct Sought {
-    /// Number of the first of them.
+    /// Number of the first xrun.
     number: u64,
-    /// Frame at which the first of them was reported.
+    /// Frame at which the first xrun was reported.
     since: u64,
     /// Frame after the last at which the gap of the newest may begin.
     latest: u64,
@@ -476,7 +476,7 @@ mod tests {
     /// Fault 6.
     #[test]
     fn the_gaps_of_two_xruns_are_found_together_however_soon_the_second_follows() {
-        // The second is reported before the gap of the first is over, and its own comes later.
+        // The second is reported before the gap of the first is over; its gap comes later.
         let (gaps, told) = ([60_000..60_500_usize, 75_000..75_300], [60_200, 60_300]);
         let mut played = 0_u32;
         let samples: Vec<f32> = (0..140_000)

@@ -69,7 +69,7 @@ impl Drop for Listening {
 /// Raises `stop` when a signal asks a program without a drive to end, as for a bench.
 ///
 /// # Errors
-/// When a signal came before, or a handler cannot be registered.
+/// If a signal came before, or a handler cannot be registered.
 pub fn stop_on_signals(stop: &StopFlag) -> anyhow::Result<Listening> {
     stop_drive_on_signals(stop, DriveStop::default())
 }
@@ -78,7 +78,7 @@ pub fn stop_on_signals(stop: &StopFlag) -> anyhow::Result<Listening> {
 /// where they exist. On Unix the process ends within a second of the signal, even if a part of it hangs.
 ///
 /// # Errors
-/// When a signal came before, or a handler cannot be registered.
+/// If a signal came before, or a handler cannot be registered.
 pub fn stop_drive_on_signals(stop: &StopFlag, drive: DriveStop) -> anyhow::Result<Listening> {
     let heard = heard()?;
     let listening = {

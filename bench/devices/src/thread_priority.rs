@@ -57,7 +57,7 @@ pub(crate) fn thread_start(
     }))
 }
 
-/// Locks the program's memory if the configuration says so and the bench runs in real time.
+/// Locks the program's memory if the configuration requires it and the bench runs in real time.
 ///
 /// # Errors
 /// If the system does not let all of it be locked; the message names the remedy.

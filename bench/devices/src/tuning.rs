@@ -51,7 +51,7 @@ impl Tuning {
 /// Returns the demodulation filter at the carrier and the computation of Z_m with the constants of `config`.
 ///
 /// # Errors
-/// When sample rate and carrier do not fit each other.
+/// If sample rate and carrier do not fit each other.
 pub fn impedance_chain(config: &Config, carrier_hz: f64) -> anyhow::Result<(Filter, Zm)> {
     let filter = Filter::new(impedance::FilterSettings {
         sample_rate_hz: config.audio.rate_hz,

@@ -1,5 +1,5 @@
-//! The dead-man switch: the plate is driven only while it is held, and only if it was released and pressed since the
-//! last drive, so that a contact that is welded, tied down or shorted starts nothing.
+//! The dead-man switch: the plate is driven only while the switch is held, and only if it was released and pressed
+//! since the last drive, so that a contact that is welded, tied down or shorted cannot start a drive.
 
 use serde::Serialize;
 

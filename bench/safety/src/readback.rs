@@ -178,7 +178,7 @@ impl Readback {
         self.slipped = None;
     }
 
-    /// Drops all readings, as before arming: they say nothing about what follows.
+    /// Drops all readings, as before arming: they give no information about later ones.
     pub fn forget_readings(&mut self) {
         self.readings.clear();
         self.aheads.clear();

@@ -14,7 +14,8 @@ pub const DEAD_MAN_RELEASE_S: [f64; 2] = [0.05, 0.5];
 
 /// Gain of a faulty amplifier that the watch must distinguish from a sound one.
 pub(crate) const HALF_GAIN: f64 = 0.5;
-/// Margin for that, as a share of the crest, so that the fault shows for a good part of each period.
+/// Margin between half the gain and the accepted read-back, as a share of the crest: the fault shows for a good part of
+/// a period.
 const MARGIN: f64 = 0.05;
 
 /// Longest delay of a real loop, s: three buffers of 4096 frames out and one in at 192 kHz wait for 85 ms, and
@@ -41,7 +42,7 @@ pub struct SafetyLimits {
     pub max_amplitude_m: f64,
     /// Thermal constants of the plate and its limit.
     pub heat: PlateHeat,
-    /// Driving time allowed within an hour, until an [`Allowance`](crate::Allowance) comes, s.
+    /// Driving time allowed within an hour, until an [`Allowance`](crate::Allowance) arrives, s.
     pub driving_s_per_hour: f64,
     /// Time for which the dead-man switch may be open while the plate is driven, ns; `None` on a bench without one.
     pub dead_man_release_ns: Option<u64>,

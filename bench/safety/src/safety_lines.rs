@@ -26,7 +26,7 @@ pub trait InputLine: Send {
     /// Returns whether the line is high now.
     ///
     /// # Errors
-    /// When the backend cannot read the line.
+    /// If the backend cannot read the line.
     fn is_high(&mut self) -> Result<bool, GpioError>;
 }
 
@@ -35,7 +35,7 @@ pub trait OutputLine: Send {
     /// Drives the line high or low.
     ///
     /// # Errors
-    /// When the backend cannot drive the line.
+    /// If the backend cannot drive the line.
     fn set(&mut self, high: bool) -> Result<(), GpioError>;
 }
 

@@ -33,7 +33,7 @@ pub struct Press {
     pub normal_n: f64,
     /// Lateral force, N; of either sign.
     pub lateral_n: f64,
-    /// Normal and lateral force by the sensor itself, without calibration, N.
+    /// Normal and lateral force as the sensor gives them, without calibration, N.
     pub raw_n: [f64; 2],
     /// Whether the normal axis was at the end of its range.
     pub saturated: bool,

@@ -83,7 +83,7 @@ pub enum Trip {
         /// Measured peak, V.
         measured_v: f64,
     },
-    /// The drive reads back a voltage although nothing is played, with the amplifier on: another generator.
+    /// The drive reads back a voltage with the amplifier on although nothing is played: another generator.
     AliveUndriven {
         /// Measured peak, V.
         measured_v: f64,

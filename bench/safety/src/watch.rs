@@ -1,4 +1,4 @@
-//! The watch: a task that judges the bench every two milliseconds and stops the drive when anything is wrong.
+//! The watch: a task that judges the bench every two milliseconds and stops the drive on any fault.
 
 mod decider;
 mod person;

@@ -21,7 +21,7 @@ pub trait Task: Send {
     fn period(&self) -> Duration;
     /// Prepares the task's own thread, on it, before the first poll. Not called when tasks share a thread.
     fn begin(&mut self) {}
-    /// Does what is due at `now_ns` and returns; never waits for another task.
+    /// Does the work that is due at `now_ns` and returns; never waits for another task.
     ///
     /// # Errors
     /// A failure that must end the whole schedule.

@@ -132,7 +132,7 @@ impl fmt::Display for Device {
 }
 
 impl Device {
-    /// Returns the configurations of a direction: as many channels as are named, at rates up to those of one channel.
+    /// Returns the configurations of a direction: with all named channels, at rates up to those of one channel.
     /// The limits of several channels are checked, with the arithmetic, when a stream is opened.
     fn configs(&self, channels: usize, most_hz: f64) -> Vec<SupportedStreamConfigRange> {
         if most_hz < f64::from(LOWEST_HZ) {

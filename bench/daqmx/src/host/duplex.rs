@@ -39,7 +39,7 @@ pub(super) struct Callbacks {
 const PATIENCE_S: f64 = 0.05;
 /// Length of the driver's input buffer, s: the longest time by which the computer may read late.
 const INPUT_BUFFER_S: f64 = 1.0;
-/// Time after the request to end in which the drive may come to rest, s, including [`signalgen::EMERGENCY_RAMP_S`].
+/// Time after the request to end in which the drive ramps to rest, s, including [`signalgen::EMERGENCY_RAMP_S`].
 const REST_S: f64 = 2.0 * signalgen::EMERGENCY_RAMP_S;
 
 /// A card that streams; dropping it stops the card.
@@ -222,7 +222,7 @@ impl Streaming {
         }
     }
 
-    /// Streams until a stop is requested and the drive has come to rest, or until the card stops.
+    /// Streams until a stop is requested and the drive is at rest, or until the card stops.
     fn run(&mut self, plan: &Plan, asked: &AtomicBool) {
         let block_s = f64::from(plan.block_frames) / self.rate_hz;
         let mut last = ((plan.table.lead_s + REST_S) / block_s).ceil() as u32;

@@ -9,7 +9,7 @@ pub enum DaqFault {
     Underrun,
     /// Fewer samples than requested came in time.
     TimedOut,
-    /// The device is no longer present, or never was.
+    /// The device was removed, or was never present.
     Gone,
     /// The device has no such terminal, line or counter.
     NoTerminal,

@@ -1,4 +1,4 @@
-//! The library's C functions, found by their names when it is loaded.
+//! The library's C functions, looked up by name when it is loaded.
 //!
 //! Prototypes are those of NI's `NIDAQmx.h`, where `int32` is `i32`, `uInt32` and `bool32` are `u32`, `uInt64` is `u64`
 //! and a `TaskHandle` is a pointer.

@@ -287,7 +287,7 @@ impl AnalogOutput {
         self.task.start()
     }
 
-    /// Fails if the card has stopped the task: inputs on its clock then stand still, without an error of their own.
+    /// Fails if the card has stopped the task: inputs on its clock then stand still without reporting an error.
     ///
     /// # Errors
     /// [`DaqError`] of the library.

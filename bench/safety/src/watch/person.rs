@@ -45,7 +45,7 @@ impl Watch {
         })
     }
 
-    /// Polls the dead-man switch, if one is used; a switch that is not wired is never held.
+    /// Polls the dead-man switch, if one is used; a switch that is not wired counts as released.
     pub(super) fn watch_hold(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
         let Some(dead_man) = &mut self.dead_man else {
             return Ok(None);

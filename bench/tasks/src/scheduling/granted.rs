@@ -15,7 +15,7 @@ pub enum Scheduling {
     },
     /// Normal, because the system refused real time.
     Refused {
-        /// Greatest priority that the user may ask for (`RLIMIT_RTPRIO`); 0 if none.
+        /// Greatest priority that the user may ask for (`RLIMIT_RTPRIO`); 0 if it is not permitted.
         limit: u64,
     },
     /// Normal; no higher priority was requested.

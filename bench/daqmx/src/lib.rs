@@ -1,7 +1,7 @@
-//! Cards of National Instruments through NI-DAQmx: a host of streams behind the same seam as sound cards, a counter and
-//! digital lines. The library is loaded at run time, and nothing links to it.
+//! Cards of National Instruments through NI-DAQmx: a host of streams behind the same interface as sound cards, a
+//! counter and digital lines. The library is loaded at run time; the program is not linked to it.
 //!
-//! What is used of it, why so, and what each card allows is in `docs/nidaqmx.md`.
+//! `docs/nidaqmx.md` describes the functions used, the reasons for that choice, and the limits of each card.
 
 mod host;
 mod library;
@@ -17,11 +17,11 @@ use sources::Lines;
 pub use library::Card;
 use library::Daqmx;
 
-/// Opens the card of `config`: the host of its streams, and its lines and counter, the others from `beside`. The library
-/// is that at `library` if it is given, or else the configured one.
+/// Opens the card of `config`: the host of its streams, and its lines and counter; the other lines come from `beside`.
+/// The library is the one at `library` if it is given, or else the configured one.
 ///
 /// # Errors
-/// When the library cannot be loaded, or a line or the counter cannot be had; says what to change.
+/// If the library cannot be loaded, or a line or the counter is unavailable; the message names the remedy.
 pub fn open(
     config: &Config,
     library: Option<&Path>,
@@ -41,7 +41,7 @@ pub fn open(
     ))
 }
 
-/// Requires that there is a card of this name: its terminals begin with it.
+/// Requires a card of this name, with which its terminals begin.
 fn require_card(library: &Daqmx, device: &str) -> anyhow::Result<()> {
     let cards = library
         .cards()
@@ -62,18 +62,19 @@ fn require_card(library: &Daqmx, device: &str) -> anyhow::Result<()> {
     )
 }
 
-/// Returns the cards of this computer, by the library at `library` or where the system's loader finds it.
+/// Returns the cards of this computer, by the library at `library` or, without it, the one that the system's loader
+/// finds.
 ///
 /// # Errors
-/// When NI-DAQmx is not installed, or does not answer.
+/// If NI-DAQmx is not installed, or does not answer.
 pub fn cards(library: Option<&Path>) -> anyhow::Result<Vec<Card>> {
     Ok(Daqmx::load(library)?.cards()?)
 }
 
-/// Returns the cards of this computer as a host whose devices can be listed.
+/// Returns the cards of this computer as a host with devices that can be listed.
 ///
 /// # Errors
-/// When NI-DAQmx is not installed.
+/// If NI-DAQmx is not installed.
 pub fn listed() -> Result<Host, AudioError> {
     let library = Daqmx::load(None).map_err(|error| AudioError::HostUnavailable {
         host: "nidaqmx".to_owned(),

@@ -1,4 +1,4 @@
-//! Digital lines and the counter of the card. They are read and driven on demand, each by a task of its own.
+//! Digital lines and the counter of the card, read and driven on demand, each by a separate task.
 
 use std::io;
 
@@ -10,10 +10,10 @@ use sources::{LineSource, Lines, SourceGone, take_lines};
 
 use crate::library::{CounterInput, DaqError, DaqFault, Daqmx, LineInput, LineOutput};
 
-/// Takes the lines and the counter that `table` and `config` name of their card, and the others from `beside`.
+/// Takes the lines and the counter of the card that `table` and `config` name, and the others from `beside`.
 ///
 /// # Errors
-/// The line that cannot be had, and why.
+/// The line that is unavailable, and the reason.
 pub(crate) fn take(
     library: &Daqmx,
     config: &Config,
@@ -30,7 +30,7 @@ pub(crate) fn take(
         };
         let of_card = take_lines(&config.gpio, &ports)?;
         lines = Lines {
-            // A simulated person holds a switch of its own.
+            // A simulated person holds a separate switch.
             dead_man: lines.dead_man.or(of_card.dead_man),
             ..of_card
         };
@@ -51,7 +51,7 @@ pub(crate) fn take(
     Ok(lines)
 }
 
-/// The two ports of a card whose lines `[gpio]` numbers.
+/// The two ports of a card with the lines that `[gpio]` numbers.
 struct Ports<'a> {
     library: &'a Daqmx,
     device: &'a str,
@@ -87,7 +87,7 @@ impl LineSource for Ports<'_> {
     }
 }
 
-/// The system's error that means the same as the library's.
+/// Returns the system's error with the same meaning as the library's.
 fn system_error(error: DaqError) -> io::Error {
     match error.fault() {
         DaqFault::Reserved => io::ErrorKind::ResourceBusy.into(),
@@ -105,7 +105,8 @@ fn gone(line: &str, error: &DaqError) -> GpioError {
 
 struct CardInput {
     name: &'static str,
-    /// Whether it stops the drive: one that cannot be read then fails. Others read low, as an open contact.
+    /// Whether it stops the drive: such a line fails if it cannot be read. Other lines then read low, as an open
+    /// contact.
     is_stop: bool,
     input: LineInput,
 }
@@ -132,7 +133,7 @@ impl OutputLine for CardOutput {
     }
 }
 
-/// An encoder on a counter of the card, which misses no edge between two readings.
+/// Encoder on a counter of the card, which misses no edge between two readings.
 struct CardCounter {
     input: CounterInput,
     before: Option<u32>,
@@ -169,7 +170,7 @@ impl PositionSource for CardCounter {
     }
 }
 
-/// Returns how far a counter of 32 bits has moved: it wraps, below 0 too.
+/// Returns the movement of a 32-bit counter, which wraps, also below 0.
 fn moved(before: Option<u32>, now: u32) -> i64 {
     let step = before.map_or(0, |before| now.wrapping_sub(before));
     i64::from(step.cast_signed())

@@ -1,4 +1,4 @@
-//! The host on the simulated library, with a loop-back in the apparatus' place: what is played is recorded, beside a count
+//! The host on the simulated library, with a loop-back in place of the apparatus, which records the output and a count
 //! of the frames.
 #![expect(
     unsafe_code,
@@ -25,20 +25,20 @@ use sources::Lines;
 const CONFIG: &str = include_str!("../../mock-bench-nidaqmx.toml");
 const RATE_HZ: u32 = 100_000;
 const BLOCK: usize = 1000;
-/// Frames that are written ahead: 30 ms.
+/// Frames written ahead: 30 ms.
 const LEAD: u64 = 3000;
 /// Longest time for which a test waits.
 const PATIENCE: Duration = Duration::from_secs(120);
 /// An hour.
 const HOUR: u64 = 3600 * RATE_HZ as u64;
 
-/// The library has one state for all of its process.
+/// The library has one state for its whole process.
 static ALONE: Mutex<()> = Mutex::new(());
-/// The loop-back's thread, its end, and the fault that it meets next: 1 + direction, kind.
+/// Thread of the loop-back, its end, and its next fault: 1 + direction, kind.
 static THREAD: Mutex<Option<JoinHandle<()>>> = Mutex::new(None);
 static OPEN: AtomicBool = AtomicBool::new(false);
 static FAULT: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
-/// The converters, of which the output holds what it played last.
+/// The converters; the output holds its last sample.
 static DECK: Mutex<Option<Deck>> = Mutex::new(None);
 /// Level of the amplifier enable, and the encoder's count.
 static ENABLE: AtomicBool = AtomicBool::new(false);
@@ -92,10 +92,10 @@ extern "C" fn count(_: *const c_void) -> i64 {
 
 extern "C" fn release(_: *const c_void) {}
 
-/// A prime, so that no period of anything divides it.
+/// A prime, so that it is not a multiple of any period.
 const CYCLE: u64 = 1_000_003;
 
-/// A number that tells a frame from all within ten seconds.
+/// Returns a number that is unique to a frame within ten seconds.
 fn pattern(frame: u64) -> f32 {
     (frame % CYCLE) as f32 / 1_048_576.0
 }
@@ -128,7 +128,7 @@ fn connect() {
     }
 }
 
-/// What a run of both streams saw.
+/// Observations of a run of both streams.
 #[derive(Default)]
 struct Seen {
     frames: AtomicU64,
@@ -142,7 +142,7 @@ impl Seen {
     }
 }
 
-/// Returns what the card's output holds once nothing streams, of full scale.
+/// Returns the level that the card's output holds once no stream runs, relative to full scale.
 fn held() -> f32 {
     let mut sample = [f32::NAN];
     let deck = DECK.lock().unwrap();
@@ -153,7 +153,7 @@ fn held() -> f32 {
 /// Opens the card on a sample clock.
 fn card(clock: &str) -> (cpal::Host, Lines) {
     connect();
-    // One input at a time needs no interpolation: what comes must be, bit for bit, what was sent.
+    // One input at a time needs no interpolation: the samples read must be those sent, bit for bit.
     let text = CONFIG
         .replace("convert_hz = 250000", "#")
         .replace("clock = \"start-trigger\"", &format!("clock = \"{clock}\""))
@@ -170,7 +170,7 @@ fn stream_of(channels: u16) -> StreamConfig {
     }
 }
 
-/// Streams until `enough` of what was seen, for no longer than two minutes.
+/// Streams until `enough` accepts the observations, for no longer than two minutes.
 fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
     let seen = Arc::new(Seen::default());
     let (host, lines) = card(clock);
@@ -203,7 +203,7 @@ fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
                 let mut wrong = u64::from(info.timestamp().capture.as_nanos().abs_diff(at_ns) > 1);
                 for pair in data.as_slice::<f32>().unwrap().chunks_exact(2) {
                     let played = if frame < LEAD { 0.0 } else { pattern(frame) };
-                    // The apparatus counts from when its converters were opened.
+                    // The apparatus counts from the opening of its converters.
                     let base = *base.get_or_insert((pair[1] * 1_048_576.0).round() as u64);
                     wrong += u64::from(pair != [played, pattern(base + frame)]);
                     frame += 1;
@@ -258,7 +258,7 @@ fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
         (1, XRUN, stopped("output")),
         (0, GONE, gone),
     ] {
-        // On the outputs' clock the inputs stand still with the outputs, and tell nothing of it.
+        // On the outputs' clock, the inputs stand still with the outputs, without reporting an error.
         for clock in ["start-trigger", "ao-sample-clock"] {
             FAULT[1].store(kind, Ordering::SeqCst);
             let injected = AtomicBool::new(false);
@@ -270,7 +270,7 @@ fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
                 seen.errors.lock().unwrap().len() >= expected.len()
             });
             assert_eq!(*seen.errors.lock().unwrap(), expected, "{clock}");
-            // All that came before it came whole.
+            // All samples before it arrived whole.
             assert_eq!(seen.wrong.load(Ordering::SeqCst), 0);
         }
     }
@@ -342,7 +342,7 @@ fn lines_and_counter_are_those_of_the_card_and_an_output_ends_low() {
     let enable = lines.enable.as_mut().unwrap();
     enable.set(true).unwrap();
     assert!(ENABLE.load(Ordering::SeqCst));
-    // The card would hold it.
+    // The card would hold the level.
     drop(lines.enable.take());
     assert!(!ENABLE.load(Ordering::SeqCst));
     let counter = lines.counter.as_mut().unwrap();

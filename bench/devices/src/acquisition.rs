@@ -1,5 +1,5 @@
 //! The acquisition task: reads the sound card's ring, demodulates it to impedance frames and places force and position
-//! on the audio clock. Raw samples go to the recorder, understood ones to the session.
+//! on the audio clock. Raw samples go to the recorder, processed values to the session.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -39,7 +39,7 @@ pub enum RecordingCommand {
     Interval(protocols::Interval),
     /// Records an event at the present sample.
     Event(EventKind, Option<String>),
-    /// Records an event at the present sample, and tells the operator.
+    /// Records an event at the present sample, and warns the operator.
     Warn(EventKind, String),
     /// Ends the recording.
     End(Ending),
@@ -64,7 +64,7 @@ pub struct Acquisition {
     gauges: Arc<Gauges>,
     block: Vec<f32>,
     waiting: Vec<FieldReading>,
-    /// First frame of the next block as the card counts, without the frames that an xrun swallowed.
+    /// First frame of the next block by the card's count, which leaves out the frames lost in an xrun.
     card_frames: u64,
     card_map: CardFrames,
     recording: Option<OpenRecording>,
@@ -100,7 +100,7 @@ pub struct AcquisitionQueues {
 }
 
 impl Acquisition {
-    /// Makes the task that reads `input` into `pipeline`; `loss` counts the frames that an xrun of the input swallows,
+    /// Makes the task that reads `input` into `pipeline`; `loss` counts the frames lost in an xrun of the input,
     /// `output_gaps` those of the output.
     pub fn new(
         input: InputReader,
@@ -193,13 +193,13 @@ impl Acquisition {
             .map(|recording| recording.first_frame as f64 / self.pipeline.rate_hz())
     }
 
-    /// Sends a message to the recorder. The queue counts a rejected one, which fails the recording; control messages
-    /// have reserved room.
+    /// Sends a message to the recorder. The queue counts a rejected message, which fails the recording; room is
+    /// reserved for control messages.
     fn record(&mut self, message: RecorderMessage) {
         let _counted = self.recorder.send(message);
     }
 
-    /// Tells the recorder how the clocks fare that the recording is placed by.
+    /// Sends the recorder the state of the clocks by which the recording is placed.
     fn record_clocks(&mut self) {
         if let Some(open) = &mut self.recording {
             open.clocks.look(&self.gauges);
@@ -237,7 +237,7 @@ impl Acquisition {
 
     fn end_flags(&mut self) {
         let given_up = self.output_gaps.give_up();
-        // The stretch itself was reported with the xrun.
+        // The stretch was reported with the xrun.
         self.output_xrun(given_up, &mut Batch::default());
         let updates = self.flags.end(self.pipeline.account().frames);
         self.report(updates);
@@ -287,7 +287,7 @@ impl Acquisition {
         }
     }
 
-    /// Processes a block whose place on the audio clock is known.
+    /// Processes a block with a known place on the audio clock.
     fn accept(
         &mut self,
         block: SampleBlock,
@@ -350,7 +350,8 @@ impl Acquisition {
         Ok(())
     }
 
-    /// Reports an output xrun: the stretch at once, the event and the line for the operator when the gap is known.
+    /// Reports an output xrun: the affected stretch at once, the event and the line for the operator when the gap is
+    /// known.
     fn output_xrun(&mut self, xrun: Option<OutputXrun>, batch: &mut Batch) {
         let Some(xrun) = xrun else { return };
         let time_s = |frame: u64| frame as f64 / self.pipeline.rate_hz();
@@ -387,7 +388,7 @@ impl Acquisition {
         self.waiting.extend(self.readings.try_iter());
         for reading in std::mem::take(&mut self.waiting) {
             let Some(time_s) = self.placed_s(reading.at()) else {
-                // The blocks about an xrun are held back until it is counted.
+                // The blocks around an xrun are held back until its frames are counted.
                 if matches!(reading.at(), Moment::Card(_)) {
                     self.waiting.push(reading);
                 }
@@ -397,7 +398,7 @@ impl Acquisition {
             let [since, until] = [since_s.min(time_s), time_s]
                 .map(|time_s| (time_s.max(0.0) * self.pipeline.rate_hz()).round() as u64);
             let mut note = |fault, count| self.flags.note(fault, since..=until, count);
-            // The estimate of the clocks may still move by more than a sample's distance.
+            // The estimate of the clocks may still move by more than the distance between two samples.
             let in_order = |last_s: f64| time_s.max(last_s + LEAST_STEP_S);
             let moved = |in_order_s: f64| u64::from(in_order_s - time_s > MISPLACED_S);
             match reading {
@@ -516,8 +517,8 @@ impl Acquisition {
     }
 }
 
-/// Most blocks that one look takes: a card that is faster than this thread must not hold it, which has orders to obey.
-/// Further ones wait in the ring, which tells how full it is and when it overflows.
+/// Most blocks taken in one poll: a card that is faster than this thread must not keep it from its commands. Further
+/// blocks wait in the ring, which reports its fill and its overflow.
 const MOST_BLOCKS: usize = 1024;
 
 /// Smallest distance between the times of a file's rows, s: they are written to the nanosecond.

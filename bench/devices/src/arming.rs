@@ -1,5 +1,5 @@
-//! Whether a bench may be armed: its safety watch must see what it is there for, by the drives that are asked for, and
-//! nobody may hear their carriers.
+//! Conditions for arming a bench: under the requested drives, its safety watch must detect the faults it guards
+//! against, and the carriers must be inaudible.
 
 use std::f64::consts::TAU;
 
@@ -14,16 +14,16 @@ pub enum ArmingError {
     /// A limit in `[safety]` would let a fault pass.
     #[error(transparent)]
     Blind(#[from] BlindLimit),
-    /// The drive is too faint to tell a failed amplifier by it.
+    /// The drive is too faint to show a failed amplifier.
     #[error(transparent)]
     Faint(#[from] FaintDrive),
     /// A delay of the loop could hide a changed gain.
     #[error(transparent)]
     Hidden(#[from] HiddenByDelay),
-    /// No meter has checked the volts, and they are many.
+    /// The voltage is high and has not been checked with a meter.
     #[error(transparent)]
     Unchecked(#[from] UncheckedVolts),
-    /// People hear the carrier.
+    /// The carrier is audible.
     #[error(transparent)]
     Audible(#[from] AudibleCarrier),
     /// The calibrated plate would move too much.
@@ -39,7 +39,7 @@ pub enum ArmingError {
         /// Allowed, µm.
         limit_um: f64,
     },
-    /// Forces come from inputs of the card, and no known mass has shown that those read a constant load.
+    /// Forces come from inputs of the card, and no known mass has shown that these inputs read a constant load.
     #[error(
         "forces come from inputs of the card (force.source = \"channels\"), and no calibration has shown that these read a \
          constant load: DC-coupled inputs do, AC-coupled ones read nothing; run `friction-bench calibrate force` and drive \
@@ -92,9 +92,9 @@ pub fn require_armable(config: &Config, pace: Pace) -> Result<(), ArmingError> {
     Ok(config.limits.require_inaudible(config.plate.resonance_hz)?)
 }
 
-/// Requires a drive under which the safety watch of an armable bench can tell a dead amplifier, or one with half its
-/// gain, whose carrier nobody hears, that moves a calibrated plate no more than it may, and whose volts a meter has
-/// checked at `now` if they are many.
+/// Requires a drive under which the safety watch of an armable bench detects a dead amplifier or one with half its
+/// gain, with an inaudible carrier, that moves a calibrated plate no more than allowed and, if its voltage is high, has
+/// been checked with a meter as of `now`.
 ///
 /// # Errors
 /// [`ArmingError::Faint`] and [`ArmingError::Hidden`] with the arithmetic, [`ArmingError::Audible`] with the carrier,
@@ -183,7 +183,7 @@ mod tests {
         let quality = 0.008 * TAU * 35e3 / 7.01;
         let at = |hz| amplitude_m(&config.plate, quality, hz, 24.0);
         assert!((at(35e3) - 2.024e-6).abs() < 1e-9, "{}", at(35e3));
-        // Half the width of the resonance away it has fallen by √2.
+        // At half the width of the resonance it has fallen by √2.
         assert!((at(35e3 * (1.0 + 0.5 / quality)) * 2f64.sqrt() / at(35e3) - 1.0).abs() < 5e-3);
     }
 

@@ -1,4 +1,4 @@
-//! Assembly of a bench from its hardware: streams are opened and tasks wired, and nothing is driven yet.
+//! Assembly of a bench from its hardware: opens the streams and wires the tasks, without driving the plate yet.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -39,34 +39,34 @@ use crate::tuning::Tuning;
 pub struct Hardware {
     /// Sound layer.
     pub host: Host,
-    /// Sound layer of what the participant hears; `None` for that of the streams.
+    /// Sound layer of the participant's cues; `None` for that of the streams.
     pub cues: Option<Host>,
     /// Digital lines.
     pub lines: Lines,
-    /// Where the force sensor is; `None` for the configured place.
+    /// Place of the force sensor; `None` for the configured place.
     pub force_place: Option<Place>,
-    /// The field box; `None` for a bench that has none behind any of its sources.
+    /// The field box; `None` if no source of the bench is behind one.
     pub field_box: Option<FieldBox>,
     /// Clock of the host.
     pub clock: Arc<dyn Clock>,
-    /// How tasks are scheduled.
+    /// Schedule of the tasks.
     pub schedule: Schedule,
-    /// Dropped once the streams are closed: the claim that keeps other instances away, or a simulated apparatus.
+    /// Dropped after the streams are closed: the claim that keeps other instances away, or a simulated apparatus.
     pub guard: Box<dyn Send>,
-    /// Whether the hardware is simulated, as screens and files say.
+    /// Whether the hardware is simulated, as shown on screens and in files.
     pub simulated: bool,
-    /// What lets time pass for the sound card.
+    /// Source of the sound card's time.
     pub pace: Pace,
-    /// Whether driving time and the plate's warmth outlast the program; those of simulated time are nobody's.
+    /// Whether driving time and plate temperature are kept after the program ends; not in simulated time.
     pub keeps_accounts: bool,
 }
 
 impl Hardware {
-    /// Opens the field box of `config`, or the one at `simulated_port`, and takes the lines that are behind it. A real box must
-    /// answer; a simulated one may need time to pass for that.
+    /// Opens the field box of `config`, or the one at `simulated_port`, and takes the lines behind it. A real box must
+    /// answer; a simulated one may need time to pass first.
     ///
     /// # Errors
-    /// When its port is missing, busy or forbidden, or what is there is no box that can be used.
+    /// If its port is missing, busy or forbidden, or the device there is not a usable field box.
     pub fn with_field_box(
         mut self,
         config: &Config,
@@ -93,7 +93,7 @@ pub struct OpenHardware {
     pub drive: DriveControl,
     /// Readings of the slow inputs.
     pub readings: Receiver<FieldReading>,
-    /// The participant's button; `None` when none is wired.
+    /// The participant's button; `None` if it is not wired.
     pub button: Option<Arc<AtomicBool>>,
     /// Whether an encoder is wired.
     pub has_position: bool,
@@ -111,7 +111,7 @@ impl OpenHardware {
     /// Opens the streams and the sensors, and makes the drive safe against panics and signals.
     ///
     /// # Errors
-    /// Names the part that is missing, busy or unable, and what to do.
+    /// Names the part that is missing, busy or unsuitable, and the remedy.
     pub fn open(bench: &Effective, hardware: Hardware) -> anyhow::Result<Self> {
         let config = bench.config();
         let Hardware {
@@ -213,10 +213,10 @@ impl OpenHardware {
 }
 
 impl OpenHardware {
-    /// Counts driving time and warmth on `ledger`, as of this moment of the computer's run.
+    /// Counts driving time and plate temperature in `ledger`, as of this moment of the computer's run.
     ///
     /// # Errors
-    /// [`WarmthError`] if the plate's warmth cannot be written.
+    /// [`WarmthError`] if the plate's temperature cannot be written.
     pub fn charge(&mut self, ledger: DriveLedger, boot: Boot) -> Result<(), WarmthError> {
         let keepers = ledger.begin(&self.drive, self.life.clock(), boot, &self.signals)?;
         self.tasks.extend(keepers);
@@ -238,7 +238,7 @@ pub struct Bench {
     pub notices: Receiver<RecorderNotice>,
     /// Fill and faults of the recorder's queue.
     pub gauge: RecorderGauge,
-    /// The participant's button; `None` when none is wired.
+    /// The participant's button; `None` if it is not wired.
     pub button: Option<Arc<AtomicBool>>,
     /// Whether an encoder is wired.
     pub has_position: bool,
@@ -258,14 +258,14 @@ pub struct Bench {
 const RECORDER_QUEUE_S: f64 = 10.0;
 /// Most messages to the recorder for each block of audio.
 const MESSAGES_PER_BLOCK: f64 = 3.0;
-/// Most messages with forces and positions to the recorder per second; they come whatever the length of a block.
+/// Most messages with forces and positions to the recorder per second, for any length of a block.
 const FIELD_MESSAGES_PER_S: f64 = 2000.0;
 
 impl Bench {
     /// Opens the streams and the sensors and wires the tasks.
     ///
     /// # Errors
-    /// Names the part that is missing, busy or unable, and what to do.
+    /// Names the part that is missing, busy or unsuitable, and the remedy.
     pub fn open(bench: &Effective, carrier_hz: f64, hardware: Hardware) -> anyhow::Result<Self> {
         let config = bench.config();
         let tuning = Tuning::new(config, carrier_hz)?;
@@ -328,10 +328,10 @@ impl Bench {
         })
     }
 
-    /// Counts driving time and warmth on `ledger`, as of this moment of the computer's run.
+    /// Counts driving time and plate temperature in `ledger`, as of this moment of the computer's run.
     ///
     /// # Errors
-    /// [`WarmthError`] if the plate's warmth cannot be written.
+    /// [`WarmthError`] if the plate's temperature cannot be written.
     pub fn charge(&mut self, ledger: DriveLedger, boot: Boot) -> Result<(), WarmthError> {
         let keepers = ledger.begin(&self.drive, self.life.clock(), boot, &self.signals)?;
         self.before.extend(keepers);
@@ -351,7 +351,8 @@ impl Bench {
         )
     }
 
-    /// Returns what nobody has measured on this bench although its safety rests on it, as [`Effective::unverified`].
+    /// Returns the quantities that this bench's safety depends on and that have not been measured, as
+    /// [`Effective::unverified`].
     #[must_use]
     pub fn unverified(&self, bench: &Effective) -> Vec<String> {
         bench.unverified(self.life.clock().utc())

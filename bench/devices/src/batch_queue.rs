@@ -1,16 +1,16 @@
-//! The queue of batches from the acquisition to whoever decides: the acquisition never waits for it, and it does not grow
-//! without a bound while nobody reads.
+//! Queue of batches from the acquisition to the session: the acquisition never waits for it, and it stays bounded while
+//! it is not read.
 
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use recording::pipeline::Batch;
 
-/// Most batches that wait. One comes each millisecond: eight seconds. Whoever decides and does not look for one second is
-/// stopped by the safety watch.
+/// Most batches that wait: eight seconds, at one batch per millisecond. The safety watch stops a session that does not
+/// look for one second.
 const MOST_WAITING: usize = 1 << 13;
-/// Most warnings that are kept of dropped batches.
+/// Most warnings kept from dropped batches.
 const MOST_WARNINGS: usize = 100;
 
-/// Batches that nobody took.
+/// Number of batches that were not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{0} ms of forces, positions and impedances did not reach the session, which took nothing for seconds: what it shows and \
@@ -19,17 +19,17 @@ const MOST_WARNINGS: usize = 100;
 pub struct BatchesDropped(pub u64);
 
 impl BatchesDropped {
-    /// Returns what was dropped before `batch`; `None` if nothing was.
+    /// Returns the batches dropped before `batch`; `None` if there were none.
     #[must_use]
     pub fn before(batch: &Batch) -> Option<Self> {
         (batch.dropped > 0).then_some(Self(batch.dropped))
     }
 }
 
-/// The acquisition's end of the queue.
+/// Sending end of the queue, for the acquisition.
 pub struct BatchSender {
     to: Sender<Batch>,
-    /// Batches dropped since the last one that had room, and their warnings.
+    /// Batches dropped since the last one that found room, and their warnings.
     dropped: u64,
     warnings: Vec<String>,
 }
@@ -47,7 +47,7 @@ pub fn batch_queue() -> (BatchSender, Receiver<Batch>) {
 }
 
 impl BatchSender {
-    /// Sends a batch, or counts it in the next one that has room.
+    /// Sends a batch, or counts it in the next one that finds room.
     pub(crate) fn send(&mut self, mut batch: Batch) {
         batch.dropped = self.dropped;
         let mut warnings = std::mem::take(&mut self.warnings);

@@ -1,4 +1,4 @@
-//! The computer's present run: since when it has been on, by a clock that nobody sets.
+//! Present run of the computer: its identifier, and its age by a clock that cannot be set.
 
 use std::fs;
 
@@ -7,11 +7,11 @@ use crate::machine;
 /// The computer's present run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boot {
-    /// What tells this run of the computer from others; `None` where the system does not say.
+    /// Identifier of this run; `None` if the system gives none.
     pub id: Option<String>,
-    /// Time since the computer was started, s, suspension included; 0 where the system does not say.
+    /// Time since the computer was started, s, suspension included; 0 if the system does not give it.
     pub up_s: f64,
-    /// What tells this computer from others; `None` where the system does not say.
+    /// Identifier of this computer; `None` if the system gives none.
     pub machine: Option<String>,
 }
 

@@ -1,21 +1,21 @@
-//! The audio clock by the card's own count of frames, which leaves out those that an xrun swallowed.
+//! Map to the audio clock from the card's count of frames, which leaves out the frames lost in an xrun.
 
 use std::collections::VecDeque;
 
-/// Stretches that are kept: each begins where frames were swallowed.
+/// Most stretches kept; each begins where frames were lost.
 const KEPT: usize = 64;
 
 /// Maps frames as the card counts them to frames of the audio clock.
 #[derive(Debug, Default)]
 pub(crate) struct CardFrames {
-    /// First card frame of each stretch, and what is to be added from there on.
+    /// First card frame of each stretch, and the number of frames to add from there on.
     stretches: VecDeque<(u64, u64)>,
-    /// End of what has been accepted, in card frames.
+    /// End of the accepted frames, by the card's count.
     end: u64,
 }
 
 impl CardFrames {
-    /// Notes that `frames` frames from card frame `card` on are those from `audio` on.
+    /// Notes that the `frames` frames from card frame `card` on are those from `audio` on.
     pub(crate) fn accept(&mut self, card: u64, frames: u64, audio: u64) {
         let swallowed = audio.saturating_sub(card);
         if self
@@ -31,7 +31,7 @@ impl CardFrames {
         self.end = card + frames;
     }
 
-    /// Returns the frame of the audio clock; `None` as long as the card's frame has not been accepted.
+    /// Returns the frame of the audio clock; `None` until the card's frame has been accepted.
     pub(crate) fn audio(&self, card: f64) -> Option<f64> {
         if card >= self.end as f64 {
             return None;
@@ -59,7 +59,7 @@ mod tests {
             (frames.audio(150.5), frames.audio(200.0)),
             (Some(150.5), None)
         );
-        // 37 were swallowed.
+        // 37 frames were lost.
         frames.accept(200, 100, 237);
         assert_eq!(frames.audio(199.0), Some(199.0));
         assert_eq!(frames.audio(200.0), Some(237.0));

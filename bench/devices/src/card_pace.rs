@@ -1,18 +1,18 @@
-//! Whether the sound card keeps its rate: a device that is none delivers as fast as it is read.
+//! Check that the sound card keeps its rate: a device that is not a sound card delivers as fast as it is read.
 
 use anyhow::bail;
 use signalgen::BlockHeader;
 
-/// Frames beyond those that the rate allows, as a multiple of them.
+/// Largest number of frames, as a multiple of those that the rate allows.
 const FACTOR: f64 = 3.0;
-/// Time whose frames may come at once, as after the computer stood still, s.
+/// Length of a backlog that may come at once, as after the computer stood still, s.
 const BACKLOG_S: f64 = 5.0;
 
-/// Counts what the card delivers against the time that passes.
+/// Compares the frames that the card delivers with the time that passes.
 #[derive(Debug)]
 pub struct CardPace {
     rate_hz: f64,
-    /// First frame, and when it came.
+    /// First frame, and its arrival, ns.
     began: Option<(u64, u64)>,
 }
 
@@ -26,10 +26,10 @@ impl CardPace {
         }
     }
 
-    /// Takes the next block, looked at when the bench's clock shows `now_ns`.
+    /// Takes the next block, read at `now_ns` by the bench's clock.
     ///
     /// # Errors
-    /// When the card has delivered far more than its rate allows.
+    /// If the card has delivered far more than its rate allows.
     pub fn take(&mut self, header: &BlockHeader, now_ns: u64) -> anyhow::Result<()> {
         let (frame, began_ns) = *self.began.get_or_insert((header.first_frame, now_ns));
         let passed_s = now_ns.saturating_sub(began_ns) as f64 * 1e-9;

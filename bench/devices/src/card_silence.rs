@@ -1,11 +1,10 @@
-//! Whether the sound card still delivers.
+//! Check that the sound card still delivers.
 
 use anyhow::bail;
 
 /// Time without audio after which the card counts as gone, ns.
 const CARD_TIMEOUT_NS: u64 = 10_000_000_000;
-/// Longest time between two polls that counts as silence of the card, ns: in a longer one the program itself was
-/// stopped.
+/// Longest time between two polls that counts as silence of the card, ns: during a longer one the program was stopped.
 const LONGEST_LOOK_NS: u64 = 100_000_000;
 
 /// Time for which the card has delivered nothing; the safety watch stops the drive long before it ends the program.
@@ -19,7 +18,7 @@ impl CardSilence {
     /// Takes a poll at `now_ns`.
     ///
     /// # Errors
-    /// When the card has been silent for too long.
+    /// If the card has been silent for too long.
     pub(crate) fn passed(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let before_ns = self.looked_ns.replace(now_ns).unwrap_or(now_ns);
         self.lasts_ns += now_ns.saturating_sub(before_ns).min(LONGEST_LOOK_NS);
@@ -32,7 +31,7 @@ impl CardSilence {
         Ok(())
     }
 
-    /// Takes a block that has come.
+    /// Notes that a block has arrived.
     pub(crate) fn ended(&mut self) {
         self.lasts_ns = 0;
     }

@@ -1,7 +1,7 @@
-//! One instance on one bench. ALSA's raw devices, serial ports and GPIO character devices refuse a second user by
-//! themselves; a JACK server, a sound layer that mixes and a Raspberry Pi's pins do not, and two programs would drive
-//! one plate. The devices of `bench.toml` are therefore claimed before any is opened, by locks that the operating
-//! system releases with their process: files in a folder of the user's own, and device nodes, which hold between users.
+//! Claim of a bench by one instance. ALSA's raw devices, serial ports and GPIO character devices refuse a second user;
+//! a JACK server, a mixing sound layer and a Raspberry Pi's pins do not, and two programs would drive one plate. The
+//! devices of `bench.toml` are therefore claimed before any is opened, by locks that the operating system releases with
+//! their process: on files in a folder of the user, and on device nodes, which also work between users.
 
 use std::fs::{self, File};
 
@@ -31,15 +31,15 @@ pub struct Claim {
     _locks: Vec<File>,
 }
 
-/// Why hardware cannot be claimed.
+/// Reason for which hardware cannot be claimed.
 #[derive(Debug, thiserror::Error)]
 pub enum ClaimError {
-    /// Another instance holds it.
+    /// Another instance holds the part.
     #[error("{what} is in use by another friction-bench{}; end that one first", holder(*.by))]
     InUse {
         /// Part of the bench.
         what: String,
-        /// Identifier of the process that holds it; `None` if it left none.
+        /// Identifier of the process that holds it; `None` if it left no identifier.
         by: Option<u32>,
     },
     /// A lock cannot be created.
@@ -63,7 +63,7 @@ impl Claim {
                 Lock::Held { by } => return Err(ClaimError::InUse { what, by }),
             }
         }
-        // Last, for these do not say who holds them.
+        // Last, because these do not name their holder.
         for (what, node) in device_nodes::nodes(config) {
             match device_nodes::lock(&node) {
                 Ok(file) => locks.extend(file),
@@ -74,11 +74,11 @@ impl Claim {
     }
 }
 
-/// Returns the names of the devices that only one instance may use; the participant's loudspeaker is not among them.
+/// Returns the names of the devices that only one instance may use; the participant's loudspeaker is left out.
 fn parts(config: &Config) -> Vec<String> {
     let audio = &config.audio;
     let mut parts = match audio.host {
-        // A server has one card, whatever its ports are called.
+        // A server has one card, under all names of its ports.
         AudioHost::Jack => {
             let server = std::env::var("JACK_DEFAULT_SERVER");
             vec![format!(
@@ -98,9 +98,9 @@ fn parts(config: &Config) -> Vec<String> {
                 let port = fs::canonicalize(&serial.port).unwrap_or_else(|_| serial.port.clone());
                 parts.push(format!("the force sensor's port {}", port.display()));
             }
-            // It is the sound card's, or the field box's.
+            // Part of the sound card or of the field box.
             Sensor::Channels(_) | Sensor::FieldBox(_) => {}
-            // It streams to whoever asked last.
+            // It streams to the client that asked last.
             Sensor::Netft(netft) => {
                 parts.push(format!("the force sensor at {}", netft.address));
             }
@@ -141,7 +141,7 @@ fn file_name(what: &str) -> String {
 mod tests {
     use super::*;
 
-    /// The simulated bench's description as one of hardware that no other test names.
+    /// Returns the configuration of the simulated bench, changed to hardware that no other test names.
     fn bench(name: &str, changes: &[(&str, &str)]) -> Config {
         let text = include_str!("../../mock-bench.toml")
             .replace("\"sim\"", &format!("\"hw:CARD={name}\""))
@@ -190,7 +190,7 @@ mod tests {
             let refused = Claim::take(&shared).unwrap_err().to_string();
             assert!(refused.contains(word) && refused.contains(&me), "{refused}");
         }
-        // What was refused holds nothing, and another bench is another bench.
+        // A refused claim holds no lock, and other benches are unaffected.
         let other = Claim::take(&with("B", "ttyB", &gpio("chipA", 8))).unwrap();
         drop((held, other));
         drop(Claim::take(&with("A", "ttyB", &gpio("chipA", 7))).unwrap());

@@ -1,5 +1,5 @@
-//! Locks on device nodes: they hold between users, each of whom has a lock folder of their own. Whoever may lock a node
-//! may use the device, so that nobody else can plant such a lock.
+//! Locks on device nodes, which work between users; the lock folder is separate for each user. Any user who may lock a
+//! node may use the device, so no other user can plant such a lock.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
@@ -8,13 +8,13 @@ use config::{AudioHost, Config, GpioBackend};
 
 /// Pins of a Raspberry Pi as mapped memory, which the system gives to any number of programs.
 const MAPPED_PINS: &str = "/dev/gpiomem";
-/// Folder of the sound cards by their names.
+/// Folder of the sound cards by name.
 const CARDS: &str = "/proc/asound";
-/// Folder of the sound cards by their numbers, with the device that each is.
+/// Folder of the sound cards by number, with the device of each.
 const CLASSES: &str = "/sys/class/sound";
 
-/// Returns the device nodes of a bench that can be locked without touching what they control, with the name of each.
-/// Serial ports and lines of a GPIO character device are not among them: the system refuses a second user itself.
+/// Returns the device nodes of a bench that can be locked without affecting the devices, each with its name. Serial
+/// ports and lines of a GPIO character device are left out: the system itself refuses a second user.
 pub(crate) fn nodes(config: &Config) -> Vec<(String, PathBuf)> {
     let audio = &config.audio;
     let mut nodes = Vec::new();
@@ -55,8 +55,8 @@ fn card_number(device: &str, cards: &Path) -> Option<String> {
     Some(name.strip_prefix("card")?.to_owned())
 }
 
-/// Returns what tells the sound card of a bench from another one of its name; `None` where the system does not tell, as of
-/// cards that are not on USB.
+/// Returns the identity of a bench's sound card, to tell it from another of the same name; `None` if the system gives
+/// none, as for cards that are not on USB.
 #[must_use]
 pub fn sound_card(config: &Config) -> Option<String> {
     let audio = &config.audio;
@@ -72,7 +72,7 @@ pub fn sound_card(config: &Config) -> Option<String> {
     })
 }
 
-/// Returns the serial number of the USB device that a card is, or its port where it has none.
+/// Returns the serial number of the card's USB device, or its port if it has no serial number.
 fn usb_identity(device: &str, cards: &Path, classes: &Path) -> Option<String> {
     let card = format!("card{}", card_number(device, cards)?);
     let interface = classes.join(card).join("device").canonicalize().ok()?;
@@ -80,7 +80,7 @@ fn usb_identity(device: &str, cards: &Path, classes: &Path) -> Option<String> {
     let usb = above.find(|folder| folder.join("idVendor").is_file())?;
     let serial = fs::read_to_string(usb.join("serial")).unwrap_or_default();
     let serial = serial.trim();
-    // Many a maker gives all of its devices a number of zeros.
+    // Many manufacturers give all of their devices a number of zeros.
     let tells = serial
         .chars()
         .any(|c| c.is_ascii_alphanumeric() && c != '0');
@@ -92,11 +92,11 @@ fn usb_identity(device: &str, cards: &Path, classes: &Path) -> Option<String> {
     })
 }
 
-/// Locks a node until the file is dropped; `Ok(None)` where it cannot be opened or locked at all, so that opening the
-/// device itself says why.
+/// Locks a node until the file is dropped; `Ok(None)` if it cannot be opened or locked at all, so that opening the
+/// device itself reports the reason.
 ///
 /// # Errors
-/// Somebody else holds it.
+/// Another process holds the node.
 pub(crate) fn lock(node: &Path) -> Result<Option<File>, NodeInUse> {
     let mut options = OpenOptions::new();
     options.read(true);
@@ -117,7 +117,7 @@ pub(crate) fn lock(node: &Path) -> Result<Option<File>, NodeInUse> {
     }
 }
 
-/// A node is locked by somebody else.
+/// Node that another process has locked.
 #[derive(Debug)]
 pub(crate) struct NodeInUse;
 
@@ -156,7 +156,7 @@ mod tests {
         fs::create_dir(&cards).unwrap();
         symlink("card1", cards.join("USB")).unwrap();
         let identity = |device: &str| usb_identity(device, &cards, &classes);
-        // A card that is none on USB, one with a serial number, one without, one with zeros.
+        // A card that is not on USB, one with a serial number, one without, one with zeros.
         let built_in = root.path().join("devices/pci0/00:1f.3");
         let usb = |port: &str| root.path().join("devices/pci0/usb1").join(port);
         for (number, serial) in [(1, Some("23A\n")), (2, None), (3, Some("0000\n"))] {

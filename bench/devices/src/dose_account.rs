@@ -1,5 +1,5 @@
-//! The account of a person's or a bench's driving time, which outlasts the program: a small file that is replaced as a
-//! whole while the plate is driven, always ahead of what has been driven, so that a crash counts too much and never too
+//! Account of the driving time of a person or a bench, kept from one program to the next: a small file that is replaced
+//! as a whole while the plate is driven, always ahead of the drive, so that a crash counts too much and never too
 //! little.
 
 use std::path::{Path, PathBuf};
@@ -16,17 +16,17 @@ use tasks::{Clock, Task};
 use crate::boot::Boot;
 use crate::dose_record::{self, DamagedLine, Driven, Whose};
 
-/// Time by which the file is ahead of the drive, s.
+/// Lead of the file over the drive, s.
 const AHEAD_S: f64 = 5.0;
 /// Silence after which a span is over, s; the watch counts shorter pauses.
 const OVER_S: f64 = 2.0;
-/// Time within which the end of the program counts as driven after the last report, ns.
+/// Longest time from the last report to the end of the program that counts as driven, ns.
 const LATE_NS: i64 = 1_000_000_000;
 
 /// An account that cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum DoseError {
-    /// The file is damaged, so that nobody can tell what was driven.
+    /// The file is damaged, so the driving time is unknown.
     #[error(
         "{} cannot be used, so nobody can tell how long the plate was driven within the last hour: put it back from a copy, or \
          move it away once nobody has been at the driven plate for an hour",
@@ -71,41 +71,41 @@ impl Book {
 pub struct DoseAccount {
     limit_s: f64,
     need_s: f64,
-    /// Whose finger is on the plate.
+    /// Person at the plate.
     whose: Whose,
-    /// Records that each span of driving is written to; empty for an account that ends with the program.
+    /// Records to which each span of driving is written; empty for an account that ends with the program.
     books: Vec<Book>,
 }
 
-/// Accounts on the disk that a drive counts on.
+/// Files of the accounts that a drive counts on.
 #[derive(Debug)]
 pub struct AccountPaths {
-    /// That of the participant who is named; `None` if nobody is.
+    /// Account of the named participant; `None` if no participant is named.
     pub participant: Option<PathBuf>,
-    /// That of the bench.
+    /// Account of the bench.
     pub bench: PathBuf,
 }
 
-/// Returns where the account of a bench lies, beside its calibration.
+/// Returns the path of a bench's account, in the folder of its calibration.
 #[must_use]
 pub fn bench_path(calibration: &Path) -> PathBuf {
     let stem = calibration.file_stem().unwrap_or_default();
     calibration.with_file_name(format!("{}-driving.tsv", stem.to_string_lossy()))
 }
 
-/// Returns where the account of a participant lies, whose folder in the study this is.
+/// Returns the path of a participant's account in their folder of the study.
 #[must_use]
 pub fn participant_path(folder: &Path) -> PathBuf {
     folder.join("driving.tsv")
 }
 
 impl DoseAccount {
-    /// Opens the account of `whose` finger is on the plate, made with the first drive; without `paths`, as of a
-    /// simulated bench, it ends with the program. `limit_s` is allowed within an hour, and `need_s` of it must be
-    /// left to arm.
+    /// Opens the account for `whose`; its files are created with the first drive. Without `paths`, as for a simulated
+    /// bench, the account ends with the program. `limit_s` is allowed within an hour, and `need_s` of it must be left
+    /// to arm.
     ///
     /// # Errors
-    /// [`DoseError`] when what was driven cannot be told.
+    /// [`DoseError`] if the earlier driving time is unknown.
     pub fn open(
         paths: Option<AccountPaths>,
         whose: Whose,
@@ -127,8 +127,8 @@ impl DoseAccount {
         })
     }
 
-    /// Returns what was driven within the last hour, on a clock whose origin was `origin_s` after the computer's start:
-    /// all that a participant's own account tells of, and of the bench's what counts for them.
+    /// Returns the driving of the last hour, on a clock with its origin `origin_s` after the computer's start: all
+    /// spans of a participant's own account, and the spans of the bench's account that count for them.
     fn before(&self, boot: &Boot, origin_s: f64, now: Timestamp) -> SlidingHour {
         let mut hour = SlidingHour::default();
         for book in &self.books {
@@ -145,7 +145,7 @@ impl DoseAccount {
         hour
     }
 
-    /// Returns the time after which `need_s` are free, s; 0 if they are now.
+    /// Returns the time until `need_s` are free, s; 0 if they are free now.
     #[must_use]
     pub fn wait_s(&self, need_s: f64, boot: &Boot, now: Timestamp) -> f64 {
         let ns = |seconds: f64| (seconds * 1e9) as i64;
@@ -172,8 +172,8 @@ impl DoseAccount {
         (self.limit_s - used_s).max(0.0)
     }
 
-    /// Begins to count on the clock of a bench: returns the allowance for its watch, and the task that keeps the
-    /// account if it is to be kept.
+    /// Starts to count on the clock of a bench. Returns the allowance for its watch and, for an account on the disk,
+    /// the task that writes it.
     pub(crate) fn begin(
         self,
         clock: &Arc<dyn Clock>,
@@ -223,14 +223,14 @@ fn read(path: &Path) -> Result<Vec<Driven>, DoseError> {
     }
 }
 
-/// The task that keeps an account on the disk.
+/// Task that writes an account to the disk.
 struct DoseKeeper {
-    /// Each with the spans that are over.
+    /// Records, each with its finished spans.
     books: Vec<Book>,
     whose: Whose,
     clock: Arc<dyn Clock>,
     boot: Boot,
-    /// Origin of the bench's clock, in seconds of this run of the computer, of which suspensions are a part.
+    /// Origin of the bench's clock, in seconds of this run of the computer, suspensions included.
     origin_s: f64,
     spans: Receiver<Span>,
     open: Option<Span>,
@@ -254,7 +254,8 @@ impl DoseKeeper {
         Ok(())
     }
 
-    /// A span that the computer was suspended in or after lies that much later: its end counts.
+    /// Returns `span` as a record. A suspension of the computer during or after the span places it later by the same
+    /// time: the age of a span counts from its end.
     fn driven(&self, span: Span, driven_s: f64) -> Driven {
         let start_s = span.start_ns as f64 * 1e-9;
         let ago_s = self.clock.now_ns() as f64 * 1e-9 - start_s;
@@ -270,7 +271,7 @@ impl DoseKeeper {
         }
     }
 
-    /// Writes the account with the open span at this length.
+    /// Writes the records with the open span at a length of `driven_s`.
     fn write(&mut self, driven_s: f64) -> Result<(), DiskError> {
         let open = self.open.map(|span| self.driven(span, driven_s));
         for book in &self.books {
@@ -281,7 +282,7 @@ impl DoseKeeper {
         Ok(())
     }
 
-    /// Writes the length that the open span has come to.
+    /// Ends the open span and writes its final length.
     fn end(&mut self) -> Result<(), DiskError> {
         if let Some(span) = self.open {
             self.write(length_s(span))?;
@@ -339,7 +340,7 @@ mod tests {
 
     use super::*;
 
-    /// A clock that the test sets, and for how long the computer was suspended, s; its date is its time.
+    /// Clock set by the test, with the time for which the computer was suspended, s; its date is its time.
     #[derive(Default)]
     struct Hands(std::sync::atomic::AtomicU64, std::sync::atomic::AtomicU64);
 
@@ -399,7 +400,7 @@ mod tests {
             Self::of(folder, Whose::Named)
         }
 
-        /// The account of a drive on the bench whose files are in `folder`, as are its only participant's.
+        /// Returns the account of a drive on the bench that has its files in `folder`, as has its only participant.
         fn of(folder: &Path, whose: Whose) -> DoseAccount {
             let paths = AccountPaths {
                 participant: (whose == Whose::Named).then(|| participant_path(folder)),
@@ -421,7 +422,7 @@ mod tests {
             self.task.poll(now_ns).unwrap();
         }
 
-        /// What another program finds left when this one has been on for `now_s`.
+        /// Returns the driving time that another program finds left when this one has been on for `now_s`, s.
         fn left_s(&self, now_s: f64) -> f64 {
             let account = Self::account_in(self.folder.path());
             account.left_s(&boot(1000.0 + now_s), self.clock.utc())
@@ -486,7 +487,7 @@ mod tests {
         assert!((after.up_s - 4620.0).abs() < 1e-3, "{}", after.up_s);
         let since = after.date.duration_since(Timestamp::UNIX_EPOCH);
         assert!((since.as_secs_f64() - 3620.0).abs() < 1e-3);
-        // The next program, right after this one.
+        // The next program, directly after this one.
         let left_s = rig.left_s(3600.0 + 500.0);
         assert!((left_s - 120.0).abs() < 1e-3, "{left_s}");
     }
@@ -521,14 +522,14 @@ mod tests {
         let left = || {
             [Whose::Nobody, Whose::Unnamed, Whose::Named].map(|whose| left_s(folder.path(), whose))
         };
-        // A participant's session: no calibration is the shorter for it.
+        // A participant's session does not count for calibrations.
         drive(Whose::Named, 10.0, 0.0);
         assert_eq!(left(), [600.0, 590.0, 590.0]);
         drive(Whose::Unnamed, 5.0, 20.0);
         assert_eq!(left(), [595.0, 585.0, 585.0]);
         drive(Whose::Nobody, 7.0, 30.0);
         assert_eq!(left(), [588.0, 578.0, 585.0]);
-        // Another participant on this bench has an hour without what was the first one's.
+        // The first participant's driving time does not count for another participant.
         std::fs::remove_file(participant_path(folder.path())).unwrap();
         assert_eq!(left(), [588.0, 578.0, 595.0]);
         let words =

@@ -1,37 +1,37 @@
-//! The record of driving times: a table of spans, each with the computer's run that it fell into.
+//! Record of driving times: a table of spans, each with the run of the computer in which it was driven.
 //!
-//! Within one run of the computer its own clock counts, which nobody sets. Over a restart the wall clock is believed
-//! only where it says that more than a day has passed: a wall clock that is hours wrong, or set by hours, frees no
-//! driving time. A span of another computer, or of one that the record does not name, may be younger than this run: it
-//! lies as late as this run's start, the wall clock and the order of the record allow.
+//! Within one run of the computer its own clock counts, which cannot be set. Across a restart the wall clock is trusted
+//! only if it says that more than a day has passed: a wall clock that is hours wrong, or set by hours, frees no driving
+//! time. A span of another computer, or of one that the record does not name, may be younger than this run: it is
+//! placed as late as the start of this run, the wall clock and the order of the record allow.
 
 use jiff::{SignedDuration, Timestamp};
 
 use crate::boot::Boot;
 
 const HEADER: &str = "boot\tup_s\tdriven_s\tdate\tmachine\n";
-/// Header of a bench's record, which says of each span whose finger may have been on the plate.
+/// Header of a bench's record, which also states the person at the plate for each span.
 const BENCH_HEADER: &str = "boot\tup_s\tdriven_s\tdate\twhose\tmachine\n";
-/// Headers of both by earlier versions, which did not say on which computer.
+/// Headers of both in earlier versions, which did not name the computer.
 const OLDER_HEADER: &str = "boot\tup_s\tdriven_s\tdate\n";
 const OLDER_BENCH_HEADER: &str = "boot\tup_s\tdriven_s\tdate\twhose\n";
-/// Run of a computer that does not tell its runs apart, and a computer that cannot be told from others.
+/// Word for a run or a computer without an identifier.
 const UNNAMED: &str = "-";
-/// Age from which on the wall clock is believed over a restart, s.
+/// Age above which the wall clock is trusted across a restart, s.
 pub const BELIEVED_S: f64 = 86_400.0;
-/// Age from which on a span of this run is left out of the record, s.
+/// Age above which a span of this run is dropped from the record, s.
 const KEPT_S: f64 = 7_200.0;
 /// Longest span, s: a week.
 const LONGEST_S: f64 = 604_800.0;
 
-/// Whose finger was on the driven plate, as far as a bench can tell.
+/// Person at the driven plate, as far as a bench can tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Whose {
-    /// Nobody's: calibrations ask for a clear plate.
+    /// No person: calibrations require a clear plate.
     Nobody,
-    /// Anybody's: nobody was named.
+    /// Unknown person: no participant was named.
     Unnamed,
-    /// That of a participant, whose own account counts it.
+    /// Named participant, with an account of their own that counts the span.
     Named,
 }
 
@@ -42,8 +42,8 @@ impl Whose {
         (Self::Named, "named"),
     ];
 
-    /// Returns whether a span on the bench's record that was `of` counts for a drive that is this one's, beside its own
-    /// account: an unnamed finger may be anybody's, of those who were named too.
+    /// Returns whether a span of `of` on the bench's record counts for a drive of `self`, in addition to the drive's
+    /// own account: an unnamed person may be any person, including a named participant.
     #[must_use]
     pub fn counts(self, of: Self) -> bool {
         match self {
@@ -67,21 +67,21 @@ impl Whose {
 /// A span of driving.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Driven {
-    /// Run of the computer; `None` where it does not tell its runs apart.
+    /// Identifier of the computer's run; `None` if the system gives none.
     pub boot: Option<String>,
-    /// When the drive came on, in seconds of that run.
+    /// Start of the drive, in seconds of that run.
     pub up_s: f64,
-    /// How long it was on, s.
+    /// Length of the drive, s.
     pub driven_s: f64,
-    /// When it came on, by the wall clock.
+    /// Start of the drive by the wall clock.
     pub date: Timestamp,
-    /// Whose finger may have been on the plate; that of nobody who was named where the record does not say.
+    /// Person at the plate; unnamed if the record does not say.
     pub whose: Whose,
-    /// The computer; `None` where the record does not say, or the computer cannot be told from others.
+    /// Identifier of the computer; `None` if the record does not name it, or the computer has no identifier.
     pub machine: Option<String>,
 }
 
-/// Columns of a record beside the first four.
+/// Columns of a record after the first four.
 #[derive(Debug, Clone, Copy)]
 struct Columns {
     whose: bool,
@@ -112,7 +112,7 @@ pub struct DamagedLine {
 /// Reads a record.
 ///
 /// # Errors
-/// The first line that cannot be read: nobody can tell then what was driven.
+/// The first line that cannot be read: the driving time is then unknown.
 pub fn parse(text: &str) -> Result<Vec<Driven>, DamagedLine> {
     let mut lines = text.split_inclusive('\n').enumerate();
     let columns = lines.next().and_then(|(_, header)| Columns::of(header));
@@ -124,15 +124,15 @@ pub fn parse(text: &str) -> Result<Vec<Driven>, DamagedLine> {
         .collect()
 }
 
-/// Returns the run, or the computer, that a record names: `Some(None)` for one that cannot be told from others, `None`
-/// for what is no name.
+/// Returns the identifier of a run or a computer in a record: `Some(None)` for the word that stands for no identifier,
+/// `None` for an invalid word.
 pub fn id_named(word: &str) -> Option<Option<String>> {
     let named = |c: char| c.is_ascii_hexdigit() || c == '-';
     let is_name = !word.is_empty() && word.len() <= 64 && word.chars().all(named);
     is_name.then(|| (word != UNNAMED).then(|| word.to_owned()))
 }
 
-/// Returns the word for a run or a computer, which [`id_named`] reads.
+/// Returns the word for the identifier of a run or a computer, which [`id_named`] reads.
 pub fn id_word(id: Option<&str>) -> &str {
     id.unwrap_or(UNNAMED)
 }
@@ -202,13 +202,13 @@ fn four_columns(span: &Driven) -> String {
     )
 }
 
-/// Returns what may still lie within the last hour, as start and end in seconds of the present run of the computer. What
-/// was driven in an earlier run of this computer lies as late as it can before the start of the present one, what was
-/// driven on another computer as late as it can before `now`; no two spans share any time, and they keep their order.
+/// Returns the spans that may still lie within the last hour, as start and end in seconds of the present run of the
+/// computer. Spans of an earlier run of this computer are placed as late as possible before the start of the present
+/// run, spans of another computer as late as possible before `now`; spans do not overlap and keep their order.
 #[must_use]
 pub fn on_this_run(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<(f64, f64)> {
     let mut placed = Vec::new();
-    // Start of what was driven next, and the other run that is being placed: its name and its shift.
+    // Start of the next later span, and the other run that is being placed: its name and its shift.
     let mut until_s = boot.up_s;
     let mut run: Option<(&str, f64)> = None;
     for (i, span) in spans.iter().enumerate().rev() {
@@ -244,7 +244,7 @@ pub fn on_this_run(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<(f64, f
     placed
 }
 
-/// Returns the end of what was last driven in the present run, s; minus infinity if nothing was.
+/// Returns the end of the last span of the present run, s; minus infinity without one.
 fn end_of_this_run(spans: &[Driven], boot: &Boot) -> f64 {
     let last = spans.iter().rev().find(|span| span.boot == boot.id);
     last.map_or(f64::NEG_INFINITY, |span| span.up_s + span.driven_s)
@@ -256,7 +256,7 @@ fn age_s(span: &Driven, now: Timestamp) -> f64 {
     since.as_secs_f64() - span.driven_s
 }
 
-/// Returns what a record still needs.
+/// Returns the spans that a record still needs.
 pub fn kept(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<Driven> {
     let needed = |span: &&Driven| {
         let this = span.boot.is_some() && span.boot == boot.id;
@@ -361,12 +361,12 @@ mod tests {
         };
         let placed = on_this_run(&spans, &nowhere, at(NOON));
         assert_eq!(placed, [(-600.0, -540.0)]);
-        // Dated in the future, it may have been just now.
+        // A span dated in the future may have ended just now.
         let early = on_this_run(&spans, &nowhere, at("2026-05-04T11:00:00Z"));
         assert_eq!(early, [(-60.0, 0.0)]);
     }
 
-    /// Driven for ten minutes on one computer, the participant moves to another that has been on for five hours.
+    /// After ten minutes of driving on one computer, the participant moves to another that has been on for five hours.
     ///
     /// Faults 42, 51.
     /// Hazard 5.
@@ -378,10 +378,10 @@ mod tests {
             let spans = [on(machine, driven("a", 500.0, 600.0, NOON))];
             let placed = on_this_run(&spans, &five_hours, now);
             assert_eq!(placed, [(17_340.0, 17_940.0)], "{machine:?}");
-            // A clock that is behind cannot say when: it may have been just now.
+            // A slow wall clock cannot date the span: it may have ended just now.
             let placed = on_this_run(&spans, &five_hours, at("2026-05-04T08:00:00Z"));
             assert_eq!(placed, [(17_400.0, 18_000.0)], "{machine:?}");
-            // Nor can one that is ahead make it older than the start of this run.
+            // A fast wall clock does not make the span older than the start of this run.
             let placed = on_this_run(&spans, &five_hours, at("2026-05-05T11:00:00Z"));
             assert_eq!(placed, [(-600.0, 0.0)], "{machine:?}");
             assert_eq!(kept(&spans, &five_hours, now), spans);
@@ -395,14 +395,14 @@ mod tests {
     fn spans_of_several_computers_keep_their_order_and_share_no_time() {
         let there = |boot: &str, up_s, driven_s| on(Some("2"), driven(boot, up_s, driven_s, NOON));
         let (boot, late) = (run("b", 9_000.0), at("2026-05-04T20:00:00Z"));
-        // There and back: after this run's own, whatever the wall clock says.
+        // A span on another computer after one of this run is placed after it, regardless of the wall clock.
         let spans = [driven("b", 8_000.0, 100.0, NOON), there("a", 1.0, 50.0)];
         let placed = on_this_run(&spans, &boot, late);
         assert_eq!(placed, [(8_100.0, 8_150.0), (8_000.0, 8_100.0)]);
         let spans = [there("a", 1.0, 50.0), driven("b", 8_000.0, 100.0, NOON)];
         let placed = on_this_run(&spans, &boot, at(NOON));
         assert_eq!(placed, [(8_000.0, 8_100.0), (7_950.0, 8_000.0)]);
-        // Two runs, neither of which has a date that can be true; within a run its own clock counts.
+        // Two runs with impossible dates; within a run its own clock counts.
         let spans = [
             there("a", 1.0, 50.0),
             there("c", 7.0, 20.0),
@@ -498,8 +498,8 @@ mod tests {
             let _ = parse(&text);
         }
 
-        /// Whatever the wall clock says within a day, nothing of an earlier run is younger than it can be, and nothing
-        /// of it is older than this run.
+        /// A wall clock that is wrong by less than a day does not move the spans of earlier runs: they end as late as
+        /// possible before this run.
         /// Fault 39.
         #[test]
         fn within_a_day_the_wall_clock_changes_nothing(wrong_s in -80_000i64..80_000, up_s in 0.0..4000.0) {

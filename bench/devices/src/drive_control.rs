@@ -49,19 +49,19 @@ pub fn settings(config: &Config) -> Result<DriveSettings, signalgen::ProgramErro
     })
 }
 
-/// Starts and stops the drive through the safety watch. Whoever has it decides about the drive, and is watched: an armed
-/// bench trips when it was not polled for a second.
+/// Starts and stops the drive through the safety watch. Its owner decides about the drive and is watched: an armed
+/// bench trips if it is not polled for a second.
 pub struct DriveControl {
     handle: DriveHandle,
     safety: Mailbox<SafetyCommand>,
     signals: Arc<Signals>,
-    /// Program that waits for the amplifier to be armed, with the number of kills when it was requested: later kills
-    /// stay in effect.
+    /// Program that waits for the amplifier to be armed, with the number of kills at its request: later kills stay in
+    /// effect.
     wanted: Option<(Program, u64)>,
 }
 
 impl DriveControl {
-    /// Takes over a silent drive, whose watch has `safety` and `signals`.
+    /// Takes over a silent drive with the watch behind `safety` and `signals`.
     pub fn new(handle: DriveHandle, safety: Mailbox<SafetyCommand>, signals: Arc<Signals>) -> Self {
         Self {
             handle,
@@ -71,7 +71,7 @@ impl DriveControl {
         }
     }
 
-    /// Returns the stop for whoever reads keys or signals.
+    /// Returns the stop for the threads that read keys or signals.
     #[must_use]
     pub fn stop_switch(&self) -> DriveStop {
         let kill = self.handle.kill_switch();
@@ -86,7 +86,7 @@ impl DriveControl {
         self.command(SafetyCommand::Arm);
     }
 
-    /// Plays a program with the amplifier off: what is read back has passed an open relay.
+    /// Plays a program with the amplifier off: a signal that is read back has passed an open relay.
     pub fn sound_disarmed(&mut self, program: Program) {
         let kills_known = self.handle.kill_switch().kills();
         let _ = self.handle.rearm_knowing(kills_known);
@@ -120,7 +120,7 @@ impl DriveControl {
         self.command(SafetyCommand::Warm { rise_k });
     }
 
-    /// Exercises the hardware stops that are wired, under the steady tone that sounds.
+    /// Exercises the hardware stops that are wired, during the steady tone.
     pub fn exercise_stops(&self) {
         self.command(SafetyCommand::Exercise);
     }
@@ -130,8 +130,8 @@ impl DriveControl {
         self.command(SafetyCommand::Rearm);
     }
 
-    /// Begins the waiting program if the safety watch reports an armed amplifier, and drops it after a trip. Call it at each
-    /// look, whatever else there is to do: it is the sign of life that the watch waits for.
+    /// Begins the waiting program if the safety watch reports an armed amplifier, and drops it after a trip. Call it at
+    /// every poll, in any state: it is the sign of life that the watch waits for.
     pub fn poll(&mut self, state: &SafetyState) {
         self.signals.decisions.fetch_add(1, Ordering::Relaxed);
         match state {
@@ -156,7 +156,7 @@ impl DriveControl {
         !self.handle.published().phase.is_silent()
     }
 
-    /// Sends a command to the generator; the safety watch notices by itself a card that is gone.
+    /// Sends a command to the generator; the safety watch notices the loss of the card.
     fn send(&mut self, command: DriveCommand) {
         let _ = self.handle.send(command);
     }
@@ -177,8 +177,8 @@ pub struct WatchedDrive {
 }
 
 impl WatchedDrive {
-    /// Makes the safety watch's view of the drive and of its streams. From now on the drive stops by itself when it
-    /// was not watched for `absence_frames`.
+    /// Makes the safety watch's view of the drive and of its streams. From now on the drive stops if it is not watched
+    /// for `absence_frames`.
     pub fn new(handle: &DriveHandle, health: StreamHealth, absence_frames: u64) -> Self {
         let attendance = handle.attendance();
         attendance.require(absence_frames);
@@ -191,8 +191,9 @@ impl WatchedDrive {
         }
     }
 
-    /// Returns the drive's state, or the one before while a callback publishes: the watch may have interrupted it,
-    /// and it could not go on before the watch sleeps. Of a callback that never goes on, the count of callbacks tells.
+    /// Returns the drive's state, or the previous one while a callback publishes: the watch may have interrupted the
+    /// callback, which cannot continue before the watch sleeps. A callback that never continues shows in the count of
+    /// callbacks.
     fn state(&self) -> DriveState {
         if let Some(state) = self.monitor.try_published() {
             self.seen.set(state);
@@ -229,7 +230,8 @@ impl DriveGuard for WatchedDrive {
         )
     }
 
-    /// A card that ran over or dry and cannot go on reports an xrun and then an invalid stream; sound cards go on.
+    /// A card that overran or underran and cannot continue reports an xrun and then an invalid stream; sound cards
+    /// continue.
     fn lost(&self) -> Option<Trip> {
         let [output, input] = [StreamDirection::Output, StreamDirection::Input]
             .map(|direction| self.health.read(direction));

@@ -1,4 +1,4 @@
-//! Driving time and plate warmth, which are kept from one program to the next.
+//! Driving time and plate temperature, kept from one program to the next.
 
 use std::sync::Arc;
 
@@ -10,17 +10,18 @@ use crate::dose_account::DoseAccount;
 use crate::drive_control::DriveControl;
 use crate::plate_warmth::{PlateWarmth, WarmthError};
 
-/// Driving time and plate warmth, which are kept from one program to the next.
+/// Driving time and plate temperature, kept from one program to the next.
 #[derive(Debug)]
 pub struct DriveLedger {
-    /// Whose driving time is counted.
+    /// Account of the driving time.
     pub dose: DoseAccount,
-    /// How warm the plate is.
+    /// Temperature of the plate.
     pub warmth: PlateWarmth,
 }
 
 impl DriveLedger {
-    /// Hands the watch behind `drive` what was before, and returns the tasks that keep what comes.
+    /// Gives the watch behind `drive` the earlier driving time and temperature, and returns the tasks that record new
+    /// ones.
     pub(crate) fn begin(
         self,
         drive: &DriveControl,

@@ -1,4 +1,4 @@
-//! How long the plate may be driven within an hour, on whose account, and whether it is cool enough.
+//! Driving time allowed within an hour, the account on which it counts, and the check that the plate is cool enough.
 
 use std::path::Path;
 
@@ -16,13 +16,13 @@ use crate::dose_record::Whose;
 use crate::drive_ledger::DriveLedger;
 use crate::plate_warmth::{PlateWarmth, warmth_path};
 
-/// Factor on what a protocol drives in an hour that gives the limit where the configuration states none (an assumption:
-/// it leaves room for as many repetitions as there are trials).
+/// Ratio of the limit to the driving time of a protocol in an hour, where the configuration states no limit (an
+/// assumption: it leaves room for as many repetitions as there are trials).
 const ROOM: f64 = 2.0;
-/// Least limit where the configuration states none, s (an assumption): a participant who hesitates once must not use up
-/// the hour of a session of one trial.
+/// Least limit if the configuration states no limit, s (an assumption): a participant who hesitates once must not use
+/// up the hour of a session of one trial.
 const LEAST_S: f64 = 120.0;
-/// Most driving time that there is in an hour, s.
+/// Longest possible driving time in an hour, s.
 const HOUR_S: f64 = 3600.0;
 
 /// Returns the driving time that a participant of a protocol is allowed within an hour, s.
@@ -39,7 +39,7 @@ pub fn limit_s(config: &Config, driving: &DrivingTime) -> f64 {
 /// Requires a protocol that can be finished within the driving time that the bench allows.
 ///
 /// # Errors
-/// The arithmetic.
+/// If it cannot be finished; the message shows the arithmetic.
 pub fn require_finishable(config: &Config, protocol: &Protocol) -> anyhow::Result<()> {
     let driving = protocol.driving_time();
     let limit_s = limit_s(config, &driving);
@@ -58,8 +58,8 @@ pub fn require_finishable(config: &Config, protocol: &Protocol) -> anyhow::Resul
     )
 }
 
-/// Opens the account of `whose` finger is on the plate, `folder` being that of a participant who is named, and the
-/// warmth of the plate whose calibration is at `calibration`; those of hardware that keeps none end with the program.
+/// Opens the account for `whose`, with `folder` that of a named participant, and the record of the plate with its
+/// calibration at `calibration`. For hardware that keeps no accounts, both end with the program.
 fn ledger(
     (whose, folder): (Whose, Option<&Path>),
     calibration: &Path,
@@ -79,10 +79,10 @@ fn ledger(
     })
 }
 
-/// Opens the account of the participant whose folder in the study this is; a trial begins if all of it may be driven.
+/// Opens the account of the participant with this folder in the study; a trial begins only if all of it may be driven.
 ///
 /// # Errors
-/// When nobody can tell what was driven before, or how warm the plate is.
+/// If the earlier driving time or the plate's temperature is unknown.
 pub fn of_participant(
     folder: &Path,
     calibration: &Path,
@@ -96,11 +96,11 @@ pub fn of_participant(
     ledger(whose, calibration, config, hardware, (limit_s, need_s))
 }
 
-/// Opens the account of a drive without a protocol: that of the participant whose folder in a study is `folder`, or
-/// of a bench where nobody knows whose finger is on the plate.
+/// Opens the account of a drive without a protocol: that of the participant with `folder` in a study or, without
+/// `folder`, that of an unknown person at the bench.
 ///
 /// # Errors
-/// When nobody can tell what was driven before, or how warm the plate is.
+/// If the earlier driving time or the plate's temperature is unknown.
 pub fn of_monitor(
     folder: Option<&Path>,
     calibration: &Path,
@@ -111,10 +111,10 @@ pub fn of_monitor(
     without_protocol((whose, folder), calibration, config, hardware)
 }
 
-/// Opens the account of a drive with nobody at the plate, as in a calibration, which asks for a clear one.
+/// Opens the account of a drive with a clear plate, as calibrations require.
 ///
 /// # Errors
-/// When nobody can tell what was driven before, or how warm the plate is.
+/// If the earlier driving time or the plate's temperature is unknown.
 pub fn of_clear_plate(
     calibration: &Path,
     config: &Config,
@@ -135,10 +135,10 @@ fn without_protocol(
     ledger(whose, calibration, config, hardware, (limit_s, need_s))
 }
 
-/// Requires that `need_s` are left and that the plate is cool enough, and returns a line about what is left.
+/// Requires that `need_s` are left and that the plate is cool enough, and returns a line about the time left.
 ///
 /// # Errors
-/// What is left, or how warm the plate is, and when the drive may begin.
+/// If not; the message states the time left, or the temperature, and when the drive may begin.
 pub fn require_left(
     ledger: &DriveLedger,
     need_s: f64,
@@ -169,7 +169,7 @@ pub fn require_left(
 /// Requires a plate that is cool enough to be driven.
 ///
 /// # Errors
-/// How warm it is, and when the drive may begin.
+/// If it is too warm; the message states the temperature and when the drive may begin.
 pub fn require_cool(warmth: &PlateWarmth, clock: &dyn Clock) -> anyhow::Result<()> {
     let (boot, now) = (&Boot::now(), clock.utc());
     let wait_s = warmth.wait_s(boot, now);
@@ -209,7 +209,7 @@ mod tests {
         let hour = |hour_s| DrivingTime { hour_s, ..driving };
         assert_eq!(limit_s(&config("0.0"), &hour(10.0)), 120.0);
         assert_eq!(limit_s(&config("0.0"), &hour(3000.0)), 3600.0);
-        // What a bench allows where there is no protocol.
+        // Limit of a bench without a protocol.
         let without = config("0").limits.driving_s_per_hour();
         assert!((without - limit_s(&config("0"), &driving)).abs() < 1e-9);
     }

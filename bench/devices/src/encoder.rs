@@ -1,4 +1,4 @@
-//! Position along the plate from counts of an encoder, whoever counts.
+//! Position along the plate from the counts of an encoder, for any source of the counts.
 
 use sources::position::{Counted, PositionSource};
 use sources::{SourceGone, SourceHealth};
@@ -7,12 +7,12 @@ use sources::{SourceGone, SourceHealth};
 /// ten times the speed of the published explorations.
 pub const IMPOSSIBLE_M_PER_S: f64 = 1.0;
 
-/// Largest sum of removed jumps up to which positions are believed, m: a thirtieth of the published crop of 60 mm.
+/// Largest sum of removed jumps at which positions are trusted, m: a thirtieth of the published crop of 60 mm.
 pub const BELIEVED_M: f64 = 2e-3;
 
-/// Removes jumps from positions. A finger cannot jump: either the count slipped or somebody threw the carriage, which
-/// look alike. The sum of removed jumps is how far the position may be wrong; beyond [`BELIEVED_M`] the position is
-/// unknown (`docs/decisions/0013-after-a-jump-of-the-encoder.md`).
+/// Removes jumps from positions. A finger cannot jump: either the count slipped or the carriage was thrown, which look
+/// alike. The sum of removed jumps is the possible error of the position; beyond [`BELIEVED_M`] the position is unknown
+/// (`docs/decisions/0013-after-a-jump-of-the-encoder.md`).
 #[derive(Debug, Default)]
 pub struct JumpWatch {
     last: Option<(f64, f64)>,
@@ -24,12 +24,12 @@ pub struct JumpWatch {
 pub struct Watched {
     /// Position without jumps, m; NaN while it is unknown.
     pub position_m: f64,
-    /// Whether it cannot have been reached since the last one.
+    /// Whether the position cannot have been reached since the last one.
     pub jumped: bool,
 }
 
 impl JumpWatch {
-    /// Takes the position as unknown from now on: the counter has begun anew.
+    /// Takes the position as unknown from now on: the counter has restarted.
     pub fn lose(&mut self) {
         self.taken_out_m = f64::INFINITY;
     }
@@ -56,7 +56,7 @@ impl JumpWatch {
     }
 }
 
-/// A position, and what is known of the way to it.
+/// Position, and the encoder states missed before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Placed {
     /// Host time, s.
@@ -77,7 +77,7 @@ pub struct PositionEncoder {
 }
 
 impl PositionEncoder {
-    /// Makes an encoder that counts from `origin_m`, where the carriage must stand now.
+    /// Makes an encoder that counts from `origin_m`, the carriage's present position.
     pub fn new(source: Box<dyn PositionSource>, metres_per_count: f64, origin_m: f64) -> Self {
         Self {
             source,
@@ -108,7 +108,7 @@ impl PositionEncoder {
         })
     }
 
-    /// Returns how the source fares, if it has a clock of its own.
+    /// Returns the health of the source, if it has its own clock.
     pub(crate) fn health(&self) -> SourceHealth {
         self.source.health()
     }
@@ -123,7 +123,7 @@ impl PositionEncoder {
 mod tests {
     use super::JumpWatch;
 
-    /// Positions of counted ones, a millisecond apart, and which of them are jumps.
+    /// Returns the watched positions of counted ones, a millisecond apart, and the indices of the jumps.
     fn watched(counted_m: &[f64]) -> (Vec<f64>, Vec<usize>) {
         let mut watch = JumpWatch::default();
         let times_s = (0..).map(|ms| f64::from(ms) * 1e-3);
@@ -168,7 +168,7 @@ mod tests {
         let (positions_m, jumps) = watched(&[0.0500, 0.0509, 0.0520, 0.0521, 0.0522]);
         assert_eq!(jumps, [2]);
         agree(&positions_m, &[0.0500, 0.0509, 0.0509, 0.0510, 0.0511]);
-        // Out and back is nothing.
+        // A jump and its reversal cancel.
         let (positions_m, jumps) = watched(&[0.05, 0.0, 0.05, 0.0501]);
         assert_eq!(jumps, [1, 2]);
         agree(&positions_m, &[0.05, f64::NAN, 0.05, 0.0501]);

@@ -1,5 +1,5 @@
-//! The test of the e-stop: somebody presses it, and the bench sees its loop open and close again. A record of the press
-//! lies in a file beside the calibration, because a bench may be driven only within some hours of it.
+//! Test of the e-stop: a person presses it, and the bench sees its loop open and close again. A file in the folder of
+//! the calibration records the press, because a bench may be driven only within some hours of it.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ pub const PATIENCE_S: f64 = 60.0;
 /// Time for which a level must last to count, s: a contact bounces.
 const STEADY_S: f64 = 0.05;
 
-/// What the person at the e-stop is asked for.
+/// Action required of the person at the e-stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PressStep {
     /// The e-stop is open already: it must be released first.
@@ -26,15 +26,15 @@ pub enum PressStep {
     Release,
     /// It was pressed and released.
     Done,
-    /// Nothing was done in time.
+    /// The action was not done in time.
     TimedOut,
 }
 
-/// The course of one press, fed with the level of the line.
+/// Progress of one press, fed with the level of the line.
 #[derive(Debug, Clone, Copy)]
 pub struct PressTest {
     step: PressStep,
-    /// Since when the step is waited for, and since when the line has had the level that ends it, s.
+    /// Start of the wait for the step, and since when the line has had the level that ends it, s.
     asked_s: f64,
     reached_s: Option<f64>,
 }
@@ -54,7 +54,7 @@ impl PressTest {
         }
     }
 
-    /// Takes the level of the line at `now_s`; returns what is asked for.
+    /// Takes the level of the line at `now_s`; returns the required action.
     pub fn poll(&mut self, high: bool, now_s: f64) -> PressStep {
         let next = match self.step {
             PressStep::ReleaseFirst if high => PressStep::Press,
@@ -85,11 +85,11 @@ impl PressTest {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EstopPress {
-    /// When it was pressed and released.
+    /// Time at which it was pressed and released.
     pub pressed: Timestamp,
-    /// The line that saw it: a press of another bench proves nothing.
+    /// Line on which the press was seen: a press of another bench proves nothing.
     pub line: String,
-    /// The computer that saw it, on each of which a line has the same name; absent where it cannot be told from others.
+    /// Computer that saw the press, since each computer has a line of this name; absent if it has no identifier.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub machine: Option<String>,
 }
@@ -97,7 +97,7 @@ pub struct EstopPress {
 /// A press that is missing, too old, of another line, or dated in the future.
 #[derive(Debug, thiserror::Error)]
 pub enum EstopPressError {
-    /// There is no record.
+    /// The e-stop has no record of a press.
     #[error("the e-stop has never been tested on this bench: {HOW}")]
     Never,
     /// The record cannot be read.
@@ -105,7 +105,7 @@ pub enum EstopPressError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Cause of the failure.
         source: anyhow::Error,
     },
     /// The record is of another line.
@@ -140,18 +140,19 @@ pub enum EstopPressError {
 }
 
 const HOW: &str = "press it once, `friction-bench check --press-estop`";
-/// Time ahead from which on a date is not the clock's inaccuracy, h.
+/// Largest lead of a date that the clock's inaccuracy explains, h.
 const AHEAD_H: f64 = 0.1;
 
-/// Returns where the record lies, beside the calibration at `calibration` and named after it: several benches may have
-/// their files in one folder. The `estop.toml` of earlier versions, which may be any of theirs, is not read.
+/// Returns the path of the record, in the folder of the calibration at `calibration` and named after it: several
+/// benches may have their files in one folder. The `estop.toml` of earlier versions, which may belong to any of them,
+/// is not read.
 #[must_use]
 pub fn record_path(calibration: &Path) -> PathBuf {
     let stem = calibration.file_stem().unwrap_or_default();
     calibration.with_file_name(format!("{}-estop.toml", stem.to_string_lossy()))
 }
 
-/// Returns the name of the line that the e-stop of `config` is wired to; `None` without one.
+/// Returns the name of the line to which the e-stop of `config` is wired; `None` without an e-stop.
 #[must_use]
 pub fn line_name(config: &Config) -> Option<String> {
     let gpio = &config.gpio;
@@ -172,7 +173,7 @@ impl EstopPress {
     /// Writes the record of a press on `line` now.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// If the file cannot be written.
     pub fn record(path: &Path, line: String, pressed: Timestamp) -> anyhow::Result<Self> {
         let press = Self {
             pressed,
@@ -186,7 +187,7 @@ impl EstopPress {
     /// Returns the record at `path` if it is of `line` of this computer and not older than `most_hours` at `now`.
     ///
     /// # Errors
-    /// [`EstopPressError`] says what is wrong with it, and what to do.
+    /// [`EstopPressError`] names the fault of the record and the remedy.
     pub fn require(
         path: &Path,
         line: &str,
@@ -279,7 +280,7 @@ mod tests {
     fn nobody_is_waited_for_for_ever() {
         use PressStep::{Press, Release, TimedOut};
         assert_eq!(steps(&[(true, 61.0)]), [Press, TimedOut]);
-        // A wire that is cut stays open.
+        // A cut wire stays open.
         assert_eq!(
             steps(&[(true, 1.0), (false, 62.0)]),
             [Press, Release, TimedOut]
@@ -311,7 +312,7 @@ mod tests {
         assert!(matches!(other, Err(EstopPressError::OtherLine { .. })));
         let before = require("a", at("2026-05-04T11:00:00Z"));
         assert!(matches!(before, Err(EstopPressError::Future { .. })));
-        // The same line of another computer, and a record of a version that did not say which.
+        // The same line on another computer, and a record of a version that did not name the computer.
         for text in ["", "machine = \"0123456789abcdef\"\n"] {
             if text.is_empty() && machine::id().is_none() {
                 continue;

@@ -1,4 +1,4 @@
-//! A stretch of samples as they come, for whoever asks.
+//! Stretch of raw samples on request.
 
 use crossbeam_channel::Sender;
 
@@ -22,7 +22,7 @@ impl Excerpt {
         }
     }
 
-    /// Forgets what was taken: samples were lost.
+    /// Discards the samples taken so far: samples were lost.
     pub(crate) fn start_over(&mut self) {
         self.samples.clear();
     }

@@ -1,4 +1,4 @@
-//! What the slow inputs read.
+//! Readings of the slow inputs.
 
 use sources::{LineFaults, Moment, TimedForce};
 
@@ -9,20 +9,20 @@ pub enum FieldReading {
     Force(TimedForce),
     /// Faults of the force sensor within the burst that was just read, or before it.
     ForceFaults {
-        /// When the last sample before the burst acted.
+        /// Time at which the last sample before the burst acted.
         since: Moment,
-        /// When its own last one did, or when it came if it has none.
+        /// Time at which the last sample of the burst acted, or arrival of a burst without samples.
         at: Moment,
         /// Faults since the reading before.
         faults: LineFaults,
     },
     /// Faults of a source's clock.
     ClockFaults {
-        /// When they were noticed.
+        /// Time at which they were noticed.
         at: Moment,
-        /// Restarts of what counts the positions.
+        /// Restarts of the position counter.
         position_restarts: u64,
-        /// Readings whose times may be wrong by more than 2 ms.
+        /// Number of readings with times that may be wrong by more than 2 ms.
         misplaced: u64,
     },
     /// A reading of the encoder.
@@ -33,13 +33,13 @@ pub enum FieldReading {
         position_m: f64,
         /// Number of encoder states missed since the last position.
         missed: u64,
-        /// Whether the last position is too far away to have been left since.
+        /// Whether the position cannot have been reached since the last one.
         jumped: bool,
     },
 }
 
 impl FieldReading {
-    /// Returns from when on what the reading tells may have been so.
+    /// Returns the earliest moment to which the reading may apply.
     pub fn since(&self) -> Moment {
         match self {
             Self::ForceFaults { since, .. } => *since,

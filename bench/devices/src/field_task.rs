@@ -1,5 +1,5 @@
-//! The task that reads the slow inputs beside the audio: force, position, the participant's button. Its readings are on
-//! the host's clock; the acquisition places them on the audio clock.
+//! Task that reads the slow inputs: force, position and the participant's button. Its readings are on the host's clock;
+//! the acquisition places them on the audio clock.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,17 +15,19 @@ pub use sources::position::POSITION_HZ;
 use sources::{ForceSource, LineFaults, Moment, SourceGone, SourceHealth};
 use tasks::{Clock, Mailbox, Task};
 
-/// Time without a look after which arrivals say nothing of a clock, ns: the program was frozen, and so was the card or not.
+/// Time without a poll after which arrivals say nothing about a clock, ns: the program was frozen, and perhaps the
+/// card.
 const ABSENCE_NS: u64 = 100_000_000;
 /// Time after such an absence in which the maps of the clocks settle again, ns.
 const SETTLES_NS: u64 = 10_000_000_000;
 
 /// Time after which a contact has stopped bouncing, ns.
 const BOUNCE_NS: u64 = 30_000_000;
-/// Time after its first reading within which a sensor may restart without a trip, ns: many do when their port is opened.
+/// Time after its first reading within which a sensor may restart without a trip, ns: many restart as their port is
+/// opened.
 const GREETING_NS: u64 = 5_000_000_000;
 
-/// A source whose clock disagrees with the arrival of its readings.
+/// Source with a clock that disagrees with the arrival of its readings.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "the {0} restarted, or its clock jumped: look at its supply and its cable, and re-arm; what it reads from now on is \
@@ -33,10 +35,10 @@ const GREETING_NS: u64 = 5_000_000_000;
 )]
 struct SensorRestarted(&'static str);
 
-/// The task that reads force sensor, encoder and button.
+/// Task that reads force sensor, encoder and button.
 pub struct Field {
     force: Option<Box<dyn ForceSource>>,
-    /// When the last force acted.
+    /// Time at which the last force acted.
     force_at: Option<Moment>,
     encoder: Option<PositionEncoder>,
     button: Option<Box<dyn InputLine>>,
@@ -46,11 +48,11 @@ pub struct Field {
     gauges: Arc<Gauges>,
     safety: Mailbox<SafetyCommand>,
     clock: Arc<dyn Clock>,
-    /// When it last looked, ns.
+    /// Time of the last poll, ns.
     polled_ns: Option<u64>,
-    /// From when on the sources' clocks are judged, ns.
+    /// Time from which on the sources' clocks are judged, ns.
     judged_from_ns: u64,
-    /// When the first force and the first position came, ns.
+    /// Arrival of the first force and of the first position, ns.
     first_ns: [Option<u64>; 2],
     position_restarts: u64,
     button_high: bool,
@@ -58,7 +60,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// Makes a task for those inputs that are wired. It raises `pressed` at each press of the button; the reader lowers
+    /// Makes a task for the inputs that are wired. It raises `pressed` at each press of the button; the reader lowers
     /// it.
     #[expect(
         clippy::too_many_arguments,
@@ -270,7 +272,7 @@ fn seconds(ns: u64) -> f64 {
     ns as f64 * 1e-9
 }
 
-/// Notes when the first reading came; returns whether that was long enough ago for a restart to be a fault.
+/// Notes the arrival of the first reading; returns whether it was so long ago that a restart is a fault.
 fn greeted(first_ns: &mut Option<u64>, now_ns: u64, arrived: bool) -> bool {
     if arrived {
         first_ns.get_or_insert(now_ns);
@@ -311,7 +313,7 @@ mod tests {
     use sources::TimedForce;
     use tasks::SystemClock;
 
-    /// A line that the test sets.
+    /// Line set by the test.
     struct Level(Arc<AtomicBool>);
 
     impl InputLine for Level {
@@ -320,7 +322,7 @@ mod tests {
         }
     }
 
-    /// A sensor whose clock is as it is told.
+    /// Sensor with a clock and faults set by the test.
     struct Clocked(ClockState, LineFaults);
 
     impl ForceSource for Clocked {
@@ -352,7 +354,8 @@ mod tests {
         }
     }
 
-    /// Trips within ten seconds of a sensor whose clock runs so fast, and which restarts at that time; and the readings.
+    /// Returns the trips and the readings of ten seconds with a sensor that runs fast by `fast_ppm`, arrives off its
+    /// clock by `residual_s` and restarts at `restarts_s`.
     fn told(fast_ppm: f64, residual_s: f64, restarts_s: u64) -> (Vec<String>, Vec<FieldReading>) {
         let clock = |fast_ppm: f64, residual_s| ClockState {
             drift_ppm: -fast_ppm,

@@ -24,15 +24,15 @@ pub enum InputFault {
     ForceFrameRepeated,
     /// A force frame was overtaken by a later one.
     ForceFrameReordered,
-    /// The force sensor has failed, as it says itself.
+    /// The force sensor reports its own failure.
     ForceSensorFailed,
     /// The force sensor has restarted.
     ForceSensorRestarted,
-    /// What counts the positions has restarted.
+    /// The position counter has restarted.
     EncoderRestarted,
-    /// A reading came when the map of its source's clock does not place it.
+    /// A reading arrived at a time at which the map of its source's clock does not place it.
     ReadingMisplaced,
-    /// A reading was placed later than the clocks say, for one before it had been placed there.
+    /// A reading was placed later than the clocks say, to stay after the one before it.
     ReadingMoved,
     /// The normal axis is at the end of its range.
     NormalSaturated,
@@ -69,7 +69,7 @@ impl InputFault {
         }
     }
 
-    /// Returns the words before its count.
+    /// Returns the label that precedes its count.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -113,7 +113,7 @@ pub struct Flag {
 }
 
 impl Flag {
-    /// Returns the counts in words.
+    /// Returns the text of the counts.
     #[must_use]
     pub fn text(&self) -> String {
         let counts = self
@@ -123,7 +123,7 @@ impl Flag {
         counts.collect::<Vec<_>>().join(", ")
     }
 
-    /// Returns the event for a recording that began at sample `begin`; `None` when the flag ended before.
+    /// Returns the event for a recording that began at sample `begin`; `None` if the flag ended before it.
     #[must_use]
     pub fn event(&self, begin: u64) -> Option<RecordingEvent> {
         let sample = self.first.max(begin) - begin;
@@ -152,7 +152,7 @@ impl Flag {
 /// A report of a flag, new or extended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FlagUpdate {
-    /// The flag as known now: in a recording it replaces earlier reports of itself.
+    /// The flag as known now; in a recording it replaces its earlier reports.
     pub flag: Flag,
     /// Line for the operator, once for each flag.
     pub warning: Option<String>,
@@ -166,7 +166,7 @@ const REFRESH_S: f64 = 1.0;
 pub struct Flags {
     rate_hz: f64,
     open: Vec<Open>,
-    /// Flags so far.
+    /// Number of flags so far.
     flags: u64,
 }
 
@@ -266,7 +266,7 @@ mod tests {
 
     const RATE_HZ: f64 = 1000.0;
 
-    /// Events of a recording that began at 0, each as last reported; and the operator's lines.
+    /// Returns the events of a recording that began at 0, each as last reported, and the operator's lines.
     fn run(faults: &[(u64, InputFault, u64)], until: u64) -> (Vec<RecordingEvent>, Vec<String>) {
         let (mut flags, mut events, mut lines) = (Flags::new(RATE_HZ), BTreeMap::new(), Vec::new());
         let mut take = |updates: Vec<FlagUpdate>| {
@@ -367,7 +367,7 @@ mod tests {
         );
     }
 
-    /// A reading that comes late may have been lost before what was reported.
+    /// A late reading may report a loss before the first sample of the flag.
     #[test]
     fn a_flag_whose_first_sample_moves_is_the_same_flag() {
         let mut flags = Flags::new(RATE_HZ);

@@ -16,13 +16,13 @@ pub struct FieldHealth {
     pub force: LineFaults,
     /// Number of force samples so far.
     pub force_samples: u64,
-    /// How the force sensor's clock fares; `None` of one on the sound card's clock.
+    /// State of the force sensor's clock; `None` if it is on the sound card's clock.
     pub force_clock: Option<ClockState>,
-    /// How the encoder's clock fares; `None` of one without a clock of its own.
+    /// State of the encoder's clock; `None` if it has no separate clock.
     pub position_clock: Option<ClockState>,
-    /// Number of encoder readings that had missed a state.
+    /// Number of encoder readings that missed a state.
     pub encoder_skipped: u64,
-    /// Whether the participant's button is pressed; `None` where none is wired.
+    /// Whether the participant's button is pressed; `None` if it is not wired.
     pub button_pressed: Option<bool>,
     /// Number of presses of the button so far.
     pub button_presses: u64,
@@ -39,23 +39,24 @@ pub struct Gauges {
     pub fullest_ring: Slot<f64>,
     /// Faults and rates of the slow inputs.
     pub field: Slot<FieldHealth>,
-    /// How the safety watch's lines are.
+    /// Levels of the safety watch's lines.
     pub lines: Arc<Slot<LineLevels>>,
-    /// How the sound card's clock fares.
+    /// State of the sound card's clock.
     pub card_clock: Slot<ClockState>,
     /// Scheduling of the sound card's callbacks.
     pub stream_threads: StreamThreads,
 }
 
 impl Gauges {
-    /// Returns how much faster the force sensor's clock runs than the sound card's, ppm; `None` until it is known.
+    /// Returns the relative excess of the force sensor's clock rate over the sound card's, ppm; `None` until it is
+    /// known.
     #[must_use]
     pub fn force_clock_ppm(&self) -> Option<f64> {
         let card = self.card_clock.get()?;
         self.field.get()?.force_clock?.fast_ppm_against(&card)
     }
 
-    /// Returns how far the force sensor's readings arrive from where its clock places them, s; `None` until it is known.
+    /// Returns the residual of the force sensor's arrivals against its clock, s; `None` until it is known.
     #[must_use]
     pub fn force_residual_s(&self) -> Option<f64> {
         self.field.get()?.force_clock?.residual_s

@@ -1,9 +1,9 @@
-//! The record of how warm the plate was: one line, with the computer's run that it was written in.
+//! Record of the plate's temperature: one line, with the run of the computer in which it was written.
 //!
-//! A plate cools by the time that has passed for certain. Within one run of the computer its own clock counts, which
-//! nobody sets; over a restart the time since that start has passed. The wall clock is believed only where it says that
-//! more than a day has passed, or where there is no other clock, and no clock that jumped backwards cools anything. Of
-//! what another computer wrote, or one that the record does not name, the shorter of both times has passed for certain.
+//! A plate cools by the time that has certainly passed. Within one run of the computer its own clock counts, which
+//! cannot be set; across a restart, the time since that start has passed. The wall clock is trusted only if it says
+//! that more than a day has passed, or if there is no other clock; a clock that jumped backwards cools nothing. After a
+//! record of another computer, or of one that the record does not name, the shorter of both times has certainly passed.
 
 use jiff::Timestamp;
 
@@ -11,28 +11,28 @@ use crate::boot::Boot;
 use crate::dose_record::{BELIEVED_S, DamagedLine, id_named, id_word};
 
 const HEADER: &str = "boot\tup_s\trise_k\tdate\tmachine\n";
-/// Header by earlier versions, which did not say on which computer.
+/// Header in earlier versions, which did not name the computer.
 const OLDER_HEADER: &str = "boot\tup_s\trise_k\tdate\n";
-/// Warmest plate that a record may tell of, K: glass softens before.
+/// Highest temperature above the room that a record may state, K: glass softens below it.
 const WARMEST_K: f64 = 500.0;
 
-/// How warm a plate was.
+/// Recorded temperature of a plate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Warmth {
-    /// Run of the computer; `None` where it does not tell its runs apart.
+    /// Identifier of the computer's run; `None` if the system gives none.
     pub boot: Option<String>,
-    /// When, in seconds of that run.
+    /// Time of the record, in seconds of that run.
     pub up_s: f64,
     /// Temperature above the room, K.
     pub rise_k: f64,
-    /// When, by the wall clock.
+    /// Time of the record by the wall clock.
     pub date: Timestamp,
-    /// The computer; `None` where the record does not say, or the computer cannot be told from others.
+    /// Identifier of the computer; `None` if the record does not name it, or the computer has no identifier.
     pub machine: Option<String>,
 }
 
 impl Warmth {
-    /// Returns the time that has passed since, s: the least that is certain.
+    /// Returns the least time that has certainly passed since the record, s.
     #[must_use]
     pub fn age_s(&self, boot: &Boot, now: Timestamp) -> f64 {
         let wall_s = now.duration_since(self.date).as_secs_f64();
@@ -52,7 +52,7 @@ impl Warmth {
 /// Reads a record.
 ///
 /// # Errors
-/// The first line that cannot be read: nobody can tell then how warm the plate was.
+/// The first line that cannot be read: the plate's temperature is then unknown.
 pub fn parse(text: &str) -> Result<Warmth, DamagedLine> {
     let (line, says_machine) = match (text.strip_prefix(HEADER), text.strip_prefix(OLDER_HEADER)) {
         (Some(line), _) => (line, true),
@@ -193,7 +193,7 @@ mod tests {
                 60.0
             );
         }
-        // The record of a computer that was on for longer, under the same name.
+        // Record of a longer run with the same identifier.
         assert_eq!(
             warmth(Some("a")).age_s(&run(Some("a"), 10.0), at(NOON)),
             0.0
@@ -237,7 +237,7 @@ mod tests {
             prop_assert_eq!(parse(&to_text(&warmth)).unwrap(), warmth);
         }
 
-        /// Whatever the clocks and the file say, no age is negative or no number.
+        /// The age is a number and not negative, for all clocks and records.
         #[test]
         fn no_clock_makes_a_plate_younger_than_now(
             boots in prop::collection::vec(prop::option::of("[ab]"), 2), up_s in 0.0..1e9, wall_s in -2_000_000_000i64..2_000_000_000,

@@ -1,7 +1,7 @@
 //! The devices of a bench behind one assembly: sound card, force sensor, encoder, digital lines, loudspeaker.
 //!
 //! [`Bench::open`] wires [`Hardware`], found or simulated by the composition root, into tasks, and its [`Life`] runs
-//! them. Nothing here knows whether the hardware is real.
+//! them. This package does not distinguish real from simulated hardware.
 
 pub mod acquisition;
 mod arming;

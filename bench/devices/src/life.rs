@@ -1,4 +1,4 @@
-//! Life of a bench: opened, made safe, played, run, silenced, closed, in this order and nowhere else.
+//! Life of a bench: opened, made safe, played, run, silenced, closed, always in this order.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,7 +24,7 @@ pub struct Life {
     schedule: Schedule,
     /// Value that must outlive the streams.
     guard: Box<dyn Send>,
-    /// Signals end this bench in good order.
+    /// Registration by which signals end this bench in good order.
     listening: Listening,
 }
 
@@ -66,7 +66,7 @@ impl Life {
         &self.clock
     }
 
-    /// Returns the sound layer of what the participant hears.
+    /// Returns the sound layer of the participant's cues.
     #[must_use]
     pub fn host(&self) -> &Host {
         &self.host
@@ -90,7 +90,7 @@ impl Life {
         &self.kill
     }
 
-    /// Returns the stop for whoever reads keys or signals.
+    /// Returns the stop for the threads that read keys or signals.
     #[must_use]
     pub fn drive_stop(&self) -> &DriveStop {
         &self.drive_stop
@@ -109,7 +109,7 @@ impl Life {
         let ran = match self.streams.play() {
             Ok(()) => self.schedule.run(tasks, &self.clock, &self.stop),
             Err(error) => {
-                // With its tasks the screen loses what it shows, and closes.
+                // Without its tasks the screen has nothing to show, and closes.
                 drop(tasks);
                 Err(error.into())
             }
@@ -131,7 +131,7 @@ impl Life {
     }
 }
 
-/// An error in the program itself ended a bench.
+/// An error of the program ended a bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
     "an error in the program itself ended the bench: the drive was stopped first, and what was recorded until then is kept; \
@@ -139,8 +139,8 @@ impl Life {
 )]
 pub struct EndedByPanic;
 
-/// Installs a panic hook that silences the drive and ends the bench in good order, whichever thread panics; then
-/// calls the hook before it, which reports.
+/// Installs a panic hook that silences the drive and ends the bench in good order on a panic of any thread; it then
+/// calls the previous hook, which reports.
 fn end_on_panic(kill: KillSwitch, stop: StopFlag, panicked: Arc<AtomicBool>) {
     let before = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {

@@ -6,11 +6,11 @@ use recording::DiskError;
 #[cfg(unix)]
 use recording::disk::OnPath;
 
-/// Returns the folder, made if need be: the user's runtime folder, or else a folder of that user's own among the
+/// Returns the folder, created if needed: the user's runtime folder, or else a private folder of the user among the
 /// temporary files.
 ///
 /// # Errors
-/// The folder among the temporary files is another user's, or others may write to it.
+/// The folder among the temporary files belongs to another user, or others may write to it.
 #[cfg(unix)]
 pub fn lock_folder() -> Result<PathBuf, DiskError> {
     use rustix::process::geteuid;
@@ -26,10 +26,10 @@ pub fn lock_folder() -> Result<PathBuf, DiskError> {
     Ok(folder)
 }
 
-/// Returns the folder for temporary files, which is the user's own.
+/// Returns the folder for temporary files, which belongs to the user.
 ///
 /// # Errors
-/// None occur.
+/// No error occurs.
 #[cfg(not(unix))]
 pub fn lock_folder() -> Result<PathBuf, DiskError> {
     Ok(std::env::temp_dir())
@@ -42,7 +42,7 @@ mod unix {
     use std::os::unix::fs::{DirBuilderExt, MetadataExt};
     use std::path::Path;
 
-    /// Requires a folder, no link to one, that belongs to the user and that nobody else may write to.
+    /// Requires a folder that is not a link, belongs to the user and is writable by no other user.
     pub(super) fn require_own(folder: &Path, user: u32) -> io::Result<()> {
         let found = fs::symlink_metadata(folder)?;
         if found.is_dir() && found.uid() == user && found.mode() & 0o022 == 0 {

@@ -1,5 +1,5 @@
-//! Number of frames that an xrun swallowed. No sound layer reports it; timestamps give it to a fraction of a
-//! millisecond, and the carrier's phase in the drive channel then to the frame.
+//! Number of frames lost in an xrun. No sound layer reports it; timestamps give it to a fraction of a millisecond, and
+//! the carrier's phase in the drive channel then to the frame.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,14 +7,14 @@ use impedance::sample_loss::{PhaseJump, TimestampEstimate, lost_frames};
 use num_complex::Complex64;
 use signalgen::BlockHeader;
 
-/// Number of samples on either side that the phase is read from.
+/// Number of samples on either side from which the phase is read.
 pub const WINDOW: usize = 512;
 /// Largest error of a phase read from such windows, rad; at 35 kHz and 192 kHz the nearest two of the 192 phases that
 /// losses can leave lie 1.9° apart.
 pub(crate) const TOLERANCE_RAD: f64 = 0.012;
 /// Largest error of the timestamps, s.
 pub(crate) const TIMESTAMP_S: f64 = 0.4e-3;
-/// Amplitude of the carrier below which its phase is noise, of full scale.
+/// Amplitude of the carrier below which its phase is noise, relative to full scale.
 pub(crate) const LEAST_AMPLITUDE: f64 = 1e-3;
 
 /// Number of lost frames, and whether it is exact.
@@ -70,7 +70,7 @@ impl LossFinder {
         self.sample_rate_hz
     }
 
-    /// Returns the carrier's turn from one sample to the next, rad.
+    /// Returns the phase step of the carrier from one sample to the next, rad.
     pub(crate) fn step_rad(&self) -> f64 {
         TAU * self.carrier_hz / f64::from(self.sample_rate_hz)
     }
@@ -84,7 +84,7 @@ impl LossFinder {
             .sum::<Complex64>()
     }
 
-    /// Returns whether the carrier goes on through all of `drive` without a jump of its phase.
+    /// Returns whether the carrier continues through all of `drive` without a phase jump.
     fn goes_on(&self, drive: &[f32]) -> bool {
         let turn = Complex64::cis(self.step_rad() * WINDOW as f64);
         let mut expected: Option<Complex64> = None;
@@ -134,7 +134,7 @@ pub struct SampleBlock {
     pub header: BlockHeader,
     /// Samples of all channels.
     pub samples: Vec<f32>,
-    /// Time on the card's clock between the end of the block before and the start of this one, s.
+    /// Time on the card's clock between the end of the previous block and the start of this one, s.
     unaccounted_s: f64,
 }
 
@@ -146,12 +146,12 @@ pub enum Piece {
     Lost(Lost),
 }
 
-/// Holds back the blocks about an xrun until the loss is counted, and passes all others on.
+/// Holds back the blocks around an xrun until the loss is counted, and passes all others on.
 pub struct LossWatch {
     finder: LossFinder,
     channels: usize,
     drive_channel: usize,
-    /// Newest drive samples that were passed on.
+    /// Newest drive samples passed on.
     tail: Vec<f32>,
     /// End of the last block on the card's clock, ns.
     ended_ns: Option<u64>,
@@ -163,7 +163,7 @@ pub struct LossWatch {
 
 /// Number of blocks held after a reported xrun: the loss may show in the timestamps a little later.
 const HELD_BLOCKS: usize = 4;
-/// Largest number of blocks held while one xrun follows the other; what they cost is then not known.
+/// Largest number of blocks held while xruns follow each other; their loss is then unknown.
 const MOST_BLOCKS: usize = 16;
 
 impl LossWatch {
@@ -251,9 +251,9 @@ impl LossWatch {
     /// Returns the blocks before the loss, the loss, and the blocks after it, once there are enough of them.
     fn resolve(&mut self) -> Vec<Piece> {
         let held = self.held.as_deref().unwrap_or_default();
-        // The loss is where the card's clock has the longest time unaccounted for, the first such place, and not behind those
-        // blocks that are held in any case: a later block could become the place whenever one comes, and none were ever let
-        // through.
+        // The loss is at the block with the longest unaccounted time on the card's clock, the first of several, among
+        // the blocks that are held in any case: otherwise each new block could become the place, and no block would
+        // ever be passed on.
         let by_time =
             |a: &usize, b: &usize| held[*a].unaccounted_s.total_cmp(&held[*b].unaccounted_s);
         let places = 0..held.len().min(MOST_BLOCKS);
@@ -272,7 +272,8 @@ impl LossWatch {
             ),
             None => Lost::About(0),
         };
-        // The timestamps may have pointed at the wrong block: nothing is lost only if the carrier goes on throughout.
+        // The timestamps may have pointed at the wrong block: no frame is lost only if the carrier continues
+        // throughout.
         before.extend_from_slice(&after);
         let lost = match lost {
             Lost::Exactly(0) if self.until == MOST_BLOCKS || !self.finder.goes_on(&before) => {
@@ -310,8 +311,8 @@ mod tests {
             .collect()
     }
 
-    /// What the finder says of a loss of `lost` frames after `first`, with timestamps off by `error_s`; `None` where
-    /// the envelope is too faint for its phase.
+    /// Returns the finder's result for a loss of `lost` frames after `first`, with timestamps off by `error_s`; `None`
+    /// if the envelope is too faint to read its phase.
     fn found(
         finder: &LossFinder,
         carrier_hz: f64,
@@ -343,14 +344,15 @@ mod tests {
             prop_assume!(found.is_some());
             match found {
                 Some(Lost::Exactly(frames)) => prop_assert_eq!(frames, lost),
-                // A carrier whose phase nearly repeats within the timestamps' error may be undecided, never wrong.
+                // A carrier with a phase that nearly repeats within the timestamps' error may be undecided, never
+                // wrong.
                 found => prop_assert!(carrier_hz == 35_123.5, "{:?}", found),
             }
         }
     }
 
-    /// Share of losses that are decided at `carrier_hz`, of those with a strong carrier: lengths, places and timestamp
-    /// errors spread evenly over their ranges. Panics where one is decided wrongly.
+    /// Returns the share of losses that are decided at `carrier_hz`, among those with a strong carrier: lengths, places
+    /// and timestamp errors are spread evenly over their ranges. Panics if one is decided wrongly.
     fn share_decided(carrier_hz: f64) -> f64 {
         let finder = LossFinder::new(carrier_hz, RATE_HZ);
         let (mut decided, mut all) = (0u32, 0u32);
@@ -391,8 +393,8 @@ mod tests {
         assert_eq!(finder.lost(&silence, &silence, 5e-6), Lost::About(0));
     }
 
-    /// What a watch says of an xrun that swallowed `lost` frames before the third of the blocks of 1024 frames, each of which
-    /// arrives `late_s` too late; `xruns` are the counts that come with them.
+    /// Returns the losses that a watch reports for an xrun that lost `lost` frames before block 3; block n, of 1024
+    /// frames, arrives `late_s[n]` too late, with a count of `xruns(n)`.
     fn watched<const N: usize>(lost: u64, late_s: [f64; N], xruns: fn(u64) -> u64) -> Vec<Lost> {
         let mut watch = LossWatch::new(35_000.0, RATE_HZ, 1, 0);
         let mut told = Vec::new();
@@ -427,7 +429,7 @@ mod tests {
         let mut watch = LossWatch::new(35_000.0, RATE_HZ, 1, 0);
         let (mut ends_ns, mut most) = (0, 0);
         for n in 0..200_u64 {
-            // Each of 64 frames, a microsecond later than the one before it was.
+            // Blocks of 64 frames, each later than the one before by another microsecond.
             let capture_ns = ends_ns + 1_000 * n;
             ends_ns = capture_ns + 64 * 1_000_000_000 / u64::from(RATE_HZ);
             let header = BlockHeader {
@@ -456,11 +458,11 @@ mod tests {
         let one = |n| u64::from(n >= 2);
         assert_eq!(watched(0, [0.0; 8], one), [Lost::Exactly(0)]);
         assert_eq!(watched(1024, [0.0; 8], one), [Lost::Exactly(1024)]);
-        // The timestamps point at another block than the one before which three frames are missing.
+        // The timestamps point at a block other than the one after the three missing frames.
         let elsewhere = [0.0, 0.0, 0.0, 0.0, 1e-4, 1e-4, 1e-4, 1e-4];
         assert_eq!(watched(3, elsewhere, one), [Lost::About(0)]);
         assert_eq!(watched(0, elsewhere, one), [Lost::Exactly(0)]);
-        // A second one is waited for as long as the first; of one with every block nobody knows.
+        // The watch waits for a second xrun as long as for the first; with an xrun at every block, the loss is unknown.
         let two = |n| u64::from(n >= 2) + u64::from(n >= 5);
         assert_eq!(watched(0, [0.0; 8], two), []);
         assert_eq!(watched(0, [0.0; 9], two), [Lost::Exactly(0)]);

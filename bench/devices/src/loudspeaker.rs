@@ -1,5 +1,5 @@
-//! The participant's loudspeaker: start and end tones, and noise that masks the plate's audible squeal. It is a device
-//! of its own, never the card that drives the plate, and the session continues if it fails.
+//! The participant's loudspeaker: start and end tones, and noise that masks the plate's audible squeal. It is a
+//! separate device, never the card that drives the plate, and the session continues if it fails.
 
 use std::time::Duration;
 
@@ -32,10 +32,10 @@ pub enum Tone {
 }
 
 impl Loudspeaker {
-    /// Opens the device that `[sound]` names; `None` when it names none.
+    /// Opens the device that `[sound]` names; `None` if it names no device.
     ///
     /// # Errors
-    /// When the device does not exist or cannot be opened: a warning for the operator, not the end of the session.
+    /// If the device does not exist or cannot be opened: a warning for the operator, not the end of the session.
     pub fn open(
         host: &signalgen::audio::Host,
         sound: &config::Sound,

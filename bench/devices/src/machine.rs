@@ -1,4 +1,4 @@
-//! The computer, told from others in the records of what was driven and pressed.
+//! Identity of the computer, to tell it from others in the records of driving and of e-stop tests.
 
 use std::fmt::Write;
 use std::fs;
@@ -6,9 +6,9 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-/// Returns what tells this computer from others: part of a sum over the identifier of its installation and, because
-/// copies of a disk share that, the serial number of a Raspberry Pi and the addresses of built-in wired network cards.
-/// None of these can be found from it. `None` where the system has no such identifier, as outside Linux.
+/// Returns an identifier of this computer: part of a hash of the identifier of its installation and, because copies of
+/// a disk share that, of the serial number of a Raspberry Pi and of the addresses of built-in wired network cards. They
+/// cannot be recovered from it. `None` if the system has no such identifier, as outside Linux.
 pub fn id() -> Option<String> {
     id_below(Path::new("/"))
 }

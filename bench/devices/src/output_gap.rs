@@ -1,5 +1,5 @@
-//! Gaps of the drive. When the output alone runs dry the input goes on: nothing is missing in a recording, but the drive
-//! pauses, and returns with its phase turned by as many frames as it paused for.
+//! Gaps of the drive. If only the output underruns, the input continues: the recording is complete, but the drive
+//! pauses, and returns with its phase turned by as many frames as it paused.
 
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -10,32 +10,32 @@ use recording::manifest::{AFTER_REPORT_S, BEFORE_REPORT_S, EventKind, RecordingE
 
 use crate::lost_frames::{LEAST_AMPLITUDE, LossFinder, Lost, TIMESTAMP_S, TOLERANCE_RAD, WINDOW};
 
-/// Length of the short windows in which the carrier is followed, and their distance.
+/// Length and spacing of the short windows in which the carrier is tracked, samples.
 const SHORT: usize = 64;
 const HOP: usize = 32;
-/// Change of the carrier from one short window to the next but one, of its size, that is a gap's edge. The steepest
-/// modulation changes it by less, ramps included.
+/// Relative change of the carrier, from one short window to the next but one, that marks the edge of a gap. The
+/// steepest modulation, ramps included, changes it by less.
 const EDGE: f64 = 0.15;
 /// Time between two searches, s: each takes a third of a millisecond.
 const SEARCH_EVERY_S: f64 = 0.01;
-/// Samples over which the level is taken inside a gap, one period of the carrier or more.
+/// Samples over which the level inside a gap is measured, one period of the carrier or more.
 const LEVEL: usize = 6;
-/// Share of the drive's power below which it pauses.
+/// Share of the drive's power below which the drive counts as paused.
 const PAUSED: f64 = 0.1;
-/// Longest time from the first of several xruns, each reported while the gap of another is sought, until the search is
-/// given up, in units of [`AFTER_REPORT_S`]: an output that runs dry for ever must cost neither memory nor time.
+/// Longest search, from the first of several xruns that are each reported while the gap of another is sought, in units
+/// of [`AFTER_REPORT_S`]: an output that underruns for ever must cost neither memory nor time.
 const MOST_RENEWALS: u64 = 2;
 
-/// An output xrun, and what the drive channel shows of it.
+/// Output xrun, with its trace in the drive channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OutputXrun {
-    /// Number of the first of the output xruns that it is about: reports of one gap have one number.
+    /// Number of the first output xrun that it covers: reports of one gap have one number.
     pub number: u64,
-    /// Number of output xruns so far, the last of them.
+    /// Number of the last output xrun so far.
     pub last: u64,
     /// First frame, on the audio clock, at which the drive may be wrong.
     pub from: u64,
-    /// Frame behind the last at which it may be wrong.
+    /// Frame after the last at which the drive may be wrong.
     pub to: u64,
     /// Frames that the output lost.
     pub gap: Gap,
@@ -46,7 +46,7 @@ pub struct OutputXrun {
 pub enum Gap {
     /// Still sought; a later report of the same xrun follows.
     Sought,
-    /// The drive paused for so many frames.
+    /// The drive paused for this many frames.
     Of(Lost),
     /// The drive went on without a gap.
     Nowhere,
@@ -71,7 +71,7 @@ impl std::fmt::Display for Gap {
 }
 
 impl OutputXrun {
-    /// Returns the event for a recording that began at frame `begin`; `None` if the gap was before.
+    /// Returns the event for a recording that began at frame `begin`; `None` if the gap ended before it.
     pub fn event(&self, begin: u64) -> Option<RecordingEvent> {
         let sample = self.from.max(begin) - begin;
         let end = self.to.checked_sub(begin).filter(|&end| end > 0)?;
@@ -108,16 +108,16 @@ pub struct OutputGapWatch {
     reported: bool,
 }
 
-/// Xruns whose gap is sought.
+/// Xruns with a gap that is still sought.
 #[derive(Debug, Clone, Copy)]
 struct Sought {
-    /// Number of the first of them.
+    /// Number of the first xrun.
     number: u64,
-    /// Frame at which the first of them was reported.
+    /// Frame at which the first xrun was reported.
     since: u64,
-    /// Frame behind the last at which the gap of the newest may begin.
+    /// Frame after the last at which the gap of the newest may begin.
     latest: u64,
-    /// Frame at which the search ends: there, but not later for ever.
+    /// Frame at which the search ends: `latest`, but no later than [`MOST_RENEWALS`] allows.
     until: u64,
 }
 
@@ -155,7 +155,7 @@ impl OutputGapWatch {
     }
 
     /// Takes interleaved samples that begin at frame `first` of the audio clock, with the stream's count of output
-    /// xruns. Returns what is known of an xrun: once when it is reported, and once when its gap was found or given up.
+    /// xruns. Returns the state of an xrun: once when it is reported, and once when its gap was found or given up.
     pub fn take(&mut self, first: u64, samples: &[f32], xruns: u64) -> Option<OutputXrun> {
         if self.sought.is_none() {
             self.forget_but(self.before);
@@ -186,7 +186,7 @@ impl OutputGapWatch {
         (!std::mem::replace(&mut self.reported, true)).then(|| self.xrun(sought, Gap::Sought))
     }
 
-    /// Looks for the gap of an xrun reported at a frame, together with that of one whose gap is sought.
+    /// Searches for the gap of an xrun reported at a frame, together with that of an xrun already under search.
     fn seek(&mut self, reported: u64) {
         let (number, since) = self.sought.map_or((self.xruns, reported), |sought| {
             (sought.number, sought.since)
@@ -200,13 +200,13 @@ impl OutputGapWatch {
         });
     }
 
-    /// Gives up an xrun that is looked into, as when a recording ends.
+    /// Gives up a search, as when a recording ends.
     pub fn give_up(&mut self) -> Option<OutputXrun> {
         let sought = self.sought.take();
         sought.map(|sought| self.xrun(sought, Gap::Unknown))
     }
 
-    /// Gives up an xrun that is looked into because input frames are lost too: the phase has another reason to jump.
+    /// Gives up a search because input frames are lost too: the phase then has another reason to jump.
     pub fn lose(&mut self) -> Option<OutputXrun> {
         let given_up = self.give_up();
         self.recent.clear();
@@ -223,7 +223,7 @@ impl OutputGapWatch {
         self.begin += old as u64;
     }
 
-    /// The xrun with all of the time in which its gap may be.
+    /// Returns the xrun with the whole time in which its gap may lie.
     fn xrun(&self, sought: Sought, gap: Gap) -> OutputXrun {
         OutputXrun {
             number: sought.number,
@@ -238,7 +238,7 @@ impl OutputGapWatch {
         let over = self.end() >= sought.until;
         let several = self.xruns > sought.number;
         if several && !over {
-            // The gap of the first says nothing of those that may follow.
+            // The gap of the first says nothing about later gaps.
             return None;
         }
         if sought.until < sought.latest {
@@ -246,12 +246,12 @@ impl OutputGapWatch {
         }
         let samples = self.recent.make_contiguous();
         let (gap, edges) = match edges(&self.finder, &self.short_window, samples) {
-            // The drive has not been back for long enough to tell its phase.
+            // The drive has not been back long enough to read its phase.
             Some((_, end)) if samples.len() < end + WINDOW => {
                 return over.then(|| self.xrun(sought, Gap::Unknown));
             }
             Some((first, end)) => match gap(&self.finder, samples, first, end) {
-                // It may still go on.
+                // The gap may still continue.
                 Gap::Unknown if !over => return None,
                 gap => (gap, Some((first, end))),
             },
@@ -268,7 +268,7 @@ impl OutputGapWatch {
                     to: self.begin + end as u64,
                     gap,
                 };
-                // A later xrun is not to find this gap again.
+                // A later xrun must not find this gap again.
                 self.forget_but(self.recent.len() - end);
                 found
             }
@@ -278,16 +278,16 @@ impl OutputGapWatch {
     }
 }
 
-/// Peak amplitude of a carrier of the same power.
+/// Returns the peak amplitude of a carrier with the same power.
 fn level(samples: &[f32]) -> f64 {
     let power: f64 = samples.iter().map(|&x| f64::from(x).powi(2)).sum();
     (2.0 * power / samples.len().max(1) as f64).sqrt()
 }
 
-/// First sample that may belong to a gap, and the one behind the last.
+/// Returns the first sample that may belong to a gap, and the sample after the last.
 fn edges(finder: &LossFinder, window: &[f64], samples: &[f32]) -> Option<(usize, usize)> {
     let rotation = Complex64::from_polar(1.0, -finder.step_rad());
-    // Referred to the first sample of all.
+    // Referred to the first of all samples.
     let phasor = |start: usize| {
         let mut turn = Complex64::from_polar(1.0, -(finder.step_rad() * start as f64) % TAU);
         let mut sum = Complex64::ZERO;
@@ -352,7 +352,7 @@ mod tests {
     const RATE_HZ: u32 = 192_000;
     const BLOCK: usize = 64;
 
-    /// What the watch says in the end of an output that pauses at `at` for `lost` frames, of which it is told at
+    /// Returns the final report of a watch on an output that pauses at `at` for `lost` frames, and reports it at
     /// `told`.
     fn found(
         lost: usize,
@@ -385,7 +385,7 @@ mod tests {
         match reports[..] {
             [sought, found] => {
                 assert_eq!((sought.gap, sought.number), (Gap::Sought, 1));
-                // To the search after the last sample that it may be in.
+                // The report may extend to the first search after the last possible sample.
                 let most = sought.to + 1_920 + BLOCK as u64;
                 assert!(sought.from <= found.from && found.to <= most, "{reports:?}");
                 found
@@ -431,7 +431,7 @@ mod tests {
         let silence = [0.0; BLOCK_FRAMES];
         let (mut reported, mut settled, mut most) = (Vec::new(), Vec::new(), 0);
         for block in 0..200_u64 {
-            // Two in three blocks bring one, for two seconds.
+            // Two of three blocks bring an xrun, for two seconds.
             let xruns = block - block / 3;
             let first = BLOCK_FRAMES as u64 * block;
             let report = watch.take(first, &silence, xruns);
@@ -476,7 +476,7 @@ mod tests {
     /// Fault 6.
     #[test]
     fn the_gaps_of_two_xruns_are_found_together_however_soon_the_second_follows() {
-        // The second is reported before the gap of the first is over, and its own comes later.
+        // The second is reported before the gap of the first is over; its gap comes later.
         let (gaps, told) = ([60_000..60_500_usize, 75_000..75_300], [60_200, 60_300]);
         let mut played = 0_u32;
         let samples: Vec<f32> = (0..140_000)

@@ -1,5 +1,5 @@
-//! The plate's warmth, which outlasts the program: a small file that always tells of a plate at least as warm as the
-//! estimate, so that neither a crash nor another program finds it cooler.
+//! Temperature of the plate, kept from one program to the next: a small file that always states a temperature at least
+//! as high as the estimate, so that it is not too low after a crash or for another program.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use crate::boot::Boot;
 use crate::dose_record::DamagedLine;
 use crate::heat_record::{self, Warmth};
 
-/// Temperature by which the file is ahead of a plate that warms, K.
+/// Lead of the file over the temperature of a warming plate, K.
 const AHEAD_K: f64 = 0.5;
 /// Rise below which a plate counts as cold, K.
 const COLD_K: f64 = 0.1;
@@ -50,17 +50,17 @@ pub enum WarmthError {
     Unwritable(#[source] DiskError),
 }
 
-/// How warm a plate is, by what programs before this one left.
+/// Temperature of a plate as recorded by earlier programs.
 #[derive(Debug)]
 pub struct PlateWarmth {
     heat: PlateHeat,
-    /// `None` for one that ends with the program.
+    /// Path of the record; `None` for a record that ends with the program.
     path: Option<PathBuf>,
-    /// What the last program left; `None` for a plate that was never driven.
+    /// Record of the last program; `None` for a plate that was never driven.
     left: Option<Warmth>,
 }
 
-/// Returns where the warmth of a bench's plate lies, beside its calibration.
+/// Returns the path of the record of a bench's plate, in the folder of its calibration.
 #[must_use]
 pub fn warmth_path(calibration: &Path) -> PathBuf {
     let stem = calibration.file_stem().unwrap_or_default();
@@ -68,11 +68,11 @@ pub fn warmth_path(calibration: &Path) -> PathBuf {
 }
 
 impl PlateWarmth {
-    /// Opens the record at `path` of a plate with these thermal constants; `None` for a simulated one, which is as warm
-    /// as the room whenever a program begins.
+    /// Opens the record at `path` for a plate with these thermal constants. Without `path`, as for a simulated plate,
+    /// every program begins at the temperature of the room.
     ///
     /// # Errors
-    /// [`WarmthError`] when nobody can tell how warm the plate is.
+    /// [`WarmthError`] if the plate's temperature is unknown.
     pub fn open(path: Option<PathBuf>, heat: PlateHeat) -> Result<Self, WarmthError> {
         let left = match &path {
             Some(path) => read(path)?,
@@ -95,17 +95,17 @@ impl PlateWarmth {
         self.heat.surface_c(self.rise_k(boot, now))
     }
 
-    /// Returns the time after which the plate is cool enough to be driven, s; 0 if it is now.
+    /// Returns the time until the plate is cool enough to be driven, s; 0 if it is now.
     #[must_use]
     pub fn wait_s(&self, boot: &Boot, now: Timestamp) -> f64 {
         self.heat.wait_s(self.rise_k(boot, now))
     }
 
-    /// Begins to keep the warmth that a watch publishes in `signals`: returns how warm the plate is now, K above the
-    /// room, and the task that keeps it if it is to be kept.
+    /// Starts to record the temperature that a watch publishes in `signals`. Returns the present temperature above the
+    /// room, K, and, for a record on the disk, the task that writes it.
     ///
     /// # Errors
-    /// [`WarmthError::Unwritable`] before anything is driven.
+    /// [`WarmthError::Unwritable`] if the record cannot be written, before anything is driven.
     pub(crate) fn begin(
         self,
         clock: &Arc<dyn Clock>,
@@ -151,13 +151,13 @@ fn read(path: &Path) -> Result<Option<Warmth>, WarmthError> {
     }
 }
 
-/// The task that keeps the warmth on the disk.
+/// Task that writes the record to the disk.
 struct WarmthKeeper {
     path: PathBuf,
     heat: PlateHeat,
-    /// The run of the computer that the program began in.
+    /// Run of the computer in which the program began.
     boot: Boot,
-    /// Origin of the bench's clock, in seconds of this run of the computer, of which suspensions are a part.
+    /// Origin of the bench's clock, in seconds of this run of the computer, suspensions included.
     origin_s: f64,
     clock: Arc<dyn Clock>,
     signals: Arc<Signals>,
@@ -186,7 +186,7 @@ impl WarmthKeeper {
         Ok(())
     }
 
-    /// Returns what a program that began now would find, K.
+    /// Returns the temperature above the room that a program started now would read, K.
     fn found_k(&self) -> f64 {
         self.written.as_ref().map_or(0.0, |written| {
             cooled_k(&self.heat, written, &self.boot(), self.clock.utc())
@@ -236,7 +236,7 @@ mod tests {
         limit_c: 40.0,
     };
 
-    /// A clock that the test sets, and for how long the computer was suspended, s; its date is its time.
+    /// Clock set by the test, with the time for which the computer was suspended, s; its date is its time.
     #[derive(Default)]
     struct Hands(AtomicU64, AtomicU64);
 
@@ -255,7 +255,7 @@ mod tests {
         }
     }
 
-    /// The computer when the program's clock was at zero.
+    /// Time since the computer's start when the program's clock was at zero, s.
     const UP_S: f64 = 1000.0;
 
     fn boot(up_s: f64) -> Boot {
@@ -279,7 +279,7 @@ mod tests {
             Self::after(tempfile::tempdir().unwrap(), UP_S)
         }
 
-        /// The next program on the bench, begun when the computer has been on for `up_s`.
+        /// Starts the next program on the bench when the computer has been on for `up_s`.
         fn after(folder: tempfile::TempDir, up_s: f64) -> Self {
             let clock = Arc::new(Hands::default());
             let shared: Arc<dyn Clock> = clock.clone();
@@ -307,7 +307,7 @@ mod tests {
             self.task.poll(now_ns).unwrap();
         }
 
-        /// What another program would find if this one were killed now.
+        /// Returns the temperature above the room that another program would find if this one were killed now, K.
         fn found_k(&self) -> f64 {
             let up_s = UP_S + 1e-9 * self.clock.now_ns() as f64;
             Self::opened(self.folder.path()).rise_k(&boot(up_s), self.clock.utc())
@@ -351,11 +351,11 @@ mod tests {
         assert!((warmth.surface_c(&boot(1010.0), now) - 39.0).abs() < 1e-2);
         assert!((warmth.wait_s(&boot(1010.0), now) - HEAT.wait_s(14.0)).abs() < 0.1);
         assert_eq!(warmth.wait_s(&boot(1030.0), now), 0.0);
-        // A minute and a half later, in which the program itself ran for none of it.
+        // A minute and a half later; no program ran in between.
         let mut next = Rig::after(rig.folder, 1100.0);
         let cooled_k = HEAT.rise_after(14.0, 0.0, 90.0);
         assert!((next.began_k - cooled_k).abs() < 1e-2, "{}", next.began_k);
-        // It ends before its watch has said anything, and takes nothing away.
+        // It ends before its watch publishes anything, and the record keeps its value.
         next.task.finish().unwrap();
         let again = Rig::after(next.folder, 1100.0);
         assert!((again.began_k - cooled_k).abs() < 1e-2);

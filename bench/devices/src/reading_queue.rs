@@ -1,5 +1,5 @@
-//! The queue of readings from the slow inputs to the acquisition: neither waits for the other, and it does not grow without
-//! a bound while the acquisition is held up.
+//! Queue of readings from the slow inputs to the acquisition: neither side waits for the other, and the queue stays
+//! bounded while the acquisition is held up.
 
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use sources::{LineFaults, Moment};
@@ -9,10 +9,10 @@ use crate::field_reading::FieldReading;
 /// Most readings that wait: seconds of the fastest sensor.
 const MOST_WAITING: usize = 1 << 15;
 
-/// The end of the slow inputs.
+/// Sending end of the queue, for the slow inputs.
 pub struct ReadingSender {
     to: Sender<FieldReading>,
-    /// Readings dropped that no later one has told of yet, from when on, and states of the encoder missed with them.
+    /// Readings dropped and not yet reported, the start of their time, and encoder states missed with them.
     dropped: u64,
     since: Option<Moment>,
     missed: u64,
@@ -32,7 +32,7 @@ pub fn reading_queue() -> (ReadingSender, Receiver<FieldReading>) {
 }
 
 impl ReadingSender {
-    /// Sends a reading, after what tells of those that had no room; counts it if it has none.
+    /// Sends a reading, after a report of the readings that found no room; counts it if it finds no room.
     pub(crate) fn send(&mut self, mut reading: FieldReading) {
         if let Some(since) = self.since {
             let faults = LineFaults {

@@ -5,12 +5,12 @@ use recording::manifest::{ClockOf, RecordedClock};
 
 use crate::gauges::Gauges;
 
-/// How the clocks fare during a recording: the latest drift of each, and the greatest residual.
+/// State of the clocks during a recording: the latest drift of each, and the greatest residual.
 #[derive(Debug, Default)]
 pub(crate) struct RecordedClocks([Option<RecordedClock>; 3]);
 
 impl RecordedClocks {
-    /// Takes how the clocks fare now.
+    /// Takes the present state of the clocks.
     pub(crate) fn look(&mut self, gauges: &Gauges) {
         let Some(card) = gauges.card_clock.get() else {
             return;

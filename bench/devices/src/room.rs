@@ -1,4 +1,4 @@
-//! Space that is left on the study's disk, asked for on a thread of its own: a disk that hangs holds up nobody else.
+//! Free space on the study's disk, queried on a separate thread: a hanging disk holds up no other task.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -7,24 +7,24 @@ use std::time::Duration;
 use recording::study::free_bytes;
 use tasks::{Slot, Task};
 
-/// Time between two looks, ns.
+/// Time between two queries, ns.
 const EVERY_NS: u64 = 500_000_000;
-/// Age at which it is no longer known what is left, ns.
+/// Age above which the free space counts as unknown, ns.
 const STALE_NS: u64 = 3_000_000_000;
 
-/// Space that was left at some time.
+/// Free space at some time.
 #[derive(Clone, Copy, Debug)]
 pub struct Left {
     at_ns: u64,
     free_bytes: Option<u64>,
 }
 
-/// Latest word on the space that is left.
+/// Latest known free space.
 #[derive(Clone, Debug, Default)]
 pub struct Room(Arc<Slot<Left>>);
 
 impl Room {
-    /// Returns the bytes that are left, if that was known a moment before `now_ns`.
+    /// Returns the free space, bytes, if it was known shortly before `now_ns`.
     pub fn free_bytes(&self, now_ns: u64) -> Option<u64> {
         let left = self.0.get()?;
         (now_ns.saturating_sub(left.at_ns) <= STALE_NS)
@@ -33,7 +33,7 @@ impl Room {
     }
 }
 
-/// The task.
+/// Task that queries the disk.
 pub struct RoomTask {
     folder: PathBuf,
     room: Room,
@@ -41,7 +41,7 @@ pub struct RoomTask {
 }
 
 impl RoomTask {
-    /// Looks at the disk of `folder`.
+    /// Makes the task for the disk of `folder`.
     pub fn new(folder: PathBuf) -> (Room, Self) {
         let room = Room::default();
         let task = Self {
@@ -59,7 +59,7 @@ impl Task for RoomTask {
     }
 
     fn period(&self) -> Duration {
-        // Shorter than the time between two looks: the end of a session waits for it.
+        // Shorter than the time between two queries: the end of a session waits for it.
         Duration::from_millis(20)
     }
 

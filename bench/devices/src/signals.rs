@@ -1,7 +1,7 @@
-//! Signals that ask the program to end: an orderly stop while somebody listens, the system's own ending otherwise.
+//! Signals that ask the program to end: an orderly stop while a listener exists, the system's default otherwise.
 //!
-//! On Unix threads of their own silence the drives as the signal comes, and end a program that waits for a disk or a
-//! terminal that hangs.
+//! On Unix, separate threads silence the drives when a signal arrives, and end a program that waits for a hanging disk
+//! or terminal.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -11,7 +11,7 @@ use safety::DriveStop;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use tasks::StopFlag;
 
-/// The terminal was closed, or its key for the hardest stop was pressed.
+/// Interrupt and termination; also SIGHUP, after the terminal was closed, and SIGQUIT, its quit key.
 #[cfg(unix)]
 const SIGNALS: [i32; 4] = [
     SIGINT,
@@ -25,9 +25,9 @@ const SIGNALS: [i32; 2] = [SIGINT, SIGTERM];
 /// State of the signals of this process.
 #[derive(Default)]
 struct Heard {
-    /// A signal came while somebody listened.
+    /// Whether a signal came while a listener existed.
     signalled: Arc<AtomicBool>,
-    /// A signal ends the program at once, because nobody listens.
+    /// Whether a signal ends the program at once, because no listener exists.
     at_once: Arc<AtomicBool>,
     listeners: Mutex<Listeners>,
 }
@@ -49,7 +49,7 @@ impl Heard {
 
 static HEARD: OnceLock<Heard> = OnceLock::new();
 
-/// Somebody who listens to signals; dropped, a signal ends the program as if nothing had been opened.
+/// Listener to signals; after it is dropped, a signal ends the program as if nothing had been opened.
 #[derive(Debug)]
 pub struct Listening(u64);
 
@@ -66,19 +66,19 @@ impl Drop for Listening {
     }
 }
 
-/// Raises `stop` when a signal asks a program that drives nothing to end, as a bench is ended.
+/// Raises `stop` when a signal asks a program without a drive to end, as for a bench.
 ///
 /// # Errors
-/// When a signal came before, or a handler cannot be registered.
+/// If a signal came before, or a handler cannot be registered.
 pub fn stop_on_signals(stop: &StopFlag) -> anyhow::Result<Listening> {
     stop_drive_on_signals(stop, DriveStop::default())
 }
 
-/// Raises `stop` and silences `drive` when a signal asks the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT where
-/// there are any. On Unix the process ends within a second of the signal, whatever hangs.
+/// Raises `stop` and silences `drive` when a signal asks the program to end: SIGINT, SIGTERM, and SIGHUP and SIGQUIT
+/// where they exist. On Unix the process ends within a second of the signal, even if a part of it hangs.
 ///
 /// # Errors
-/// When a signal came before, or a handler cannot be registered.
+/// If a signal came before, or a handler cannot be registered.
 pub fn stop_drive_on_signals(stop: &StopFlag, drive: DriveStop) -> anyhow::Result<Listening> {
     let heard = heard()?;
     let listening = {
@@ -98,14 +98,14 @@ pub fn stop_drive_on_signals(stop: &StopFlag, drive: DriveStop) -> anyhow::Resul
     Ok(listening)
 }
 
-/// Returns the state of the signals, with the handlers that stay.
+/// Returns the state of the signals, with permanent handlers.
 fn heard() -> anyhow::Result<&'static Heard> {
     if let Some(heard) = HEARD.get() {
         return Ok(heard);
     }
     let heard = Heard::default();
     for signal in SIGNALS {
-        // The first that runs: where nobody listens, nothing else is asked.
+        // Registered first, so that it runs first: without a listener, nothing else runs.
         #[cfg(unix)]
         signal_hook::flag::register_conditional_default(signal, Arc::clone(&heard.at_once))
             .context("cannot hear of signals")?;
@@ -125,7 +125,8 @@ fn heard() -> anyhow::Result<&'static Heard> {
     Ok(heard)
 }
 
-/// Sets what is done before a program that hangs is ended, such as putting its terminal back; only the first call counts.
+/// Sets a function to run before a hanging program is ended, such as to restore its terminal; only the first call
+/// counts.
 pub fn before_a_hard_end(restore: fn()) {
     #[cfg(unix)]
     let _kept = ending::RESTORE.set(restore);
@@ -147,27 +148,27 @@ mod ending {
 
     use super::{Heard, SIGNALS};
 
-    /// Time from a signal to the end of a program that hangs: a second, less what follows it.
+    /// Time from a signal to the end of a program that hangs: a second, less the time of the last steps.
     const PATIENCE: Duration = Duration::from_millis(800);
-    /// Longest wait for a terminal that is put back, and for the last words on it.
+    /// Longest wait for the terminal to be restored and to take the last message.
     const LAST_WORDS: Duration = Duration::from_millis(60);
-    /// Exit status of a program that was ended while it hung.
+    /// Exit status of a program that was ended because it hung.
     const STATUS: i32 = 2;
 
-    /// Puts the terminal back.
+    /// Function that restores the terminal.
     pub(super) static RESTORE: OnceLock<fn()> = OnceLock::new();
 
     /// Starts two threads that wait for signals: while one hangs, the other does its work.
     ///
     /// # Errors
-    /// The system's.
+    /// The system's error.
     pub(super) fn watch_signals(heard: &'static Heard) -> anyhow::Result<()> {
         for (patience, speaks) in [(PATIENCE, true), (PATIENCE + LAST_WORDS, false)] {
             let mut signals = Signals::new(SIGNALS).context("cannot hear of signals")?;
             thread::Builder::new()
                 .name("signals".to_owned())
                 .spawn(move || {
-                    // On a thread that is to hear of them they are not blocked, whoever started it.
+                    // Signals are unblocked on a thread that must receive them, for any state that it inherited.
                     let _heard = of_signals().map(|ours| ours.thread_unblock());
                     for _signal in signals.forever() {
                         let listening = heard.listeners().listening.clone();
@@ -194,18 +195,19 @@ mod ending {
         SIGNALS.into_iter().map(Signal::try_from).collect()
     }
 
-    /// Blocks the signals on this thread and on all that it starts from now on. The system gives a signal to any thread that does
-    /// not block it, to the first one by preference, and one that hangs in a disk's driver would keep it.
+    /// Blocks the signals on this thread and on all threads that it starts from now on. The system gives a signal to
+    /// any thread that does not block it, preferably the first, and a thread that hangs in a disk's driver would keep
+    /// it.
     ///
     /// # Errors
-    /// The system's.
+    /// The system's error.
     pub(super) fn leave_signals_to_their_threads() -> anyhow::Result<()> {
         of_signals()
             .and_then(|ours| ours.thread_block())
             .context("cannot leave the signals to threads of theirs")
     }
 
-    /// Puts the terminal back, and says on it that the program waited for `busy`, if it takes that in time.
+    /// Restores the terminal and reports on it that the program waited for `busy`, if the terminal responds in time.
     fn say_what_hangs(busy: Vec<&'static str>) {
         let (done, told) = mpsc::channel();
         let last_words = thread::Builder::new().spawn(move || {

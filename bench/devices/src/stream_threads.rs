@@ -13,13 +13,13 @@ pub struct StreamThreads {
 }
 
 impl StreamThreads {
-    /// Returns a stream's; `None` before its first block, or where nobody looked.
+    /// Returns the scheduling of a stream; `None` before its first block, or if it was not queried.
     #[must_use]
     pub fn get(&self, direction: StreamDirection) -> Option<Scheduling> {
         self.thread(direction).get().copied()
     }
 
-    /// Keeps a stream's. Neither allocates nor waits: each stream has one thread.
+    /// Keeps the scheduling of a stream. Neither allocates nor waits: each stream has one thread.
     pub(crate) fn started(&self, direction: StreamDirection, scheduling: Scheduling) {
         let _ = self.thread(direction).set(scheduling);
     }

@@ -1,4 +1,4 @@
-//! Priority of the threads whose time counts: the sound card's callbacks and the safety watch.
+//! Priority of the time-critical threads: the sound card's callbacks and the safety watch.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::gauges::Gauges;
 /// interrupts (50), and no more than sound servers commonly have.
 const CALLBACK_PRIORITY: u8 = 20;
 
-/// Scheduling of the threads whose time counts; `None` for one that has not started, or that nobody asks for.
+/// Scheduling of the time-critical threads; `None` for a thread that has not started or was not queried.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ThreadPriorities {
     /// The safety watch's thread.
@@ -28,7 +28,7 @@ pub struct ThreadPriorities {
 }
 
 impl ThreadPriorities {
-    /// Returns what is known now.
+    /// Returns the scheduling known now.
     #[must_use]
     pub fn now(signals: &Signals, gauges: &Gauges) -> Self {
         Self {
@@ -39,8 +39,8 @@ impl ThreadPriorities {
     }
 }
 
-/// Returns what the streams' threads do first. JACK itself gives its clients their priority, and what calls back on
-/// simulated hardware also simulates it.
+/// Returns the first action of the streams' threads. JACK sets the priority of its clients itself, and on simulated
+/// hardware the thread of the callbacks also runs the simulation.
 pub(crate) fn thread_start(
     config: &Config,
     simulated: bool,
@@ -57,10 +57,10 @@ pub(crate) fn thread_start(
     }))
 }
 
-/// Locks the program's memory if the configuration says so and the bench runs in real time.
+/// Locks the program's memory if the configuration requires it and the bench runs in real time.
 ///
 /// # Errors
-/// The system does not let all of it be locked; says what to change.
+/// If the system does not let all of it be locked; the message names the remedy.
 pub(crate) fn lock_memory(config: &Config, schedule: &Schedule) -> anyhow::Result<()> {
     if !config.audio.lock_memory || matches!(schedule, Schedule::Lockstep(_)) {
         return Ok(());
@@ -80,13 +80,13 @@ mod tests {
         Config::parse(&text, "bench.toml").unwrap()
     }
 
-    /// What the threads of both streams are found to have after they have started.
+    /// Returns the scheduling of the threads of both streams after they have started.
     fn started(host: &str, simulated: bool) -> ThreadPriorities {
         let gauges = Arc::new(Gauges::default());
         let start = thread_start(&config(host), simulated, &gauges);
         for direction in [StreamDirection::Output, StreamDirection::Input] {
             let start = start.clone();
-            // The priority stays with a thread.
+            // A priority belongs to one thread.
             let thread = std::thread::spawn(move || start.map(|start| start(direction)));
             thread.join().unwrap();
         }

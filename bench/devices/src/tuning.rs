@@ -1,4 +1,4 @@
-//! What the acquisition needs for a carrier.
+//! Parts of the acquisition that depend on the carrier.
 
 use config::Config;
 use impedance::{
@@ -23,10 +23,10 @@ impl std::fmt::Debug for Tuning {
 }
 
 impl Tuning {
-    /// Makes what a bench of `config` needs for a carrier.
+    /// Makes the parts that a bench of `config` needs for a carrier.
     ///
     /// # Errors
-    /// When sample rate and carrier do not fit each other, or a channel does not exist.
+    /// If sample rate and carrier do not fit each other, or a channel does not exist.
     pub fn new(config: &Config, carrier_hz: f64) -> anyhow::Result<Self> {
         let (filter, zm) = impedance_chain(config, carrier_hz)?;
         let clipping = |index: u16, clip_units: f64| InputChannel {
@@ -51,7 +51,7 @@ impl Tuning {
 /// Returns the demodulation filter at the carrier and the computation of Z_m with the constants of `config`.
 ///
 /// # Errors
-/// When sample rate and carrier do not fit each other.
+/// If sample rate and carrier do not fit each other.
 pub fn impedance_chain(config: &Config, carrier_hz: f64) -> anyhow::Result<(Filter, Zm)> {
     let filter = Filter::new(impedance::FilterSettings {
         sample_rate_hz: config.audio.rate_hz,

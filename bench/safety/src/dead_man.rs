@@ -1,9 +1,9 @@
-//! The dead-man switch: the plate is driven only while it is held, and only if it was released and pressed since the
-//! last drive, so that a contact that is welded, tied down or shorted starts nothing.
+//! The dead-man switch: the plate is driven only while the switch is held, and only if it was released and pressed
+//! since the last drive, so that a contact that is welded, tied down or shorted cannot start a drive.
 
 use serde::Serialize;
 
-/// What the person at the switch must do next.
+/// Next action required of the person at the switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hold {
@@ -11,16 +11,16 @@ pub enum Hold {
     Release,
     /// Press it.
     Press,
-    /// Nothing: it was released, and is held.
+    /// No action: it was released, and is held.
     Held,
 }
 
-/// Why the switch stops the drive.
+/// Reason for which the switch stops the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum LetGo {
-    /// It was released while the plate was driven.
+    /// The switch was released while the plate was driven.
     Released,
-    /// The drive began although it was not released and held.
+    /// The drive began although the switch was not released and held.
     NotHeld(Hold),
 }
 
@@ -29,26 +29,26 @@ pub(crate) enum LetGo {
 const STEADY_NS: u64 = 20_000_000;
 /// Time for which the contact must be open to prove that it opens, ns.
 const OPEN_NS: u64 = 50_000_000;
-/// Silence after which a drive is over, ns; a modulation passes zero for an instant.
+/// Silence after which a drive counts as over, ns; a modulation passes zero for an instant.
 const OVER_NS: u64 = 200_000_000;
 
-/// The course of the switch, fed with its level; high is closed.
+/// Progress of the switch, fed with its level; high is closed.
 #[derive(Debug)]
 pub(crate) struct DeadMan {
     release_ns: u64,
-    /// Since when the contact has not been closed for [`STEADY_NS`]; `None` while it is held.
+    /// Start of the time for which the contact has not been closed for [`STEADY_NS`], ns; `None` while it is held.
     let_go_ns: Option<u64>,
-    /// Since when it has been closed, and open, without interruption.
+    /// Start of the uninterrupted time for which it has been closed, and open, ns.
     closed_ns: Option<u64>,
     open_ns: Option<u64>,
     /// Whether it was seen to open since the last drive.
     opened: bool,
-    /// When the plate was last driven, while that drive is not over.
+    /// Time at which the plate was last driven, ns; `None` after that drive is over.
     driven_ns: Option<u64>,
 }
 
 impl DeadMan {
-    /// A switch that stops the drive once it was released for `release_ns`.
+    /// Makes a switch that stops the drive after a release of `release_ns`.
     pub(crate) fn new(release_ns: u64) -> Self {
         Self {
             release_ns,
@@ -60,7 +60,7 @@ impl DeadMan {
         }
     }
 
-    /// Takes the level, and whether the plate is driven; returns why it must not be.
+    /// Takes the level, and whether the plate is driven; returns the reason for which it must not be.
     pub(crate) fn poll(&mut self, closed: bool, driven: bool, now_ns: u64) -> Option<LetGo> {
         if closed {
             self.open_ns = None;
@@ -93,10 +93,10 @@ impl DeadMan {
             .then_some(LetGo::Released)
     }
 
-    /// Returns what must be done next.
+    /// Returns the next required action.
     pub(crate) fn hold(&self) -> Hold {
         match (self.opened, self.let_go_ns) {
-            // Also while it is open, until that has lasted.
+            // Also while it is open, until it has been open for long enough.
             (false, _) => Hold::Release,
             (true, None) => Hold::Held,
             (true, Some(_)) => Hold::Press,
@@ -112,7 +112,7 @@ mod tests {
     const MS: u64 = 1_000_000;
     const RELEASE_NS: u64 = 200 * MS;
 
-    /// A switch, looked at every 2 ms.
+    /// Switch polled every 2 ms.
     struct Rig {
         switch: DeadMan,
         now_ns: u64,
@@ -126,7 +126,7 @@ mod tests {
             }
         }
 
-        /// Lets time pass; returns the first stop, and after how long.
+        /// Lets time pass; returns the first stop, and the time to it, ms.
         fn pass(&mut self, ms: u64, closed: bool, driven: bool) -> Option<(u64, LetGo)> {
             let mut first = None;
             for step in 1..=ms / 2 {
@@ -137,7 +137,7 @@ mod tests {
             first
         }
 
-        /// A switch that was released and is held.
+        /// Returns a switch that was released and is held.
         fn held() -> Self {
             let mut rig = Self::new();
             assert_eq!(rig.pass(100, false, false), None);
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn whoever_does_as_asked_at_once_comes_to_hold_it() {
-        // A hand that is quicker than any: the next look finds what the last one asked for.
+        // A hand faster than any person's: each poll finds the action that the last one required.
         let mut rig = Rig::new();
         rig.pass(100, true, false);
         let mut asked = Vec::new();
@@ -236,15 +236,15 @@ mod tests {
             }
         }
 
-        /// Whatever the switch does, a drive that is not stopped began with a release and a press, and was never let go
-        /// for longer than allowed.
+        /// For any course of the switch, a drive that is not stopped began with a release and a press, and the switch
+        /// was never released for longer than allowed.
         #[test]
         fn nothing_is_driven_unheld(levels in prop::collection::vec((any::<bool>(), 1u64..150), 1..30)) {
             let mut rig = Rig::new();
             let (mut opened, mut open_ms, mut closed_ms) = (false, 0, 0);
             for (closed, steps) in levels {
                 rig.pass(2 * steps, closed, false);
-                // Runs of one level are one.
+                // Successive runs at one level count as one run.
                 open_ms = if closed { 0 } else { open_ms + 2 * steps };
                 closed_ms = if closed { closed_ms + 2 * steps } else { 0 };
                 opened |= open_ms >= 50;

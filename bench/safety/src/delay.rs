@@ -1,18 +1,18 @@
-//! A delay from a command to its read-back, and how the latest readings speak for it.
+//! Delay from a command to its read-back, and the agreement of the latest readings with it.
 
 /// Outcome of comparing a reading with a command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Comparison {
-    /// The reading is what was commanded.
+    /// Whether the reading agrees with the command.
     pub(crate) fits: bool,
-    /// Half the gain would not have fitted.
+    /// Whether half the gain would not have agreed.
     pub(crate) tells: bool,
 }
 
 /// A delay that is still possible.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Delay {
-    /// Rendered frames less samples: sample s shows what was commanded at frame s + lead.
+    /// Rendered frames less samples: sample s shows the command at frame s + lead.
     pub(crate) lead: i64,
     all: Votes,
     telling: Votes,
@@ -21,12 +21,12 @@ pub(crate) struct Delay {
 /// The latest votes, up to 64.
 #[derive(Debug, Clone, Copy, Default)]
 struct Votes {
-    /// A bit for each, the latest in the lowest.
+    /// One bit per vote, the latest in the lowest.
     bits: u64,
     count: u32,
 }
 
-/// Fewest telling readings that are judged.
+/// Smallest number of telling readings that is judged.
 const FEWEST_TELLING: u32 = 4;
 
 impl Delay {
@@ -45,8 +45,8 @@ impl Delay {
         }
     }
 
-    /// Returns whether at least half of the latest `readings` fit, and at least half of as many telling ones: without
-    /// these, half the gain of a drive that is low most of the time would pass.
+    /// Returns whether at least half of the latest `readings` fit, and at least half of as many telling ones: otherwise
+    /// half the gain would pass under a drive that is low most of the time.
     pub(crate) fn explains(&self, readings: u32) -> bool {
         self.all.for_it(readings)
             && (self.telling.count < FEWEST_TELLING || self.telling.for_it(readings))
@@ -59,7 +59,7 @@ impl Votes {
         self.count = (self.count + 1).min(u64::BITS);
     }
 
-    /// Returns whether at least half of the latest `most` votes are for it.
+    /// Returns whether at least half of the latest `most` votes are in favour.
     fn for_it(&self, most: u32) -> bool {
         let judged = self.count.min(most);
         let latest = self.bits & u64::MAX.checked_shr(u64::BITS - judged).unwrap_or(0);

@@ -1,4 +1,5 @@
-//! Driving time that a person is allowed within an hour: what counts, what is left, when it goes on.
+//! Driving time allowed to a person within an hour: the time that counts, the time left, and the time until it may
+//! resume.
 
 use crossbeam_channel::{Receiver, Sender, TrySendError};
 use serde::Serialize;
@@ -9,21 +10,20 @@ use crate::trip::Trip;
 
 /// Largest drive that does not count, V peak: the preflight's tone, which no finger feels.
 pub const FAINT_V: f64 = 2.0;
-/// Read-back from which on the plate counts as driven whatever was commanded, V peak: the faint tone and half as much
-/// again.
+/// Read-back above which the plate counts as driven under any command, V peak: one and a half times the faint tone.
 const FAINT_READ_V: f64 = 1.5 * FAINT_V;
-/// Longest time below [`FAINT_V`] that counts all the same, ns: a modulation falls through it in each period.
+/// Longest time below [`FAINT_V`] that still counts, ns: a modulation falls below it in each period.
 const PAUSE_NS: i64 = 1_000_000_000;
-/// Largest step by which a span grows before it is reported again, ns.
+/// Largest growth of a span before it is reported again, ns.
 const REPORT_NS: i64 = 250_000_000;
 
-/// Most reports that wait for whoever keeps the account: those of 4 s, by which no account on a disk may fall behind.
+/// Most reports that wait for the task that keeps the account: those of 4 s, the longest lag of an account on a disk.
 const WAITING_REPORTS: usize = 16;
 
 const UNKEPT: &str = "the driving time is not kept: the disk of the study or of the calibration has not answered for 4 s";
 
-/// Returns the two ends by which driven spans reach whoever keeps the account on a disk. A drive stops that nobody has kept for
-/// 4 s, as when the disk hangs.
+/// Returns the two ends of the queue by which driven spans reach the task that keeps the account on a disk. A drive
+/// stops if its time has not been kept for 4 s, as when the disk hangs.
 #[must_use]
 pub fn span_reports() -> (Sender<Span>, Receiver<Span>) {
     crossbeam_channel::bounded(WAITING_REPORTS)
@@ -32,19 +32,19 @@ pub fn span_reports() -> (Sender<Span>, Receiver<Span>) {
 /// Driving time that is allowed from now on.
 #[derive(Debug, Clone, Default)]
 pub struct Allowance {
-    /// Allowed within any hour, s.
+    /// Time allowed within any hour, s.
     pub limit_s: f64,
-    /// Least that must be left when the bench arms, s.
+    /// Least time that must be left when the bench arms, s.
     pub need_s: f64,
-    /// What was driven before.
+    /// Earlier driving.
     pub before: SlidingHour,
-    /// Is sent each span as it begins, grows and ends; the start tells one from the next. Of [`span_reports`].
+    /// Receives each span as it begins, grows and ends; spans differ by their start. Made by [`span_reports`].
     pub spans: Option<Sender<Span>>,
 }
 
 impl Allowance {
-    /// Allows `limit_s` an hour, of which nothing is used; a bench that has used it up goes on when a tenth of it is
-    /// free, at most 10 s.
+    /// Allows `limit_s` an hour, without earlier driving; a bench that has used it up may resume when a tenth of it, at
+    /// most 10 s, is free.
     #[must_use]
     pub fn of(limit_s: f64) -> Self {
         Self {
@@ -55,19 +55,19 @@ impl Allowance {
     }
 }
 
-/// What is left of the driving time of an hour.
+/// Remaining driving time of an hour.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DoseLeft {
-    /// Allowed within an hour, s.
+    /// Time allowed within an hour, s.
     pub limit_s: f64,
-    /// Left at this moment, s.
+    /// Time left at this moment, s.
     pub left_s: f64,
-    /// Time without driving after which the bench may be armed, s; 0 if it may now.
+    /// Time without driving after which the bench may be armed, s; 0 if it may be armed now.
     pub wait_s: f64,
 }
 
 impl DoseLeft {
-    /// Returns the words of screens.
+    /// Returns the text for screens.
     ///
     /// ```
     /// let left = safety::DoseLeft { limit_s: 730.0, left_s: 300.0, wait_s: 0.0 };
@@ -94,17 +94,17 @@ pub(crate) struct Dose {
     hour: SlidingHour,
     /// The span that may still grow.
     open: Option<Span>,
-    /// Whether the plate was driven when last looked at.
+    /// Whether the plate was driven at the last poll.
     driven: bool,
     reported_ns: i64,
     spans: Option<Sender<Span>>,
-    /// Whether the last report found no room: whoever keeps the account hangs.
+    /// Whether the last report found no room, because the task that keeps the account hangs.
     unkept: bool,
 }
 
 impl Dose {
     pub(crate) fn new(allowance: Allowance) -> Self {
-        // What is no number allows nothing.
+        // A limit that is not a number allows nothing.
         let ns = |seconds: f64| (seconds * 1e9) as i64;
         Self {
             limit_ns: ns(allowance.limit_s),
@@ -118,7 +118,7 @@ impl Dose {
         }
     }
 
-    /// Takes another allowance; what was driven so far counts under both.
+    /// Takes another allowance; the time driven so far counts under both.
     pub(crate) fn allow(&mut self, allowance: Allowance) {
         let open = self.open.take();
         *self = Self::new(allowance);
@@ -127,7 +127,7 @@ impl Dose {
         }
     }
 
-    /// Counts the time up to `now_ns`, in which the plate was last commanded and last read back like this.
+    /// Counts the time up to `now_ns`, with the latest command and the latest read-back of the plate, V peak.
     pub(crate) fn count(&mut self, now_ns: i64, commanded_v: f64, read_back_v: f64) {
         let driven = commanded_v.abs() > FAINT_V || read_back_v > FAINT_READ_V;
         if self.unkept {
@@ -167,12 +167,12 @@ impl Dose {
     fn report(&mut self, now_ns: i64) {
         self.reported_ns = now_ns;
         if let (Some(spans), Some(open)) = (&self.spans, self.open) {
-            // Who keeps the account ends before the watch only when it failed, and that stops the bench.
+            // The task that keeps the account ends before the watch only if it failed, which stops the bench.
             self.unkept = matches!(spans.try_send(open), Err(TrySendError::Full(_)));
         }
     }
 
-    /// Returns what is left at `now_ns`.
+    /// Returns the driving time left at `now_ns`.
     pub(crate) fn left(&self, now_ns: i64) -> DoseLeft {
         let seconds = |ns: i64| ns as f64 * 1e-9;
         let hour = self.whole();
@@ -191,13 +191,13 @@ impl Dose {
         hour
     }
 
-    /// Returns the trip of a plate that is driven and may not be any longer.
+    /// Returns the trip of a driven plate that must not be driven any longer.
     pub(crate) fn spent(&self, left: &DoseLeft) -> Option<Trip> {
         let spent = (left.left_s <= 0.0).then(|| trip(left));
         spent.or(self.unkept()).filter(|_| self.driven)
     }
 
-    /// Returns the trip of driving time that nobody keeps.
+    /// Returns the trip of driving time that is not kept.
     pub(crate) fn unkept(&self) -> Option<Trip> {
         self.unkept.then(|| Trip::Fault {
             message: UNKEPT.to_owned(),
@@ -205,7 +205,7 @@ impl Dose {
     }
 }
 
-/// Returns the trip of a dose that is used up.
+/// Returns the trip of a used-up dose.
 pub(crate) fn trip(left: &DoseLeft) -> Trip {
     Trip::Dose {
         driven_s: left.limit_s - left.left_s,

@@ -1,4 +1,4 @@
-//! The stop that a key or a signal reaches by itself.
+//! Direct stop of the drive for a key or a signal.
 
 use std::fmt;
 use std::sync::atomic::Ordering;
@@ -10,8 +10,8 @@ use crate::safety_state::SafetyCommand;
 use crate::signals::Signals;
 use crate::trip::Trip;
 
-/// Stops a drive from any thread, past the task that decides about it. Whoever reads a key or a signal calls it before
-/// anybody else learns of either: no disk, network or full queue stands between.
+/// Stops a drive from any thread, bypassing the task that decides about it. The thread that reads a key or a signal
+/// calls it before it passes either on: no disk, network or full queue can delay the stop.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -54,14 +54,15 @@ impl DriveStop {
         Self(Arc::new(Mutex::new(Some(wired))))
     }
 
-    /// Shows the watch that somebody hears the stop key: once it was shown, an armed bench trips a second after the last time.
+    /// Shows the watch that the stop key is read: after the first call, an armed bench trips a second after the last
+    /// one.
     pub fn hear(&self) {
         if let Some(Wired { signals, .. }) = self.wired() {
             signals.hearings.fetch_add(1, Ordering::Relaxed);
         }
     }
 
-    /// Stops the drive of `other` from now on: one dashboard may see several benches, one after the other.
+    /// Stops the drive of `other` from now on: one dashboard may show several benches, one after the other.
     pub fn follow(&self, other: &Self) {
         let wired = other.wired();
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = wired;

@@ -1,12 +1,12 @@
-//! Exercise of the hardware stops under a faint tone: first the heartbeat is withheld, then the enable line is low. Each
-//! time the read-back must fall, and come back when the line does.
+//! Exercise of the hardware stops under a faint tone: first the heartbeat is withheld, then the enable line is set low.
+//! Each time the read-back must fall, and return with the line.
 
 use crate::signals::DriveReading;
 use crate::stop_times::{StopLine, StopTimes};
 
-/// Longest wait for the read-back to fall or to come back, s. A stop that takes longer is no stop.
+/// Longest wait for the read-back to fall or to return, s. A slower stop does not count as a stop.
 const PATIENCE_S: f64 = 0.3;
-/// Shares of the tone as it was read back before, below which the drive counts as off, and above which as back.
+/// Shares of the tone as read back before, below which the drive counts as off, and above which as back.
 const OFF: f64 = 0.5;
 const BACK: f64 = 0.75;
 
@@ -23,15 +23,15 @@ pub(crate) struct Exercise {
 struct Stage {
     line: StopLine,
     since_ns: u64,
-    /// Sample of the last reading that was taken before the stage began.
+    /// Sample of the last reading before the stage began.
     after_sample: u64,
-    /// Outcome of the first half, in the second.
+    /// Time to the silent read-back found in the first half of the stage, s; known in the second half.
     off_s: Option<Option<f64>>,
-    /// Read-back of the tone before the line was touched, V peak; `None` if there was none.
+    /// Read-back of the tone before the line was touched, V peak; `None` if it was missing.
     tone_v: Option<f64>,
 }
 
-/// What the lines must do now.
+/// Required state of the lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Demand {
     /// Heartbeat and enable as in any armed bench.
@@ -51,7 +51,7 @@ impl Exercise {
         }
     }
 
-    /// Takes the latest reading; returns what the lines must do, and `None` once all are done.
+    /// Takes the latest reading; returns the required state of the lines, or `None` once all are done.
     pub(crate) fn poll(&mut self, now_ns: u64, reading: Option<DriveReading>) -> Option<Demand> {
         let sample = reading.map_or(0, |reading| reading.sample);
         let Some(stage) = self.stage else {
@@ -103,7 +103,7 @@ impl Exercise {
         Some(Demand::All)
     }
 
-    /// Returns the times of the lines that were exercised.
+    /// Returns the times of the exercised lines.
     pub(crate) fn times(self) -> Vec<StopTimes> {
         self.done
     }
@@ -113,7 +113,7 @@ impl Exercise {
 mod tests {
     use super::*;
 
-    /// Runs an exercise on a bench whose amplifier follows each line after its delay, ms; `None` never.
+    /// Runs an exercise on a bench with an amplifier that follows each line after its delay, ms; `None` for never.
     fn times(heartbeat_ms: Option<u64>, enable_ms: Option<u64>) -> Vec<StopTimes> {
         let mut exercise = Exercise::new(vec![StopLine::Heartbeat, StopLine::Enable]);
         let (mut off_since, mut now_ms) = (None::<(StopLine, u64)>, 0);

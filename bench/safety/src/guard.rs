@@ -11,18 +11,18 @@ pub struct Commanded {
     pub envelope_v: f64,
 }
 
-/// What the watch needs of the drive: its kill switch and its state.
+/// Interface of the drive to the watch: its kill switch and its state.
 pub trait DriveGuard: Send {
-    /// Shows the drive that it is watched: one that is not shown this for a while stops by itself.
+    /// Shows the drive that it is watched: it stops if this call is missing for a while.
     fn attend(&self);
     /// Ramps the drive to zero at once and latches it, until its owner releases it after a new arming.
     fn kill(&self);
-    /// Returns how often the drive was killed, by the watch or by others.
+    /// Returns the number of kills of the drive, by the watch or by other parts.
     fn kills(&self) -> u64;
     /// Returns the commanded envelope; `None` once the generator has refused its own output as impossible.
     fn commanded(&self) -> Option<Commanded>;
-    /// Returns the audio callbacks so far, (output, input).
+    /// Returns the number of audio callbacks so far, (output, input).
     fn callbacks(&self) -> (u64, u64);
-    /// Returns how the sound card was lost; `None` while it is there.
+    /// Returns the reason for the loss of the sound card; `None` while it is present.
     fn lost(&self) -> Option<Trip>;
 }

@@ -1,9 +1,9 @@
-//! The safety watch: a task that judges the bench and stops the drive when anything is wrong.
+//! The safety watch: a task that judges the bench and stops the drive on any fault.
 //!
 //! It depends on neither the screen nor the disk nor the protocol. Every fault ends the same way: the drive ramps to
 //! zero, the amplifier's heartbeat stops, and the state latches until the operator re-arms. The watch reads [`Signals`]
 //! that other tasks publish, drives its own [`SafetyLines`], and reaches the drive through a [`DriveGuard`]; it knows
-//! nothing else of the bench.
+//! no other part of the bench.
 
 mod dead_man;
 mod delay;

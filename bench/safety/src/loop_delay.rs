@@ -1,12 +1,12 @@
 //! Measurement of the loop's delay, from a command to its read-back, by each rise of the drive from silence.
 //!
-//! Frames rendered and samples captured are both counted where the callbacks run, so a starved computer that reads
-//! late changes nothing. The shape of the rise is known and its gain is not: of all delays, the one is taken at which
-//! some gain leaves the least residual.
+//! Frames rendered and samples captured are both counted in the callbacks, so a starved computer that reads late
+//! changes nothing. The shape of the rise is known and its gain is not: the result is the delay at which some gain
+//! leaves the least residual.
 
 use serde::Serialize;
 
-/// Delay from a command to its read-back, as the program sees it: with the buffers of both directions.
+/// Delay from a command to its read-back, as the program sees it, with the buffers of both directions.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LoopDelay {
     /// The delay, s.
@@ -15,27 +15,27 @@ pub struct LoopDelay {
     pub standard_error_s: f64,
 }
 
-/// Largest difference of a loop's delay from the measured one with which a bench is armed, s.
+/// Largest difference between the loop's delay and the measured one at which a bench is armed, s.
 pub const DELAY_WITHIN_S: f64 = 0.005;
 
-/// Step between the delays that are tried, s.
+/// Step between the delays tried, s.
 const STEP_S: f64 = 1e-3;
-/// Delays below zero that are tried, in steps, so that the least residual lies between two.
+/// Delays below zero that are tried, steps, so that the least residual lies between two.
 const BELOW: i64 = 2;
 /// Time from the beginning of a rise to the first look, and between two looks, s.
 const LOOK_S: f64 = 0.025;
-/// Time after which a rise that has shown no delay is given up, s.
+/// Time after which the search for a delay in a rise is given up, s.
 const GIVE_UP_S: f64 = 1.0;
 /// Fewest readings that show a delay.
 const FEWEST: usize = 12;
 /// Standard error below which a delay is known, s.
 const KNOWN_S: f64 = 5e-4;
-/// Share of the largest command below which nothing has come back.
+/// Share of the largest command below which the read-back counts as absent.
 const COME_BACK: f64 = 0.2;
 /// Factor by which neighbouring readings, which share samples and hum, widen the error.
 const SHARED: f64 = 2.0;
 
-/// A reading with the account of frames at its block's arrival.
+/// Reading, with the count of frames at its block's arrival.
 #[derive(Debug, Clone, Copy)]
 struct Read {
     sample: i64,
@@ -48,9 +48,10 @@ struct Read {
 pub(crate) struct DelayMeter {
     rate_hz: f64,
     step: i64,
-    /// Longest delay that is tried, steps.
+    /// Longest delay tried, steps.
     longest: i64,
-    /// Rendered frames and the envelope commanded there, V peak, from the last silent one on; empty until one was seen.
+    /// Rendered frames and the envelope commanded there, V peak, from the last silent frame on; empty before a silent
+    /// frame.
     commands: Vec<(i64, f64)>,
     readings: Vec<Read>,
     /// Next look, frames after the beginning of the rise; `None` once the delay is known or given up.
@@ -74,7 +75,7 @@ impl DelayMeter {
         (seconds * self.rate_hz) as i64
     }
 
-    /// Takes the envelope that is commanded at the latest rendered frame, V peak.
+    /// Takes the envelope commanded at the latest rendered frame, V peak.
     pub(crate) fn command(&mut self, frame: u64, envelope_v: f64) {
         let frame = frame as i64;
         if envelope_v == 0.0 {
@@ -90,18 +91,18 @@ impl DelayMeter {
         match self.commands.last_mut() {
             Some(last) if last.0 == frame => last.1 = envelope_v,
             Some(_) => self.commands.push((frame, envelope_v)),
-            // It was not silent before: nothing is known of its rise.
+            // The drive was not silent before: the start of its rise is unknown.
             None => {}
         }
     }
 
-    /// Returns whether a rise is under way that may still show the delay.
+    /// Returns whether the drive is rising and may still show the delay.
     pub(crate) fn is_rising(&self) -> bool {
         self.next_look.is_some() && self.commands.len() > 1
     }
 
-    /// Takes the envelope that is read back at `sample`, V peak; `ahead` is the number of frames rendered less those
-    /// captured when its block arrived. Returns the delay when this rise has shown it.
+    /// Takes the envelope read back at `sample`, V peak; `ahead` is the number of frames rendered less those captured
+    /// when its block arrived. Returns the delay once this rise has shown it.
     pub(crate) fn reading(&mut self, sample: u64, ahead: i64, volts: f64) -> Option<LoopDelay> {
         let look = self.next_look?;
         let (&(began, _), &(rendered, _)) = (self.commands.first()?, self.commands.last()?);
@@ -157,19 +158,17 @@ impl DelayMeter {
         })
     }
 
-    /// Returns the median of the frames rendered less those captured: a callback that came late now and then does not
-    /// move it.
+    /// Returns the median of the frames rendered less those captured, which an occasional late callback does not move.
     fn usual_ahead(&self) -> i64 {
         let mut aheads: Vec<i64> = self.readings.iter().map(|read| read.ahead).collect();
         aheads.sort_unstable();
         aheads[aheads.len() / 2]
     }
 
-    /// Returns the sum of squares that is left when the gain fits best, with sample s showing what was commanded at
-    /// frame s + `lead`, V².
+    /// Returns the residual sum of squares at the best gain, with sample s showing the command at frame s + `lead`, V².
     fn residual_v2(&self, lead: i64) -> f64 {
         let (mut read2, mut product, mut commanded2) = (0.0, 0.0, 0.0);
-        // Both are in order.
+        // Readings and commands are both in order.
         let mut after = 0;
         for read in &self.readings {
             let frame = read.sample + lead;
@@ -215,7 +214,7 @@ mod tests {
         modulation_hz: f64,
         gain: f64,
         delay_s: f64,
-        /// Frames by which each so manieth input block comes late.
+        /// Interval of the late input blocks, and the frames by which they are late.
         late: (i64, i64),
         hum_v: f64,
     }
@@ -240,10 +239,10 @@ mod tests {
             ramp * self.mean_v * (1.0 + self.index * phase.sin())
         }
 
-        /// Returns the delay that is found, and when, s after the beginning of the rise.
+        /// Returns the delay found, and the time at which it is found, s after the beginning of the rise.
         fn found(&self) -> Option<(LoopDelay, f64)> {
             let mut meter = DelayMeter::new(RATE_HZ, 0.1);
-            // Rendered frames wait in buffers for all of the delay; a block comes once it is complete.
+            // Rendered frames wait in buffers for the whole delay; a block arrives once it is complete.
             let lead = HEAD_START;
             let ahead = HEAD_START + (self.delay_s * RATE_HZ) as i64;
             (0..1000).find_map(|poll: i64| {
@@ -320,7 +319,7 @@ mod tests {
         assert_eq!(silent.found(), None);
         let drowned = Bench { hum_v: 2.0, ..TONE };
         assert_eq!(drowned.found(), None);
-        // Longer than any that is looked for.
+        // Longer than all delays tried.
         let long = Bench {
             delay_s: 0.15,
             ..TONE

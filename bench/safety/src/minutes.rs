@@ -1,4 +1,4 @@
-//! Times in the words of screens.
+//! Times as text for screens.
 
 /// Returns a time in whole minutes, or seconds if it is short, rounded up.
 ///

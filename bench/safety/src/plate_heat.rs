@@ -1,4 +1,4 @@
-//! Temperature of the plate, estimated from what drives it: no sensor measures it.
+//! Temperature of the plate, estimated from its drive: no sensor measures it.
 
 /// Thermal constants of a plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -9,7 +9,7 @@ pub struct PlateHeat {
     pub omega_rad_per_s: f64,
     /// Heat capacity, J/K.
     pub capacity_j_per_k: f64,
-    /// Heat that it loses to the room, W/K.
+    /// Heat loss to the room, W/K.
     pub loss_w_per_k: f64,
     /// Temperature of the room, °C.
     pub room_c: f64,
@@ -17,12 +17,12 @@ pub struct PlateHeat {
     pub limit_c: f64,
 }
 
-/// Temperature below the limit at which the drive may go on, K.
+/// Temperature below the limit at which the drive may resume, K.
 const COOLER_K: f64 = 2.0;
 
 impl PlateHeat {
-    /// Returns the largest mean power that the actuators give to the plate and to whatever touches it, W: the force γU by the
-    /// velocity ωx, as if they were in phase, which they are at resonance.
+    /// Returns the largest mean power that the actuators give to the plate and to the objects that touch it, W: the
+    /// force γU times the velocity ωx, as if they were in phase, which they are at resonance.
     #[must_use]
     pub fn power_w(&self, drive_v: f64, amplitude_m: f64) -> f64 {
         let force_n = self.force_factor_n_per_v * drive_v;
@@ -51,7 +51,7 @@ impl PlateHeat {
         steady_k + (rise_k - steady_k) * decay
     }
 
-    /// Returns how long an undriven plate takes from a rise of `rise_k` to 2 K below the limit, s.
+    /// Returns the time in which an undriven plate cools from a rise of `rise_k` to 2 K below the limit, s.
     #[must_use]
     pub fn wait_s(&self, rise_k: f64) -> f64 {
         let allowed_k = self.limit_c - COOLER_K - self.room_c;
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn the_published_drive_gives_seven_tenths_of_a_watt() {
-        // 24 V and 2 µm at resonance: 3.12 N by 0.44 m/s, halved.
+        // 24 V and 2 µm at resonance: 3.12 N times 0.44 m/s, halved.
         assert!((PLATE.power_w(24.0, 2.02e-6) - 0.693).abs() < 1e-3);
     }
 

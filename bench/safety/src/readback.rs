@@ -2,12 +2,11 @@
 //! off, an unplugged cable, a changed gain.
 //!
 //! The delay from a command to its read-back is not known exactly, but it is the same for all samples: of the delays
-//! within the loop's latency, those that have not explained at least half of the latest readings at some moment since
-//! the drive was armed are out, and one must remain. Otherwise half the gain of a modulated drive could pass for a
-//! delay that changes with the modulation. Of the readings at which half the gain would show, at least half must fit
-//! too, or it could hide behind the many that are low. Both sides are counted in frames, so a starved computer that
-//! reads late and in bursts changes nothing. Where the loop's delay was measured, no other is tried than those near
-//! it.
+//! within the loop's latency, those that have failed to explain at least half of the latest readings at some moment
+//! since the drive was armed are excluded, and one must remain. Otherwise half the gain of a modulated drive could pass
+//! for a delay that changes with the modulation. Of the readings at which half the gain would show, at least half must
+//! fit too, or it could hide behind the many that are low. Both sides are counted in frames, so a starved computer that
+//! reads late and in bursts changes nothing. If the loop's delay was measured, only delays near it are tried.
 
 use std::collections::VecDeque;
 
@@ -15,17 +14,17 @@ use crate::delay::{Comparison, Delay};
 use crate::loop_delay::DELAY_WITHIN_S;
 use crate::safety_limits::HALF_GAIN;
 
-/// Length of the readings that are judged together, s; half of them must fit.
+/// Length of the readings judged together, s; half of them must fit.
 const WINDOW_S: f64 = 0.04;
-/// Fewest readings that are judged together, for a card whose buffers are longer than the window.
+/// Fewest readings judged together, for a card with buffers longer than the window.
 const FEWEST_READINGS: usize = 4;
-/// Most readings that are judged together.
+/// Most readings judged together.
 const MOST_READINGS: usize = u64::BITS as usize;
-/// Step between the delays that are tried, s. A command counts with half of it before and after.
+/// Step between the delays tried, s. A command also counts half a step before and after.
 const STEP_S: f64 = 0.0005;
-/// Time in which the delay may change by a step, as it does where output and input have clocks of their own, s.
+/// Time in which the delay may change by a step, as with separate clocks of output and input, s.
 const DRIFT_S: f64 = 1.0;
-/// Least time between two moments at which the delay may become another one without a word from the card, s.
+/// Least time between two changes of the delay that the card does not report, s.
 const SLIP_S: f64 = 5.0;
 
 /// Readings that no delay explains.
@@ -68,16 +67,17 @@ pub struct Readback {
     readings: VecDeque<(i64, f64)>,
     /// Frames rendered less those captured when each of `readings` arrived.
     aheads: VecDeque<i64>,
-    /// The shortest and the longest delay about the measured one; `None` where none was measured.
+    /// Shortest and longest delay around the measured one; `None` if the delay was not measured.
     measured: Option<(i64, i64)>,
-    /// The drive is rising, and its rise has not yet shown the delay: any within the loop's latency is tried, so that
-    /// a delay that is not the measured one is not taken for a failed amplifier.
+    /// Whether the drive is rising and has not yet shown the delay: all delays within the loop's latency are then
+    /// tried, so that an unexpected delay is not taken for a failed amplifier.
     rising: bool,
-    /// Delays that have explained all readings since they were forgotten, the shortest first; empty before the first.
+    /// Delays that have explained all readings since the last reset, the shortest first; empty before the first
+    /// reading.
     delays: Vec<Delay>,
     drift: i64,
     slip: i64,
-    /// Samples at which `delays` were last widened, and last made anew after others had failed.
+    /// Samples at which `delays` were last widened, and last rebuilt after all others had failed.
     widened: i64,
     slipped: Option<i64>,
 }
@@ -116,8 +116,8 @@ impl Readback {
         self
     }
 
-    /// Notes whether the drive is rising and has not yet shown its delay; once it has, or is given up, only delays
-    /// about the measured one stay.
+    /// Notes whether the drive is rising and has not yet shown its delay; once it has, or the search is given up, only
+    /// delays around the measured one remain.
     pub(crate) fn set_rising(&mut self, rising: bool) {
         if std::mem::replace(&mut self.rising, rising) && !rising && self.measured.is_some() {
             let (least, most) = self.possible_leads(0);
@@ -126,7 +126,7 @@ impl Readback {
         }
     }
 
-    /// Takes the envelope that is commanded at the latest rendered frame, V peak.
+    /// Takes the envelope commanded at the latest rendered frame, V peak.
     pub fn command(&mut self, frame: u64, envelope_v: f64) {
         let frame = frame as i64;
         match self.commands.back_mut() {
@@ -140,8 +140,8 @@ impl Readback {
         }
     }
 
-    /// Takes the envelope that is read back at `sample`, V peak, with the number of frames rendered less those captured,
-    /// `ahead`, when it arrived; returns a misfit if the latest readings are not what was commanded.
+    /// Takes the envelope read back at `sample`, V peak, with the number of frames rendered less those captured,
+    /// `ahead`, when it arrived; returns a misfit if the latest readings do not agree with the commands.
     pub fn reading(&mut self, sample: u64, ahead: i64, volts: f64) -> Option<Misfit> {
         let sample = sample as i64;
         if self.readings.back().is_some_and(|last| last.0 >= sample) {
@@ -173,12 +173,12 @@ impl Readback {
         })
     }
 
-    /// Lets the delay become another one, as when the card lost frames.
+    /// Permits another delay, as after the card lost frames.
     pub fn slip(&mut self) {
         self.slipped = None;
     }
 
-    /// Drops all readings, as before arming: they say nothing about what follows.
+    /// Drops all readings, as before arming: they give no information about later ones.
     pub fn forget_readings(&mut self) {
         self.readings.clear();
         self.aheads.clear();
@@ -186,8 +186,8 @@ impl Readback {
         self.slipped = None;
     }
 
-    /// Returns whether a delay explains the latest readings that has explained all before, and strikes out those that do
-    /// not. `rendered` is the latest frame that was rendered when `sample` was read.
+    /// Returns whether a delay that has explained all earlier readings explains the latest ones, and excludes the
+    /// delays that do not. `rendered` is the latest frame rendered when `sample` was read.
     fn explained(&mut self, sample: i64, rendered: i64) -> bool {
         let mut delays = std::mem::take(&mut self.delays);
         let readings = self.readings.len() as u32;
@@ -215,7 +215,7 @@ impl Readback {
         !self.delays.is_empty()
     }
 
-    /// Lets the delay change as much as clocks of the two directions may differ.
+    /// Widens the delays by as much as the clocks of the two directions may differ.
     fn widen(&mut self, delays: &mut Vec<Delay>, sample: i64) {
         let (least, most) = self.possible_leads(0);
         let count = ((most - least) / self.step) as usize;
@@ -230,8 +230,8 @@ impl Readback {
         }
     }
 
-    /// Returns the least and the greatest lead that a delay may have: about the measured one, whenever the latest
-    /// callbacks ran, or up to the loop's latency before `newest`, the frames rendered less the sample read.
+    /// Returns the least and the greatest lead of a possible delay: around the measured one, for any time of the latest
+    /// callbacks, or up to the loop's latency before `newest`, the frames rendered less the sample read.
     fn possible_leads(&self, newest: i64) -> (i64, i64) {
         let usual = (self.aheads.iter().min(), self.aheads.iter().max());
         match (self.measured.filter(|_| !self.rising), usual) {
@@ -263,8 +263,8 @@ impl Readback {
         }
     }
 
-    /// Returns the envelope commanded at `frame`, V peak: linear between two known commands, outside of them the
-    /// nearest.
+    /// Returns the envelope commanded at `frame`, V peak: linear between two known commands, the nearest command
+    /// elsewhere.
     fn commanded_v(&self, frame: i64) -> f64 {
         let after = self.commands.partition_point(|&(at, _)| at < frame);
         match (
@@ -302,7 +302,8 @@ mod tests {
         20.0
     }
 
-    /// Runs blocks until a misfit; `path` makes of the commanded volts at a time, s, those read back `delay_s` later.
+    /// Runs blocks until a misfit; `path` maps the commanded volts at a time, s, to the volts read back `delay_s`
+    /// later.
     fn first_misfit_s(
         commanded_v: fn(u64) -> f64,
         delay_s: f64,

@@ -1,4 +1,4 @@
-//! Limits that the watch enforces, and what they must be for the watch to see anything.
+//! Limits that the watch enforces, and the ranges in which it can detect faults.
 
 use std::fmt;
 
@@ -12,9 +12,10 @@ pub const SENSITIVITY: [f64; 2] = [0.5, 2.0];
 /// Shortest and longest time for which a dead-man switch may be open while the plate is driven, s.
 pub const DEAD_MAN_RELEASE_S: [f64; 2] = [0.05, 0.5];
 
-/// Gain of a faulty amplifier that the watch must tell from a sound one.
+/// Gain of a faulty amplifier that the watch must distinguish from a sound one.
 pub(crate) const HALF_GAIN: f64 = 0.5;
-/// Share of the crest by which it must be told, so that it shows for a good part of each period.
+/// Margin between half the gain and the accepted read-back, as a share of the crest: the fault shows for a good part of
+/// a period.
 const MARGIN: f64 = 0.05;
 
 /// Longest delay of a real loop, s: three buffers of 4096 frames out and one in at 192 kHz wait for 85 ms, and
@@ -35,25 +36,25 @@ pub struct SafetyLimits {
     pub readback_floor_v: f64,
     /// Longest time from a command to its read-back, ns.
     pub loop_latency_ns: u64,
-    /// Delay from a command to its read-back as it was measured, s; `None` where it was not, and is learnt at each arming.
+    /// Measured delay from a command to its read-back, s; `None` if it was not measured and is learnt at each arming.
     pub measured_delay_s: Option<f64>,
     /// Largest amplitude of the plate that the pickup may read, m.
     pub max_amplitude_m: f64,
     /// Thermal constants of the plate and its limit.
     pub heat: PlateHeat,
-    /// Driving time allowed within an hour, until an [`Allowance`](crate::Allowance) comes, s.
+    /// Driving time allowed within an hour, until an [`Allowance`](crate::Allowance) arrives, s.
     pub driving_s_per_hour: f64,
-    /// Time for which the dead-man switch may be open while the plate is driven, ns; `None` on a bench that uses none.
+    /// Time for which the dead-man switch may be open while the plate is driven, ns; `None` on a bench without one.
     pub dead_man_release_ns: Option<u64>,
     /// Sample rate, Hz.
     pub rate_hz: f64,
     /// Longest silence of the sound card or of the force sensor, ns.
     pub silence_ns: u64,
-    /// What lets time pass on this bench.
+    /// Source of time on this bench.
     pub pace: Pace,
 }
 
-/// What lets time pass on a bench.
+/// Source of time on a bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pace {
     /// The clock of a sound card: silence is a fault at once.
@@ -62,7 +63,7 @@ pub enum Pace {
     Simulated,
 }
 
-/// A limit so loose that the watch could miss what it is there for.
+/// A limit so loose that the watch could miss the fault that it guards against.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BlindLimit {
     /// Key in `[safety]`.
@@ -73,7 +74,7 @@ pub struct BlindLimit {
     pub range: [f64; 2],
     /// Unit; empty for a share.
     pub unit: &'static str,
-    /// What would stay unseen.
+    /// Fault that would go undetected.
     pub unseen: &'static str,
 }
 
@@ -96,7 +97,7 @@ impl fmt::Display for BlindLimit {
     }
 }
 
-/// A drive so small that the watch could not tell a failed amplifier by it.
+/// A drive too small to show a failed amplifier.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FaintDrive {
     /// Largest voltage that the drive reaches, V peak.
@@ -110,7 +111,7 @@ pub struct FaintDrive {
 }
 
 impl FaintDrive {
-    /// Returns the least read-back at the crest that the watch takes for sound, V.
+    /// Returns the least read-back at the crest that the watch accepts, V.
     fn accepted_v(&self) -> f64 {
         self.crest_v * (1.0 - self.tolerance) - self.floor_v
     }
@@ -153,7 +154,7 @@ pub struct HiddenByDelay {
     pub modulation_hz: f64,
     /// Span of the delays that the watch tries, s.
     pub span_s: f64,
-    /// Whether they are those about a measured one.
+    /// Whether they are the delays around a measured one.
     pub measured: bool,
 }
 
@@ -185,17 +186,17 @@ const ONE_SHOT_NS: u64 = 100_000_000;
 
 impl SafetyLimits {
     /// Returns the longest time that the watch may be away before the drive counts as unwatched, ns: as long as the
-    /// one-shot waits, or longer where time may be held up.
+    /// one-shot waits, or longer if time may be held up.
     #[must_use]
     pub fn longest_absence_ns(&self) -> u64 {
         self.silence_ns.max(ONE_SHOT_NS)
     }
 
-    /// Requires a modulation whose period is longer than the span of the delays that the watch tries. Simulated
-    /// hardware is exempt, because a busy computer may hold it up.
+    /// Requires a modulation with a period longer than the span of the delays that the watch tries. Simulated hardware
+    /// is exempt, because a busy computer may hold it up.
     ///
     /// # Errors
-    /// When one of these delays could hide half the gain.
+    /// If one of these delays could hide half the gain.
     pub fn require_tells_delays(&self, modulation_hz: f64) -> Result<(), HiddenByDelay> {
         let measured = self.measured_delay_s.is_some();
         let span_s = if measured {
@@ -213,7 +214,7 @@ impl SafetyLimits {
         })
     }
 
-    /// Requires limits under which the watch sees what it is there for.
+    /// Requires limits under which the watch detects the faults that it guards against.
     ///
     /// # Errors
     /// The first limit under which it could not.
@@ -289,11 +290,11 @@ impl SafetyLimits {
         })
     }
 
-    /// Requires a drive by which the watch can tell a dead amplifier, and one with half its gain, from a sound one. A
-    /// condition without a drive, of 0 V, asks nothing of the amplifier.
+    /// Requires a drive under which the watch can distinguish a dead amplifier, and one with half its gain, from a
+    /// sound one. A condition without a drive, at 0 V, requires nothing of the amplifier.
     ///
     /// # Errors
-    /// When the drive is too faint for this floor and tolerance.
+    /// If the drive is too faint for this floor and tolerance.
     pub fn require_sees(&self, mean_v: f64, crest_v: f64) -> Result<(), FaintDrive> {
         let drive = FaintDrive {
             crest_v,

@@ -5,7 +5,7 @@ use embedded_hal::digital::{Error as _, InputPin, OutputPin};
 /// Failure to read or drive a line.
 #[derive(Debug, thiserror::Error)]
 pub enum GpioError {
-    /// Of a pin of this computer.
+    /// Failure of a pin of this computer.
     #[error("GPIO line {line}: {kind}")]
     Pin {
         /// Name of the line.
@@ -13,29 +13,29 @@ pub enum GpioError {
         /// The backend's error kind.
         kind: embedded_hal::digital::ErrorKind,
     },
-    /// Of the device that reads and drives the lines.
+    /// Failure of the device that reads and drives the lines.
     #[error("{why}")]
     Device {
-        /// What has become of it, and what to do.
+        /// State of the device, and the remedy.
         why: String,
     },
 }
 
-/// Input line, whatever its backend.
+/// Input line of any backend.
 pub trait InputLine: Send {
     /// Returns whether the line is high now.
     ///
     /// # Errors
-    /// When the backend cannot read the line.
+    /// If the backend cannot read the line.
     fn is_high(&mut self) -> Result<bool, GpioError>;
 }
 
-/// Output line, whatever its backend.
+/// Output line of any backend.
 pub trait OutputLine: Send {
     /// Drives the line high or low.
     ///
     /// # Errors
-    /// When the backend cannot drive the line.
+    /// If the backend cannot drive the line.
     fn set(&mut self, high: bool) -> Result<(), GpioError>;
 }
 
@@ -77,7 +77,7 @@ pub fn output(line: &'static str, pin: impl OutputPin + Send + 'static) -> Box<d
     Box::new(Named { line, pin })
 }
 
-/// How the lines are that the watch uses; `None` for one that is not wired.
+/// Levels of the lines that the watch uses; `None` for a line that is not wired.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LineLevels {
     /// Whether the emergency stop's loop is open: pressed or cut.

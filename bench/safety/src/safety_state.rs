@@ -30,14 +30,14 @@ pub enum SafetyCommand {
     Disarm,
     /// Stop at once.
     Trip(Trip),
-    /// Count the driving time under this allowance, beginning with what was driven before.
+    /// Count the driving time under this allowance, starting with the earlier driving.
     Allow(Allowance),
     /// Begin the estimate of the plate's temperature at least this much above the room.
     Warm {
         /// Temperature above the room, K.
         rise_k: f64,
     },
-    /// Exercise the hardware stops that are wired, under the steady tone that sounds; ignored unless armed.
+    /// Exercise the hardware stops that are wired, during the steady tone; ignored unless armed.
     Exercise,
     /// Release a trip after the operator has confirmed: back to disarmed.
     Rearm,

@@ -1,4 +1,4 @@
-//! Latest values that other tasks publish for the watch; each slot holds one small value, so nobody waits for long.
+//! Latest values that other tasks publish for the watch; each slot holds one small value, so no task waits for long.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
@@ -33,7 +33,7 @@ pub struct Press {
     pub normal_n: f64,
     /// Lateral force, N; of either sign.
     pub lateral_n: f64,
-    /// Normal and lateral force by the sensor itself, without calibration, N.
+    /// Normal and lateral force as the sensor gives them, without calibration, N.
     pub raw_n: [f64; 2],
     /// Whether the normal axis was at the end of its range.
     pub saturated: bool,
@@ -42,7 +42,7 @@ pub struct Press {
 }
 
 impl Press {
-    /// Returns the forces of greater size of both, at the later time.
+    /// Returns the force of greater size on each axis, at the later time.
     #[must_use]
     pub fn or_harder(self, other: Self) -> Self {
         let wider = |a: f64, b: f64| {
@@ -65,12 +65,12 @@ impl Press {
     }
 }
 
-/// Bytes of the force sensor's port that are no reading.
+/// Bytes of the force sensor's port that belong to no reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Nonsense {
     /// Number of bytes since the last reading.
     pub bytes: u64,
-    /// Whether they have come for so long that no reading is to be expected.
+    /// Whether they have arrived for so long that no reading can be expected.
     pub lasts: bool,
 }
 
@@ -79,40 +79,40 @@ pub struct Nonsense {
 pub struct Signals {
     /// Read-back of the drive; published by the task that reads the samples.
     pub readback: Slot<DriveReading>,
-    /// Largest amplitude of the plate in the latest readings, m; published by a task that knows what the pickup reads.
+    /// Largest amplitude of the plate in the latest readings, m; published by a task that knows the pickup's scale.
     pub amplitude_m: Slot<f64>,
     /// Host time at which the force sensor's port was last polled, ns.
     pub force_polled_ns: Slot<u64>,
-    /// What the force sensor's port sends instead of readings; published by the task that reads the force sensor.
+    /// Bytes that the force sensor's port sends instead of readings; published by the task that reads the force sensor.
     pub nonsense: Slot<Nonsense>,
     /// Latest forces; published by the task that reads the force sensor.
     pub press: Slot<Press>,
-    /// Number of looks that the task which decides about the drive has taken: its sign of life.
+    /// Number of polls of the task that decides about the drive: its sign of life.
     pub decisions: AtomicU64,
-    /// Number of looks for a key of the operator: the sign of life of the thread that hears the stop key. Zero where nobody
-    /// reads keys.
+    /// Number of polls for the operator's keys: the sign of life of the thread that reads the stop key. Zero if no
+    /// thread reads keys.
     pub hearings: AtomicU64,
-    /// Time for which the computer has been suspended since the bench was opened, ns: the clock of the watch stands still
-    /// meanwhile. Published by the task that reads the sensors.
+    /// Time for which the computer has been suspended since the bench was opened, ns, which the clock of the watch does
+    /// not count. Published by the task that reads the sensors.
     pub suspended_ns: AtomicU64,
-    /// Delay from a command to its read-back, as the latest rise of the drive has shown it; published by the watch.
+    /// Delay from a command to its read-back, as shown by the latest rise of the drive; published by the watch.
     pub loop_delay: Slot<LoopDelay>,
     /// Times of the hardware stops, once they have been exercised; published by the watch.
     pub stop_times: Slot<Vec<StopTimes>>,
-    /// Longest time from one look of the watch to the next, ns; published by the watch.
+    /// Longest time from one poll of the watch to the next, ns; published by the watch.
     pub longest_away_ns: AtomicU64,
-    /// Scheduling of the watch's thread; published by the watch, where it has one of its own.
+    /// Scheduling of the watch's thread; published by the watch if it has its own thread.
     pub scheduling: Slot<Scheduling>,
-    /// What is left of the hour's driving time; published by the watch.
+    /// Remaining driving time of the hour; published by the watch.
     pub dose: Slot<DoseLeft>,
-    /// What the person at the dead-man switch must do next, on a bench that uses one; published by the watch.
+    /// Next action required at the dead-man switch, on a bench that uses one; published by the watch.
     pub hold: Slot<Hold>,
-    /// How the watch's lines are; published by the watch, also for screens.
+    /// Levels of the watch's lines; published by the watch, also for screens.
     pub lines: Arc<Slot<LineLevels>>,
     /// Estimated temperature of the plate above the room, K; published by the watch.
     pub rise_k: Slot<f64>,
-    /// Temperature above the room that the record of the plate's warmth tells of at least, K; published by whoever keeps it,
-    /// never where nobody does.
+    /// Least temperature above the room that the record of the plate's warmth states, K; published by the task that
+    /// keeps the record, if there is one.
     pub kept_rise_k: Slot<f64>,
     /// State of the watch; published by the watch.
     pub state: Slot<SafetyState>,

@@ -8,13 +8,13 @@ const HOUR_NS: i64 = 3_600_000_000_000;
 /// A span of time in which the plate was driven, on the bench's clock; a time before the clock's origin is negative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Span {
-    /// When the drive came on, ns.
+    /// Start of the drive, ns.
     pub start_ns: i64,
-    /// When it was last on, ns; not before `start_ns`.
+    /// Latest moment of the drive, ns; not before `start_ns`.
     pub end_ns: i64,
 }
 
-/// Spans of driving within the last hour, and what they add up to.
+/// Spans of driving within the last hour, and their total.
 ///
 /// ```
 /// use safety::{SlidingHour, Span};
@@ -25,12 +25,12 @@ pub struct Span {
 /// assert_eq!(hour.used_ns(minutes(30)), minutes(5));
 /// // Two minutes of it are over an hour ago.
 /// assert_eq!(hour.used_ns(minutes(62)), minutes(3));
-/// // Of six minutes an hour four are free again once three of the five have gone.
+/// // With six minutes an hour, four are free again once three of the five have gone.
 /// assert_eq!(hour.wait_ns(minutes(30), minutes(4), minutes(6)), minutes(33));
 /// ```
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SlidingHour {
-    /// In order, and apart from each other.
+    /// Spans in order, separate from each other.
     spans: VecDeque<Span>,
 }
 
@@ -54,7 +54,7 @@ impl SlidingHour {
         self.spans.insert(first, merged);
     }
 
-    /// Forgets what is over an hour before `now_ns`.
+    /// Drops the spans that ended over an hour before `now_ns`.
     pub fn forget(&mut self, now_ns: i64) {
         let since_ns = now_ns.saturating_sub(HOUR_NS);
         while self
@@ -66,14 +66,14 @@ impl SlidingHour {
         }
     }
 
-    /// Returns the driving time of the hour before `now_ns`, ns. A span after `now_ns` counts whole.
+    /// Returns the driving time of the hour before `now_ns`, ns. A span after `now_ns` counts in full.
     #[must_use]
     pub fn used_ns(&self, now_ns: i64) -> i64 {
         self.within(now_ns).map(|(_, length_ns)| length_ns).sum()
     }
 
-    /// Returns how long nothing must be driven from `now_ns` on until `need_ns` of `limit_ns` an hour are free, ns.
-    /// More than the limit is never free: the time until all of it is.
+    /// Returns the time without driving, from `now_ns` on, until `need_ns` of `limit_ns` an hour are free, ns. A need
+    /// of more than the limit is never free: the result is then the time until the whole limit is.
     #[must_use]
     pub fn wait_ns(&self, now_ns: i64, need_ns: i64, limit_ns: i64) -> i64 {
         let need_ns = need_ns.min(limit_ns);
@@ -89,7 +89,7 @@ impl SlidingHour {
         free_ns - now_ns
     }
 
-    /// Returns start and length of what lies within the hour before `now_ns`, ns.
+    /// Returns start and length of each span's part within the hour before `now_ns`, ns.
     fn within(&self, now_ns: i64) -> impl Iterator<Item = (i64, i64)> {
         let since_ns = now_ns.saturating_sub(HOUR_NS);
         self.spans.iter().filter_map(move |span| {

@@ -1,4 +1,4 @@
-//! How long the hardware stops took when they were exercised.
+//! Times that the hardware stops took when they were exercised.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ pub enum StopLine {
     Enable,
 }
 
-/// Times that a stop took, as the read-back shows them: the delays of the loop and of the demodulation are in them.
+/// Times of a stop, as the read-back shows them, including the delays of the loop and of the demodulation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StopTimes {
     /// The line.

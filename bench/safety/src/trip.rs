@@ -19,7 +19,7 @@ use crate::minutes::{at_least, at_most};
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "reason")]
 pub enum Trip {
-    /// The operator pressed the key, or a program asked for the stop.
+    /// The operator pressed the key, or a program requested the stop.
     Operator,
     /// The e-stop loop is open: pressed, or its wire cut.
     EmergencyStop,
@@ -32,9 +32,9 @@ pub enum Trip {
     AudioSilent,
     /// The sound card was lost.
     AudioLost,
-    /// The card's input buffer ran over: it was read too late, and the card stopped.
+    /// The card's input buffer overran: it was read too late, and the card stopped.
     AudioOverrun,
-    /// The card's output ran dry: it was written too late, and the card stopped.
+    /// The card's output underran: it was written too late, and the card stopped.
     AudioUnderrun,
     /// The force sensor stopped sending.
     ForceSilent,
@@ -52,8 +52,8 @@ pub enum Trip {
         /// Allowed, N.
         limit_n: f64,
     },
-    /// The force sensor's own reading is over what any plausible calibration allows: a wrong calibration hides no
-    /// press.
+    /// The force sensor's own reading is over the limit for any plausible calibration: a wrong calibration cannot hide
+    /// a press.
     RawForceLimit {
         /// Axis of the sensor: `normal` or `lateral`.
         axis: &'static str,
@@ -64,14 +64,14 @@ pub enum Trip {
     },
     /// The normal axis is at the end of its range, so the normal force is not known.
     ForceSaturated,
-    /// The read-back is not what was commanded: amplifier off, cable out, gain changed.
+    /// The read-back does not agree with the command: amplifier off, cable out, gain changed.
     Readback {
         /// Measured peak, V.
         measured_v: f64,
         /// Least and greatest command within the loop's latency, V.
         commanded_v: (f64, f64),
     },
-    /// The read-back comes earlier or later than the loop's delay was measured.
+    /// The read-back comes earlier or later than the measured delay of the loop.
     LoopDelay {
         /// Measured by `calibrate channels`, s.
         measured_s: f64,
@@ -83,65 +83,65 @@ pub enum Trip {
         /// Measured peak, V.
         measured_v: f64,
     },
-    /// The drive reads back a voltage although nothing is played, with the amplifier on: another generator.
+    /// The drive reads back a voltage with the amplifier on although nothing is played: another generator.
     AliveUndriven {
         /// Measured peak, V.
         measured_v: f64,
     },
-    /// The force sensor's port sends bytes, and no reading among them: wrong baud or protocol, another device.
+    /// The force sensor's port sends bytes but no reading: wrong baud or protocol, another device.
     ForceNonsense {
         /// Number of bytes.
         bytes: u64,
     },
-    /// The plate moves more than it may.
+    /// The plate moves more than allowed.
     Amplitude {
         /// Measured by the pickup, µm.
         amplitude_um: f64,
         /// Allowed, µm.
         limit_um: f64,
     },
-    /// The plate is warmer than it may be, by the estimate of what drove it.
+    /// The plate is warmer than allowed, by the estimate from its drive.
     Warm {
         /// Estimated temperature of its surface, °C.
         surface_c: f64,
         /// Allowed, °C.
         limit_c: f64,
-        /// Time after which the drive may go on, s.
+        /// Time after which the drive may resume, s.
         wait_s: f64,
     },
-    /// The plate was driven for as long as it may be within an hour.
+    /// The plate was driven for the whole time allowed within an hour.
     Dose {
         /// Driven within the last hour, s.
         driven_s: f64,
         /// Allowed, s.
         limit_s: f64,
-        /// Time after which the drive may go on, s.
+        /// Time after which the drive may resume, s.
         wait_s: f64,
     },
     /// The dead-man switch was released while the plate was driven.
     DeadManReleased,
-    /// The drive was asked for while the dead-man switch was not released and pressed.
+    /// The drive was requested while the dead-man switch was not released and pressed.
     DeadManNotHeld {
-        /// What must be done first.
+        /// Action required first.
         hold: Hold,
     },
     /// The generator refused its own output.
     Generator,
     /// Another part of the program killed the drive, as by a panic.
     Killed,
-    /// The watch itself did not run: the program was frozen or the computer overloaded.
+    /// The watch did not run: the program was frozen or the computer overloaded.
     Frozen {
-        /// How long, s.
+        /// Duration, s.
         for_s: f64,
     },
-    /// The task that decides about the drive does not respond: it waits for something that hangs.
+    /// The task that decides about the drive does not respond: it waits for a part that hangs.
     Unresponsive {
-        /// How long, s.
+        /// Duration, s.
         for_s: f64,
     },
-    /// The operator's keys are not read: the stop key would do nothing.
+    /// The operator's keys are not read: the stop key would have no effect.
     KeysUnread {
-        /// How long, s.
+        /// Duration, s.
         for_s: f64,
     },
     /// The read-back of the drive stopped.

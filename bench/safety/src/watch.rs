@@ -1,4 +1,4 @@
-//! The watch: a task that judges the bench every two milliseconds and stops the drive when anything is wrong.
+//! The watch: a task that judges the bench every two milliseconds and stops the drive on any fault.
 
 mod decider;
 mod person;
@@ -38,7 +38,7 @@ pub struct Watch {
     seen: Seen,
     commands: Mailbox<SafetyCommand>,
     state: SafetyState,
-    /// What is to be published as soon as nobody is at its slot.
+    /// Values to be published as soon as their slots are free.
     unpublished: Unpublished,
     heartbeat_high: bool,
     levels: LineLevels,
@@ -48,20 +48,20 @@ pub struct Watch {
     delay: DelayMeter,
     exercise: Option<Exercise>,
     dose: Dose,
-    /// `None` on a bench that uses none.
+    /// `None` on a bench without one.
     dead_man: Option<DeadMan>,
     /// Estimated temperature of the plate above the room, K.
     rise_k: f64,
     tripped_at_ns: u64,
     armed_at_ns: u64,
-    /// Kills that the watch itself has caused.
+    /// Kills caused by the watch.
     kills_known: u64,
     polled_ns: Option<u64>,
     /// Outcome of disabling the amplifier at the end.
     disable_result: Result<(), GpioError>,
 }
 
-/// Callback counts of both directions of the card, and when each last changed, ns.
+/// Callback counts of both directions of the card, and the time at which each last changed, ns.
 #[derive(Default)]
 struct Progress {
     frames: (u64, u64),
@@ -69,20 +69,20 @@ struct Progress {
     begun: bool,
 }
 
-/// Real-time priority of the watch's thread: under the sound card's callbacks, whose deadlines are closer, and far
-/// under the kernel's threads for interrupts.
+/// Real-time priority of the watch's thread: below the sound card's callbacks, which have closer deadlines, and far
+/// below the kernel's threads for interrupts.
 const PRIORITY: u8 = 10;
-/// Age from which on the force sensor counts as not polled, ns.
+/// Age above which the force sensor counts as not polled, ns.
 const STALE_NS: u64 = 250_000_000;
 /// Longest wait for the emergency ramp at the end.
 const RAMP_TIMEOUT: Duration = Duration::from_millis(30);
 /// Longest wait of an armed bench for the first force reading, ns (FAULTS.md row 21).
 const FIRST_READING_TIMEOUT_NS: u64 = 1_000_000_000;
-/// Bytes without a reading from which on a port is not called silent; a frame that is cut off has fewer.
+/// Bytes without a reading from which on a port does not count as silent; a truncated frame has fewer.
 const NONSENSE_BYTES: u64 = 256;
 /// Time from a trip to disabling the amplifier, when the emergency ramp is over, ns.
 const DISABLE_AFTER_NS: u64 = 20_000_000;
-/// Time from a trip to when nothing may be read back any more, beside the loop's latency, ns.
+/// Time from a trip, in addition to the loop's latency, after which no voltage may be read back, ns.
 const OFF_AFTER_NS: u64 = DISABLE_AFTER_NS + 80_000_000;
 
 impl Watch {
@@ -256,7 +256,8 @@ impl Watch {
                 self.trip(Trip::EmergencyStop, now_ns);
             }
             (SafetyCommand::Arm, SafetyState::Disarmed) => {
-                // Whoever asks has checked the limits and said what to change; nothing is armed blind if one did not.
+                // The caller has checked the limits and named the remedy; if it did not, a blind watch is still not
+                // armed.
                 if let Err(blind) = self.limits.require_sighted() {
                     let message = blind.to_string();
                     self.trip(Trip::Fault { message }, now_ns);
@@ -288,11 +289,11 @@ impl Watch {
                 set(&mut self.lines.enable, false)?;
                 self.set_state(SafetyState::Disarmed);
             }
-            // A pressed e-stop holds the trip whatever the operator commands.
+            // A pressed e-stop keeps the trip, for any command of the operator.
             (SafetyCommand::Rearm, SafetyState::Tripped { .. }) if pressed => {}
             (SafetyCommand::Rearm, SafetyState::Tripped { .. }) => {
                 self.readback.forget_readings();
-                // Those that came with the trip; a later one trips again.
+                // Kills that came with the trip are known; a later one trips again.
                 self.kills_known = self.drive.kills();
                 self.set_state(SafetyState::Disarmed);
             }
@@ -301,7 +302,7 @@ impl Watch {
         Ok(())
     }
 
-    /// Moves the estimate of the plate's temperature on to `now_ns`.
+    /// Advances the estimate of the plate's temperature to `now_ns`.
     fn warm_up(&mut self, now_ns: u64) {
         let Some(before_ns) = self.polled_ns else {
             return;
@@ -314,7 +315,7 @@ impl Watch {
         self.unpublished.rise_k = Some(self.rise_k);
     }
 
-    /// Trips at the limit; before arming, already where the drive could not go on for long.
+    /// Returns the trip of a plate at its limit; before arming, also of a plate that could not be driven for long.
     fn too_warm(&self) -> Option<Trip> {
         let heat = &self.limits.heat;
         let surface_c = heat.surface_c(self.rise_k);
@@ -330,7 +331,7 @@ impl Watch {
 
     /// Returns the first fault that is present now.
     fn first_fault(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
-        // Time is counted at each look, whatever else the look finds.
+        // Time is counted at each poll, for any outcome.
         self.warm_up(now_ns);
         let slept = self.decider.suspended(&self.signals);
         let frozen = self.frozen(now_ns).or(slept);
@@ -340,7 +341,7 @@ impl Watch {
         if self.e_stop_open()? {
             return Ok(Some(Trip::EmergencyStop));
         }
-        // Before the kill that the drive itself has made meanwhile.
+        // Before the kill that the drive has made meanwhile.
         if let Some(trip) = frozen {
             return Ok(Some(trip));
         }
@@ -382,8 +383,8 @@ impl Watch {
         })
     }
 
-    /// Trips if the watch itself did not run for longer than the one-shot waits: it saw nothing, and the one-shot has
-    /// disabled the amplifier.
+    /// Returns the trip of a watch that did not run for longer than the one-shot waits: it saw nothing, and the
+    /// one-shot has disabled the amplifier.
     fn frozen(&mut self, now_ns: u64) -> Option<Trip> {
         let away_ns = now_ns.saturating_sub(self.polled_ns.replace(now_ns)?);
         self.signals
@@ -437,7 +438,7 @@ impl Watch {
             at_ns,
         }) = self.seen.press
         else {
-            // The preflight check saw readings, so the first reading is only waited for, and not for ever.
+            // The preflight check saw readings, so the watch waits for the first one, but not for ever.
             let waited_ns = now_ns.saturating_sub(self.armed_at_ns);
             return (waited_ns > FIRST_READING_TIMEOUT_NS).then_some(silent);
         };
@@ -449,8 +450,8 @@ impl Watch {
         if exceeds(lateral_n, limit_n) {
             return Some(Trip::LateralForceLimit { lateral_n, limit_n });
         }
-        // No plausible calibration reads less than this share of a newton, so a right one always trips its own limit
-        // first.
+        // A plausible calibration reads at least this share of the sensor's own reading, so a correct one always trips
+        // at its own limit first.
         let raw = |axis, raw_n: f64, limit_n: f64| {
             let limit_n = limit_n / SENSITIVITY[0];
             exceeds(raw_n, limit_n).then_some(Trip::RawForceLimit {
@@ -464,8 +465,8 @@ impl Watch {
         if trip.is_some() {
             return trip;
         }
-        // A saturated lateral axis is a flag of the recording and no trip: the lateral force stays bounded by the
-        // normal force, which is known, and stopping the drive would raise the friction.
+        // A saturated lateral axis flags the recording but does not trip: the lateral force stays bounded by the normal
+        // force, which is known, and stopping the drive would raise the friction.
         if saturated {
             return Some(Trip::ForceSaturated);
         }
@@ -479,7 +480,7 @@ impl Watch {
         (polled_ns.saturating_sub(at_ns) > self.limits.silence_ns).then_some(silent)
     }
 
-    /// Moves a running exercise on, with the enable line; returns what the lines must do.
+    /// Advances a running exercise, with the enable line; returns the required state of the lines.
     fn exercised(&mut self, now_ns: u64) -> Result<Demand, GpioError> {
         let Some(exercise) = &mut self.exercise else {
             return Ok(Demand::All);
@@ -492,7 +493,7 @@ impl Watch {
         if demand.is_none()
             && let Some(exercise) = self.exercise.take()
         {
-            // What was read back meanwhile was not what was commanded.
+            // The read-back did not follow the commands meanwhile.
             self.readback.forget_readings();
             self.unpublished.stop_times = Some(exercise.times());
         }
@@ -516,7 +517,7 @@ impl Watch {
                 }
             }
             (SafetyState::Armed, Some(trip)) => self.trip(trip, now_ns),
-            // While disarmed only a drive that is alive all the same matters, and a failure that must latch.
+            // While disarmed, only a drive that is alive nevertheless, and a failure that must latch, matter.
             (
                 SafetyState::Disarmed,
                 Some(trip @ (Trip::AliveWhileDisarmed { .. } | Trip::Killed)),
@@ -536,7 +537,7 @@ impl Watch {
     }
 }
 
-/// Returns whether a force of either sign is over its limit; one that is not a number is.
+/// Returns whether a force of either sign is over its limit; a force that is not a number counts as over.
 fn exceeds(force_n: f64, limit_n: f64) -> bool {
     force_n.is_nan() || force_n.abs() > limit_n
 }

@@ -21,7 +21,7 @@ fn hour(spans: &[(i64, i64)]) -> SlidingHour {
     hour
 }
 
-/// Seconds since an hour before `now_s` that some span covers.
+/// Returns the seconds since an hour before `now_s` that some span covers.
 fn counted_s(spans: &[(i64, i64)], now_s: i64) -> i64 {
     let driven = |s: i64| {
         let mut spans = spans.iter();
@@ -66,7 +66,7 @@ proptest! {
         }
     }
 
-    /// Whoever drives only what is free never drives more than the limit in any hour.
+    /// Driving within the free time alone never exceeds the limit in any hour.
     /// Fault 42.
     #[test]
     fn no_hour_ever_holds_more_than_its_limit(
@@ -78,7 +78,7 @@ proptest! {
         for (pause_s, length_s) in wishes {
             now_s += pause_s;
             let start_s = now_s;
-            // A second at a time, as long as there is one.
+            // One second at a time, while one is free.
             while now_s - start_s < length_s && hour.used_ns(now_s * S) <= (limit_s - 1) * S {
                 hour.add(Span { start_ns: start_s * S, end_ns: (now_s + 1) * S });
                 now_s += 1;

@@ -1,4 +1,4 @@
-//! The watch of a bench whose loop's delay was measured: another delay is named and stops the drive, and none hides a
+//! The watch of a bench with a measured loop delay: another delay is named and stops the drive, and no delay hides a
 //! failed amplifier.
 #![expect(
     clippy::unwrap_used,
@@ -22,7 +22,7 @@ const RAMP_S: f64 = 0.05;
 /// Frames rendered before the input began.
 const HEAD_START: f64 = 77_777.0;
 
-/// A drive on a card that calls.
+/// Drive on a card with running callbacks.
 #[derive(Clone, Default)]
 struct Card {
     frames: Arc<AtomicU64>,
@@ -52,7 +52,7 @@ impl DriveGuard for Card {
     }
 }
 
-/// A bench, a drive, and what happens to them.
+/// A bench, a drive, and the disturbances of both.
 #[derive(Clone, Copy)]
 struct World {
     measured_s: Option<f64>,
@@ -60,13 +60,13 @@ struct World {
     mean_v: f64,
     index: f64,
     modulation_hz: f64,
-    /// From then on the gain, or the delay, is another one, s.
+    /// Time from which on the gain, or the delay, is different, s.
     changes_s: f64,
     gain: f64,
     slip_s: f64,
-    /// The drive ramps down and up again after so long, s.
+    /// Time after which the drive ramps down and up again, s.
     rises_again_s: f64,
-    /// The watch and the reader of the samples are held up for as much as this, s.
+    /// Time for which the watch and the reader of the samples are held up, s.
     held_up_s: f64,
 }
 
@@ -103,7 +103,7 @@ impl World {
         ramp * self.mean_v * (1.0 + self.index * (TAU * self.modulation_hz * on_s).sin())
     }
 
-    /// Runs the watch for `seconds`; returns the trip, and when.
+    /// Runs the watch for `seconds`; returns the trip and its time, s.
     fn trip(&self, seconds: f64) -> Option<(Trip, f64)> {
         let limits = SafetyLimits {
             measured_delay_s: self.measured_s,
@@ -124,7 +124,7 @@ impl World {
         let mut polls = 0u32;
         while now_s < seconds {
             polls += 1;
-            // A loaded computer gives the processor back now and then.
+            // A loaded computer delays some polls.
             now_s += if polls.is_multiple_of(5) {
                 self.held_up_s.max(0.002)
             } else {
@@ -133,7 +133,7 @@ impl World {
             let changed = now_s >= self.changes_s;
             let delay_s = self.delay_s + if changed { self.slip_s } else { 0.0 };
             let gain = if changed { self.gain } else { 1.0 };
-            // Blocks of 256 frames: what was rendered waits for all of the delay.
+            // Blocks of 256 frames: rendered frames wait for the whole delay.
             let captured = (now_s * RATE_HZ / 256.0).floor() * 256.0;
             let rendered = captured + HEAD_START;
             let now_ns = (now_s * 1e9) as u64;
@@ -142,7 +142,7 @@ impl World {
                 frame: rendered as u64,
                 envelope_v: self.commanded_v(captured / RATE_HZ),
             });
-            // Nothing is read later than the newest block, but some of it late.
+            // The newest block is always read, but some reads are late.
             let late = if polls.is_multiple_of(3) {
                 self.held_up_s
             } else {
@@ -226,7 +226,7 @@ fn a_delay_near_the_measured_one_is_left_alone() {
 fn a_computer_that_is_held_up_moves_no_delay() {
     for world in each_drive() {
         for held_up_s in [0.005, 0.01, 0.02] {
-            // Over a quarter of a period nobody knows what was commanded meanwhile.
+            // Over a quarter of a period, the command meanwhile is unknown.
             if world.index > 0.0 && held_up_s * world.modulation_hz > 0.25 {
                 continue;
             }
@@ -270,7 +270,7 @@ fn half_the_gain_passes_for_no_delay_at_either_end_of_what_is_accepted() {
 /// Fault 16.
 #[test]
 fn a_slip_beyond_stops_a_modulated_drive_and_a_tone_when_it_changes() {
-    // Under a slower modulation nothing much can hide behind 30 ms.
+    // Under a slower modulation, little can hide behind 30 ms.
     for world in each_drive().filter(|world| world.index * world.modulation_hz > 5.0) {
         let world = World {
             changes_s: 1.0,

@@ -1,4 +1,4 @@
-//! Whatever limits and drives the watch arms with, a failed amplifier is seen, and a sound one is left alone.
+//! For all limits and drives with which the watch arms, a failed amplifier is detected and a sound one is left alone.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -30,11 +30,11 @@ struct World {
     modulation_hz: f64,
     /// Delay from a command to its read-back, as a share of the latency.
     delay: f64,
-    /// How much more than that was measured, s; `None` where the delay was not measured.
+    /// Excess of the measured delay over that, s; `None` if the delay was not measured.
     measured_off_s: Option<f64>,
     /// Frames between two readings.
     block: u64,
-    /// When the fault begins, in periods of the modulation after the ramp.
+    /// Start of the fault, in periods of the modulation after the ramp.
     fault_periods: f64,
 }
 
@@ -68,7 +68,7 @@ impl World {
         }
     }
 
-    /// Whether the watch arms, and knows the envelope between two callbacks to a twentieth.
+    /// Returns whether the watch arms, and knows the envelope between two callbacks to a twentieth.
     fn is_armed(&self) -> bool {
         let limits = self.limits();
         let known = self.modulation_hz * self.block as f64 / RATE_HZ < 0.1;
@@ -107,7 +107,8 @@ impl World {
         SILENCE_S + RAMP_S + self.latency_s + self.fault_periods * self.period_s()
     }
 
-    /// When the watch first finds the read-back wrong if the gain is `gain` from the fault on, s after the fault.
+    /// Returns the time at which the watch first finds the read-back wrong, if the gain is `gain` from the fault on, s
+    /// after the fault.
     fn seen_s(&self, gain: f64) -> Option<f64> {
         let mut readback = Readback::new(RATE_HZ, self.latency_s, self.tolerance, self.floor_v);
         if let Some(measured_s) = self.limits().measured_delay_s {
@@ -125,9 +126,9 @@ impl World {
         })
     }
 
-    /// Longest time to a fault's detection, s after the fault: 50 ms of a drive at which it shows, and the blocks that
-    /// are judged together. A modulation too slow to tell delays apart hides a fault for the span of the delays; a
-    /// changed gain may pass for a changed delay once, which takes as long again.
+    /// Returns the longest time to a fault's detection, s after the fault: 50 ms of a drive at which it shows, and the
+    /// blocks that are judged together. A modulation too slow to tell delays apart hides a fault for the span of the
+    /// delays; a changed gain may pass for a changed delay once, which takes as long again.
     fn in_time_s(&self, gain: f64) -> f64 {
         let times = if gain == 0.0 { 1.0 } else { 2.0 };
         let told_v = self.floor_v / (1.0 - self.tolerance - gain);
@@ -144,7 +145,7 @@ impl World {
     }
 }
 
-/// A silent drive on a card that calls.
+/// Silent drive on a card with running callbacks.
 struct Silent;
 
 impl DriveGuard for Silent {
@@ -169,7 +170,7 @@ impl DriveGuard for Silent {
     }
 }
 
-/// What an armed watch makes of a press.
+/// Returns the state of an armed watch after a press.
 fn pressed(limits: SafetyLimits, normal_n: f64, lateral_n: f64) -> SafetyState {
     let signals = Arc::new(Signals::default());
     let commands = tasks::Mailbox::default();

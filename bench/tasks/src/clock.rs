@@ -4,46 +4,46 @@ use std::time::Instant;
 
 use jiff::{SignedDuration, Timestamp};
 
-/// Source of time for the bench. Everything that stamps an arrival or writes a date uses it, so that a simulated
+/// Source of time for the bench. All code that stamps an arrival or writes a date uses it, so that a simulated
 /// apparatus can supply its own time and the same run gives the same files.
 pub trait Clock: Send + Sync {
     /// Returns the monotonic time since an arbitrary origin, ns; on Linux and macOS it stands still while the computer
     /// is suspended.
     fn now_ns(&self) -> u64;
-    /// Returns the time for which the computer has been suspended since the origin, ns, as far as [`Clock::now_ns`] does
-    /// not count it; 0 where the system does not say, which is everywhere but on Linux.
+    /// Returns the time for which the computer has been suspended since the origin, ns, as far as [`Clock::now_ns`]
+    /// does not count it; 0 if the system does not say, as on all systems but Linux.
     fn suspended_ns(&self) -> u64 {
         0
     }
-    /// Returns the calendar time, which advances with [`Clock::now_ns`] and with suspensions, whatever happens to the
+    /// Returns the calendar time, which advances with [`Clock::now_ns`] and with suspensions, independently of the
     /// computer's wall clock.
     fn utc(&self) -> Timestamp;
-    /// Returns whether the calendar time is made up by a simulation that runs free.
+    /// Returns whether the calendar time comes from a free-running simulation.
     fn is_simulated(&self) -> bool {
         false
     }
-    /// Returns the time since the origin, s, suspensions included: the clock of what outlasts the program.
+    /// Returns the time since the origin, s, suspensions included: the clock for records that outlast the program.
     fn since_origin_s(&self) -> f64 {
         self.now_ns().saturating_add(self.suspended_ns()) as f64 * 1e-9
     }
 }
 
-/// Most readings of the two clocks before the best of them is taken.
+/// Most readings of the two clocks from which the best is taken.
 const READINGS: usize = 5;
 
-/// Time between two readings of the monotonic clock within which the other one was read at the same time, ns.
+/// Longest time between two readings of the monotonic clock for which a reading of the other is simultaneous, ns.
 const APART_NS: u64 = 1_000_000;
 
-/// Clock of the computer: its monotonic clock, and the date of its wall clock as read once, at the start.
+/// Clock of the computer: its monotonic clock, and the date of its wall clock read once, at the start.
 pub struct SystemClock {
     origin: Instant,
-    /// The origin on the clock that counts suspensions, ns; `None` where there is no other than [`Instant`]'s.
+    /// Origin on the clock that counts suspensions, ns; `None` if there is no clock other than [`Instant`]'s.
     origin_ns: Option<u64>,
     date: Timestamp,
 }
 
 impl SystemClock {
-    /// Starts a clock whose origin is now.
+    /// Starts a clock with its origin now.
     pub fn start() -> Self {
         Self {
             origin: Instant::now(),
@@ -67,7 +67,8 @@ impl Clock for SystemClock {
     }
 
     fn suspended_ns(&self) -> u64 {
-        // A pause between the two clocks counts as a suspension: of several readings the one with the shortest is taken.
+        // A pause between the two clocks counts as a suspension: of several readings, the one with the shortest pause
+        // is taken.
         let readings = (0..READINGS).map(|_| {
             let now_ns = self.now_ns();
             let suspended_ns = self.passed_ns().saturating_sub(now_ns);
@@ -114,8 +115,8 @@ pub fn later(date: Timestamp, elapsed_ns: u64) -> Timestamp {
 mod tests {
     use super::*;
 
-    /// A clock as it is after the computer was suspended for an hour: its origin is that much longer ago on the clock
-    /// that counts suspensions.
+    /// Clock after a suspension of the computer for an hour: its origin is that much longer ago on the clock that
+    /// counts suspensions.
     /// Fault 39.
     #[test]
     fn a_date_goes_on_through_a_suspension_and_the_monotonic_clock_does_not() {

@@ -1,4 +1,4 @@
-//! A queue whose reader never waits for a writer.
+//! Queue with a reader that never waits for a writer.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
@@ -34,7 +34,7 @@ impl<T> Mailbox<T> {
         letters.push_back(letter);
     }
 
-    /// Takes the oldest letter; `None` if there is none, or while another thread is at the mailbox.
+    /// Takes the oldest letter; `None` if the mailbox is empty, or while another thread uses it.
     pub fn take(&self) -> Option<T> {
         match self.0.try_lock() {
             Ok(mut letters) => letters.pop_front(),

@@ -1,4 +1,4 @@
-//! Runs the bench's tasks, each on a thread of its own or all in turn on one thread.
+//! Runs the bench's tasks, each on a separate thread or all in turn on one thread.
 //!
 //! Tasks share nothing but queues and snapshots. On one thread they keep step with an apparatus that advances its own
 //! clock.
@@ -17,30 +17,30 @@ use crate::Clock;
 pub trait Task: Send {
     /// Returns the name of the task's thread, which its errors carry.
     fn name(&self) -> &'static str;
-    /// Returns how long the task may sleep between polls when it has a thread of its own.
+    /// Returns how long the task may sleep between polls when it has its own thread.
     fn period(&self) -> Duration;
     /// Prepares the task's own thread, on it, before the first poll. Not called when tasks share a thread.
     fn begin(&mut self) {}
-    /// Does what is due at `now_ns` and returns; never waits for another task.
+    /// Does the work that is due at `now_ns` and returns; never waits for another task.
     ///
     /// # Errors
     /// A failure that must end the whole schedule.
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()>;
-    /// Does what must not wait for a stalled disk: called right after the task's last poll, whatever the other tasks
-    /// do.
+    /// Does the work that must not wait for a stalled disk: called right after the task's last poll, independently of
+    /// the other tasks.
     fn stop(&mut self) {}
     /// Completes the task's work, after all tasks have stopped.
     ///
     /// # Errors
-    /// What was left to do has failed; the other tasks finish nevertheless.
+    /// The remaining work has failed; the other tasks finish nevertheless.
     fn finish(&mut self) -> anyhow::Result<()> {
         Ok(())
     }
 }
 
-/// Apparatus whose time passes only in ticks.
+/// Apparatus with time that passes only in ticks.
 pub trait Pacer: Send {
-    /// Lets one tick of the apparatus pass; on return, all that happened in it can be read.
+    /// Lets one tick of the apparatus pass; on return, all data of the tick can be read.
     ///
     /// # Errors
     /// The apparatus failed; the schedule ends.
@@ -55,7 +55,7 @@ impl<F: FnMut() -> anyhow::Result<()> + Send> Pacer for F {
 
 /// Way of running tasks.
 pub enum Schedule {
-    /// Each task on a thread of its own, on the computer's clock.
+    /// Each task on its own thread, on the computer's clock.
     Threads,
     /// All tasks on the calling thread, in the order given, one round per tick: deterministic.
     Lockstep(Box<dyn Pacer>),
@@ -129,8 +129,8 @@ impl StopFlag {
 }
 
 impl Schedule {
-    /// Runs `tasks` until `stop` is raised or one of them fails; then each stops by itself, and then they finish in
-    /// order. A task that panicked finishes too. None is dropped before all have finished.
+    /// Runs `tasks` until `stop` is raised or one of them fails; then each stops independently, and then they finish in
+    /// order, including tasks that panicked. All tasks are kept until all have finished.
     ///
     /// # Errors
     /// The first error of any task, named by its task; a panic in a task counts as one.
@@ -191,8 +191,8 @@ fn finish(task: &mut dyn Task, stop: &StopFlag) -> anyhow::Result<()> {
     finished
 }
 
-/// Does a part of a task's work; a panic becomes an error, after the panic hook has run, so that no task keeps
-/// another one from being finished.
+/// Does a part of a task's work; a panic becomes an error, after the panic hook has run, so that no task keeps another
+/// one from finishing.
 fn caught(work: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<()> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| Err(Panicked.into()))
 }
@@ -224,7 +224,7 @@ fn run_threads(
             Err(_) => result = result.and(Err(Panicked).context(name)),
         }
     }
-    // None is dropped before all have finished: with the last task that shows something the screen closes.
+    // All tasks are kept until all have finished: the screen closes with the last task that supplies its data.
     for task in &mut returned {
         result = result.and(finish(task.as_mut(), stop));
     }
@@ -265,7 +265,7 @@ fn spawn(
     Ok((name, thread))
 }
 
-/// Guard that raises its flag when it is dropped, also by a panic.
+/// Guard that raises its flag when it is dropped, also on a panic.
 pub struct RaiseOnDrop(pub StopFlag);
 
 impl Drop for RaiseOnDrop {

@@ -51,8 +51,8 @@ impl<T: Clone> Slot<T> {
             .clone()
     }
 
-    /// Updates `seen` to the latest value, unless another thread is at the slot at this very moment: for a thread of
-    /// high priority, which must not wait for one of lower priority.
+    /// Updates `seen` to the latest value, unless another thread uses the slot at this moment: for a thread of high
+    /// priority, which must not wait for one of lower priority.
     ///
     /// ```
     /// let (force_n, mut seen) = (tasks::Slot::default(), None);
@@ -66,8 +66,8 @@ impl<T: Clone> Slot<T> {
         }
     }
 
-    /// Publishes `value` and takes it, unless another thread is at the slot at this very moment; then it is left for a
-    /// later try.
+    /// Publishes `value` and takes it, unless another thread uses the slot at this moment; it is then left for a later
+    /// try.
     pub fn offer(&self, value: &mut Option<T>) {
         if value.is_some()
             && let Some(mut latest) = self.without_waiting()

@@ -25,8 +25,8 @@ const LOWEST_HZ: u32 = 1000;
 /// Lengths of a block, frames.
 const BLOCKS: std::ops::RangeInclusive<u32> = 16..=65_536;
 
-/// Returns the cards of NI-DAQmx as a host, with the channels that `table` names, read in blocks of `block_frames` where
-/// no stream asks for others; without a table they can be listed and nothing more.
+/// Returns the cards of NI-DAQmx as a host, with the channels that `table` names, read in blocks of `block_frames`
+/// unless a stream requests another length; without a table they can only be listed.
 pub(crate) fn host(library: &Daqmx, table: Option<Nidaqmx>, block_frames: u32) -> cpal::Host {
     let host = Host {
         library: library.clone(),
@@ -70,7 +70,7 @@ impl HostTrait for Host {
             .into_iter())
     }
 
-    /// There is no default device: a plate is driven by the card that is named, and by no other.
+    /// Returns `None`: only the named card may drive a plate.
     fn default_input_device(&self) -> Option<Device> {
         None
     }
@@ -132,8 +132,8 @@ impl fmt::Display for Device {
 }
 
 impl Device {
-    /// Returns the configurations of a direction: as many channels as are named, at rates up to those of one channel. What several channels
-    /// allow is judged, with the arithmetic, when a stream is opened.
+    /// Returns the configurations of a direction: with all named channels, at rates up to those of one channel.
+    /// The limits of several channels are checked, with the arithmetic, when a stream is opened.
     fn configs(&self, channels: usize, most_hz: f64) -> Vec<SupportedStreamConfigRange> {
         if most_hz < f64::from(LOWEST_HZ) {
             return Vec::new();
@@ -173,7 +173,7 @@ impl Device {
         Ok(config.with_max_sample_rate())
     }
 
-    /// Returns what is to be streamed.
+    /// Returns the plan of the streams.
     ///
     /// # Errors
     /// `InvalidInput`, with the line of `bench.toml` to change.
@@ -309,7 +309,7 @@ enum Side {
     Input,
 }
 
-/// One direction of a card. The card runs once both were started, and stops with the first that is dropped.
+/// One direction of a card. The card runs once both are started, and stops when the first is dropped.
 struct Stream {
     library: Daqmx,
     halves: Shared,
@@ -364,7 +364,7 @@ impl StreamTrait for Stream {
         Ok(self.frames)
     }
 
-    /// Returns the beginning of the card's clock, whose time only the callbacks tell.
+    /// Returns the start of the card's clock; only the callbacks state its time.
     fn now(&self) -> StreamInstant {
         StreamInstant::from_nanos(0)
     }

@@ -1,13 +1,13 @@
-//! Samples of a card with one converter, which takes its inputs one after the other, brought to one instant.
+//! Alignment of the samples of a card with one converter, which takes its inputs one after the other.
 //!
-//! Everything behind the card takes the samples of a frame to be of one instant. A delay of the pickup against the drive
-//! is a phase at the carrier, which a calibration would hold, but another one at another carrier and at each sideband.
-//! It is therefore taken off as what it is, a delay known from the converter's rate: each input is interpolated to the
-//! instant of the first by a windowed sinc.
+//! All code behind the card takes the samples of a frame to be simultaneous. A delay of the pickup against the drive is
+//! a phase at the carrier, which a calibration would include, but that phase is different at another carrier and at
+//! each sideband. The delay is known from the converter's rate and is removed as such: each input is interpolated to
+//! the instant of the first by a windowed sinc.
 
 use std::f64::consts::PI;
 
-/// Half the length of the interpolation, samples: what every input comes later by.
+/// Half the length of the interpolation, samples: the delay that it adds to every input.
 pub(super) const HALF: usize = 24;
 const TAPS: usize = 2 * HALF + 1;
 /// Shape of the Kaiser window: with [`HALF`] flat to 1e-4 up to 0.86 of half the sample rate.
@@ -19,19 +19,19 @@ pub(super) struct Deskew {
 }
 
 struct Input {
-    /// Weights, oldest sample first; a mere delay for an input on time.
+    /// Weights, oldest sample first; a pure delay for an input on time.
     weights: [f64; TAPS],
-    /// The last samples, twice over, so that they lie in order from any place on.
+    /// The last samples, stored twice, so that they lie in order from any position.
     ring: [f64; 2 * TAPS],
     at: usize,
 }
 
 impl Deskew {
-    /// Makes an interpolation of inputs that are late by these numbers of samples, each less than one frame.
+    /// Makes an interpolation for inputs that are late by these numbers of samples, each less than one frame.
     pub(super) fn new(late_samples: impl Iterator<Item = f64>) -> Self {
         let input = |late: f64| Input {
             weights: std::array::from_fn(|tap| {
-                // Oldest first: the tap's sample was taken this long before the instant that is asked for.
+                // Oldest first: the tap's sample was taken this long before the requested instant.
                 let age = tap as f64 - HALF as f64 + late;
                 windowed_sinc(age)
             }),
@@ -43,7 +43,7 @@ impl Deskew {
         }
     }
 
-    /// Replaces the samples of interleaved frames by those of [`HALF`] frames before, of one instant.
+    /// Replaces the samples of interleaved frames by simultaneous samples, [`HALF`] frames earlier.
     pub(super) fn take(&mut self, frames: &mut [f64]) {
         for frame in frames.chunks_exact_mut(self.inputs.len()) {
             for (sample, input) in frame.iter_mut().zip(&mut self.inputs) {
@@ -68,7 +68,7 @@ fn windowed_sinc(x: f64) -> f64 {
     (PI * x).sin() / (PI * x) * bessel(BETA * (1.0 - edge * edge).sqrt()) / bessel(BETA)
 }
 
-/// Modified Bessel function of the first kind and order 0, by its series.
+/// Returns the modified Bessel function of the first kind and order 0, by its series.
 fn bessel(x: f64) -> f64 {
     let (mut sum, mut term) = (1.0, 1.0);
     for n in 1..40 {
@@ -84,7 +84,7 @@ mod tests {
 
     use super::*;
 
-    /// Largest error of the second of two inputs that read one tone, the second later by `late` samples.
+    /// Returns the largest error of the second of two inputs that read one tone, the second later by `late` samples.
     fn error(tone: f64, late: f64) -> f64 {
         let of = |input: f64, n: f64| (TAU * tone * (n + input * late)).sin();
         let mut frames: Vec<f64> = (0..2000)

@@ -1,8 +1,8 @@
-//! Both directions of a card on one thread: a block is read, a block is written, and what was read is handed on.
+//! Both directions of a card on one thread: it reads a block, writes a block, and passes on the block that was read.
 //!
-//! The outputs begin a lead of silence ahead, and each block that was read, as long as one that was played, is followed
-//! by one that is written: the lead neither grows nor shrinks. Nothing is played twice and nothing overwritten: a card
-//! that cannot go on stops, and its stream says so.
+//! The outputs begin ahead by a lead of silence, and each block that is read is followed by a written block of the same
+//! length: the lead neither grows nor shrinks. No sample is played twice or overwritten: a card that cannot continue
+//! stops, and its stream reports it.
 #![expect(unsafe_code, reason = "cpal's buffers are type-erased; no safe way")]
 
 use std::sync::Arc;
@@ -34,15 +34,15 @@ pub(super) struct Callbacks {
     pub(super) input_error: ErrorCallback,
 }
 
-/// Longest wait for a block, s: then it is looked whether the stream is to end. Whether the card is silent for too long
-/// is the safety watch's to say.
+/// Longest wait for a block, s, before the thread checks whether the stream is to end. The safety watch decides whether
+/// the card has been silent for too long.
 const PATIENCE_S: f64 = 0.05;
-/// Length of the driver's input buffer, s: what the computer may come late by.
+/// Length of the driver's input buffer, s: the longest time by which the computer may read late.
 const INPUT_BUFFER_S: f64 = 1.0;
-/// Time after the request to end in which the drive may come to rest, s; [`signalgen::EMERGENCY_RAMP_S`] is in it.
+/// Time after the request to end in which the drive ramps to rest, s, including [`signalgen::EMERGENCY_RAMP_S`].
 const REST_S: f64 = 2.0 * signalgen::EMERGENCY_RAMP_S;
 
-/// A card that streams; dropped, it stops.
+/// A card that streams; dropping it stops the card.
 pub(super) struct Running {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -58,13 +58,13 @@ impl Drop for Running {
     }
 }
 
-/// Why a card does not begin to stream.
+/// Reason for which a card does not start to stream.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum NotStarted {
     /// The library refused.
     #[error("{0}")]
     Library(#[from] DaqError),
-    /// The card makes another rate of the one that was asked for.
+    /// The card would use another rate than the requested one.
     #[error(
         "the card makes {made_hz} Hz of {key} = {asked_hz} Hz: set what it can divide its time base into, such as {made_hz}, \
          in bench.toml"
@@ -72,12 +72,12 @@ pub(super) enum NotStarted {
     Coerced {
         /// Key of `bench.toml`.
         key: &'static str,
-        /// Rate asked for, Hz.
+        /// Requested rate, Hz.
         asked_hz: f64,
-        /// Rate that the card makes, Hz.
+        /// Rate that the card would use, Hz.
         made_hz: f64,
     },
-    /// The system gives no thread.
+    /// The system cannot start a thread.
     #[error("no thread for the card: {0}")]
     Thread(std::io::Error),
 }
@@ -85,7 +85,7 @@ pub(super) enum NotStarted {
 /// Starts both directions of a card.
 ///
 /// # Errors
-/// [`NotStarted`] says why; the outputs are then at 0 V if the card is there.
+/// [`NotStarted`] names the reason; the outputs are then at 0 V if the card is present.
 pub(super) fn start(
     library: &Daqmx,
     plan: &Plan,
@@ -98,7 +98,7 @@ pub(super) fn start(
     let thread = std::thread::Builder::new()
         .name("ni-card".to_owned())
         .spawn(move || {
-            // Dropped last, once the tasks have let go of the outputs.
+            // Dropped last, after the tasks have released the outputs.
             let _rest = OutputsAtRest {
                 library,
                 plan: &plan,
@@ -113,8 +113,8 @@ pub(super) fn start(
     })
 }
 
-/// Sets the outputs to 0 V when it is dropped, whatever ended the thread: a card holds its last voltage, and a callback
-/// that panics leaves it wherever the carrier was.
+/// Sets the outputs to 0 V when it is dropped, after any end of the thread: a card holds its last voltage, and a
+/// callback that panics leaves it anywhere in the carrier's cycle.
 struct OutputsAtRest<'a> {
     library: Daqmx,
     plan: &'a Plan,
@@ -123,7 +123,7 @@ struct OutputsAtRest<'a> {
 impl Drop for OutputsAtRest<'_> {
     fn drop(&mut self) {
         let Plan { table, .. } = self.plan;
-        // Where the card is gone there is nothing to set.
+        // A missing card has no output to set.
         let _ = AnalogOutput::zero(&self.library, &self.plan.outputs(), table.output_range_v);
     }
 }
@@ -137,12 +137,12 @@ struct Streaming {
     ranges_v: Vec<f64>,
     output_range_v: f64,
     rate_hz: f64,
-    /// One block as the callbacks have it, and as the card has it.
+    /// One block in the units of the callbacks, and in those of the card.
     drive: Vec<f32>,
     drive_v: Vec<f64>,
     inputs: Vec<f32>,
     inputs_v: Vec<f64>,
-    /// Frames that were read and written.
+    /// Number of frames read and written.
     frames: u64,
 }
 
@@ -206,7 +206,7 @@ impl Streaming {
         })
     }
 
-    /// Writes the lead and starts, last the task that starts the other.
+    /// Writes the lead and starts both tasks, last the task that starts the other.
     fn begin(&mut self, plan: &Plan) -> Result<(), DaqError> {
         let lead = plan.lead_frames() as usize * plan.table.outputs.len();
         self.output.write(&vec![0.0; lead], PATIENCE_S)?;
@@ -222,7 +222,7 @@ impl Streaming {
         }
     }
 
-    /// Streams until it is asked to stop, and then until the drive has come to rest, or until the card stops.
+    /// Streams until a stop is requested and the drive is at rest, or until the card stops.
     fn run(&mut self, plan: &Plan, asked: &AtomicBool) {
         let block_s = f64::from(plan.block_frames) / self.rate_hz;
         let mut last = ((plan.table.lead_s + REST_S) / block_s).ceil() as u32;
@@ -245,7 +245,7 @@ impl Streaming {
         }
     }
 
-    /// Reads a block; `false` if none came and the stream is to end.
+    /// Reads a block; `false` if no block came and the stream is to end.
     fn read(&mut self, asked: &AtomicBool) -> Result<bool, DaqError> {
         let channels = self.ranges_v.len();
         let mut filled = 0;
@@ -262,7 +262,7 @@ impl Streaming {
         Ok(true)
     }
 
-    /// Returns the time of a frame since the start, by the card's own clock.
+    /// Returns the time of a frame since the start, by the card's clock.
     fn instant(&self, frame: u64) -> StreamInstant {
         StreamInstant::from_nanos((1e9 * frame as f64 / self.rate_hz) as u64)
     }
@@ -278,7 +278,7 @@ impl Streaming {
         let mut data = unsafe { Data::from_parts(start, len, SampleFormat::F32) };
         (self.callbacks.output)(&mut data, &info);
         for (volts, sample) in self.drive_v.iter_mut().zip(&self.drive) {
-            // A sample that is no number is silence.
+            // A sample that is not a number is played as silence.
             let sample = if sample.is_finite() { *sample } else { 0.0 };
             *volts = f64::from(sample.clamp(-1.0, 1.0)) * self.output_range_v;
         }
@@ -316,7 +316,7 @@ impl Streaming {
         (self.callbacks.input)(&data, &info);
     }
 
-    /// Tells the streams why the card stopped: lost samples are counted first, then the stream is over.
+    /// Reports to the streams why the card stopped: lost samples are counted first, then the stream ends.
     fn fail(&mut self, error: &DaqError) {
         let Callbacks {
             output_error,

@@ -1,10 +1,10 @@
-//! What is to be streamed, checked against what the card can do.
+//! Plan of the streams, checked against the limits of the card.
 
 use config::{CardClock, Nidaqmx};
 
 use crate::library::{Card, DaqError, DaqFault};
 
-/// What a card streams.
+/// Plan of the streams of a card.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
     /// Name of the card.
@@ -13,12 +13,12 @@ pub(super) struct Plan {
     pub(super) table: Nidaqmx,
     /// Rate of both directions, Hz.
     pub(super) rate_hz: u32,
-    /// Frames that are read and written at once.
+    /// Number of frames read and written at once.
     pub(super) block_frames: u32,
 }
 
 impl Plan {
-    /// Returns the inputs as the library names them, each with its range, V.
+    /// Returns the inputs by their names in the library, each with its range, V.
     pub(super) fn inputs(&self) -> Vec<(String, f64)> {
         let inputs = self.table.inputs.iter().zip(&self.table.input_ranges_v);
         inputs
@@ -26,7 +26,7 @@ impl Plan {
             .collect()
     }
 
-    /// Returns the outputs as the library names them.
+    /// Returns the outputs by their names in the library.
     pub(super) fn outputs(&self) -> Vec<String> {
         let outputs = self.table.outputs.iter();
         outputs
@@ -34,14 +34,14 @@ impl Plan {
             .collect()
     }
 
-    /// Returns the number of frames that are written ahead of the converter.
+    /// Returns the number of frames written ahead of the converter.
     pub(super) fn lead_frames(&self) -> u32 {
         (self.table.lead_s * f64::from(self.rate_hz)).round() as u32
     }
 }
 
-/// Returns why a card cannot stream as planned, with the arithmetic and the line of `bench.toml` to change; `None` if it
-/// can.
+/// Returns the reason for which a card cannot stream as planned, with the arithmetic and the line of `bench.toml` to
+/// change; `None` if it can.
 pub(super) fn obstacle(card: &Card, plan: &Plan) -> Option<String> {
     let rate_hz = f64::from(plan.rate_hz);
     let inputs = plan.table.inputs.len();
@@ -86,7 +86,7 @@ pub(super) fn obstacle(card: &Card, plan: &Plan) -> Option<String> {
     }
 }
 
-/// Returns an error of the library with what to change.
+/// Returns the text of an error of the library, with the remedy.
 pub(super) fn advice(error: &DaqError, plan: &Plan) -> String {
     let advice = match error.fault() {
         DaqFault::Route if plan.table.clock == CardClock::AoSampleClock => {

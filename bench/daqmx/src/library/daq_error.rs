@@ -1,21 +1,21 @@
-//! Errors of NI's library, and what they mean for a bench.
+//! Errors of NI's library, and their meaning for a bench.
 
-/// What an error of the library means for a bench.
+/// Meaning of an error of the library for a bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DaqFault {
-    /// The input buffer ran over: samples were not read in time.
+    /// The input buffer overran: samples were not read in time.
     Overrun,
-    /// The output ran dry: samples were not written in time.
+    /// The output underran: samples were not written in time.
     Underrun,
-    /// Fewer samples than asked for had come in time.
+    /// Fewer samples than requested came in time.
     TimedOut,
-    /// The device is not there any more, or never was.
+    /// The device was removed, or was never present.
     Gone,
     /// The device has no such terminal, line or counter.
     NoTerminal,
-    /// The device cannot route the clock or the trigger so.
+    /// The device cannot route the clock or the trigger in this way.
     Route,
-    /// The rate is over what the device does.
+    /// The rate is over the limit of the device.
     Rate,
     /// Another program holds the device or a part of it.
     Reserved,
@@ -31,12 +31,12 @@ pub struct DaqError {
     pub function: &'static str,
     /// Its status, negative.
     pub code: i32,
-    /// The library's words.
+    /// Message of the library.
     pub text: String,
 }
 
 impl DaqError {
-    /// Returns what the error means. The numbers are those of NI's `DAQmxErrors`, by the names in the comments.
+    /// Returns the meaning of the error. The numbers are those of NI's `DAQmxErrors`, by the names in the comments.
     #[must_use]
     pub fn fault(&self) -> DaqFault {
         match self.code {

@@ -1,4 +1,4 @@
-//! The library's C functions, found by their names when it is loaded.
+//! The library's C functions, looked up by name when it is loaded.
 //!
 //! Prototypes are those of NI's `NIDAQmx.h`, where `int32` is `i32`, `uInt32` and `bool32` are `u32`, `uInt64` is `u64`
 //! and a `TaskHandle` is a pointer.
@@ -18,7 +18,7 @@ type Text = *const c_char;
 
 macro_rules! functions {
     ($($field:ident = $name:literal ($($argument:ty),*);)*) => {
-        /// The functions that are used.
+        /// Functions that the program uses.
         pub(super) struct Functions {
             $(pub(super) $field: unsafe extern "system" fn($($argument),*) -> i32,)*
         }
@@ -76,11 +76,11 @@ pub struct Daqmx(Arc<Loaded>);
 
 struct Loaded {
     functions: Functions,
-    /// The functions are in it.
+    /// Library that contains the functions.
     _library: Library,
 }
 
-/// What a card is.
+/// Identity and limits of a card.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Card {
     /// Its name, such as `Dev1`.
@@ -91,11 +91,12 @@ pub struct Card {
     pub serial: u32,
     /// Highest rate of one input, Hz.
     pub single_hz: f64,
-    /// Highest rate of all inputs of a card with one converter together, or of each with a converter for each input, Hz.
+    /// Highest rate of all inputs together on a card with one converter, or of each input on a card with a converter
+    /// for each, Hz.
     pub multi_hz: f64,
     /// Highest rate of the outputs, Hz.
     pub output_hz: f64,
-    /// Whether each input has a converter of its own.
+    /// Whether each input has its own converter.
     pub simultaneous: bool,
 }
 
@@ -105,14 +106,14 @@ impl std::fmt::Debug for Daqmx {
     }
 }
 
-/// Name of the library where none is configured.
+/// Name of the library if no other is configured.
 const LIBRARY: &str = if cfg!(windows) {
     "nicaiu.dll"
 } else {
     "libnidaqmx.so.1"
 };
 
-/// Why NI's library cannot be used.
+/// Reason for which NI's library cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "NI-DAQmx cannot be loaded ({why}): install NI's driver, or name its library as nidaqmx.library in bench.toml"
@@ -122,10 +123,10 @@ pub struct NoLibrary {
 }
 
 impl Daqmx {
-    /// Loads the library at `path`, or where the system's loader finds it.
+    /// Loads the library at `path` or, without it, the one that the system's loader finds.
     ///
     /// # Errors
-    /// [`NoLibrary`] when there is none, or it lacks a function.
+    /// [`NoLibrary`] if the library is missing, or lacks a function.
     pub fn load(path: Option<&Path>) -> Result<Self, NoLibrary> {
         let path = path.unwrap_or(Path::new(LIBRARY));
         // SAFETY: loading NI's library has no effect that this program relies on or is harmed by; its functions are those
@@ -141,7 +142,7 @@ impl Daqmx {
         loaded
             .map(|loaded| Self(Arc::new(loaded)))
             .map_err(|error| NoLibrary {
-                // The loader's own words are behind those of the library that calls it.
+                // The loader's message is the source of the error.
                 why: match std::error::Error::source(&error) {
                     Some(source) => source.to_string(),
                     None => error.to_string(),
@@ -203,7 +204,8 @@ impl Daqmx {
         })
     }
 
-    /// Turns a status into a result; a positive one is a warning, which the library also gives where nothing is lost.
+    /// Turns a status into a result; a positive status is a warning, which the library also gives when no data are
+    /// lost.
     pub(super) fn check(&self, function: &'static str, status: i32) -> Result<(), DaqError> {
         if status >= 0 {
             return Ok(());
@@ -237,12 +239,12 @@ impl Daqmx {
     }
 }
 
-/// Returns a C string without its zeros; names of this program have none.
+/// Returns a C string without zero bytes, which names of this program do not contain.
 pub(super) fn c_text(text: &str) -> CString {
     CString::new(text.replace('\0', "")).unwrap_or_default()
 }
 
-/// Returns the text of a buffer that ends with a zero, on one line.
+/// Returns the zero-terminated text of a buffer, on one line.
 fn one_line(buffer: &[u8]) -> String {
     let text = CStr::from_bytes_until_nul(buffer).unwrap_or_default();
     let text = text.to_string_lossy();

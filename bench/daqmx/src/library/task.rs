@@ -1,4 +1,4 @@
-//! Tasks of the library, each with the one thing it does here. A task is cleared when it is dropped.
+//! Tasks of the library, each with a single purpose. A task is cleared when it is dropped.
 #![expect(unsafe_code, reason = "calls of a C library")]
 
 use std::ptr;
@@ -81,7 +81,7 @@ impl Drop for Task {
 /// Sample clock of a task.
 #[derive(Debug, Clone, Copy)]
 pub struct Timing<'a> {
-    /// Terminal of the clock; the card's own when empty.
+    /// Terminal of the clock; empty for the card's own clock.
     pub source: &'a str,
     /// Rate, Hz.
     pub rate_hz: f64,
@@ -96,7 +96,7 @@ pub struct AnalogInput {
 }
 
 impl AnalogInput {
-    /// Makes a task of the inputs, each `(terminal, range in V)`.
+    /// Makes a task for the inputs, each `(terminal, range in V)`.
     ///
     /// # Errors
     /// [`DaqError`] of the library.
@@ -140,7 +140,7 @@ impl AnalogInput {
         })
     }
 
-    /// Sets the rate from input to input, and returns what the card makes of it, Hz.
+    /// Sets the rate from input to input, and returns the rate that the card uses, Hz.
     ///
     /// # Errors
     /// [`DaqError`] of the library.
@@ -156,7 +156,7 @@ impl AnalogInput {
         Ok(hz)
     }
 
-    /// Returns the rate that the card makes of the one asked for, Hz.
+    /// Returns the rate that the card uses instead of the requested one, Hz.
     ///
     /// # Errors
     /// [`DaqError`] of the library.
@@ -172,8 +172,7 @@ impl AnalogInput {
         self.task.start()
     }
 
-    /// Reads frames, interleaved, V, until `volts` is full or the time is over; returns their number and what went
-    /// wrong.
+    /// Reads interleaved frames, V, until `volts` is full or the time is over; returns their number and the outcome.
     pub fn read(&self, volts: &mut [f64], timeout_s: f64) -> (usize, Result<(), DaqError>) {
         let (mut read, wanted) = (0, volts.len() / self.channels);
         // SAFETY: the handle is of a task that exists; the buffer has the length that is named.
@@ -201,7 +200,7 @@ pub struct AnalogOutput {
 }
 
 impl AnalogOutput {
-    /// Makes a task of the outputs, ± `range_v` each.
+    /// Makes a task for the outputs, ± `range_v` each.
     ///
     /// # Errors
     /// [`DaqError`] of the library.
@@ -223,7 +222,7 @@ impl AnalogOutput {
         Ok(output)
     }
 
-    /// Makes a task of the outputs that sets a voltage when it is written.
+    /// Makes a task for the outputs that sets a voltage when it is written.
     fn unclocked(library: &Daqmx, outputs: &[String], range_v: f64) -> Result<Self, DaqError> {
         let task = Task::new(library)?;
         for terminal in outputs {
@@ -256,7 +255,7 @@ impl AnalogOutput {
         output.put(&vec![0.0; outputs.len()], true, ON_DEMAND_S)
     }
 
-    /// Begins with the inputs' start trigger instead of at once.
+    /// Makes the task begin with the inputs' start trigger instead of at once.
     ///
     /// # Errors
     /// [`DaqError`] of the library.
@@ -272,7 +271,7 @@ impl AnalogOutput {
         self.task.check("DAQmxCfgDigEdgeStartTrig", status)
     }
 
-    /// Returns the rate that the card makes of the one asked for, Hz.
+    /// Returns the rate that the card uses instead of the requested one, Hz.
     ///
     /// # Errors
     /// [`DaqError`] of the library.
@@ -288,7 +287,7 @@ impl AnalogOutput {
         self.task.start()
     }
 
-    /// Fails if the card has stopped it: inputs on its clock then stand still, and tell nothing.
+    /// Fails if the card has stopped the task: inputs on its clock then stand still without reporting an error.
     ///
     /// # Errors
     /// [`DaqError`] of the library.
@@ -300,7 +299,7 @@ impl AnalogOutput {
         self.task.check("DAQmxIsTaskDone", status)
     }
 
-    /// Writes interleaved frames, V, behind those that were written before.
+    /// Writes interleaved frames, V, after those written before.
     ///
     /// # Errors
     /// [`DaqError`] of the library: the card has run dry, or is gone.
@@ -478,7 +477,7 @@ impl LineOutput {
 
 impl Drop for LineOutput {
     fn drop(&mut self) {
-        // The card holds the last level: a line must not stay high for want of its program.
+        // The card holds the last level: a line must not stay high after its program has ended.
         let _ = self.set(false);
     }
 }

@@ -24,5 +24,5 @@ pub(super) const CHANNEL_PER_LINE: i32 = 0;
 pub(super) const X4: i32 = 10_092;
 /// `DAQmx_Val_Ticks`.
 pub(super) const TICKS: i32 = 10_304;
-/// `DAQmx_Val_AHighBHigh`: where an index would count; none is used.
+/// `DAQmx_Val_AHighBHigh`: phase at which an index pulse would count; it is not used.
 pub(super) const A_HIGH_B_HIGH: i32 = 10_040;

@@ -1,18 +1,19 @@
-//! Signs of life: of the task that decides about the drive, and of the thread that hears the operator's stop key.
+//! Signs of life of the task that decides about the drive and of the thread that reads the operator's stop key.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::signals::Signals;
 use crate::trip::Trip;
 
-/// Longest time between two looks of a thread that an armed drive depends on, ns: an assumption. It looks every few
-/// milliseconds, so this is a hang, and shorter than a person takes to notice one.
+/// Longest time between two polls of a thread that an armed drive depends on, ns: an assumption. The thread polls every
+/// few milliseconds, so this is a hang, and shorter than a person takes to notice one.
 const UNRESPONSIVE_NS: u64 = 1_000_000_000;
 
-/// Shortest suspension of the computer that trips, ns: more than the two clocks by which it is known are ever read apart.
+/// Shortest suspension of the computer that trips, ns: longer than any time between the readings of the two clocks that
+/// show it.
 const SUSPENDED_NS: u64 = 1_000_000_000;
 
-/// Looks of one thread, and when the last one was seen.
+/// Polls of one thread, and the time at which the last one was seen.
 #[derive(Debug, Default)]
 struct Looks {
     count: u64,
@@ -20,7 +21,8 @@ struct Looks {
 }
 
 impl Looks {
-    /// Returns the time since the last look at `now_ns`, or since `from_ns` if that is later, s; `None` within what it may be.
+    /// Returns the time from the last poll, or from `from_ns` if that is later, to `now_ns`, s; `None` within
+    /// [`UNRESPONSIVE_NS`].
     fn missing(&mut self, count: &AtomicU64, from_ns: u64, now_ns: u64) -> Option<f64> {
         let count = count.load(Ordering::Relaxed);
         if count != self.count {
@@ -34,7 +36,8 @@ impl Looks {
     }
 }
 
-/// Looks of the task that decides about the drive and of the thread that reads the keys, and the computer's own absence.
+/// Polls of the task that decides about the drive and of the thread that reads the keys, and suspensions of the
+/// computer.
 #[derive(Debug, Default)]
 pub(super) struct Decider {
     decisions: Looks,
@@ -43,19 +46,19 @@ pub(super) struct Decider {
 }
 
 impl Decider {
-    /// Returns the trip of a computer that was suspended since the last look.
+    /// Returns the trip of a computer that was suspended since the last poll.
     pub(super) fn suspended(&mut self, signals: &Signals) -> Option<Trip> {
         let suspended_ns = signals.suspended_ns.load(Ordering::Relaxed);
         let slept_ns = suspended_ns.saturating_sub(self.suspended_ns);
-        // One that was read apart by mistake is no longer than the next.
+        // A misread value lasts only until the next one.
         self.suspended_ns = suspended_ns;
         (slept_ns > SUSPENDED_NS).then_some(Trip::Frozen {
             for_s: slept_ns as f64 * 1e-9,
         })
     }
 
-    /// Returns the trip of a bench that was armed at `armed_at_ns` and on which either has not looked for too long at
-    /// `now_ns`. Keys that nobody has ever read are missed by nobody.
+    /// Returns the trip of a bench that was armed at `armed_at_ns` and on which either has not polled for too long at
+    /// `now_ns`. Keys that were never read are not missed.
     pub(super) fn look(
         &mut self,
         signals: &Signals,

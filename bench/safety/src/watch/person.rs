@@ -1,4 +1,5 @@
-//! What the watch guards a person from: too much driving within an hour, and a drive that goes on without their hold.
+//! Protection of a person by the watch: from too much driving within an hour, and from a drive that continues after
+//! release.
 
 use super::{STALE_NS, Watch};
 use crate::dead_man::{Hold, LetGo};
@@ -6,7 +7,7 @@ use crate::dose;
 use crate::safety_lines::GpioError;
 use crate::trip::Trip;
 
-/// Temperature by which a plate may be warmer than its record tells, K: as much as the record is otherwise ahead of it.
+/// Temperature by which a plate may be warmer than its record states, K: as much as the record otherwise leads it.
 const UNKEPT_K: f64 = 0.5;
 const WARMTH_UNKEPT: &str = "the plate's warmth is not kept: the disk of the calibration has not answered since it rose by 1 K";
 
@@ -27,7 +28,8 @@ impl Watch {
         self.dose.spent(&left)
     }
 
-    /// Returns the trip of a bench that has too little driving time left to be armed, or nobody who keeps it.
+    /// Returns the trip of a bench with too little driving time left to be armed, or with driving time that is not
+    /// kept.
     pub(super) fn dose_refuses(&self, now_ns: u64) -> Option<Trip> {
         let left = self.dose.left(now_ns as i64);
         let spent = left.wait_s > 0.0 || left.left_s <= 0.0;
@@ -35,7 +37,7 @@ impl Watch {
         trip.or(self.dose.unkept())
     }
 
-    /// Returns the trip of a plate that is warmer than its record will tell the next program.
+    /// Returns the trip of a plate that is warmer than its record will state to the next program.
     pub(super) fn warmth_unkept(&self) -> Option<Trip> {
         let kept_k = self.seen.kept_rise_k?;
         (self.rise_k > kept_k + UNKEPT_K).then(|| Trip::Fault {
@@ -43,7 +45,7 @@ impl Watch {
         })
     }
 
-    /// Looks at the dead-man switch, if one is used; one that is not wired is never held.
+    /// Polls the dead-man switch, if one is used; a switch that is not wired counts as released.
     pub(super) fn watch_hold(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
         let Some(dead_man) = &mut self.dead_man else {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! What the watch makes of the drive as it is read back.
+//! Judgement of the drive by its read-back.
 
 use super::{OFF_AFTER_NS, STALE_NS, Watch};
 use crate::guard::Commanded;
@@ -39,13 +39,13 @@ impl Watch {
                 commanded_v,
             });
         }
-        // A disarmed amplifier is expected to be silent, whatever is commanded.
+        // A disarmed amplifier must be silent under any command.
         (measured_v > self.limits.readback_floor_v)
             .then_some(Trip::AliveWhileDisarmed { measured_v })
     }
 
-    /// Alarm of a drive that is alive although it was stopped. It replaces the reason of the stop: whoever reads that the
-    /// e-stop was pressed must not believe that the plate is off.
+    /// Returns the alarm of a drive that is alive although it was stopped. It replaces the reason of the stop, because
+    /// a message about a pressed e-stop must not suggest that the plate is off.
     pub(super) fn alive_after_stop(&self, now_ns: u64) -> Option<Trip> {
         let SafetyState::Tripped { trip } = &self.state else {
             return None;

@@ -1,5 +1,5 @@
-//! Values that the watch shares with other tasks, without ever waiting for one of them. It may have a higher priority
-//! than they have: one that is interrupted while it is at a slot could not go on before the watch sleeps.
+//! Values that the watch shares with other tasks, without ever waiting for one of them. The watch may have a higher
+//! priority: a task that is interrupted while it holds a slot could not continue before the watch sleeps.
 
 use crate::dead_man::Hold;
 use crate::dose::DoseLeft;
@@ -9,8 +9,9 @@ use crate::safety_state::SafetyState;
 use crate::signals::{DriveReading, Nonsense, Press, Signals};
 use crate::stop_times::StopTimes;
 
-/// Latest values of other tasks; one that is being published at this moment is as it was before. Each has a time by
-/// which the watch tells a value that stays old, but for the amplitude, which the same task publishes as the read-back.
+/// Latest values of other tasks; a value that is being published at this moment keeps its previous state. Each has a
+/// time by which the watch detects an old value, except for the amplitude, which the same task publishes as the
+/// read-back.
 #[derive(Default)]
 pub(super) struct Seen {
     pub(super) readback: Option<DriveReading>,
@@ -18,12 +19,12 @@ pub(super) struct Seen {
     pub(super) force_polled_ns: Option<u64>,
     pub(super) press: Option<Press>,
     pub(super) nonsense: Option<Nonsense>,
-    /// Told by what is on the disk, not by when it was looked at.
+    /// Judged by the state of the disk, not by its age.
     pub(super) kept_rise_k: Option<f64>,
 }
 
 impl Seen {
-    /// Looks at all of `signals`.
+    /// Updates the values from `signals`.
     pub(super) fn look(&mut self, signals: &Signals) {
         signals.readback.look(&mut self.readback);
         signals.amplitude_m.look(&mut self.amplitude_m);
@@ -47,7 +48,7 @@ pub(super) struct Unpublished {
 }
 
 impl Unpublished {
-    /// Publishes what it can.
+    /// Publishes the values that have a free slot.
     pub(super) fn offer(&mut self, signals: &Signals) {
         signals.state.offer(&mut self.state);
         signals.stop_times.offer(&mut self.stop_times);

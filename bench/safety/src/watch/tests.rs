@@ -122,7 +122,7 @@ impl Rig {
         });
     }
 
-    /// Lets time pass with everything alive but for what `change` does each millisecond.
+    /// Lets time pass with all parts alive, and calls `change` each millisecond.
     fn pass(&mut self, ms: u64, change: impl Fn(&Self)) {
         for _ in 0..ms {
             self.now_ms += 1;
@@ -179,7 +179,7 @@ fn modulation_within_the_loops_latency_is_not_a_wrong_readback() {
         |ms: u64| 20.0 * (1.0 + 0.95 * (std::f64::consts::TAU * 6.0 * ms as f64 * 1e-3).sin());
     for ms in 0..400 {
         rig.card.commanded_v.set(volts(ms));
-        // Until then the tone comes back that was commanded before.
+        // Until then the earlier tone is read back.
         let read_v = ms.checked_sub(40).map_or(20.0, volts);
         rig.pass(1, |rig| rig.read_back(read_v));
     }
@@ -383,11 +383,11 @@ fn a_drive_that_is_not_read_back_any_more_is_stopped() {
 #[test]
 fn a_pressed_e_stop_outlasts_the_operators_rearming_and_raises_no_enable() {
     let estop = Mock::new(&[
-        Transaction::get(State::Low),  // rearm asked for
+        Transaction::get(State::Low),  // rearm requested
         Transaction::get(State::Low),  // watched
-        Transaction::get(State::High), // rearm asked for again
+        Transaction::get(State::High), // rearm requested again
         Transaction::get(State::High), // watched
-        Transaction::get(State::Low),  // arm asked for
+        Transaction::get(State::Low),  // arm requested
         Transaction::get(State::Low),  // watched
     ]);
     let enable = Mock::new(&[Transaction::set(State::Low)]);
@@ -450,7 +450,7 @@ fn a_cut_e_stop_wire_stops_heartbeat_and_enable() {
         .map(Transaction::get),
     );
     let enable = Mock::new(&[State::High, State::Low].map(Transaction::set));
-    // One beat, then none.
+    // One beat only.
     let heartbeat = Mock::new(&[Transaction::set(State::High)]);
     let pins = (estop.clone(), enable.clone(), heartbeat.clone());
     let lines = SafetyLines {
@@ -524,7 +524,7 @@ fn a_plate_that_is_driven_for_long_is_stopped_and_let_go_on_when_it_has_cooled()
     rig.signals.amplitude_m.set(4e-6);
     rig.pass(10_000, |_| ());
     assert_eq!(rig.trip(), None);
-    // No further than to the stop: this card goes on, as no real one would.
+    // Only up to the stop: unlike a real card, this one continues.
     for _ in 0..600 {
         if rig.trip().is_none() {
             rig.pass(10, |_| ());
@@ -537,7 +537,7 @@ fn a_plate_that_is_driven_for_long_is_stopped_and_let_go_on_when_it_has_cooled()
         panic!("{:?}", rig.trip())
     };
     assert!((35.0..35.1).contains(&surface_c), "{surface_c}");
-    // It cools, and says when it may go on.
+    // It cools, and says when it may resume.
     rig.card.commanded_v.set(0.0);
     rig.signals.amplitude_m.set(0.0);
     let again = |rig: &mut Rig| {
@@ -567,7 +567,7 @@ fn a_plate_that_is_warm_from_before_is_not_armed_and_its_warmth_is_told() {
     rig.ask.send(SafetyCommand::Warm {
         rise_k: at_limit_k - 1.0,
     });
-    // Less, or nothing known, cools nothing.
+    // A lower or unknown temperature cools nothing.
     for rise_k in [0.0, f64::NAN] {
         rig.ask.send(SafetyCommand::Warm { rise_k });
     }

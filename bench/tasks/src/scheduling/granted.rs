@@ -1,26 +1,26 @@
-//! What was granted of the priority that a thread asked for.
+//! Priority that the system granted to a thread.
 
 /// Scheduling of a thread.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scheduling {
-    /// Real time, as this program asked for.
+    /// Real time, as requested by this program.
     RealTime {
         /// Priority among real-time threads, from 1.
         priority: u8,
     },
-    /// Real time, set up before by someone else, such as a sound server.
+    /// Real time, set up before by another program, such as a sound server.
     Found {
         /// Priority among real-time threads, from 1.
         priority: u8,
     },
     /// Normal, because the system refused real time.
     Refused {
-        /// Greatest priority that the user may ask for (`RLIMIT_RTPRIO`); 0 if none.
+        /// Greatest priority that the user may ask for (`RLIMIT_RTPRIO`); 0 if it is not permitted.
         limit: u64,
     },
-    /// Normal; nobody asked for more.
+    /// Normal; no higher priority was requested.
     Normal,
-    /// This program does not know how to ask this system.
+    /// This program does not support this system.
     Unsupported,
 }
 
@@ -50,7 +50,7 @@ impl std::fmt::Display for Scheduling {
     }
 }
 
-/// Returns the scheduling of a thread that asked for `priority`, has `running` and may have `limit`; `set` asks the
+/// Returns the scheduling of a thread that requested `priority`, has `running` and may have `limit`; `set` asks the
 /// system.
 pub(super) fn asked(
     priority: u8,
@@ -61,7 +61,7 @@ pub(super) fn asked(
     if running.is_some() {
         return found(running);
     }
-    // Who has the capability is granted more than the limit says.
+    // A process with the capability is granted more than the limit.
     let within_limit = u8::try_from(limit).unwrap_or(u8::MAX).min(priority);
     let granted = [priority, within_limit]
         .into_iter()
@@ -82,7 +82,8 @@ pub(super) fn found(running: Option<u8>) -> Scheduling {
 mod tests {
     use super::*;
 
-    /// A system that grants up to `most`, and a thread that asks it for 20.
+    /// Returns the scheduling of a thread that requests 20 from a system that grants up to `most`, and the priorities
+    /// tried.
     fn ask_20(limit: u64, most: u8) -> (Scheduling, Vec<u8>) {
         let mut tried = Vec::new();
         let scheduling = asked(20, None, limit, |priority| {

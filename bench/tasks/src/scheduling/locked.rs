@@ -1,25 +1,25 @@
-//! Whether memory can be locked without making later allocations fail.
+//! Check that memory can be locked without making later allocations fail.
 
 use std::io;
 
-/// Why memory was not locked.
+/// Reason for which memory was not locked.
 #[derive(Debug)]
 pub enum LockRefused {
-    /// The user may lock so much only.
+    /// The user may lock only a limited amount.
     Limit {
         /// Most that the user may lock (`RLIMIT_MEMLOCK`), bytes.
         limit_bytes: u64,
-        /// What the program has mapped now, bytes.
+        /// Memory that the program has mapped now, bytes.
         mapped_bytes: u64,
     },
     /// The system refused.
     System {
         /// The system's reason.
         source: io::Error,
-        /// What the program has mapped now, bytes.
+        /// Memory that the program has mapped now, bytes.
         mapped_bytes: u64,
     },
-    /// This program does not know how to ask this system.
+    /// This program does not support this system.
     Unsupported,
 }
 

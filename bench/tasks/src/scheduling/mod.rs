@@ -1,4 +1,4 @@
-//! Priority and memory of threads whose time counts, as the system grants them.
+//! Priority and memory of time-critical threads, as granted by the system.
 
 #[cfg_attr(not(target_os = "linux"), path = "other_system.rs")]
 mod system;
@@ -9,9 +9,8 @@ mod locked;
 pub use granted::Scheduling;
 pub use locked::LockRefused;
 
-/// Asks the system for real-time priority for the calling thread (Linux: `SCHED_FIFO`, not inherited by what it
-/// starts), at most `priority` and at most what the user's limit permits. A thread that has real-time priority keeps
-/// its own.
+/// Requests real-time priority for the calling thread (Linux: `SCHED_FIFO`, not inherited by the threads that it
+/// starts), at most `priority` and at most the user's limit. A thread that has real-time priority keeps its own.
 ///
 /// Neither allocates nor waits, so that an audio callback may call it.
 #[must_use]
@@ -27,8 +26,8 @@ pub fn ask(priority: u8) -> Scheduling {
     )
 }
 
-/// Returns the scheduling of the calling thread, which another program has set up, such as a sound server. Neither
-/// allocates nor waits.
+/// Returns the scheduling of the calling thread as set up by another program, such as a sound server. Neither allocates
+/// nor waits.
 #[must_use]
 pub fn look() -> Scheduling {
     if !system::SUPPORTED {
@@ -40,8 +39,8 @@ pub fn look() -> Scheduling {
 /// Keeps all memory of this program, present and future, from being paged out.
 ///
 /// # Errors
-/// [`LockRefused::Limit`] where a later allocation could fail for the limit: that would end the program while the
-/// plate is driven.
+/// [`LockRefused::Limit`] if the limit could make a later allocation fail: that would end the program while the plate
+/// is driven.
 pub fn lock_memory() -> Result<(), LockRefused> {
     if !system::SUPPORTED {
         return Err(LockRefused::Unsupported);
@@ -58,7 +57,7 @@ pub fn lock_memory() -> Result<(), LockRefused> {
 mod tests {
     use super::*;
 
-    /// Runs on a thread of its own: the priority stays with a thread.
+    /// Runs on a separate thread, because a priority belongs to one thread.
     fn on_a_thread<T: Send + 'static>(run: impl FnOnce() -> T + Send + 'static) -> T {
         std::thread::spawn(run).join().unwrap()
     }

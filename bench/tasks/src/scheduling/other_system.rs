@@ -1,8 +1,8 @@
-//! Systems whose scheduling this program does not set.
+//! Systems on which this program does not set the scheduling.
 
 use std::io;
 
-/// Whether this program knows how to ask this system.
+/// Whether this program supports this system.
 pub(super) const SUPPORTED: bool = false;
 
 pub(super) fn real_time_priority() -> Option<u8> {

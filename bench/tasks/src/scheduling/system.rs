@@ -1,4 +1,4 @@
-//! What Linux is asked, in the one place that calls it without a safe way.
+//! Requests to Linux that have no safe interface, all in one place.
 #![expect(
     unsafe_code,
     reason = "no safe crate sets SCHED_FIFO together with SCHED_RESET_ON_FORK, or locks memory"
@@ -8,10 +8,10 @@ use std::io;
 
 use rustix::process::{Resource, getrlimit};
 
-/// Whether this program knows how to ask this system.
+/// Whether this program supports this system.
 pub(super) const SUPPORTED: bool = true;
 
-/// What a thread starts has normal priority. Missing in `libc` for Linux.
+/// Flag that gives normal priority to the threads that a thread starts. Missing in `libc` for Linux.
 const SCHED_RESET_ON_FORK: libc::c_int = 0x4000_0000;
 
 /// Returns the real-time priority of the calling thread; `None` if it has normal priority.
@@ -44,12 +44,12 @@ pub(super) fn priority_limit() -> u64 {
     getrlimit(Resource::Rtprio).current.unwrap_or(u64::MAX)
 }
 
-/// Returns how much memory the user may lock, bytes; `None` without a limit.
+/// Returns the memory that the user may lock, bytes; `None` without a limit.
 pub(super) fn locked_limit_bytes() -> Option<u64> {
     getrlimit(Resource::Memlock).current
 }
 
-/// Returns how much memory the program has mapped, bytes.
+/// Returns the memory that the program has mapped, bytes.
 pub(super) fn mapped_bytes() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmSize:"));

@@ -1,4 +1,4 @@
-//! A drive that is alive although it must not be.
+//! A drive that is alive although it must be off.
 
 use super::*;
 
@@ -18,7 +18,7 @@ fn a_drive_that_is_alive_after_a_stop_is_an_alarm_that_takes_the_place_of_the_re
     let mut rig = Rig::armed(SafetyLines::default());
     rig.ask.send(SafetyCommand::Trip(Trip::Operator));
     rig.card.commanded_v.set(0.0);
-    // As long as the ramp and the loop may take, it says nothing else.
+    // For as long as the ramp and the loop may take, the reason stays.
     rig.pass(100, |rig| rig.read_back(12.0));
     assert_eq!(rig.trip(), Some(Trip::Operator));
     rig.pass(60, |rig| rig.read_back(12.0));
@@ -47,7 +47,7 @@ fn a_stop_after_which_nothing_is_read_back_keeps_its_reason() {
     rig.pass(1000, |rig| rig.read_back(0.4));
     assert_eq!(rig.trip(), Some(Trip::Operator));
 
-    // A reading from before the stop is no news.
+    // A reading from before the stop does not count.
     let mut rig = Rig::armed(SafetyLines::default());
     let stale = rig.signals.readback.get().unwrap();
     rig.ask.send(SafetyCommand::Trip(Trip::Operator));

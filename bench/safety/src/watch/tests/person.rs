@@ -1,4 +1,4 @@
-//! What protects the person at the plate: driving time, dead-man switch.
+//! Protection of the person at the plate: driving time, dead-man switch.
 
 use super::*;
 use crate::dead_man::Hold;
@@ -26,7 +26,7 @@ fn left(rig: &Rig) -> DoseLeft {
     rig.signals.dose.get().unwrap()
 }
 
-/// Lets the drive sound at a voltage.
+/// Plays the drive at a voltage.
 fn sound(rig: &mut Rig, volts: f64, ms: u64) {
     rig.card.commanded_v.set(volts);
     rig.pass(ms, |_| ());
@@ -83,14 +83,14 @@ fn the_faint_tone_costs_nothing_and_each_drive_that_is_felt_does() {
     allow(&rig, 100.0, &[]);
     sound(&mut rig, 2.0, 5 * S);
     assert_eq!(left(&rig).left_s, 100.0);
-    // A modulation that falls through the faint level.
+    // A modulation that falls below the faint level.
     for _ in 0..60 {
         sound(&mut rig, 20.0, 130);
         sound(&mut rig, 1.0, 36);
     }
     let used_s = 100.0 - left(&rig).left_s;
     assert!((9.8..=10.0).contains(&used_s), "{used_s}");
-    // A plate that is driven by nobody's command.
+    // A plate that is driven without a command.
     sound(&mut rig, 0.0, 2 * S);
     let before_s = left(&rig).left_s;
     rig.pass(3 * S, |rig| rig.read_back(10.0));
@@ -198,7 +198,7 @@ fn a_plate_that_is_warmer_than_its_record_tells_stops_and_is_not_armed() {
     assert_eq!(rig.trip(), None);
 }
 
-/// A dead-man line at a level that the test sets.
+/// Dead-man line at a level set by the test.
 struct Held(Arc<AtomicBool>);
 
 impl crate::InputLine for Held {
@@ -207,7 +207,7 @@ impl crate::InputLine for Held {
     }
 }
 
-/// A bench with a dead-man switch that lets go in a fifth of a second, and the switch.
+/// Returns a bench with a dead-man switch that releases in a fifth of a second, and the switch.
 fn with_switch() -> (Rig, Arc<AtomicBool>) {
     let held = Arc::new(AtomicBool::new(false));
     let lines = SafetyLines {

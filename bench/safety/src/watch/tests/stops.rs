@@ -1,9 +1,9 @@
-//! Stops that come past the task that decides, and the trip of a task that does not.
+//! Stops that bypass the task that decides, and the trip of such a task that hangs.
 
 use super::*;
 use crate::drive_stop::DriveStop;
 
-/// Loop of an e-stop that a test opens.
+/// Loop of an e-stop, opened by a test.
 #[derive(Clone, Default)]
 struct Loop(Arc<AtomicBool>);
 
@@ -53,7 +53,7 @@ fn a_task_that_decides_and_hangs_trips_an_armed_bench_within_a_second() {
     );
     assert!(rig.card.kills() > 0);
 
-    // Once it responds again, the operator goes on.
+    // Once it responds again, the operator may continue.
     rig.hangs = false;
     rig.card.commanded_v.set(0.0);
     rig.pass(100, |_| ());
@@ -127,7 +127,7 @@ fn a_stop_key_names_the_operator_and_can_be_rearmed() {
     assert_eq!(rig.card.kills(), 1, "before the watch has looked");
     rig.pass(1, |_| ());
     assert_eq!(rig.trip(), Some(Trip::Operator));
-    // One that the watch has not yet counted.
+    // A kill that the watch has not yet counted.
     rig.card.kill();
     rig.card.commanded_v.set(0.0);
     rig.pass(100, |_| ());

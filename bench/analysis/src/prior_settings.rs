@@ -15,8 +15,8 @@ const SPREAD: Allowed = Allowed {
 };
 
 /// Medians and standard deviations of the logarithms, or means and standard deviations; of the plate's offset and the finger's
-/// angle, whose mean is 0, standard deviations. On a plate whose profile was measured tilt and bow are 0 ± 0.003, or less if
-/// it is less here.
+/// angle, whose mean is 0, standard deviations. On a plate whose profile was measured tilt and bow are 0 ± 0.003, or less if it is
+/// less here.
 #[derive(Serialize)]
 struct Printed {
     contact_area_m2: OfLogarithm,

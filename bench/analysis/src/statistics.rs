@@ -247,8 +247,7 @@ mod tests {
             (&[1.0, 2.0, 3.0][..], 2.0 / 6.0),
             (&[1.0, 2.0, 3.0, 4.0], 2.0 / 24.0),
             (&[5.0, 4.0, 3.0, 2.0, 1.0], 2.0 / 120.0),
-            // Σd² of 2 and 4: 5 and 12 orders are as near to rising, and as many to falling; tables give 0.083 and 0.033 (Zar
-            // 1972).
+            // Σd² of 2 and 4: 5 and 12 orders are as near to rising, and as many to falling; tables give 0.083 and 0.033 (Zar 1972).
             (&[2.0, 1.0, 3.0, 4.0, 5.0], 10.0 / 120.0),
             (&[2.0, 1.0, 4.0, 3.0, 5.0, 6.0], 24.0 / 720.0),
         ] {

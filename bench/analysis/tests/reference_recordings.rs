@@ -21,8 +21,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use serde_json::Value;
 
-/// What the published method is known to make of a reference recording: its bias is its own, and must neither grow nor be
-/// mended.
+/// What the published method is known to make of a reference recording: its bias is its own, and must neither grow nor be mended.
 struct Published {
     sigma_t_m: f64,
     z_t: Complex64,
@@ -140,8 +139,7 @@ fn a_pickup_that_is_late_by_many_samples_is_found_and_undone() {
     }
 }
 
-/// Force and motion at the carrier from the truth's contact, gap and amplitude: f̃ = Z_t Z_c/(Z_t + Z_c) ṽ_p against ṽ_p, and
-/// x̃_t/x̃_p = Z_c/(Z_t + Z_c), the two degrees of freedom of Eqs. 7 and 8 with Eqs. 6, 14, 15 and 18.
+/// Force and motion at the carrier from the truth's contact, gap and amplitude: f̃ = Z_t Z_c/(Z_t + Z_c) ṽ_p against ṽ_p, and x̃_t/x̃_p = Z_c/(Z_t + Z_c), the two degrees of freedom of Eqs. 7 and 8 with Eqs. 6, 14, 15 and 18.
 struct TrueMotion {
     time_s: f64,
     amplitude_m: f64,

@@ -131,8 +131,8 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         self.arrow.step(0.0, &scattered)
     }
 
-    /// Returns how the minimum follows errors. The rows of each block are those of [`BlockNormal::of`], and after them what
-    /// each error does to the block's residuals.
+    /// Returns how the minimum follows errors. The rows of each block are those of [`BlockNormal::of`], and after them what each
+    /// error does to the block's residuals.
     #[must_use]
     pub fn response<const ERRORS: usize>(
         &self,

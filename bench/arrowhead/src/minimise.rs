@@ -26,8 +26,8 @@ impl<const N: usize> Prior<N> {
 
 /// A least-squares problem with the shape of an arrow.
 pub trait ArrowProblem<const OWN: usize, const SHARED: usize> {
-    /// Returns each block's rows at the parameters, all of one unit: a residual, its slopes by the block's own parameters, and
-    /// by the shared ones. `None` out of the model's domain.
+    /// Returns each block's rows at the parameters, all of one unit: a residual, its slopes by the block's own parameters, and by
+    /// the shared ones. `None` out of the model's domain.
     fn rows(
         &mut self,
         shared: &SVector<f64, SHARED>,
@@ -83,8 +83,8 @@ const STRAIGHT: f64 = 1e-4;
 /// Fall that an undamped step may promise at a minimum, in units of the tolerance: a damped step promises less, and one that is
 /// damped enough promises nothing anywhere.
 const LEFT: f64 = 1000.0;
-/// Fall that an undamped step may promise where no step makes the squares less, in units of what a single residual adds to
-/// them: it moves no parameter by a thirtieth of its standard error.
+/// Fall that an undamped step may promise where no step makes the squares less, in units of what a single residual adds to them:
+/// it moves no parameter by a thirtieth of its standard error.
 const LEFT_OF_ROUNDING: f64 = 1e-3;
 /// Part of the first squares below which a difference of squares is rounding.
 const ROUNDING: f64 = 1e-20;
@@ -133,8 +133,8 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
             None => {
                 damping *= growth;
                 growth *= 2.0;
-                // No step however small makes it less: what remains is rounding, or the search stands at the edge of the
-                // model's domain.
+                // No step however small makes it less: what remains is rounding, or the search stands at the edge of the model's
+                // domain.
                 if damping > MOST_DAMPING {
                     let of_one = valley.arrow.squares / valley.residuals().max(1) as f64;
                     let rounding = (LEFT_OF_ROUNDING * of_one).max(ROUNDING * first);

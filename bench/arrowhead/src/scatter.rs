@@ -4,9 +4,9 @@ use nalgebra::DMatrix;
 
 const ITERATIONS: usize = 50;
 
-/// Returns the variances, none negative, by whose sum over the kinds the squares are explained best, where each of `kinds`
-/// says what a variance of 1 of each kind makes of a square, and the sum is at least `least`: maximum likelihood of normal
-/// residuals by Fisher scoring, the squares in weighted least squares on the kinds, one kind after the other.
+/// Returns the variances, none negative, by whose sum over the kinds the squares are explained best, where each of `kinds` says what
+/// a variance of 1 of each kind makes of a square, and the sum is at least `least`: maximum likelihood of normal residuals by Fisher
+/// scoring, the squares in weighted least squares on the kinds, one kind after the other.
 #[must_use]
 pub fn variance_components<const N: usize>(
     squares: &[f64],

@@ -6,8 +6,8 @@ use nalgebra::DMatrix;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Whitening(DMatrix<f64>);
 
-/// Size up to which a matrix is factored element by element; beyond, by halves: nearly all of the work is then in products,
-/// which are fast.
+/// Size up to which a matrix is factored element by element; beyond, by halves: nearly all of the work is then in products, which
+/// are fast.
 const SMALL: usize = 32;
 /// Rows that are multiplied at a time: a band of a lower triangle is empty beyond its last row.
 const BAND: usize = 64;

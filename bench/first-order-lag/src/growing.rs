@@ -13,13 +13,12 @@ pub struct GrowthLaw {
     pub reference: f64,
 }
 
-/// A first-order lag τ(x) dx/dt = x_eq − x whose τ grows with x as a [`GrowthLaw`] says: over each step it is that of the
-/// step's middle, foreseen from the two samples before. With its derivatives.
+/// A first-order lag τ(x) dx/dt = x_eq − x whose τ grows with x as a [`GrowthLaw`] says: over each step it is that of the step's
+/// middle, foreseen from the two samples before. With its derivatives.
 #[derive(Debug, Clone)]
 pub struct GrowingLag {
     law: GrowthLaw,
-    /// One for all samples where the exponent is 0, or for each that of the step that ends there; the first is that of the
-    /// start.
+    /// One for all samples where the exponent is 0, or for each that of the step that ends there; the first is that of the start.
     steps: Vec<Step>,
     /// Output over the law's reference in the middle of each step, and that to the power of the exponent.
     middles: Vec<f64>,

@@ -1,16 +1,16 @@
 //! The force behind a noisy sensor: a zero-phase filter that passes each frequency by as much of its power as is the finger's.
 //!
 //! σ_t and τ are estimated from how the gap answers the normal force: noise that is taken for force biases them, and so does
-//! force that is taken for noise (τ that is read 0.1 ms short). What is the sensor's own is read off the record: its white
-//! noise is all that is left in the upper part of its band. Below, H(f) = 1 − 1.2 N/P(f) (after Wiener 1949), with the
-//! record's own spectrum P.
+//! force that is taken for noise (τ that is read 0.1 ms short). What is the sensor's own is read off the record: its white noise
+//! is all that is left in the upper part of its band. Below, H(f) = 1 − 1.2 N/P(f) (after Wiener 1949), with the record's own
+//! spectrum P.
 
 use std::ops::RangeInclusive;
 
 use realfft::RealFftPlanner;
 
-/// Frequency from which on a record shows its sensor's noise alone: a quarter of its band and no less than this, Hz; of a slow
-/// one the upper half has to do.
+/// Frequency from which on a record shows its sensor's noise alone: a quarter of its band and no less than this, Hz; of a slow one
+/// the upper half has to do.
 const FLOOR_HZ: f64 = 200.0;
 const FLOOR_OF_BAND: f64 = 0.25;
 /// Rates of a record, Hz, whose upper half is above a finger's own force, and which a force sensor may have.
@@ -23,14 +23,14 @@ const USABLE: f64 = 0.8;
 const STRETCH_S: f64 = 0.4;
 /// The spectrum at f is the mean from f/WIDTH to f·WIDTH: its scatter would let noise through in places.
 const WIDTH: f64 = 1.25;
-/// How many times the noise is taken off: the spectrum scatters, and noise that is let through costs more than force that is
-/// not (Berouti, Schwartz & Makhoul 1979).
+/// How many times the noise is taken off: the spectrum scatters, and noise that is let through costs more than force that is not
+/// (Berouti, Schwartz & Makhoul 1979).
 const OVER: f64 = 1.2;
 /// Frequency above which less and less may pass: slower than this is aim and tremor, whose spectrum has peaks.
 const FALLING_HZ: f64 = 15.0;
 
-/// Returns the filtered values of an even record at `rate_hz`, `finer` of them for each; `None` where its rate or length does
-/// not show the noise.
+/// Returns the filtered values of an even record at `rate_hz`, `finer` of them for each; `None` where its rate or length does not
+/// show the noise.
 ///
 /// ```
 /// let press_n = |i: usize| 0.6 + 0.02 * (i as f64 / 160.0).sin();

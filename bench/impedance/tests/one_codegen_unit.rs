@@ -1,6 +1,6 @@
-//! `LowPass::zero_phase` in a program that is one codegen unit and calls it once: rustc 1.95 (LLVM 22.1.2) made of an earlier
-//! form of it, a chain of three iterators that was collected, writes past the end of the vector. The workspace's profile of
-//! the tests compiles this package so; other callers in this program would hide the fault.
+//! `LowPass::zero_phase` in a program that is one codegen unit and calls it once: rustc 1.95 (LLVM 22.1.2) made of an earlier form of
+//! it, a chain of three iterators that was collected, writes past the end of the vector. The workspace's profile of the tests compiles
+//! this package so; other callers in this program would hide the fault.
 
 use std::hint::black_box;
 

@@ -2,9 +2,9 @@
 //!
 //! Two things move a plate within a trial: the room, steadily, and the warmth of a finger, by first-order kinetics: it grows
 //! while the finger lies on the plate and wears off with the same time constant T, as does what is left of touches before the
-//! recording. Z_p is then z0 + ż t + w W(t; T) + h exp(−t/T): linear but for T, which is summed over, each T weighted by how
-//! well it explains what was read (Bayes). Both parts of Z_p share the warmth, but not quite T: stiffness and losses answer to
-//! other depths of the plate and its glue. So the damping's T may be another, which is summed over too.
+//! recording. Z_p is then z0 + ż t + w W(t; T) + h exp(−t/T): linear but for T, which is summed over, each T weighted by how well
+//! it explains what was read (Bayes). Both parts of Z_p share the warmth, but not quite T: stiffness and losses answer to other
+//! depths of the plate and its glue. So the damping's T may be another, which is summed over too.
 
 use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix4, OMatrix, SMatrix, Vector4};
 
@@ -40,8 +40,8 @@ const PARTS: usize = 4;
 /// A pair of time constants that is less likely than this is left out of the sum.
 const UNLIKELY: f64 = 1e-9;
 
-/// Standard deviations beforehand of a part's value at first and of what a long touch makes of it, and of its change in a
-/// second; their means are 0.
+/// Standard deviations beforehand of a part's value at first and of what a long touch makes of it, and of its change in a second;
+/// their means are 0.
 #[derive(Debug, Clone, Copy)]
 pub struct CourseStds {
     /// Of the value at first, and of what a long touch makes of it.

@@ -23,8 +23,8 @@ pub struct Means<'a> {
 impl Means<'_> {
     /// Returns the variance of the logarithm that a second of the walk adds within a stretch, 1/s.
     ///
-    /// What returns to its mean wanders faster within a stretch than from one to the next: two steps are then less than twice
-    /// one (Uhlenbeck & Ornstein 1930).
+    /// What returns to its mean wanders faster within a stretch than from one to the next: two steps are then less than twice one
+    /// (Uhlenbeck & Ornstein 1930).
     #[must_use]
     pub fn diffusivity_per_s(&self) -> f64 {
         let (one, two) = (self.steps(1), self.steps(2));
@@ -76,8 +76,8 @@ struct Steps {
     squares: f64,
 }
 
-/// Returns the covariance, for a walk of diffusivity 1 per sample, of three weighted sums over it: one with weights of its
-/// own, and two with those of a pair.
+/// Returns the covariance, for a walk of diffusivity 1 per sample, of three weighted sums over it: one with weights of its own, and two with
+/// those of a pair.
 #[must_use]
 pub fn spread(alone: &[f64], pair: &[Vector2<f64>]) -> Matrix3<f64> {
     // What comes at a sample stays for all after it.

@@ -5,8 +5,8 @@
 //! force, q0 from the gap at rest (Eq. 16), η from the phase of the contact (Eq. 6). Only q0 E/(1 − ν²) and p0 S enter, so q0
 //! is that for the assumed E and ν.
 //!
-//! The impedance, the gap's lag and the normal force are those of [`dynamic`](super::dynamic), and the skin has inertia while
-//! the amplitude changes (`transient.rs`). Σ|Z_m,model − Z_m|² over all instances is minimised with wide log-normal
+//! The impedance, the gap's lag and the normal force are those of [`dynamic`](super::dynamic), and the skin has inertia while the
+//! amplitude changes (`transient.rs`). Σ|Z_m,model − Z_m|² over all instances is minimised with wide log-normal
 //! [priors](TrialPriors), from several starts, in the logarithms of what is positive.
 
 mod friction;

@@ -28,8 +28,8 @@ pub struct PlateReadings {
 /// Ways in which the offsets of all instances may depart from what is likely, together.
 pub(super) const COURSES: usize = 5;
 
-/// Standard deviation of a change within a second beforehand, N·s/m²: three hertz of a plate of 8 g, and two and a half per
-/// cent of the published plate's damping within a minute.
+/// Standard deviation of a change within a second beforehand, N·s/m²: three hertz of a plate of 8 g, and two and a half per cent
+/// of the published plate's damping within a minute.
 const REACTANCE_PER_S: f64 = 0.3;
 const DAMPING_PER_S: f64 = 0.003;
 /// Part of a course's departure from the straight line between two references by which an instance may depart from the

@@ -54,11 +54,11 @@ pub struct TrialPriors {
     pub amplitude_tilt: Normal,
     /// By how much it is greater 30 mm from the centre on both sides. Default −0.01 ± 0.02.
     pub amplitude_bow: Normal,
-    /// Standard deviation of the angle by which the finger's part of Z_m is turned, rad, at all places alike and at each by
-    /// itself; their means are 0. Default 0.02: what a second mode of the plate a kilohertz away does to it.
+    /// Standard deviation of the angle by which the finger's part of Z_m is turned, rad, at all places alike and at each by itself;
+    /// their means are 0. Default 0.02: what a second mode of the plate a kilohertz away does to it.
     pub finger_angle_std_rad: f64,
-    /// Standard deviation of the residual mobility that such a mode adds to the finger's part of Z_m, m/(N·s), likewise.
-    /// Default 0.003: a mode of 20 g a kilohertz away has 0.004.
+    /// Standard deviation of the residual mobility that such a mode adds to the finger's part of Z_m, m/(N·s), likewise. Default
+    /// 0.003: a mode of 20 g a kilohertz away has 0.004.
     pub residual_mobility_std_m_per_n_s: f64,
     /// Standard deviation of the offset of the plate's reactance, N·s/m; its mean is 0. Default 3, thirty hertz of a plate of 8
     /// g.

@@ -2,8 +2,8 @@
 //!
 //! Three things make them: noise of force and velocity, which on their ratio grows as 1/|ṽ_p|; the model's
 //! own error, alike for all; and what the force sensor's filter left of its noise and took of the finger's force. The last one
-//! moves the gap for as long as it lasts and its lag, so that many samples share it: least squares that knew nothing of it
-//! would take it for a property of the skin.
+//! moves the gap for as long as it lasts and its lag, so that many samples share it: least squares that knew nothing of it would
+//! take it for a property of the skin.
 
 use arrowhead::{Whitening, lasting, variance_components};
 use nalgebra::DMatrix;
@@ -12,17 +12,17 @@ use num_complex::Complex64;
 use super::members::{Member, OWN, SHARED};
 use crate::least_squares::ImpedanceModel;
 
-/// Time for which an error of the force lasts, s. The force's filter is wrong about 80 Hz and right far below. An error that
-/// decays in 1/(2π 80 Hz) = 2 ms has full power at all lower frequencies too, and what the force tells of the skin there would
-/// count too little (decision 21).
+/// Time for which an error of the force lasts, s. The force's filter is wrong about 80 Hz and right far below. An error that decays
+/// in 1/(2π 80 Hz) = 2 ms has full power at all lower frequencies too, and what the force tells of the skin there would count too
+/// little (decision 21).
 const FORCE_ERROR_LASTS_S: f64 = 8e-4;
-/// Time for which an error of the impedance lasts, s: between the demodulator's window and the milliseconds of what the model
-/// leaves out.
+/// Time for which an error of the impedance lasts, s: between the demodulator's window and the milliseconds of what the model leaves
+/// out.
 const NOISE_LASTS_S: f64 = 1.5e-3;
 /// Error of the force that is always reckoned with, as a part of it: no sensor is better.
 const LEAST_FORCE_ERROR: f64 = 1e-4;
-/// Most samples of an instance, with its lead-in, that are weighed together: time goes with their third power, and an instance
-/// of the published length has 160.
+/// Most samples of an instance, with its lead-in, that are weighed together: time goes with their third power, and an instance of
+/// the published length has 160.
 const MOST_TOGETHER: usize = 600;
 /// A variance below this part of the mean is taken for it, so that no sample has all the weight.
 const LEAST_VARIANCE: f64 = 1e-6;

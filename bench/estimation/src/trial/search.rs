@@ -263,8 +263,7 @@ impl<'a> Search<'a> {
         Ok(at)
     }
 
-    /// Takes the reactances of a minimum for what they tell of the plate's course, and the damping for what it is on that
-    /// course.
+    /// Takes the reactances of a minimum for what they tell of the plate's course, and the damping for what it is on that course.
     fn follow_plate(&mut self, at: &mut Minimised) {
         let courses = courses(&at.shared).to_vec();
         let before: Vec<Complex64> = self
@@ -366,8 +365,8 @@ impl<'a> Search<'a> {
         all
     }
 
-    /// Returns each instance's residuals, their slopes by its own and by the shared parameters, and what errors of the
-    /// calibration do to them, with the residuals' scatter taken out.
+    /// Returns each instance's residuals, their slopes by its own and by the shared parameters, and what errors of the calibration
+    /// do to them, with the residuals' scatter taken out.
     fn whitened(
         &mut self,
         shared: &Shared,

@@ -144,8 +144,7 @@ fn of_trial(fit: &TrialFit) -> Vec<(&'static str, f64, f64)> {
 }
 
 /// Compares what estimates did with a wrong constant to what their errors have more of once it is known to be uncertain. τ is
-/// stated at a mean gap that is taken as certain, which makes its error a little too large where the gap goes with the
-/// constant.
+/// stated at a mean gap that is taken as certain, which makes its error a little too large where the gap goes with the constant.
 fn assert_held(
     name: &str,
     right: &[(&'static str, f64, f64)],
@@ -218,8 +217,8 @@ fn errors_of_an_instance_alone_hold_those_of_the_calibration() {
     }
 }
 
-/// A standard deviation of what other modes of the plate do to the film, which no fitted parameter has: every estimate may
-/// move by no more than its error, to first order.
+/// A standard deviation of what other modes of the plate do to the film, which no fitted parameter has: every estimate may move by
+/// no more than its error, to first order.
 #[test]
 fn errors_of_a_trial_hold_what_other_modes_do_to_the_film() {
     let options = TrialOptions::default();

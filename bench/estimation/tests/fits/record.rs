@@ -226,8 +226,8 @@ impl Record {
         }
     }
 
-    /// With what the inertia of the skin adds while plate and contact change, from the parts of the plate's velocity that fall
-    /// on contact and skin.
+    /// With what the inertia of the skin adds while plate and contact change, from the parts of the plate's velocity that fall on contact
+    /// and skin.
     pub fn with_inertia(mut self, truth: &Truth) -> Self {
         let skin_kg = truth.z_t.im / OMEGA;
         let parts: Vec<[Complex64; 2]> = self

@@ -331,8 +331,8 @@ fn a_lag_of_the_lateral_force_is_found_and_does_not_touch_the_contact() {
     }
 }
 
-/// Where laws are drawn as the priors have them, the impedance has noise that lasts, and the force does what is not seen, the
-/// errors that are stated are those that are made.
+/// Where laws are drawn as the priors have them, the impedance has noise that lasts, and the force does what is not seen, the errors that are stated are
+/// those that are made.
 #[test]
 fn standard_errors_of_a_trial_are_the_scatter() {
     let runs = 16;

@@ -1,13 +1,13 @@
 //! The Kaiser window and its derivatives.
 
-/// The Kaiser window I₀(β√(1−u²))/I₀(β) on −1 ≤ u ≤ 1 (Kaiser & Schafer 1980).
+/// Kaiser window I₀(β√(1−u²))/I₀(β) on −1 ≤ u ≤ 1 (Kaiser & Schafer 1980).
 #[derive(Clone, Copy, Debug)]
 pub struct Kaiser {
     beta: f64,
 }
 
 impl Kaiser {
-    /// Makes the window of this β.
+    /// Makes the window with this β.
     #[must_use]
     pub fn new(beta: f64) -> Self {
         Self { beta }

@@ -176,7 +176,7 @@ fn through(
     forward.process(&mut mirrored, &mut spectrum).ok()?;
     let step_hz = rate_hz / (2 * n) as f64;
     for (bin, value) in spectrum.iter_mut().enumerate() {
-        // The mean belongs to the finger.
+        // The mean and components slower than a stretch belong to the finger.
         let part = if bin == 0 {
             1.0
         } else {

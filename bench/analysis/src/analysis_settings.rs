@@ -267,7 +267,7 @@ impl Settings {
         }
     }
 
-    /// Returns the selection rules on a plate whose centre lies at `centre_m`.
+    /// Returns the selection rules for a plate with its centre at `centre_m`.
     pub fn selection_rules(&self, centre_m: f64) -> SelectionRules {
         SelectionRules {
             centre_m,

@@ -9,7 +9,7 @@ use sessions::Standing;
 
 use crate::analysed::Analysed;
 
-/// Attempt whose recording is analysed.
+/// Attempt with a recording that is analysed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Taken {
     /// Folder of its recording.
@@ -73,7 +73,7 @@ impl Attempts {
         self.taken.iter().map(|of| of.path.clone()).collect()
     }
 
-    /// Adds further attempts, except those whose folders are `seen`.
+    /// Adds further attempts, except those in folders that are `seen`.
     pub(crate) fn extend(&mut self, new: Self, seen: &mut HashSet<PathBuf>) {
         let taken = new.taken.into_iter();
         self.taken
@@ -148,7 +148,7 @@ pub struct Account {
     pub accepted: usize,
     /// Number of recordings analysed.
     pub analysed: usize,
-    /// Number of these whose trials were not accepted.
+    /// Number of these that were not accepted.
     pub not_accepted: usize,
     /// Number of attempts left out on purpose.
     pub excluded: usize,

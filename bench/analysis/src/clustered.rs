@@ -1,9 +1,9 @@
-//! p-values of correlations whose pairs come from few people, with several pairs each.
+//! p-values of correlations of pairs that come from few people, with several pairs each.
 //!
 //! Ten trials of one person are not ten people. If 140 trials of 14 people are treated as independent pairs, 13, 33 or 52 % of
 //! studies find a non-existent correlation at 5 %, for intraclass correlations of 0.3, 0.6 and 0.9. Here each person
-//! contributes one number, the sum of the products of their centred values (ranks, for Spearman), whose sign is equally likely
-//! to be positive or negative without a correlation. The p-value is the fraction of all arrangements of signs whose sum is at
+//! contributes one number, the sum of the products of their centred values (ranks, for Spearman); its sign is equally likely
+//! to be positive or negative without a correlation. The p-value is the fraction of all arrangements of signs with a sum at
 //! least as far from zero as the observed one. It is a randomisation test under an approximate symmetry (Canay, Romano and
 //! Shaikh 2017), identical to the wild cluster bootstrap with every arrangement drawn once (Cameron, Gelbach and Miller 2008).
 //! It needs no random numbers, and keeps its level with few people, where a bootstrap of pairs and sandwich errors reject too
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn the_share_is_that_of_all_arrangements() {
-        // Of 32 pairs of opposite arrangements of 1, 2, 4, 8, 16, 32, one other sum is as large as 61 = 63 - 2.
+        // Among 32 pairs of opposite arrangements of 1, 2, 4, 8, 16, 32, one other sum is as large as 61 = 63 - 2.
         assert_relative_eq!(p_value(&[-1.0, 2.0, 4.0, 8.0, 16.0, 32.0]), 2.0 / 32.0);
         assert_relative_eq!(p_value(&[1.0; 6]), 1.0 / 32.0);
     }

@@ -89,7 +89,7 @@ pub fn attempts(named: &[PathBuf], wanted: Wanted) -> Result<Attempts, FindError
 /// Returns the recordings found by [`attempts`], without those that are left out.
 ///
 /// # Errors
-/// As [`attempts`].
+/// Same as [`attempts`].
 pub fn recordings(named: &[PathBuf], practice: bool) -> Result<Vec<PathBuf>, FindError> {
     let wanted = Wanted {
         practice,
@@ -323,7 +323,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         (taken.collect(), left_out.collect())
     }
 
-    /// A trial that was given up, and one whose repetition was broken off, were analysed as data: n = 3 of 1 accepted.
+    /// Regression test: an abandoned trial and an interrupted repetition were analysed as data: n = 3 of 1 accepted.
     ///
     /// Fault 52.
     #[test]
@@ -359,7 +359,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         assert_eq!(left_out.len(), 2);
     }
 
-    /// Accepted trials without a whole recording were passed over without a word.
+    /// Regression test: accepted trials without a complete recording were ignored silently.
     ///
     /// Fault 27.
     #[test]

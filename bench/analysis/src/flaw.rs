@@ -56,7 +56,7 @@ pub enum Flaw {
         "the session was resumed with an edited protocol, and the recording does not name the copy that it followed: instances were selected by {followed}"
     )]
     ProtocolCopies {
-        /// Copy whose rules selected the instances.
+        /// Copy with the rules that selected the instances.
         followed: String,
     },
     /// Samples are NaN or infinite.

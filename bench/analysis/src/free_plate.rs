@@ -119,7 +119,7 @@ impl FreePlate {
             .collect()
     }
 
-    /// Returns the flaw of a Z_p whose phase differs from that of the plate's constants. It is attributed to the resonance if
+    /// Returns the flaw of a Z_p with a phase that differs from the plate's constants. It is attributed to the resonance if
     /// the response to the modulation confirms the pickup; otherwise either of the two may be wrong.
     fn turned(&self, plate: PlateReading, manifest: &Manifest) -> Option<Flaw> {
         let RecordedPlate {

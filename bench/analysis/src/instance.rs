@@ -14,7 +14,8 @@ use crate::measurements::{FrameSeries, SMOOTHING_HZ};
 use crate::method::Method;
 use crate::under_finger::UnderFinger;
 
-/// Time before an instance whose samples a fit may use, s; the levitation lag forgets its initial value within 20 ms of it.
+/// Time before an instance from which a fit may use samples, s; the levitation lag forgets its initial value within 20 ms of
+/// it.
 pub const LEAD_IN_S: f64 = 0.025;
 
 /// Samples of an instance and of its lead-in, at the frames' rate; the accessors return only those of the instance.
@@ -32,7 +33,7 @@ pub struct PreparedInstance {
 }
 
 impl PreparedInstance {
-    /// Extracts the instance from `start_s` to `end_s` from its exploration, whose frames are `under_finger`. The plain
+    /// Extracts the instance from `start_s` to `end_s` from its exploration, with the frames `under_finger`. The plain
     /// impedance is smoothed as published, at 100 Hz with zero phase, over the unmasked frames about the instance; the
     /// corrected one is not smoothed.
     ///
@@ -68,10 +69,10 @@ impl PreparedInstance {
         }
     }
 
-    /// Returns the instance for the fit of a trial, on a plate whose centre lies at `centre_m`.
+    /// Returns the instance for the fit of a trial, on a plate with its centre at `centre_m`.
     ///
     /// # Errors
-    /// As [`series`](Self::series).
+    /// Same as [`series`](Self::series).
     pub fn placed(&self, centre_m: f64) -> Result<Placed<'_>, FitError> {
         Ok(Placed {
             series: self.series(Method::Dynamic)?,

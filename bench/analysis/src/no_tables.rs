@@ -20,7 +20,7 @@ pub fn require_built() -> Result<(), TableError> {
     Err(TableError)
 }
 
-/// Writes nothing.
+/// Rejects the request without writing.
 ///
 /// # Errors
 /// Always.

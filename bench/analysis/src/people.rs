@@ -109,7 +109,7 @@ mod tests {
         people.iter().map(|person| names[person].clone()).collect()
     }
 
-    /// `sub-01` of two studies was one person, with an n of 1 and means over two people's trials.
+    /// Regression test: `sub-01` of two studies was one person, with an n of 1 and means over two people's trials.
     ///
     /// Fault 52.
     #[test]

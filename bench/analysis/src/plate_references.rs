@@ -199,7 +199,7 @@ mod tests {
             7.0 + 0.05 * drifting.time_s,
             epsilon = 1e-5
         );
-        // Of 200 frames, ten carry the information of one each.
+        // Ten of 200 frames carry the information of one each.
         let expected = 0.01 * (FRAMES_ALIKE / 200.0).sqrt();
         assert_relative_eq!(
             read_of(0.05, 0.01).std_n_s_per_m,

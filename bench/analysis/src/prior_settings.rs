@@ -15,7 +15,7 @@ const SPREAD: Allowed = Allowed {
 };
 
 /// Medians and standard deviations of the logarithms, or means and standard deviations; for the plate's offset and the finger's
-/// angle, whose means are 0, only standard deviations. On a plate with a measured profile, tilt and bow are 0 ± 0.003, or less
+/// angle, with means of 0, only standard deviations. On a plate with a measured profile, tilt and bow are 0 ± 0.003, or less
 /// if the value here is smaller.
 #[derive(Serialize)]
 struct Printed {

@@ -128,7 +128,7 @@ fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
     explorations
 }
 
-/// Returns the selection rules for the recording in `folder`: those of the session's protocol, whose copy lies
+/// Returns the selection rules for the recording in `folder`: those of the copy of the session's protocol
 /// next to the recording. Without a copy, as for a recording made elsewhere, the rules are those of `settings`; likewise
 /// if the copy cannot be read, with a flaw that reports it.
 pub fn selection_rules(

@@ -9,7 +9,7 @@ use crate::spans::Spans;
 
 /// Largest number of rows of a file within the intervals, which limits their duration at a little over 10 kHz.
 const MAX_KEPT_ROWS: usize = 20_000_000;
-/// Number of rows whose intervals are checked.
+/// Number of rows with intervals that are checked.
 const STEPS: usize = 1_000_000;
 
 /// Returns the rows needed to smooth the spans, and the times of all rows.

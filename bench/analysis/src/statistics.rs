@@ -54,7 +54,7 @@ impl Coefficient {
 /// Largest number of pairs for which all orders are tried: 8 have 40 320.
 pub const EXACT_PAIRS: usize = 8;
 
-/// Returns the fraction of all orders of `y` whose correlation with `x` is at least as far from zero as the observed one: the
+/// Returns the fraction of all orders of `y` with a correlation to `x` at least as far from zero as the observed one: the
 /// exact two-sided p-value of Spearman's coefficient, also with ties (Kendall and Gibbons 1990, section 4).
 fn exact_p(x: &[f64], y: &[f64]) -> f64 {
     let centre = x.len() as f64 * x.iter().mean() * y.iter().mean();
@@ -243,7 +243,7 @@ mod tests {
             Coefficient::Spearman.of(&x, y).unwrap().p
         };
         for (y, exact) in [
-            // By hand: 2 of 3!, 4! and 5! orders.
+            // Calculated by hand: 2 of 3!, 4! and 5! orders.
             (&[1.0, 2.0, 3.0][..], 2.0 / 6.0),
             (&[1.0, 2.0, 3.0, 4.0], 2.0 / 24.0),
             (&[5.0, 4.0, 3.0, 2.0, 1.0], 2.0 / 120.0),

@@ -1,4 +1,4 @@
-//! Amplitude and impedance under the finger, for a plate whose motion varies along its length.
+//! Amplitude and impedance under the finger, for a plate with a motion that varies along its length.
 //!
 //! The pickup reads the mode's amplitude x̃_p; under a finger at x the plate moves with φ(x) x̃_p. The finger's force
 //! f̃ acts on the mode with φ f̃, so that Z_m − Z_p is φ² times the finger's own impedance. Hence Z_p + (Z_m − Z_p)/φ² and φ

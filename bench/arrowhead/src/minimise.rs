@@ -133,7 +133,7 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
             None => {
                 damping *= growth;
                 growth *= 2.0;
-                // No step reduces the squares: what remains is rounding, or the search has reached the edge of the model's
+                // No step reduces the squares: the rest is rounding, or the search has reached the edge of the model's
                 // domain.
                 if damping > MOST_DAMPING {
                     let of_one = valley.arrow.squares / valley.residuals().max(1) as f64;

@@ -45,7 +45,7 @@ pub fn variance_components<const N: usize>(
     variances
 }
 
-/// Returns the correlation of samples whose errors decay over `intervals` sampling intervals.
+/// Returns the correlation of samples with errors that decay over `intervals` sampling intervals.
 #[must_use]
 pub fn lasting(samples: usize, intervals: f64) -> DMatrix<f64> {
     let by_distance: Vec<f64> = (0..samples)

@@ -86,7 +86,7 @@ pub enum StiffnessBranch {
     AboveMaximum,
 }
 
-/// Counts of the samples whose gap is not unique, or does not exist.
+/// Counts of the samples with a gap that is not unique or does not exist.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct InversionCounts {
     /// Samples with [`StiffnessBranch::Ambiguous`].
@@ -201,7 +201,7 @@ impl Contact {
     /// (`tests/model.rs`, against scipy's `brentq`; `tests/properties.rs`, against bisection).
     ///
     /// # Errors
-    /// As [`rest_gap_m`](Self::rest_gap_m), or if the amplitude is negative or not finite.
+    /// Same as [`rest_gap_m`](Self::rest_gap_m), or if the amplitude is negative or not finite.
     pub fn equilibrium_gap_m(&self, amplitude_m: f64, normal_n: f64) -> Result<f64, ModelError> {
         self.equilibrium_gap_from(amplitude_m, normal_n, f64::NAN)
     }
@@ -336,11 +336,11 @@ impl Contact {
         }
     }
 
-    /// Returns the gap whose [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) is `k_c_n_per_m`: the
+    /// Returns the gap at which [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) is `k_c_n_per_m`: the
     /// published inversion of a measured stiffness, which assumes a steady state.
     ///
     /// # Errors
-    /// As [`rest_gap_m`](Self::rest_gap_m), or if the stiffness is not positive.
+    /// Same as [`rest_gap_m`](Self::rest_gap_m), or if the stiffness is not positive.
     pub fn gap_from_balance_stiffness(
         &self,
         k_c_n_per_m: f64,
@@ -429,7 +429,7 @@ impl Contact {
         Ok(counts)
     }
 
-    /// Returns the gap whose [`stiffness_n_per_m`](Self::stiffness_n_per_m) at this amplitude is `k_c_n_per_m`, m. It needs
+    /// Returns the gap at which [`stiffness_n_per_m`](Self::stiffness_n_per_m) is `k_c_n_per_m` at this amplitude, m. It needs
     /// neither the normal force nor a steady state, and is unique for every stiffness.
     ///
     /// # Errors

@@ -6,7 +6,7 @@
 //! cargo run --release -p contact --example fit_instance -- instance.csv --start-s 0 --z-p 7.01
 //! ```
 //!
-//! Without a file, an instance is synthesised from the model and the estimates are printed beside the truth. A file has
+//! Without a file, an instance is synthesised from the model and the estimates are printed next to the truth. A file has
 //! the columns of [`HEADER`], evenly sampled, lead-in included.
 #![expect(
     clippy::disallowed_methods,

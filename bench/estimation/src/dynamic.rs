@@ -119,7 +119,7 @@ pub struct AlongWith {
 /// Returns how σ_t, Z_t and τ depend on the assumed constants.
 ///
 /// # Errors
-/// As [`fit`].
+/// Same as [`fit`].
 pub fn sensitivities(
     instance: &InstanceSeries<'_>,
     conditions: &FitConditions,
@@ -203,7 +203,7 @@ fn start(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
     model.best_start(candidates)
 }
 
-/// Returns a start whose plate may already differ from the unloaded one.
+/// Returns a start with a plate that may already differ from the unloaded one.
 fn start_apart(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
     let candidates = sigma_starts().filter_map(|sigma_t_m| {
         let mut parameters = model.assumed_parameters(sigma_t_m, tau_s);

@@ -30,7 +30,7 @@ pub struct EstimatedSeries {
     pub mu_std: Vec<f64>,
     /// Impedance of the fitted model, N·s/m.
     pub z_m_model_n_s_per_m: Vec<Complex64>,
-    /// Counts of the samples whose gap is not unique or does not exist.
+    /// Counts of the samples with a gap that is not unique or does not exist.
     pub inversion: InversionCounts,
 }
 
@@ -51,7 +51,7 @@ pub(super) struct MeasuredSamples<'a> {
     pub(super) z_m_std: &'a [f64],
     pub(super) amplitude_m: &'a [f64],
     pub(super) normal_n: &'a [f64],
-    /// Load and trend of each sample; `None` for the published method, whose contact is the same for all samples.
+    /// Load and trend of each sample; `None` for the published method, where the contact is the same for all samples.
     pub(super) varying: Option<Varying<'a>>,
 }
 

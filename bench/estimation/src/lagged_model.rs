@@ -1,4 +1,4 @@
-//! Model fitted by `dynamic` and `trial`: the impedance of one instance, whose gap follows its equilibrium with a lag.
+//! Model fitted by `dynamic` and `trial`: the impedance of one instance with a gap that lags behind its equilibrium.
 
 use first_order_lag::{GrowingLag, GrowthLaw};
 use nalgebra::DMatrix;
@@ -83,7 +83,7 @@ struct GapSlopes {
 }
 
 impl<'a> LaggedModel<'a> {
-    /// Makes the model of an instance whose gap is integrated from `lead_in_s` before it, and whose area is S at `reference_n`.
+    /// Makes the model of an instance. The gap is integrated from `lead_in_s` before it; the area is S at `reference_n`.
     pub(super) fn new(
         instance: &InstanceSeries<'a>,
         conditions: &FitConditions,
@@ -321,7 +321,7 @@ impl<'a> LaggedModel<'a> {
 
     /// Returns the best-fitting candidate with its best Z_t; `None` where the model allows none of the candidates.
     ///
-    /// Given the gap, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t, whose estimate is the mean weighted like the impedance
+    /// Given the gap, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t; its estimate is the mean weighted like the impedance
     /// residuals. The plate is taken as unloaded.
     pub(super) fn best_start(
         &mut self,

@@ -40,7 +40,7 @@ pub(crate) struct Minimum<const N: usize> {
     pub(crate) z_m: Vec<Complex64>,
     /// Σ|Ẑ_m − Z_m|².
     pub(crate) squares: f64,
-    /// Why the result is not a minimum; `None` if it is one.
+    /// Reason why the result is not a minimum; `None` for a minimum.
     pub(crate) failure: Option<String>,
     /// Parameter covariance, 0 where a parameter was held fixed and has no error; `None` if the data do not depend on some
     /// combination of the free parameters.
@@ -314,7 +314,7 @@ pub(crate) fn correlation(residuals: &[Complex64]) -> f64 {
 pub(crate) mod tests {
     use super::*;
 
-    /// Model whose impedances equal a parameter, undefined below a wall.
+    /// Model with impedances equal to a parameter, undefined below a wall.
     struct Walled {
         measured: Vec<Complex64>,
         wall: f64,

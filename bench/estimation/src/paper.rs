@@ -136,7 +136,7 @@ pub fn modelled(
 /// Returns how σ_t and Z_t depend on the assumed constants.
 ///
 /// # Errors
-/// As [`fit`].
+/// Same as [`fit`].
 pub fn sensitivities(
     instance: &InstanceSeries<'_>,
     conditions: &FitConditions,

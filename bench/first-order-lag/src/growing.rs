@@ -1,4 +1,4 @@
-//! First-order lag whose time constant grows with its output.
+//! First-order lag with a time constant that grows with its output.
 
 use crate::step::{Step, first_slope};
 
@@ -13,7 +13,7 @@ pub struct GrowthLaw {
     pub reference: f64,
 }
 
-/// First-order lag τ(x) dx/dt = x_eq − x whose τ grows with x by a [`GrowthLaw`], with its derivatives. Over each step τ is
+/// First-order lag τ(x) dx/dt = x_eq − x with a τ that grows with x by a [`GrowthLaw`], and derivatives. Over each step τ is
 /// that of the step's middle, extrapolated from the two samples before.
 #[derive(Debug, Clone)]
 pub struct GrowingLag {

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Longest period whose phasors are tabulated; beyond it they are computed on demand.
+/// Longest period with tabulated phasors; beyond it they are computed on demand.
 const LONGEST_TABLE: u64 = 4096;
 
 /// Phase of exp(+iωt) at any sample, as exact after hours as at the start.

@@ -16,7 +16,7 @@ pub struct InputChannel {
     /// Index of the channel in the interleaved frame, from 0.
     pub channel: usize,
     /// Magnitude from which on a sample counts as clipped, in sample units: just under 1 for a sound card, infinite
-    /// for a recording in volts whose range is unknown.
+    /// for a recording in volts with an unknown range.
     pub clip_level: f32,
 }
 
@@ -108,8 +108,8 @@ pub enum DemodulatorError {
 
 /// Demodulates `N` channels of an interleaved stream, block by block, into frames at the output rate.
 ///
-/// A frame is emitted for each multiple of the hop whose whole window lies in the stream. The result does not depend on
-/// the division of the stream into blocks. A NaN or infinite sample invalidates only the frames whose window includes
+/// A frame is emitted for each multiple of the hop with its whole window in the stream. The result does not depend on
+/// the division of the stream into blocks. A NaN or infinite sample invalidates only the frames with a window that includes
 /// it.
 ///
 /// Measured (`tests/demodulation.rs`): envelopes to 1e-6 of full scale from f32 samples, slopes to 2e-5, curvatures to
@@ -161,10 +161,10 @@ struct ChannelState {
 }
 
 impl Demodulator<2> {
-    /// Creates a demodulator of the drive voltage and the pickup, in this order whatever their channel indices.
+    /// Creates a demodulator of the drive voltage and the pickup, in this order for any channel indices.
     ///
     /// # Errors
-    /// As [`Demodulator::new`].
+    /// Same as [`Demodulator::new`].
     pub fn drive_and_pickup(
         filter: Filter,
         stream_channels: usize,

@@ -76,7 +76,7 @@ pub enum SampleLossError {
 const MOST_CANDIDATES: u64 = 60 * 192_000;
 
 /// Returns the exact number k of frames lost at the converter's input. k lost frames rotate the envelope's phase by
-/// 2π·k·carrier/rate, which determines k modulo the carrier's period, and the timestamps determine the period.
+/// 2π·k·carrier/rate, which determines k modulo the carrier's period; the timestamps determine the multiple.
 ///
 ///
 /// ```

@@ -139,8 +139,8 @@ impl LowPass {
                 values: values.len(),
             });
         }
-        // By index into one allocation: if the program is one codegen unit, rustc 1.95 (LLVM 22.1.2) compiles a chain of three
-        // iterators, collected here, into writes past the end.
+        // Copy by index into one allocation: if the program is one codegen unit, rustc 1.95 (LLVM 22.1.2) compiles a chain of
+        // three iterators, collected here, into writes past the end.
         let count = values.len();
         let mut padded = vec![first; count + 2 * PADDING];
         padded[PADDING..PADDING + count].copy_from_slice(values);

@@ -16,11 +16,11 @@ const FLOOR_OF_BAND: f64 = 0.25;
 /// Sampling rates of a record, Hz: the upper half of the band lies above a finger's own force, and a force sensor may have
 /// them.
 const RATES_HZ: RangeInclusive<f64> = 200.0..=1e6;
-/// Frequency above which nothing passes, Hz.
+/// Frequency above which the gain is 0, Hz.
 const HIGHEST_HZ: f64 = 500.0;
 /// Fraction of the band up to half the rate that is used: above, a sensor's own filter may have removed noise.
 const USABLE: f64 = 0.8;
-/// Length of the stretches whose spectra are compared, s.
+/// Length of the stretches for the spectra, s.
 const STRETCH_S: f64 = 0.4;
 /// The spectrum at f is the mean from f/WIDTH to f·WIDTH; without averaging, its scatter would let noise through in places.
 const WIDTH: f64 = 1.25;

@@ -31,7 +31,7 @@ impl Kaiser {
     }
 }
 
-/// Returns Iₙ(z)/zⁿ, given z², by the power series, whose terms are all positive (DLMF 10.25.2).
+/// Returns Iₙ(z)/zⁿ, given z², by the power series, in which all terms are positive (DLMF 10.25.2).
 fn bessel_over_power(order: u32, z_squared: f64) -> f64 {
     let factorial: f64 = (1..=order).map(f64::from).product();
     let mut term = 1.0 / (2f64.powi(order as i32) * factorial);

@@ -1,4 +1,4 @@
-//! The demodulator and Z_m on signals whose envelopes are known in closed form.
+//! The demodulator and Z_m on signals with envelopes in closed form.
 
 #![expect(
     clippy::unwrap_used,

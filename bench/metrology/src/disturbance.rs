@@ -79,7 +79,7 @@ impl fmt::Display for Disturbance {
     }
 }
 
-/// Returns the disturbances of a channel whose drive, if any, is at `carrier_hz`: the offset first, then tones by
+/// Returns the disturbances of a channel with its drive, if any, at `carrier_hz`: the offset first, then tones by
 /// amplitude, at most five.
 ///
 /// ```

@@ -8,8 +8,8 @@
 //!
 //! one second-order mode with a delay, and smooth residual terms for further modes and crosstalk between the channels (Ewins
 //! 2000, section 4.3). The delay is tied to its phase φ at resonance, because an independent delay cannot be separated from A
-//! and C₀ in a narrow band: a pickup whose phase is not a delay causes an error of φ/(2Q) in A. With x̃ = M e^{+iφ}·sample and
-//! f̃ = γ V·sample the constants follow: k_p = (2πf₀)² m_p, b_p = 2πf₀ m_p/Q, γ = A k_p M/V.
+//! and C₀ in a narrow band: a pickup with a phase that is not a delay causes an error of φ/(2Q) in A. With x̃ = M
+//! e^{+iφ}·sample and f̃ = γ V·sample the constants follow: k_p = (2πf₀)² m_p, b_p = 2πf₀ m_p/Q, γ = A k_p M/V.
 
 use crate::fitted_value::FittedValue;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};

@@ -36,7 +36,7 @@ pub enum PathFault {
         passes_hz: f64,
         /// Lowest tone that does not, Hz.
         loses_hz: f64,
-        /// Lowest common rate whose half lies above all tones that still leak through, Hz.
+        /// Lowest common rate that is more than twice the frequency of every tone that still leaks through, Hz.
         rate_hz: f64,
     },
     /// The carrier comes back at another frequency.

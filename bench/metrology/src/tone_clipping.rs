@@ -18,12 +18,12 @@ pub struct Peaks {
 pub const TOP: f64 = 2e-3;
 /// Flatness from which on peaks are clipped: that of a sine that would reach 1 % beyond the limit.
 pub const CUT_OFF: f64 = 2.5;
-/// Number of parts of the stretch whose largest samples are compared.
+/// Number of parts of the stretch, for comparing their largest samples.
 const PARTS: usize = 10;
 
 impl Peaks {
-    /// Reads one channel of an interleaved stretch with a tone of constant amplitude, at a frequency whose
-    /// samples do not repeat within a few. Returns `None` where a sample is lost, or with fewer than 1000 samples.
+    /// Reads one channel of an interleaved stretch with a tone of constant amplitude, at a frequency with sample
+    /// values that do not repeat after a few samples. Returns `None` if a sample is lost, or with fewer than 1000 samples.
     ///
     /// A sine has a flatness of 1; clipped 1 %, 5 % and 20 % below its peak it has 2.5, 5.3 and 10
     /// (`flatness_tells_a_cut_off_sine`).

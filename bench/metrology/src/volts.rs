@@ -45,7 +45,7 @@ impl VoltsFit {
     /// Fits both lines.
     ///
     /// # Errors
-    /// As [`Line::fit`].
+    /// Same as [`Line::fit`].
     pub fn of(points: &[VoltsPoint]) -> Result<Self, LineError> {
         let over = |x: fn(&VoltsPoint) -> f64| {
             let points: Vec<LinePoint> = points
@@ -86,7 +86,7 @@ pub enum UnitSlip {
 const NEAR: f64 = 0.04;
 
 impl UnitSlip {
-    /// Returns the slip whose factor is close to the ratio of the meter's to the bench's volts; `None` if none is close.
+    /// Returns the slip with a factor close to the ratio of the meter's to the bench's volts; `None` if there is no such slip.
     #[must_use]
     pub fn of(known_over_believed: f64) -> Option<Self> {
         let near = |slip: &Self| (known_over_believed / slip.factor() - 1.0).abs() <= NEAR;

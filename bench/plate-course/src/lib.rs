@@ -65,7 +65,7 @@ pub struct Part<'a> {
 pub struct Predicted {
     /// Mean at each time.
     pub mean: DVector<f64>,
-    /// Factor whose product with its transpose is the covariance; its number of columns does not grow with the times.
+    /// Factor of the covariance, which is its product with its transpose; the number of columns does not grow with the times.
     pub factor: DMatrix<f64>,
 }
 
@@ -262,7 +262,7 @@ fn sum(pairs: &Pairs, each: &[[PartPredicted; TIME_CONSTANTS]; 2]) -> Predicted 
 /// Prediction of a part at some times for one T.
 struct PartPredicted {
     mean: DVector<f64>,
-    /// Factor whose product with its transpose is the covariance.
+    /// Factor of the covariance, which is its product with its transpose.
     factor: OMatrix<f64, Dyn, Const<PARTS>>,
 }
 

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 /// Smallest fraction of a deviation assumed to remain at the next stretch: the rate of a faster decay cannot be determined.
 const LEAST_LEFT: f64 = 1.0 / std::f64::consts::E;
 
-/// Means over stretches of a positive quantity whose logarithm performs a random walk.
+/// Means over stretches of a positive quantity; its logarithm performs a random walk.
 #[derive(Debug, Clone, Copy)]
 pub struct Means<'a> {
     /// Time of the middle of each stretch, s.

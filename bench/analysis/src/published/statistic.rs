@@ -17,7 +17,7 @@ pub enum Level {
     Explorations,
     /// Trials, each by the mean over its instances or explorations, or by its own statistic.
     Trials,
-    /// Participants whose name is known, each by the mean over their instances or explorations.
+    /// Participants known by name, each by the mean over their instances or explorations.
     Participants,
 }
 

@@ -100,7 +100,7 @@ pub(super) fn signs(
     signs
 }
 
-/// Returns the RMS over the instances whose friction can be compared; `None` if there are none.
+/// Returns the RMS over the instances with comparable friction; `None` without any.
 fn rms_of_known(each: impl Iterator<Item = f64>) -> Option<f64> {
     let (mut count, mut squares) = (0.0, 0.0);
     for rms_mu in each.filter(|rms_mu| !rms_mu.is_nan()) {

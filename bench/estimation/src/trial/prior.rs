@@ -69,7 +69,7 @@ pub struct TrialPriors {
 }
 
 impl TrialPriors {
-    /// Returns the priors for a plate whose amplitude along its length has been measured and corrected for.
+    /// Returns the priors for a plate with a measured amplitude along its length, for which the data are corrected.
     #[must_use]
     pub fn on_a_measured_plate(self) -> Self {
         let left = |prior: Normal| Normal {

@@ -1,4 +1,4 @@
-//! Fits of synthetic instances whose gap is integrated by independent code.
+//! Fits of synthetic instances with a gap integrated by independent code.
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
 mod calibration;

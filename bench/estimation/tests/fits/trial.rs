@@ -321,7 +321,7 @@ fn a_lag_of_the_lateral_force_is_found_and_does_not_touch_the_contact() {
             .collect();
         let [prompt, late] = [&records, &lagging].map(|of| fitted_on(of, &references(4)));
         assert_eq!(prompt.shared.contact_area_m2, late.shared.contact_area_m2);
-        // The record's lag holds the force over a sample, which delays it by half a sample.
+        // The record's lag keeps the force constant over a sample, which delays it by half a sample.
         let found_s = late.shared.lateral_lag_s.unwrap().value;
         assert!((found_s - lag_s).abs() < 0.3e-3, "{found_s}");
         for (instance, truth) in late.instances.iter().zip(&truths) {

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// A sensor whose samples reach the host only with the next burst, after a further delay.
+/// A sensor with samples that reach the host only with the next burst, after a further delay.
 struct Link {
     period_s: f64,
     drift: f64,

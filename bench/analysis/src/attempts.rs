@@ -73,7 +73,7 @@ impl Attempts {
         self.taken.iter().map(|of| of.path.clone()).collect()
     }
 
-    /// Adds further attempts, except those in folders that are `seen`.
+    /// Adds further attempts, except those in `seen` folders.
     pub(crate) fn extend(&mut self, new: Self, seen: &mut HashSet<PathBuf>) {
         let taken = new.taken.into_iter();
         self.taken

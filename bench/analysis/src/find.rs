@@ -268,7 +268,7 @@ channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
 plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
 "#;
 
-    /// Makes a session of these attempts: number, attempt, outcome in the log, and end of the recording, if there is one.
+    /// Makes a session of these attempts: number, attempt, outcome in the log, and end of the recording, if any.
     fn session(attempts: &[(u32, u32, &str, &str)]) -> tempfile::TempDir {
         let place = tempfile::tempdir().unwrap();
         let folder = place.path().join("study/sub-01/ses-01");

@@ -59,7 +59,7 @@ const TRUTH: FingerTruth = FingerTruth {
 const RATE_HZ: f64 = 2000.0;
 const LEAD_IN_S: f64 = 0.02;
 const MODAL_MASS_KG: f64 = 0.008;
-/// Standard deviation of each part of Z_m at an amplitude of 1 µm, N·s/m; it goes as 1/amplitude.
+/// Standard deviation of each part of Z_m at an amplitude of 1 µm, N·s/m; it varies as 1/amplitude.
 const NOISE_AT_1_UM: f64 = 0.005;
 /// Standard deviation of the measured friction.
 const MU_NOISE: f64 = 0.002;

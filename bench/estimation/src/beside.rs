@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use super::lagged_model::LaggedModel;
 use contact::parameters::{IM_OFFSET, PARAMETERS, RE_OFFSET};
 
-/// Number of iterations, each of which finds first the tissues and then the plate.
+/// Number of iterations; each finds first the tissues and then the plate.
 const TURNS: usize = 4;
 
 /// Tissues and plate that fit best with a candidate's contact.

@@ -34,7 +34,7 @@ pub struct ChannelFit {
     /// Root mean square departure of the ratios from a constant gain and the pure delay of the carrier's phase,
     /// relative: the residual of a correction by two numbers.
     pub departure: f64,
-    /// Degrees of freedom: number of readings less two.
+    /// Degrees of freedom: number of readings minus two.
     pub degrees_of_freedom: usize,
 }
 

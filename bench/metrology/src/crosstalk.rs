@@ -57,14 +57,14 @@ pub struct Crosstalk {
     pub response: [[f64; 2]; 2],
     /// M = A⁻¹: force = M · reading, in rows.
     pub matrix: [[MatrixEntry; 2]; 2],
-    /// Known force less M · reading of each loading, N.
+    /// Known force minus M · reading of each loading, N.
     pub residuals_n: Vec<[f64; 2]>,
     /// Largest |residual| of either axis over its largest known force.
     pub nonlinearity: [f64; 2],
     /// √(χ²/(n − 2)) of either reading: the ratio of its scatter to its `sigma`. Errors are scaled by it where it is above
     /// 1.
     pub birge_ratio: [f64; 2],
-    /// Degrees of freedom: number of loadings less two.
+    /// Degrees of freedom: number of loadings minus two.
     pub degrees_of_freedom: usize,
 }
 

@@ -39,7 +39,7 @@ pub struct Line {
     /// √(χ²/(n − 2)): the ratio of the points' scatter to their `sigma`. Errors are scaled by it where it is
     /// above 1.
     pub birge_ratio: f64,
-    /// Degrees of freedom: number of points less two.
+    /// Degrees of freedom: number of points minus two.
     pub degrees_of_freedom: usize,
 }
 
@@ -52,7 +52,7 @@ pub enum LineError {
         /// Number of points.
         count: usize,
     },
-    /// All points lie at one x.
+    /// All points have the same x.
     #[error("all points lie at one reading of {x}: use levels that differ")]
     NoSpread {
         /// Mean x of the points.

@@ -5,7 +5,7 @@
 
 use crate::spectrum::Peak;
 
-/// The answer of the path to one tone.
+/// Response of the path to one tone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToneAnswer {
     /// Frequency played, Hz.
@@ -66,7 +66,7 @@ const SEEPS: f64 = 1e-3;
 /// Smallest relative amplitude of an image that cannot come from a converter.
 const IMAGE: f64 = 1e-2;
 
-/// Judges the answers to tones: those within `band_hz` of the carrier, which must come back, and others below, which
+/// Judges the responses to tones: those within `band_hz` of the carrier, which must come back, and others below, which
 /// show where a path ends. `resolution_hz` is that of the peaks' frequencies.
 ///
 /// # Errors

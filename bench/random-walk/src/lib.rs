@@ -43,7 +43,7 @@ impl Means<'_> {
         } else {
             1.0
         };
-        // Means over two stretches of a walk differ less than points of it.
+        // Means over two stretches of a walk differ less than the points at their middles.
         let lasted_s = one.time_s - one.count * self.each_s.min(one.time_s / one.count) / 3.0;
         one.squares / lasted_s * one.count / (one.count - 1.0) * faster
     }
@@ -72,7 +72,7 @@ impl Means<'_> {
 struct Steps {
     count: f64,
     time_s: f64,
-    /// Sum of the squared increments less the variance of the measurement.
+    /// Sum of the squared increments minus the variance of the measurement.
     squares: f64,
 }
 
@@ -150,7 +150,7 @@ mod tests {
         assert_relative_eq!(found, diffusivity, max_relative = 0.06);
     }
 
-    /// A deviation of which a fraction `left` remains after each step has 2 (1 − left) of its variance per step.
+    /// The steps of a deviation that keeps a fraction `left` after each step have 2 (1 − left) times its variance.
     #[test]
     fn what_returns_to_its_mean_wandered_faster() {
         let mut random = ChaCha8Rng::seed_from_u64(5);
@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(apart, 0.0);
     }
 
-    /// Compares with the covariance of a walk: that of two samples is the time until the first.
+    /// Compares with the covariance of a walk, which for two samples equals the time until the first.
     #[test]
     fn the_spread_is_that_of_weighted_sums_over_a_walk() {
         let of_mu0: Vec<f64> = (0..30).map(|n| (0.4 * f64::from(n)).sin()).collect();

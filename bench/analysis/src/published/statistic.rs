@@ -37,7 +37,7 @@ impl Level {
 /// Statistic with its number of values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Statistic {
-    /// Mean, median, coefficient, slope or share; `None` if there is too little data.
+    /// Mean, median, coefficient, slope or fraction; `None` with too few data.
     pub value: Option<f64>,
     /// Sample standard deviation of the values behind a mean; standard error of a slope.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -41,7 +41,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// Returns 80 ms of samples, of which the last 60 ms are the instance.
+    /// Returns 80 ms of samples; the last 60 ms are the instance.
     pub fn at_rate(rate_hz: f64) -> Self {
         let contact = contact();
         let lead = (0.02 * rate_hz) as usize;

@@ -94,7 +94,7 @@ impl AmplitudeProfile {
     }
 
     /// Returns φ at each position of a sliding finger; an unknown position is replaced by the last known one,
-    /// or before the first by that one.
+    /// or by the first one before that is reached.
     pub fn along(&self, positions_m: &[f64]) -> Vec<f64> {
         let known = positions_m.iter().find(|position_m| !position_m.is_nan());
         let mut last_m = known.copied().unwrap_or(f64::NAN);

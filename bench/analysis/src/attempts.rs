@@ -148,7 +148,7 @@ pub struct Account {
     pub accepted: usize,
     /// Number of recordings analysed.
     pub analysed: usize,
-    /// Number of these that were not accepted.
+    /// Number of analysed recordings with trials that were not accepted.
     pub not_accepted: usize,
     /// Number of attempts left out on purpose.
     pub excluded: usize,

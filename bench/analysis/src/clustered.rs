@@ -73,7 +73,7 @@ fn p_value(sums: &[f64]) -> f64 {
     as_far as f64 / arrangements as f64
 }
 
-/// Returns the same from the distribution of a studentised sum.
+/// Returns the p-value from the distribution of a studentised sum.
 fn normal_p_value(sums: &[f64]) -> f64 {
     let t = sums.iter().sum::<f64>().abs() / sums.iter().map(|sum| sum * sum).sum::<f64>().sqrt();
     let freedom = (sums.len() - 1) as f64;

@@ -68,7 +68,7 @@ pub struct ArrowMinimum<const OWN: usize, const SHARED: usize> {
     pub squares: f64,
     /// Whether it is a minimum.
     pub converged: bool,
-    /// Gradient and normal matrix at it.
+    /// Gradient and normal matrix at the minimum.
     pub(crate) arrow: Arrow<OWN, SHARED>,
 }
 

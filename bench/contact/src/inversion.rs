@@ -52,7 +52,7 @@ pub struct Inversion<const N: usize> {
     pub finger_scale: Complex64,
     /// ∂ ln `finger_scale`/∂parameter.
     pub finger_slopes: [Complex64; N],
-    /// Mobility that other modes of the plate add to that part, m/(N·s).
+    /// Mobility that other modes of the plate add to the finger's part of Z_m, m/(N·s).
     pub residual_mobility: Complex64,
     /// ∂`residual_mobility`/∂parameter.
     pub residual_slopes: [Complex64; N],

@@ -60,7 +60,7 @@ pub(super) struct MeasuredSamples<'a> {
 pub(super) struct Varying<'a> {
     pub(super) loads: &'a Loads,
     pub(super) trend: &'a Trend,
-    /// Index of the first sample in them.
+    /// Index of the first sample in loads and trend.
     pub(super) first: usize,
 }
 

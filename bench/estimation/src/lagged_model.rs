@@ -450,7 +450,7 @@ struct Seen {
     both: Complex64,
     /// Z_t Z_c/(Z_t + Z_c).
     alone: Complex64,
-    /// Factor that the other modes apply to it.
+    /// Factor that the other modes apply to `alone`.
     part: Complex64,
     finger_scale: Complex64,
 }

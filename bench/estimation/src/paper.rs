@@ -52,7 +52,7 @@ pub struct RestReading {
     pub below_threshold: bool,
     /// Number of samples used.
     pub samples: usize,
-    /// Largest amplitude among them, m.
+    /// Largest amplitude among the samples used, m.
     pub up_to_amplitude_m: f64,
     /// Z_m⁰, their mean plain impedance, N·s/m.
     pub z_m_plain_n_s_per_m: Complex64,

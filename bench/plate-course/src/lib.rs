@@ -104,7 +104,7 @@ impl Told {
         self.squares += reading.value.powi(2) * weight;
     }
 
-    /// Solves them for a prior standard deviation `warmth` of the warmth.
+    /// Solves the normal equations for a prior standard deviation `warmth` of the warmth.
     fn explained(&self, stds: CourseStds, warmth: f64) -> Explained {
         let stds = Vector4::new(stds.size, stds.per_s, warmth, warmth);
         let prior = stds.map(|std| std.powi(-2));

@@ -138,7 +138,7 @@ impl<'a> Pool<'a> {
         self.median_trial(|trial| trial.sampled(value))
     }
 
-    /// Returns the same coefficient within each trial.
+    /// Returns Spearman's coefficient of a sampled quantity and the measured friction within each trial.
     pub(super) fn sampled_within_trials(&self, value: OfSample) -> Found {
         self.over_trials(|trial| trial.sampled(value))
     }

@@ -16,7 +16,7 @@ pub struct PlateSample {
 pub struct FingerLoad {
     /// Vibration amplitude under the finger, peak, m.
     pub amplitude_m: f64,
-    /// Ratio of that amplitude to the pickup's.
+    /// Ratio of the amplitude under the finger to the pickup's.
     pub amplitude_ratio: f64,
     /// Normal force, N.
     pub normal_n: f64,

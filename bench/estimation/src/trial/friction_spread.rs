@@ -22,7 +22,7 @@ pub(super) struct FrictionSpread {
 }
 
 impl FrictionSpread {
-    /// Returns them for the covariance of a minimum; `None` if the normal matrix is singular.
+    /// Returns the spread for the covariance of a minimum; `None` if the normal matrix is singular.
     pub(super) fn new(
         friction: &TrialFriction,
         following: &[Following],

@@ -94,7 +94,7 @@ pub struct SharedFit {
     pub misfit: Vec<Misfit>,
     /// Floor φ of friction as a fraction of μ0; `None` if the measured friction could not be fitted.
     pub friction_floor: Option<Uncertain>,
-    /// Lag of the lateral force, s; `None` under the same condition.
+    /// Lag of the lateral force, s; `None` if the measured friction could not be fitted.
     pub lateral_lag_s: Option<Uncertain>,
 }
 

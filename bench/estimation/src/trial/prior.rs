@@ -52,13 +52,13 @@ pub struct TrialPriors {
     pub lag_exponent: Normal,
     /// Growth of the logarithm of the amplitude over 30 mm along the plate, relative to the measurement. Default 0 ± 0.015.
     pub amplitude_tilt: Normal,
-    /// Increase of that logarithm 30 mm from the centre on both sides. Default −0.01 ± 0.02.
+    /// Increase of the logarithm of the amplitude 30 mm from the centre on both sides. Default −0.01 ± 0.02.
     pub amplitude_bow: Normal,
     /// Standard deviation of the angle by which the finger's part of Z_m is rotated, rad, both for the component common to all
     /// places and for that of each place; their means are 0. Default 0.02: the effect of a second mode a kilohertz away.
     pub finger_angle_std_rad: f64,
-    /// Standard deviation of the residual mobility that such a mode adds to the finger's part of Z_m, m/(N·s), for both
-    /// components likewise. Default 0.003: a mode of 20 g a kilohertz away has 0.004.
+    /// Standard deviation of the residual mobility that a second mode adds to the finger's part of Z_m, m/(N·s), for the common
+    /// component and for that of each place. Default 0.003: a mode of 20 g a kilohertz away has 0.004.
     pub residual_mobility_std_m_per_n_s: f64,
     /// Standard deviation of the offset of the plate's reactance, N·s/m; its mean is 0. Default 3, thirty hertz for a plate of
     /// 8 g.

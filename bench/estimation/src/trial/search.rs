@@ -44,7 +44,7 @@ const LAWS: [usize; 7] = [
     ANGLE_OF_ALL,
     RESIDUAL_OF_ALL,
 ];
-/// Factor on the prior standard deviations of these parameters in a search from afar.
+/// Factor on the prior standard deviations of the extensions of the published laws in a search from afar.
 const SEARCHING: f64 = 0.05;
 const TO_THE_MINIMUM: Until = Until {
     tolerance: 1e-7,

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Config;
 
-/// Devices, channels, plate and gains that a calibration is valid for.
+/// Devices, channels, plate and gains for which a calibration is valid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -33,12 +33,11 @@ pub struct Identity {
     pub modal_mass_kg: f64,
     /// Gains of the amplifiers, as the operator describes them.
     pub gains: String,
-    /// What tells the force sensor from another, such as its port and protocol; absent while nothing was measured with
-    /// one.
+    /// Identification of the force sensor, such as its port and protocol; absent if no measurement has used one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_sensor: Option<String>,
-    /// What tells the sound card from another one of its name: its serial number, or the port that it is plugged into;
-    /// absent where the system tells neither, and in calibrations of earlier versions.
+    /// Identification of the sound card among others of the same name: its serial number, or the port it is plugged into;
+    /// absent if the system reports neither, and in calibrations of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sound_card: Option<String>,
 }

@@ -8,7 +8,7 @@ use super::moisture_table::MoistureTable;
 use super::population_table::PopulationTable;
 use super::spread_table::SpreadTable;
 
-/// The person: pinned values, or drawn by seed from the population.
+/// The person: fixed values, or values drawn by seed from the population.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]

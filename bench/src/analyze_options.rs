@@ -128,10 +128,10 @@ pub enum FiguresOf {
 /// Instances shown in Fig. 13.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub enum InstancesOf {
-    /// Of one exploration, as published.
+    /// Instances of one exploration, as published.
     #[default]
     Exploration,
-    /// Of the whole trial.
+    /// Instances of the whole trial.
     Trial,
 }
 

@@ -54,7 +54,7 @@ pub struct Printing {
 /// The subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Run a participant's session as a protocol prescribes.
+    /// Run a participant's session according to a protocol.
     Run(Run),
     /// Open the participant's window on a monitor, for sessions that run with --participant-window.
     Participant(Participant),
@@ -65,9 +65,9 @@ pub enum Command {
     Calibrate(Calibrate),
     /// Rehearse faults: the operator responds to one after another, and the times are recorded.
     Drill(Drill),
-    /// Replay a recording on the dashboard, or list those of a study.
+    /// Replay a recording on the dashboard, or list the recordings of a study.
     Replay(replay::Options),
-    /// Check that the bench is connected, works and is as calibrated.
+    /// Check that the bench is connected, works and matches its calibration.
     Check(Check),
     /// Ask about the bench's hardware, write its configuration, and check it.
     Init(setup::Options),
@@ -537,7 +537,7 @@ pub struct Exclude {
     /// Session [default: all].
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(1..))]
     pub session: Option<u32>,
-    /// Trial, all attempts at it: its number, or practice-1 for practice [default: all].
+    /// Trial with all its attempts: its number, or practice-1 for practice [default: all].
     #[arg(long, value_name = "TRIAL")]
     pub trial: Option<Trial>,
     /// Reason, printed with every result.

@@ -33,7 +33,7 @@ pub struct MeasuredPickup {
     pub offset: Quantity,
     /// Largest residual over the largest amplitude.
     pub nonlinearity: f64,
-    /// Number of points that the line was fitted to.
+    /// Number of points in the fit of the line.
     pub points: usize,
     /// Carrier of the measurement, Hz.
     pub carrier_hz: f64,
@@ -96,7 +96,7 @@ pub struct MeasuredFinger {
     pub quality: Option<Quantity>,
 }
 
-/// `[profile]`: the amplitude along the plate over that of the pickup.
+/// `[profile]`: the amplitude along the plate relative to that of the pickup.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -144,7 +144,7 @@ pub const PROFILE_RATIOS: [f64; 2] = [0.2, 2.0];
 pub struct ProfilePlace {
     /// Position along the plate, m.
     pub position_m: f64,
-    /// Amplitude there over that of the pickup.
+    /// Amplitude at this place relative to that of the pickup.
     pub ratio: f64,
     /// Standard error of the ratio, without errors common to all places.
     pub standard_error: f64,
@@ -172,13 +172,13 @@ pub struct MeasuredForce {
     pub measured: Provenance,
     /// Operator, date and method of the tare; it may be more recent than the matrix.
     pub tared: Provenance,
-    /// Normal force per newton that the normal axis reads over its tare, N/N.
+    /// Normal force per newton read by the normal axis above its tare, N/N.
     pub normal_per_normal: Quantity,
-    /// Normal force per newton that the lateral axis reads over its tare, N/N.
+    /// Normal force per newton read by the lateral axis above its tare, N/N.
     pub normal_per_lateral: Quantity,
-    /// Lateral force per newton that the normal axis reads over its tare, N/N.
+    /// Lateral force per newton read by the normal axis above its tare, N/N.
     pub lateral_per_normal: Quantity,
-    /// Lateral force per newton that the lateral axis reads over its tare, N/N.
+    /// Lateral force per newton read by the lateral axis above its tare, N/N.
     pub lateral_per_lateral: Quantity,
     /// Reading of the normal axis without load, N.
     pub normal_tare: Quantity,
@@ -194,7 +194,7 @@ pub struct MeasuredForce {
     pub nonlinearity: [f64; 2],
     /// Largest residual of the zero about its drift after a load was removed, normal and lateral, N.
     pub zero_return_n: [f64; 2],
-    /// Acceleration of gravity that the masses' weights were computed with, m/s².
+    /// Acceleration of gravity used to compute the masses' weights, m/s².
     pub gravity_m_per_s2: f64,
     /// Number of known masses that were placed.
     pub masses: usize,
@@ -230,7 +230,7 @@ pub struct MeasuredChannels {
     pub round_trip: Quantity,
     /// Time from the generator to the drive's input, s, as seen by the program: with the buffers of both directions.
     pub latency: Quantity,
-    /// Delay from a command to its read-back over several openings of the streams; absent where it was not measured.
+    /// Delay from a command to its read-back over several openings of the streams; absent if it was not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loop_delay: Option<MeasuredDelay>,
     /// Inputs in order of their index.

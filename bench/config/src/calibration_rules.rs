@@ -31,8 +31,8 @@ pub struct CalibrationRules {
     /// Acceleration of gravity at the bench, m/s²; if absent, standard gravity (9.80665) with an error that covers any place at
     /// sea level. National geodetic services give the local value (for most places to 1e-5 by latitude and height, GRS 80).
     pub gravity_m_per_s2: Option<f64>,
-    /// Scatter of means over a tenth of a second below which a force reading is at rest, N; scatter explained by the sensor's
-    /// noise is also allowed.
+    /// Scatter of means over a tenth of a second below which a force reading counts as at rest, N; scatter explained by the
+    /// sensor's noise is also allowed.
     pub force_rest_n: f64,
     /// Largest residual of a known mass under the fitted matrix, as a share of the largest force on its axis.
     pub force_nonlinearity: f64,

@@ -28,9 +28,9 @@ pub struct Encoder {
     /// Device that counts the encoder's signals.
     #[serde(default)]
     pub source: EncoderSource,
-    /// Movement per quadrature count, m; negative when the encoder counts the other way.
+    /// Movement per quadrature count, m; negative for an encoder that counts in the opposite direction.
     pub metres_per_count: f64,
-    /// Position along the plate where the bench starts counting, m.
+    /// Position along the plate at which the bench starts counting, m.
     pub origin_m: f64,
 }
 

@@ -9,9 +9,9 @@ use crate::Config;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Identity {
-    /// Audio input device, as the sound layer names it.
+    /// Audio input device, as named by the sound layer.
     pub input_device: String,
-    /// Audio output device, as the sound layer names it.
+    /// Audio output device, as named by the sound layer.
     pub output_device: String,
     /// Sample rate of both, Hz.
     pub rate_hz: u32,
@@ -31,7 +31,7 @@ pub struct Identity {
     pub plate_id: String,
     /// Modal mass of the plate, as typed in, kg.
     pub modal_mass_kg: f64,
-    /// Gains of the amplifiers, as the operator describes them.
+    /// Gains of the amplifiers, as described by the operator.
     pub gains: String,
     /// Identification of the force sensor, such as its port and protocol; absent if no measurement has used one.
     #[serde(default, skip_serializing_if = "Option::is_none")]

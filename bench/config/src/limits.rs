@@ -192,7 +192,7 @@ pub struct Safety {
     pub readback_floor_v: f64,
     /// Longest time from a command to its read-back, s.
     pub loop_latency_s: f64,
-    /// Delay from a command to its read-back as `calibrate channels` measured it, s; never read from `bench.toml`.
+    /// Delay from a command to its read-back, measured by `calibrate channels`, s; never read from `bench.toml`.
     #[serde(skip)]
     pub measured_delay_s: Option<f64>,
     /// Time without data from the card or the force sensor that stops the drive, s.

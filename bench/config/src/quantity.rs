@@ -18,7 +18,7 @@ pub struct Quantity {
     pub value: f64,
     /// Standard error, including all known contributions.
     pub standard_error: f64,
-    /// Degrees of freedom behind the standard error.
+    /// Degrees of freedom of the standard error.
     pub degrees_of_freedom: usize,
     /// Unit of value and standard error.
     pub unit: String,

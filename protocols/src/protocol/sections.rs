@@ -20,7 +20,7 @@ pub enum Order {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Trials {
-    /// Number of practice trials, before the others.
+    /// Number of practice trials, which precede the others.
     pub practice: u32,
     /// Number of trials of each condition.
     pub per_condition: u32,

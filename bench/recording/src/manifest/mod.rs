@@ -80,7 +80,7 @@ pub struct Manifest {
     /// Participant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub participant: Option<Participant>,
-    /// Trial and protocol, and how the recording ended.
+    /// Trial, protocol, and the end of the recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trial: Option<Trial>,
     /// Hardware of the recording.

@@ -39,8 +39,8 @@ pub struct Trial {
     pub protocol_file: Option<String>,
     /// Seed of the protocol's randomisation, at most 2⁶³ − 1.
     pub seed: u64,
-    /// End of the recording; absent while it is in progress, and permanently if the bench was killed. Whether the trial was
-    /// accepted is in the session's log.
+    /// Manner in which the recording ended; absent while it is in progress, and permanently if the bench was killed. The
+    /// session's log says whether the trial was accepted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub end: Option<End>,
     /// Reason of the interruption.
@@ -63,7 +63,7 @@ impl Trial {
     }
 }
 
-/// End of a recording.
+/// Manner in which a recording ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]

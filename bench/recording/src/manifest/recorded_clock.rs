@@ -13,8 +13,8 @@ pub struct RecordedClock {
     pub of: ClockOf,
     /// Excess of the clock's rate over the sound card's, or of the sound card's over the computer's, parts per million.
     pub drift_ppm: f64,
-    /// Largest difference between the arrival of readings and the times given by the clock, s, each a median over 5 s; absent if
-    /// not yet known.
+    /// Largest difference between the arrival of readings and the times given by the clock, s, each a median over 5 s; absent
+    /// if not yet known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_s: Option<f64>,
 }
@@ -24,7 +24,7 @@ pub struct RecordedClock {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ClockOf {
-    /// The sound card, whose clock the recording's times are on.
+    /// The sound card; its clock is the time base of the recording.
     SoundCard,
     /// The force sensor.
     ForceSensor,

@@ -64,7 +64,7 @@ pub enum EventKind {
     Pause,
     /// The session resumed with this trial after a pause, a fault or the end of the program.
     Resume,
-    /// The trial was aborted to be repeated, or is an attempt after another one.
+    /// The trial was aborted to be repeated, or is a further attempt.
     Redo,
     /// A remark.
     Note,

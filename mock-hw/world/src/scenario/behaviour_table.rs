@@ -5,7 +5,7 @@ use strict::OutOfRange;
 
 use super::ranges::all_within;
 
-/// How the person moves and presses. Probabilities are per exploration.
+/// Movement and force of the person. Probabilities are per exploration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]

@@ -5,7 +5,7 @@ use strict::OutOfRange;
 
 use super::ranges::all_within;
 
-/// Squeeze film and asperities (`Huloux 2021`, Eqs. 13–18), for constants that are not drawn for a person.
+/// Squeeze film and asperities (`Huloux 2021`, Eqs. 13–18): constants, unless drawn for a person.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]

@@ -11,7 +11,7 @@ use super::ranges::all_within;
 #[serde(deny_unknown_fields, default)]
 pub struct LawsTable {
     /// Height at which the asperities end, in units of the standard deviation, 3 σ_t, of their normally distributed heights;
-    /// their force then follows Greenwood and Williamson (1966). Exponential if absent.
+    /// their force then follows Greenwood and Williamson (1966). If absent, their force is exponential.
     pub asperity_cutoff: Option<f64>,
     /// Attraction between skin and plate at zero gap, N.
     pub adhesion_n: f64,

@@ -25,7 +25,7 @@ pub struct ParticipantTable {
     pub spread: SpreadTable,
     /// Slow change of the skin within a session.
     pub moisture: MoistureTable,
-    /// How the person moves and presses.
+    /// Movement and force of the person.
     pub behaviour: BehaviourTable,
 }
 

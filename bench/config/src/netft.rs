@@ -17,7 +17,7 @@ const RDT_PORT: u16 = 49_152;
 pub struct Netft {
     /// IP address of the sensor, with its UDP port if that is not 49152.
     pub address: String,
-    /// Counts per newton; if absent, read from the device's own page.
+    /// Counts per newton; if absent, read from the device's web page.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub counts_per_n: Option<f64>,
     /// Rate at which the device counts its samples, Hz.

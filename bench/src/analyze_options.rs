@@ -14,14 +14,13 @@ const FEWEST_COLUMNS: u16 = 60;
 /// `analyze`
 #[derive(Debug, Args)]
 pub struct Analyze {
-    /// Folders of recordings, or of studies, participants or sessions: all their accepted trials.
+    /// Folders of recordings, or of studies, participants or sessions to analyse all their accepted trials.
     #[arg(required = true, value_name = "RECORDING|STUDY")]
     pub recordings: Vec<PathBuf>,
     /// Write the results as JSON; `-` for standard output.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Write everything as one page of HTML that needs nothing beside itself, to be sent to a co-author; `-` for
-    /// standard output.
+    /// Write all results as one self-contained HTML page, to send to a co-author; `-` for standard output.
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     /// Table to print.
@@ -33,7 +32,7 @@ pub struct Analyze {
     /// Draw the published figures as SVG and PNG, with captions.
     #[arg(long, value_name = "DIR")]
     pub figures: Option<PathBuf>,
-    /// Method that the figures show.
+    /// Method shown in the figures.
     #[arg(
         long,
         value_name = "METHOD",
@@ -42,7 +41,7 @@ pub struct Analyze {
         requires = "figures"
     )]
     pub figures_of: FiguresOf,
-    /// Instances that Fig. 13 shows, of the typical trial.
+    /// Instances of the typical trial shown in Fig. 13.
     #[arg(
         long,
         value_name = "WHICH",
@@ -51,23 +50,23 @@ pub struct Analyze {
         requires = "figures"
     )]
     pub instances_of: InstancesOf,
-    /// Assume another value, such as contact_area_m2=314e-6; the names are those of `settings` in the results,
-    /// with dots for what stands in a table: trial_priors.tau_s.median=2e-3.
+    /// Override an assumed value, such as contact_area_m2=314e-6; the names are those of `settings` in the results, with dots
+    /// for nested tables: trial_priors.tau_s.median=2e-3.
     #[arg(long, value_name = "NAME=VALUE")]
     pub assume: Vec<String>,
-    /// Assume the values of a TOML file, NAME = VALUE on each line; --assume takes precedence.
+    /// Override assumed values from a TOML file with NAME = VALUE on each line; --assume takes precedence.
     #[arg(long, value_name = "FILE")]
     pub assume_file: Vec<PathBuf>,
-    /// Let `dynamic` take the plate as it was unloaded, instead of fitting how far it has moved since.
+    /// Take the plate in `dynamic` as measured unloaded, instead of fitting its offset since then.
     #[arg(long)]
     pub no_offset: bool,
     /// Include practice trials.
     #[arg(long)]
     pub practice: bool,
-    /// Analyse also trials that were not accepted: of each, the last completed attempt.
+    /// Also analyse trials that were not accepted: the last completed attempt of each.
     #[arg(long)]
     pub include_rejected: bool,
-    /// Analyse also what the study's exclusions.tsv leaves out.
+    /// Also analyse trials that the study's exclusions.tsv excludes.
     #[arg(long)]
     pub include_excluded: bool,
 }
@@ -76,16 +75,16 @@ pub struct Analyze {
 #[derive(Debug, Args)]
 #[group(multiple = false)]
 pub struct Table {
-    /// Print the published statistics beside those of these recordings.
+    /// Print a table of the published statistics and those of these recordings.
     #[arg(long)]
     pub table: bool,
-    /// Print them as CSV, every number in a column of its own.
+    /// Print the table as CSV, each number in a separate column.
     #[arg(long)]
     pub table_csv: bool,
-    /// Print them as a table of Markdown.
+    /// Print the table in Markdown.
     #[arg(long)]
     pub table_markdown: bool,
-    /// Print them as a table of LaTeX (booktabs).
+    /// Print the table in LaTeX (booktabs).
     #[arg(long)]
     pub table_latex: bool,
 }
@@ -110,14 +109,14 @@ fn columns() -> Option<u16> {
     Some(columns.0.max(FEWEST_COLUMNS))
 }
 
-/// Method that figures show.
+/// Method shown in figures.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub enum FiguresOf {
     /// As published.
     Paper,
     /// With envelope dynamics and levitation lag.
     Dynamic,
-    /// With everything fitted to all instances of a recording together.
+    /// With all parameters fitted to all instances of a recording together.
     Trial,
     /// `paper` and `dynamic`, in different inks.
     Both,
@@ -126,13 +125,13 @@ pub enum FiguresOf {
     All,
 }
 
-/// Instances that Fig. 13 shows.
+/// Instances shown in Fig. 13.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub enum InstancesOf {
-    /// Of one exploration, as published.
+    /// Instances of one exploration, as published.
     #[default]
     Exploration,
-    /// Of the whole trial.
+    /// Instances of the whole trial.
     Trial,
 }
 

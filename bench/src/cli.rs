@@ -17,10 +17,10 @@ pub use replay::Speed;
 #[derive(Debug, Parser)]
 #[command(version = env!("FRICTION_BENCH_VERSION"), about, arg_required_else_help = true, max_term_width = 100)]
 pub struct Cli {
-    /// What to do.
+    /// Command to run.
     #[command(subcommand)]
     pub command: Command,
-    /// How much is printed.
+    /// Amount of output.
     #[command(flatten)]
     pub printing: Printing,
 }
@@ -37,16 +37,16 @@ impl Cli {
     }
 }
 
-/// How much is printed beside the result.
+/// Amount of output in addition to the result.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Printing {
-    /// Print which files were read, and how long it took, on standard error.
+    /// Print the files read and the time taken on standard error.
     #[arg(short, long, global = true, conflicts_with = "quiet")]
     pub verbose: bool,
     /// Print no progress on standard error; warnings and errors remain.
     #[arg(short, long, global = true)]
     pub quiet: bool,
-    /// Colours of the dashboard: default, light, high-contrast or monochrome; NO_COLOR comes before it.
+    /// Colours of the dashboard: default, light, high-contrast or monochrome; NO_COLOR takes precedence.
     #[arg(long, global = true, value_name = "THEME")]
     pub theme: Option<tui::Theme>,
 }
@@ -54,7 +54,7 @@ pub struct Printing {
 /// The subcommands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Run a participant's session as a protocol prescribes.
+    /// Run a participant's session according to a protocol.
     Run(Run),
     /// Open the participant's window on a monitor, for sessions that run with --participant-window.
     Participant(Participant),
@@ -63,13 +63,13 @@ pub enum Command {
     /// Measure the bench's constants and write them to the calibration file.
     #[command(subcommand)]
     Calibrate(Calibrate),
-    /// Rehearse faults: the operator meets one after the other, and the times are kept.
+    /// Rehearse faults: the operator responds to one after another, and the times are recorded.
     Drill(Drill),
-    /// Replay a recording on the dashboard, or list those of a study.
+    /// Replay a recording on the dashboard, or list the recordings of a study.
     Replay(replay::Options),
-    /// Check that the bench is connected, works and is as calibrated.
+    /// Check that the bench is connected, works and matches its calibration.
     Check(Check),
-    /// Ask what the bench is made of, write its configuration, and check it.
+    /// Ask about the bench's hardware, write its configuration, and check it.
     Init(setup::Options),
     /// Calibrate a simulated bench, run a session of a virtual participant on it, and analyse it.
     Demo(demo::Options),
@@ -77,15 +77,15 @@ pub enum Command {
     Devices(Devices),
     /// Analyse recordings: impedance, gap and friction by each method.
     Analyze(Analyze),
-    /// Verify that a study is all there and as it was recorded.
+    /// Verify that a study is complete and unchanged since it was recorded.
     Verify(Verify),
-    /// Leave a participant, a session or a trial out of a study's analysis, with the reason.
+    /// Exclude a participant, a session or a trial from a study's analysis, with the reason.
     Exclude(Exclude),
-    /// Remove a participant from a study, for good.
+    /// Remove a participant from a study permanently.
     Forget(Forget),
     /// Compute the published model: curves as CSV, figures as SVG and PNG.
     Model(model::Options),
-    /// Print the JSON Schema of a file, by which an editor completes and checks it; without a name, list the schemas.
+    /// Print the JSON Schema of a file, for completion and validation in editors; without a name, list the schemas.
     Schema {
         /// Schema to print.
         #[arg(value_parser = schemas::names())]
@@ -93,16 +93,16 @@ pub enum Command {
     },
     /// Print a completion script for a shell.
     Completions {
-        /// Shell to write it for.
+        /// Shell that runs the script.
         shell: clap_complete::Shell,
     },
-    /// Print the manual page, in the format of man(1), or write those of all commands.
+    /// Print the manual page, in the format of man(1), or write the pages of all commands.
     Manual {
-        /// Folder to write a page for each command to, such as /usr/local/share/man/man1.
+        /// Folder for one page per command, such as /usr/local/share/man/man1.
         #[arg(long, value_name = "DIR")]
         to: Option<PathBuf>,
     },
-    /// Look up a message of the program: what it means and what to do.
+    /// Look up a message of the program: its meaning and the remedy.
     #[command(after_long_help = messages::text(&[]).unwrap_or_default())]
     Messages(messages::Options),
 }
@@ -113,16 +113,16 @@ pub struct Hardware {
     /// Configuration of the bench [default: bench.toml, or that of the simulated bench with --mock].
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
-    /// Use simulated hardware, as a built-in scenario or a scenario file describes it.
+    /// Use simulated hardware, as described by a built-in scenario or a scenario file.
     #[arg(long, value_name = "SCENARIO", num_args = 0..=1, default_missing_value = "nominal")]
     pub mock: Option<String>,
     /// Seed of the simulated hardware and of all random choices [default: the protocol's].
     #[arg(long, value_parser = seed, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// Print the effective configuration and exit; a commented template if there is none yet.
+    /// Print the effective configuration and exit; if there is no configuration yet, a commented template.
     #[arg(long)]
     pub print_config: bool,
-    /// Calibration file [default: calibration.toml; none with --mock].
+    /// Calibration file [default: calibration.toml; with --mock, no file].
     #[arg(long, value_name = "FILE")]
     pub calibration: Option<PathBuf>,
 }
@@ -130,9 +130,9 @@ pub struct Hardware {
 /// Faults that are injected into simulated hardware.
 #[derive(Debug, Clone, Default, Args)]
 pub struct Rehearsal {
-    /// Inject a fault into simulated hardware: NAME@TIME, NAME@TIME-UNTIL or NAME@TIME:ARGUMENT, with times in s or
-    /// ms such as estop@12s-14s or xrun@3s:192. Time counts from the start of the sound card, after the quick check;
-    /// a fault at 0 s is there in the quick check too. May be repeated.
+    /// Inject a fault into simulated hardware: NAME@TIME, NAME@TIME-UNTIL or NAME@TIME:ARGUMENT, with times in s or ms, such as
+    /// estop@12s-14s or xrun@3s:192. Time counts from the start of the sound card, after the quick check; a fault at 0 s is
+    /// already present in the quick check. May be repeated.
     #[arg(long = "fault", value_name = "NAME@TIME", value_parser = NamedFault::<RehearsedFault>::new())]
     pub faults: Vec<RehearsedFault>,
 }
@@ -158,23 +158,23 @@ pub struct Run {
     /// Operator who holds the participant's signed consent; required with --headless.
     #[arg(long, value_name = "OPERATOR")]
     pub consent_by: Option<String>,
-    /// Participant's age in whole years, if the protocol asks for it; n/a if not stated. The dashboard asks for what is
-    /// not given.
+    /// Participant's age in whole years, if the protocol asks for it; n/a if not stated. The dashboard asks for omitted
+    /// details.
     #[arg(long, value_name = "YEARS", allow_negative_numbers = true)]
     pub age: Option<String>,
     /// Participant's sex, if the protocol asks for it: female, male, other; n/a if not stated.
     #[arg(long, value_name = "SEX")]
     pub sex: Option<String>,
-    /// Hand that the participant writes with, if the protocol asks for it: right, left, ambidextrous; n/a if not stated.
+    /// Participant's writing hand, if the protocol asks for it: right, left, ambidextrous; n/a if not stated.
     #[arg(long, value_name = "HAND")]
     pub handedness: Option<String>,
     /// Resume the participant's interrupted session.
     #[arg(long, conflicts_with = "new_session")]
     pub resume: bool,
-    /// Resume with a protocol that was edited since; the log and each recording say so.
+    /// Resume with a protocol that has been edited since; the log and each recording say so.
     #[arg(long, requires = "resume")]
     pub accept_edited_protocol: bool,
-    /// Resume and repeat every accepted trial whose recording is lost; without it, only the last one.
+    /// Resume and repeat every accepted trial with a lost recording [default: only the last trial].
     #[arg(long, requires = "resume")]
     pub repeat_lost: bool,
     /// Start another session of a participant who already has one.
@@ -183,7 +183,7 @@ pub struct Run {
     /// Run without a valid calibration; every file and screen says so.
     #[arg(long, conflicts_with = "calibration")]
     pub uncalibrated: bool,
-    /// Print progress instead of showing the dashboard; the protocol's rules decide.
+    /// Print progress instead of showing the dashboard; verdicts follow the protocol's rules.
     #[arg(long)]
     pub headless: bool,
     /// Pace of simulated hardware.
@@ -192,13 +192,13 @@ pub struct Run {
     /// Existing folder for the simulated truth, for tests; never read by the bench.
     #[arg(long, value_name = "DIR", requires = "mock", hide = true)]
     pub mock_truth: Option<PathBuf>,
-    /// Let the umask decide who can read what this session writes; without it, nobody but you can.
+    /// Create files with the umask's permissions [default: readable by you only].
     #[arg(long)]
     pub shared: bool,
     /// Terminal for the participant's screen, such as /dev/tty2.
     #[arg(long, value_name = "TTY")]
     pub participant_display: Option<PathBuf>,
-    /// Show the participant's window, which `friction-bench participant` opens; a socket where they meet, if not the usual.
+    /// Show the participant's window, opened with `friction-bench participant`, over SOCKET [default: the usual socket].
     #[arg(long, value_name = "SOCKET", num_args = 0..=1)]
     pub participant_window: Option<Option<PathBuf>>,
 }
@@ -216,14 +216,13 @@ pub struct Monitor {
     /// check].
     #[arg(long, value_name = "VOLTS", allow_negative_numbers = true)]
     pub drive_v: Option<f64>,
-    /// Whose finger is on the driven plate: the time counts on this participant's hour [default: on the hour of
-    /// everybody who comes to this bench].
+    /// Participant at the plate; driving time counts against their hourly limit [default: against everyone's].
     #[arg(long, value_name = "ID", requires = "study", requires = "drive_v")]
     pub participant: Option<String>,
     /// Study of the participant.
     #[arg(long, value_name = "DIR", requires = "participant")]
     pub study: Option<PathBuf>,
-    /// Nobody's finger is on the driven plate: the time counts on no person's hour.
+    /// Declare the plate clear: driving time counts against no person's hourly limit.
     #[arg(long, requires = "drive_v", conflicts_with = "participant")]
     pub clear_plate: bool,
     /// Run without a valid calibration; the screen says so.
@@ -267,16 +266,17 @@ pub struct Measure {
     /// Pace of simulated hardware.
     #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
     pub speed: Speed,
-    /// Name of the operator, kept in the calibration file.
+    /// Name of the operator, stored in the calibration file.
     #[arg(long, value_name = "NAME")]
     pub operator: String,
-    /// Let the umask decide who can read a new calibration, which names the operator; without it, nobody but you can.
+    /// Create a new calibration file with the umask's permissions [default: readable by you only, because it names the
+    /// operator].
     #[arg(long)]
     pub shared: bool,
     /// Print the result as JSON; implies --headless.
     #[arg(long)]
     pub json: bool,
-    /// Ask nothing: take known values from options and print progress on standard error. Implied without a terminal.
+    /// Run without prompts: take known values from options and print progress on standard error. Implied without a terminal.
     #[arg(long)]
     pub headless: bool,
 }
@@ -302,10 +302,10 @@ pub struct CalibratePickup {
     /// Known peak amplitude at each level, µm.
     #[arg(long, value_name = "MICROMETRES", value_delimiter = ',', conflicts_with_all = ["known_csv", "instrument"], requires = "levels_v")]
     pub known_um: Vec<f64>,
-    /// CSV file of levels and known peak amplitudes, with the columns drive_v,known_um and, if you like, known_at_hz.
+    /// CSV file of levels and known peak amplitudes, with the columns drive_v,known_um and optionally known_at_hz.
     #[arg(long, value_name = "FILE", conflicts_with = "instrument")]
     pub known_csv: Option<PathBuf>,
-    /// Frequency at which the known amplitudes hold, Hz; the plate's resonance must be there now.
+    /// Frequency at which the known amplitudes are valid, Hz; the plate's resonance must be there now.
     #[arg(long, value_name = "HZ", value_parser = model::positive, allow_negative_numbers = true, conflicts_with = "instrument")]
     pub known_at_hz: Option<f64>,
     #[command(flatten)]
@@ -341,10 +341,10 @@ pub struct CalibrateOutput {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub measure: Measure,
-    /// Name of the meter, kept in the calibration file: make, model, serial number.
+    /// Name of the meter, stored in the calibration file: make, model, serial number.
     #[arg(long, value_name = "NAME")]
     pub meter: String,
-    /// What the meter reads of a sine.
+    /// Quantity of a sine that the meter reads.
     #[arg(long, value_enum)]
     pub reads: Reads,
     /// Relative standard uncertainty of the meter at the frequency of the tone.
@@ -355,14 +355,14 @@ pub struct CalibrateOutput {
         allow_negative_numbers = true
     )]
     pub meter_accuracy: f64,
-    /// Highest frequency at which the meter is that accurate; a hand multimeter's is some hundred Hz [default: the
+    /// Highest frequency at which the meter has this accuracy; some hundred Hz for a hand-held multimeter [default: the
     /// carrier].
     #[arg(long, value_name = "HZ", value_parser = model::positive, allow_negative_numbers = true)]
     pub meter_up_to_hz: Option<f64>,
     /// Drive levels, V peak, lowest first, at least three [default: five up to 20 V].
     #[arg(long, value_name = "VOLTS", value_delimiter = ',')]
     pub levels_v: Vec<f64>,
-    /// What the meter reads at each level, in the unit of --reads.
+    /// Readings of the meter at each level, in the unit of --reads.
     #[arg(
         long,
         value_name = "VOLTS",
@@ -379,14 +379,14 @@ pub struct CalibrateOutput {
     pub instrument_baud: u32,
 }
 
-/// What a meter reads of a sine.
+/// Quantity of a sine that a meter reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Reads {
-    /// Root mean square, as a multimeter shows it.
+    /// Root mean square, as shown by a multimeter.
     Rms,
     /// Peak, from zero.
     Peak,
-    /// From peak to peak, as an oscilloscope shows it.
+    /// Peak to peak, as shown by an oscilloscope.
     PeakToPeak,
 }
 
@@ -414,12 +414,12 @@ pub struct CalibratePlate {
         allow_negative_numbers = true
     )]
     pub drive_v: f64,
-    /// Measure the response again with a finger resting on the plate, at 6 V or less; it is kept and drawn beside the bare
-    /// one, and never used as a constant.
+    /// Measure the response again with a finger resting on the plate, at 6 V or less; it is stored and plotted with the bare
+    /// plate's response, and never used as a constant.
     #[arg(long, conflicts_with = "along")]
     pub finger: bool,
-    /// Then measure the amplitude at this many places along the plate, 3 to 50, with a vibrometer that you move; its
-    /// readings are typed, or sent by --instrument.
+    /// Then measure the amplitude at this many places along the plate, 3 to 50, with a vibrometer that you move; type in its
+    /// readings, or read them with --instrument.
     #[arg(long, value_name = "PLACES")]
     pub along: Option<u32>,
     /// Serial port of the vibrometer that sends its peak amplitude in µm, one number per line.
@@ -439,10 +439,10 @@ pub struct CalibrateForce {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub measure: Measure,
-    /// Known masses to put on the plate one after the other, g; the dashboard asks for them if none is given.
+    /// Known masses to put on the plate one after another, g; the dashboard asks for them if omitted.
     #[arg(long, value_name = "GRAMS", value_delimiter = ',', conflicts_with_all = ["masses_csv", "tare"])]
     pub normal_g: Vec<f64>,
-    /// Known masses to hang over the pulley one after the other, g; they pull towards increasing position.
+    /// Known masses to hang over the pulley one after another, g; they pull towards increasing position.
     #[arg(long, value_name = "GRAMS", value_delimiter = ',', conflicts_with_all = ["masses_csv", "tare"])]
     pub lateral_g: Vec<f64>,
     /// CSV file of known masses, with the columns axis,mass_g or axis,mass_g,sigma_g; an axis is normal or lateral.
@@ -468,25 +468,25 @@ pub struct Drill {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub hardware: Hardware,
-    /// Name of the operator, kept with the times.
+    /// Name of the operator, stored with the times.
     #[arg(long, value_name = "NAME")]
     pub operator: String,
-    /// Faults to rehearse, in an order that is drawn [default: all that this bench can be drilled with].
+    /// Faults to rehearse, in random order [default: all that this bench can rehearse].
     #[arg(long, value_name = "FAULTS", value_delimiter = ',', value_parser = NamedFault::<FaultKind>::new())]
     pub only: Vec<FaultKind>,
-    /// Folder of the drills; each is kept in a folder of its own in it.
+    /// Folder for drill records, one subfolder each.
     #[arg(long, value_name = "DIR", default_value = "drills")]
     pub out: PathBuf,
     /// Run without a valid calibration; the screen says so.
     #[arg(long, conflicts_with = "calibration")]
     pub uncalibrated: bool,
-    /// Let a program do what the operator should, and print lines; only with --mock.
+    /// Run unattended: a script acts as operator, and lines are printed; only with --mock.
     #[arg(long, requires = "mock")]
     pub headless: bool,
     /// Pace of simulated hardware; max only with --headless.
     #[arg(long, value_enum, default_value_t = Speed::Real, requires = "mock")]
     pub speed: Speed,
-    /// Let the umask decide who can read what this drill writes; without it, nobody but you can.
+    /// Create files with the umask's permissions [default: readable by you only].
     #[arg(long)]
     pub shared: bool,
 }
@@ -500,13 +500,13 @@ pub struct Check {
     #[command(flatten)]
     #[expect(missing_docs, reason = "flattened")]
     pub rehearsal: Rehearsal,
-    /// First test the e-stop: ask for a press and a release, and record it.
+    /// First test the e-stop: ask for a press and a release, and record the test.
     #[arg(long)]
     pub press_estop: bool,
-    /// Check for two seconds, as before every session, and leave the disk and the terminal out.
+    /// Run only the two-second check made before every session, without the disk and the terminal.
     #[arg(long)]
     pub quick: bool,
-    /// Protocol whose session must fit on the plate and on the disk.
+    /// Protocol of the session that must fit on the plate and on the disk.
     #[arg(long, value_name = "FILE", default_value = "huloux2021")]
     pub protocol: String,
     /// Study folder of that session.
@@ -537,13 +537,13 @@ pub struct Exclude {
     /// Session [default: all].
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u32).range(1..))]
     pub session: Option<u32>,
-    /// Trial, all attempts at it: its number, or practice-1 for practice [default: all].
+    /// Trial with all its attempts: its number, or practice-1 for practice [default: all].
     #[arg(long, value_name = "TRIAL")]
     pub trial: Option<Trial>,
-    /// Reason, which is printed beside every result.
+    /// Reason, printed with every result.
     #[arg(long, value_name = "REASON")]
     pub because: String,
-    /// Who decided it.
+    /// Name of the person who decided it.
     #[arg(long, value_name = "NAME")]
     pub by: String,
     /// Folder of the study.
@@ -570,7 +570,7 @@ pub struct Forget {
     /// Participant's pseudonym, such as sub-07.
     #[arg(value_name = "ID")]
     pub participant: String,
-    /// Answer both questions beforehand, by the participant's pseudonym again; required without a terminal.
+    /// Skip both prompts by repeating the participant's pseudonym; required without a terminal.
     #[arg(long, value_name = "ID")]
     pub confirm: Option<String>,
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Normal forces that the participant is asked for, N.
+/// Normal forces requested of the participant, N.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -24,7 +24,7 @@ pub struct Quality {
     pub max_clipped_frames: u64,
     /// Lost input frames allowed in a trial.
     pub max_lost_frames: u64,
-    /// Sum of input and output xruns allowed in a trial; those that cost no frame do not count.
+    /// Sum of input and output xruns allowed in a trial; xruns without lost frames do not count.
     pub max_xruns: u64,
 }
 

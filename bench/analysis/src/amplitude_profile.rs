@@ -1,16 +1,16 @@
-//! The amplitude along the plate over that which the pickup reads, at any position.
+//! Ratio of the amplitude along the plate to the pickup's reading, at any position.
 //!
-//! Between the measured places it is the cubic with their ratios whose slope at a place is that of the parabola through
-//! the place and its two neighbours; so three places give a parabola, which is what a mode looks like about its middle.
-//! Straight lines between three places would miss a parabola by a quarter of what it falls by towards the ends, between
-//! five by a sixteenth. Beyond the first and the last place it stays what it is there: nothing was measured.
+//! Between the measured places the ratio is a cubic through their ratios. Its slope at a place is that of the parabola through
+//! the place and its two neighbours, so three places give a parabola, the shape of a mode about its middle.
+//! Straight lines between three places would miss a parabola by a quarter of its fall towards the ends, between
+//! five by a sixteenth. Beyond the first and the last place the ratio is constant, because nothing was measured there.
 
 use recording::manifest::{PROFILE_RATIOS, RecordedPlate, RecordedProfile};
 
-/// Ratio φ of the amplitude along the plate to that which the pickup reads; 1 everywhere where it was not measured.
+/// Ratio φ of the amplitude along the plate to the pickup's reading; 1 everywhere if it was not measured.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AmplitudeProfile {
-    /// In order of their positions; none for a plate that is taken as uniform.
+    /// Measured places in order of position; empty for a plate assumed to be uniform.
     places: Vec<MeasuredPlace>,
 }
 
@@ -29,7 +29,7 @@ impl From<&RecordedPlate> for AmplitudeProfile {
 }
 
 impl AmplitudeProfile {
-    /// Makes the profile of a plate whose places have passed [`RecordedProfile::validate`].
+    /// Makes the profile of a plate from places that have passed [`RecordedProfile::validate`].
     pub fn new(recorded: &RecordedProfile) -> Self {
         let at: Vec<(f64, f64)> = recorded
             .positions_m
@@ -38,7 +38,7 @@ impl AmplitudeProfile {
             .zip(recorded.ratios.iter().copied())
             .collect();
         let places = at.iter().enumerate().map(|(i, &(position_m, ratio))| {
-            // At an end the parabola is that of the three places nearest to it.
+            // At an end, use the parabola through the three nearest places.
             let first = i.saturating_sub(1).min(at.len().saturating_sub(3));
             let nearest = &at[first..at.len().min(first + 3)];
             MeasuredPlace {
@@ -52,13 +52,13 @@ impl AmplitudeProfile {
         }
     }
 
-    /// Returns whether it was measured.
+    /// Returns whether the profile was measured.
     #[must_use]
     pub fn is_measured(&self) -> bool {
         !self.places.is_empty()
     }
 
-    /// Returns φ at a position, m, on the scale of `position.csv`; where the position is not known (NaN), the mean of
+    /// Returns φ at a position, m, on the scale of `position.csv`; if the position is unknown (NaN), the mean of
     /// the places.
     ///
     /// ```
@@ -93,8 +93,8 @@ impl AmplitudeProfile {
         between(&self.places[after - 1], &self.places[after], position_m)
     }
 
-    /// Returns φ at each position of a finger that slides; where its position is not known, as at the last known one,
-    /// and before the first as there.
+    /// Returns φ at each position of a sliding finger; an unknown position is replaced by the last known one,
+    /// or by the first one before that is reached.
     pub fn along(&self, positions_m: &[f64]) -> Vec<f64> {
         let known = positions_m.iter().find(|position_m| !position_m.is_nan());
         let mut last_m = known.copied().unwrap_or(f64::NAN);
@@ -123,7 +123,7 @@ fn slope(points: &[(f64, f64)], x: f64) -> f64 {
     }
 }
 
-/// Returns the cubic with the ratios and slopes of two places, kept within the ratios that are allowed.
+/// Returns the cubic with the ratios and slopes of two places, limited to the allowed ratios.
 fn between(before: &MeasuredPlace, after: &MeasuredPlace, position_m: f64) -> f64 {
     let step_m = after.position_m - before.position_m;
     let rise = (after.ratio - before.ratio) / step_m;

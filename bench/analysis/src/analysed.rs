@@ -1,4 +1,4 @@
-//! Findings of an analysis, from which results, tables and figures are made.
+//! Findings of an analysis, the source of results, tables and figures.
 
 use std::path::PathBuf;
 
@@ -23,7 +23,7 @@ use recording::reader::ReadError;
 pub struct Analysed {
     /// Assumed numbers.
     pub settings: Settings,
-    /// Recordings, in the order in which they were named.
+    /// Recordings, in the order given.
     pub recordings: Vec<RecordingAnalysis>,
 }
 
@@ -53,27 +53,27 @@ impl Analysed {
 /// Analysis of a recording.
 #[derive(Debug)]
 pub struct RecordingAnalysis {
-    /// Folder, as named.
+    /// Folder, as given.
     pub path: PathBuf,
-    /// Who took part, as [`RecordingFindings::participant`] has it, also where the recording cannot be read.
+    /// Participant, as in [`RecordingFindings::participant`], also if the recording cannot be read.
     pub participant: Option<String>,
-    /// Findings, or why the recording cannot be read.
+    /// Findings, or the reason why the recording cannot be read.
     pub found: Result<RecordingFindings, RecordingError>,
 }
 
-/// Why a recording cannot be analysed at all.
+/// Reasons why a recording cannot be analysed at all.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
     /// A file is missing, unreadable or breaks a rule of the format.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// More rows lie within the intervals than are analysed.
+    /// The intervals contain more rows than can be analysed.
     #[error("{file}: more than {limit} rows within the intervals, the most that are analysed")]
     TooManyRows {
         /// The file.
         file: &'static str,
-        /// The most rows.
+        /// Largest number of rows.
         limit: usize,
     },
     /// The audio cannot be demodulated with the stated constants.
@@ -84,23 +84,23 @@ pub enum RecordingError {
 /// Findings in a recording.
 #[derive(Debug)]
 pub struct RecordingFindings {
-    /// Folder, as named.
+    /// Folder, as given.
     pub path: PathBuf,
-    /// Who took part: the pseudonym, with the study's name before it where several studies are analysed.
+    /// Participant: the pseudonym, preceded by the study's name if several studies are analysed.
     pub participant: Option<String>,
     /// Description of the recording.
     pub manifest: Manifest,
-    /// Rules by which instances were selected.
+    /// Selection rules of the instances.
     pub rules: SelectionRules,
-    /// Deviation of the pickup from what is stated, as the unloaded plate showed it; corrected in all that follows.
+    /// Deviation of the pickup from its stated values, read from the unloaded plate; corrected in all other findings.
     pub pickup: PickupOffset,
     /// Impedance of the unloaded plate; `None` if it could not be read.
     pub z_p: Option<PlateReading>,
-    /// Explorations, as series in time.
+    /// Explorations, as time series.
     pub explorations: Vec<ExplorationFindings>,
     /// Estimated instances, in time order.
     pub instances: Vec<InstanceAnalysis>,
-    /// Parameters that the instances share, fitted together; `None` if they cannot be.
+    /// Parameters shared by the instances, fitted together; `None` if the fit failed.
     pub trial: Option<SharedFit>,
     /// Self-sensed against measured normal force, by amplitude.
     pub model_check: Vec<Band>,
@@ -111,7 +111,7 @@ pub struct RecordingFindings {
 }
 
 impl RecordingFindings {
-    /// Returns who took part, if it is known: of two studies, two people though their pseudonyms are the same.
+    /// Returns the participant, if known. Equal pseudonyms in two studies are two people.
     pub fn participant(&self) -> Option<&str> {
         self.participant.as_deref()
     }
@@ -121,19 +121,19 @@ impl RecordingFindings {
         &self.manifest.plate
     }
 
-    /// Returns the conditions that all fits share, of a skin that is `assumed`; `None` if Z_p is not known.
+    /// Returns the conditions shared by all fits, for the `assumed` skin; `None` if Z_p is not known.
     pub(crate) fn conditions(&self, assumed: AssumedConstants) -> Option<FitConditions> {
         let stated = self.manifest.standard_errors.unwrap_or_default();
         let z_p = self.z_p?;
         Some(z_p.conditions(assumed, self.manifest.carrier_hz, &stated))
     }
 
-    /// Returns the finger by `dynamic` of the first instance that it can use, which the model check extrapolates.
+    /// Returns the finger of the first instance usable by `dynamic`, which the model check extrapolates.
     pub fn first_finger(&self) -> Option<&FittedFinger> {
         self.first_by_dynamic().map(|instance| &instance.finger)
     }
 
-    /// Returns the first instance that `dynamic` can use.
+    /// Returns the first instance usable by `dynamic`.
     pub(crate) fn first_by_dynamic(&self) -> Option<&InstanceAnalysis> {
         let mut instances = self.instances.iter();
         instances.find(|instance| instance.estimated(Method::Dynamic).is_some())

@@ -1,4 +1,4 @@
-//! Every number that an analysis assumes, by name and unit; every result prints them.
+//! Every assumed number of an analysis, by name and unit; every result prints them.
 
 use contact::AssumedConstants;
 use estimation::{dynamic, paper, trial};
@@ -9,7 +9,7 @@ use strict::TomlError;
 use crate::assumable::{NOT_NEGATIVE, Number, PART, POISSON, POSITIVE};
 use crate::prior_settings;
 
-/// Assumptions of an analysis. The names are those of the results' `settings`, of `--assume` and of
+/// Assumptions of an analysis. The names are the same in the results' `settings`, in `--assume` and in
 /// `--assume-file`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Settings {
@@ -25,30 +25,30 @@ pub struct Settings {
     pub ambient_pressure_pa: f64,
     /// η: b_c = η k_c/ω.
     pub loss_factor: f64,
-    /// `paper`: amplitudes below this count as rest, m.
+    /// For `paper`: amplitudes below this count as rest, m.
     pub rest_amplitude_m: f64,
-    /// `paper`: length of the lowest amplitudes that counts as rest in an instance that never goes below, s.
+    /// For `paper`: duration of the lowest amplitudes, taken as rest in an instance that never goes below, s.
     pub rest_lowest_s: f64,
-    /// `dynamic` and `trial`: how long before the instance the gap is integrated, s.
+    /// For `dynamic` and `trial`: time before the instance from which the gap is integrated, s.
     pub lead_in_s: f64,
-    /// `dynamic`: whether the plate's offset since it was read unloaded is fitted.
+    /// For `dynamic`: whether the plate's offset from the unloaded reading is fitted.
     pub plate_offset: bool,
-    /// Length about the plate's centre that is kept, m.
+    /// Length about the plate's centre that is analysed, m.
     pub central_m: f64,
     /// Speed of the slider, m/s; a study's own protocol takes precedence.
     pub speed_m_per_s: f64,
-    /// Allowed deviation from the speed, as a part of it.
+    /// Largest relative deviation from the speed.
     pub speed_tolerance: f64,
     /// Length of an instance, s.
     pub instance_s: f64,
-    /// Normal force from which on the finger is on the plate; below half of it, off, N.
+    /// Normal force from which on the finger counts as on the plate; below half of it, off, N.
     pub contact_n: f64,
     /// Cut-off of the zero-phase second-order Butterworth filter on forces, position and the `paper` method's
     /// impedance, Hz.
     pub smoothing_hz: f64,
-    /// Amplitudes under this many standard deviations of their noise have no impedance.
+    /// Amplitudes below this many standard deviations of their noise have no impedance.
     pub null_sigmas: f64,
-    /// `trial`: what is likely beforehand.
+    /// For `trial`: priors.
     #[serde(serialize_with = "prior_settings::print")]
     pub trial_priors: trial::TrialPriors,
 }
@@ -90,31 +90,31 @@ pub enum SettingError {
     /// The text is not of the form `name=value`.
     #[error("`{text}` is not of the form NAME=VALUE")]
     Form {
-        /// What was given.
+        /// Text given.
         text: String,
     },
     /// No assumed number has this name.
     #[error("no assumption is called `{name}`{}", remedy(nearest.as_deref()))]
     Unknown {
-        /// The name given.
+        /// Name given.
         name: String,
-        /// The known name that was probably meant; `None` if no name is like it.
+        /// Known name that was probably meant; `None` if none is similar.
         nearest: Option<String>,
     },
-    /// The value is out of the parameter's range.
+    /// The value is outside the parameter's range.
     #[error("`{name}` = {value} is not allowed; allowed: {allowed}")]
     Value {
-        /// The parameter.
+        /// Name of the parameter.
         name: String,
-        /// The value as given.
+        /// Value given.
         value: String,
-        /// What is allowed.
+        /// Allowed values.
         allowed: &'static str,
     },
     /// A file of assumptions is not TOML.
     #[error(transparent)]
     Toml(#[from] TomlError),
-    /// An assumption of a file cannot be made.
+    /// An assumption in a file is rejected.
     #[error("{file}, line {line}: {reason}")]
     InFile {
         /// The file, as the caller named it.
@@ -157,7 +157,8 @@ impl Settings {
         self.set(name.trim(), value.trim())
     }
 
-    /// Sets the numbers that the TOML of a file names, each as `name = value`; those below a name in its table, or with dots.
+    /// Sets the numbers in the TOML of a file, each as `name = value`; numbers below a name are in its table, or written with
+    /// dots.
     ///
     /// # Errors
     /// [`SettingError`], with the line.
@@ -199,7 +200,7 @@ impl Settings {
         }
     }
 
-    /// Returns everything that may be assumed otherwise.
+    /// Returns all numbers that can be changed.
     fn numbers(&mut self) -> Vec<Number<'_>> {
         let own = [
             ("sigma_q0_rad_per_m", POSITIVE, &mut self.sigma_q0_rad_per_m),
@@ -266,7 +267,7 @@ impl Settings {
         }
     }
 
-    /// Returns the selection rules on a plate whose centre lies at `centre_m`.
+    /// Returns the selection rules for a plate with its centre at `centre_m`.
     pub fn selection_rules(&self, centre_m: f64) -> SelectionRules {
         SelectionRules {
             centre_m,
@@ -279,7 +280,7 @@ impl Settings {
     }
 }
 
-/// Returns the values of a table and of those in it, by their names with dots.
+/// Returns the values of a table and its subtables, by their names with dots.
 fn leaves(above: &str, table: toml::Table) -> Vec<(String, toml::Value)> {
     let each = table.into_iter().flat_map(|(key, value)| {
         let name = format!("{above}{key}");

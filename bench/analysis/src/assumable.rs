@@ -1,6 +1,6 @@
-//! Numbers that may be assumed otherwise, and the values that they may have.
+//! Assumed numbers that can be changed, and their allowed values.
 
-/// Values that a number may have: in words, and as a rule.
+/// Allowed values of a number: in words, and as a rule.
 #[derive(Clone, Copy)]
 pub(crate) struct Allowed {
     pub(crate) words: &'static str,
@@ -28,7 +28,7 @@ pub(crate) const PART: Allowed = Allowed {
     rule: |value| value > 0.0 && value <= 1.0,
 };
 
-/// A number that may be assumed otherwise.
+/// An assumed number that can be changed.
 pub(crate) struct Number<'a> {
     pub(crate) name: String,
     pub(crate) allowed: Allowed,

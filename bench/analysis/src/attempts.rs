@@ -1,4 +1,4 @@
-//! Attempts at trials by their standing: those that are analysed, and those that are left out and why.
+//! Attempts at trials by their outcome: which are analysed, which are left out, and why.
 
 use std::collections::{BTreeMap, HashSet};
 use std::fmt;
@@ -9,29 +9,29 @@ use sessions::Standing;
 
 use crate::analysed::Analysed;
 
-/// Attempt whose recording is analysed.
+/// Attempt with a recording that is analysed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Taken {
     /// Folder of its recording.
     pub path: PathBuf,
-    /// What became of it; `None` without a log that tells.
+    /// Outcome of the attempt; `None` without a log that records it.
     pub standing: Option<Standing>,
 }
 
-/// Attempt that is not analysed.
+/// Attempt that is left out.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct LeftOut {
-    /// Folder of its recording, whether it is there or not.
+    /// Folder of its recording, which may be missing.
     pub path: PathBuf,
-    /// What became of it; `None` without a log that tells.
+    /// Outcome of the attempt; `None` without a log that records it.
     #[serde(serialize_with = "in_words")]
     pub standing: Option<Standing>,
-    /// Why it is left out.
+    /// Reason for leaving it out.
     pub because: String,
 }
 
 impl LeftOut {
-    /// Returns whether something is amiss: an accepted trial is always analysed, unless somebody decides otherwise.
+    /// Returns whether this is an error: an accepted trial is always analysed, unless it was excluded on purpose.
     #[must_use]
     pub fn is_missed(&self) -> bool {
         matches!(self.standing, None | Some(Standing::Accepted))
@@ -55,14 +55,14 @@ fn in_words<S: Serializer>(of: &Option<Standing>, serializer: S) -> Result<S::Ok
     }
 }
 
-/// Attempts that were found where somebody asked for an analysis.
+/// Attempts found in the folders given for an analysis.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Attempts {
-    /// Those that are analysed, in order.
+    /// Attempts that are analysed, in order.
     pub taken: Vec<Taken>,
-    /// Those that are not.
+    /// Attempts that are left out.
     pub left_out: Vec<LeftOut>,
-    /// Logs that cannot be read, and why: of their sessions nothing tells which attempts were accepted.
+    /// Logs that cannot be read, with the reason: the accepted attempts of their sessions are unknown.
     pub unread_logs: Vec<(PathBuf, String)>,
 }
 
@@ -73,7 +73,7 @@ impl Attempts {
         self.taken.iter().map(|of| of.path.clone()).collect()
     }
 
-    /// Adds others, but for those whose folders are `seen`.
+    /// Adds further attempts, except those in `seen` folders.
     pub(crate) fn extend(&mut self, new: Self, seen: &mut HashSet<PathBuf>) {
         let taken = new.taken.into_iter();
         self.taken
@@ -88,7 +88,7 @@ impl Attempts {
         }
     }
 
-    /// Returns what became of all of them in an analysis; `excluded` are those that somebody decided to leave out.
+    /// Returns the account of all attempts in an analysis; `excluded` are recordings left out on purpose.
     #[must_use]
     pub fn account(&self, analysed: &Analysed, excluded: &[PathBuf]) -> Account {
         let accepted = |standing: Option<Standing>| standing == Some(Standing::Accepted);
@@ -134,37 +134,37 @@ fn log_words((path, reason): &(PathBuf, String)) -> String {
     )
 }
 
-/// Returns a folder's own path, also if the folder itself is not there.
+/// Returns a folder's canonical path, even if the folder does not exist.
 fn canonical(path: &Path) -> PathBuf {
     let beside = || Some(path.parent()?.canonicalize().ok()?.join(path.file_name()?));
     let own = path.canonicalize().ok().or_else(beside);
     own.unwrap_or_else(|| path.to_owned())
 }
 
-/// What became of the attempts of an analysis, as it stands under `attempts` of the results.
+/// Account of the attempts of an analysis, as in `attempts` of the results.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Account {
-    /// Trials that were accepted, by the logs of their sessions.
+    /// Number of accepted trials, by the logs of their sessions.
     pub accepted: usize,
-    /// Recordings that were analysed.
+    /// Number of recordings analysed.
     pub analysed: usize,
-    /// Those among them whose trials were not accepted.
+    /// Number of analysed recordings with trials that were not accepted.
     pub not_accepted: usize,
-    /// Attempts that somebody decided to leave out.
+    /// Number of attempts left out on purpose.
     pub excluded: usize,
-    /// Attempts that were not analysed for another reason.
+    /// Attempts left out for another reason.
     pub left_out: Vec<LeftOut>,
-    /// Logs that cannot be read, and what follows.
+    /// Logs that cannot be read, with the consequence.
     pub unread_logs: Vec<String>,
 }
 
 impl Account {
-    /// Returns those that should have been analysed and could not.
+    /// Returns the attempts that should have been analysed but could not be.
     pub fn missed(&self) -> impl Iterator<Item = &LeftOut> {
         self.left_out.iter().filter(|of| of.is_missed())
     }
 
-    /// Returns lines that say how many trials were accepted and analysed, and why the others were not.
+    /// Returns lines with the numbers of trials accepted and analysed, and the reasons for leaving out the others.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
         let mut counts = format!("accepted {}, analysed {}", self.accepted, self.analysed);

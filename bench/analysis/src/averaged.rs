@@ -1,6 +1,6 @@
-//! The model with the average σ_t of a participant, at each instance of theirs.
+//! Model with the average σ_t of a participant, at each of their instances.
 //!
-//! A participant's σ_t is the mean over all their instances; of a recording whose participant is not known, over its own.
+//! A participant's σ_t is the mean over all their instances; if the participant is unknown, over those of the recording.
 
 use std::collections::BTreeMap;
 
@@ -14,14 +14,14 @@ use crate::instance::PreparedInstance;
 use crate::method::Method;
 use crate::statistics::r_squared_complex;
 
-/// Whose average: a participant's, or that of the recording with this number.
+/// Subject of the average: a participant, or the recording with this number.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Whose {
     Participant(String),
     Recording(usize),
 }
 
-/// Gives each estimate of an analysis the model with the average σ_t of its participant by the same method.
+/// Adds to each estimate of an analysis the model with its participant's average σ_t by the same method.
 pub fn fill(analysed: &mut Analysed) {
     let settings = analysed.settings;
     let mut sigmas_m = BTreeMap::<(Whose, &str), Vec<f64>>::new();
@@ -111,7 +111,7 @@ fn modelled(
     }
 }
 
-/// Returns the model's friction above the floor that the recording's friction keeps.
+/// Returns the model's friction with the floor of the recording's friction.
 fn with_floor(
     model: &ModelledSeries,
     estimated: &Estimated,

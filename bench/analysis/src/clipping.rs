@@ -1,6 +1,6 @@
-//! Detects clipping of a wave by how often it stays on its greatest value.
+//! Detects clipping of a wave by the number of samples at its largest value.
 
-/// Greatest and least sample values and how often they occur.
+/// Largest and smallest sample values, with their counts.
 #[derive(Debug, Default)]
 pub(super) struct Extremes {
     pub(super) lost: u64,
@@ -8,7 +8,7 @@ pub(super) struct Extremes {
     bottom: Extreme,
 }
 
-/// Greatest value so far, how often it occurred, and how often values just under it did.
+/// Largest value so far, its count, and the count of values just below it.
 #[derive(Debug, Default)]
 struct Extreme {
     value: f32,
@@ -16,9 +16,9 @@ struct Extreme {
     near: u64,
 }
 
-/// Share of the greatest value above which a value counts as just under it.
+/// Fraction of the largest value above which a value counts as just below it.
 const NEAR: f32 = 0.999;
-/// Least number of samples on the greatest value of a clipped wave, and least ratio to those just under it.
+/// Smallest number of samples at the largest value of a clipped wave, and smallest ratio to those just below it.
 const LEAST_CUT: u64 = 16;
 const CUT_RATIO: u64 = 4;
 
@@ -53,7 +53,7 @@ impl Extremes {
         }
     }
 
-    /// Returns how many samples are clipped, and at which magnitude.
+    /// Returns the number of clipped samples and their magnitude.
     pub(super) fn clipped(&self) -> Option<(u64, f32)> {
         let cut = [&self.top, &self.bottom].into_iter().filter(|e| e.is_cut());
         cut.map(|extreme| (extreme.at, extreme.value))
@@ -73,7 +73,7 @@ mod tests {
         extremes
     }
 
-    /// 35 kHz under 6 Hz modulation at 192 kHz.
+    /// Returns a 35 kHz wave with 6 Hz modulation at 192 kHz.
     fn wave() -> impl Iterator<Item = f64> {
         (0..192_000).map(|i| {
             let t = f64::from(i) / 192e3;
@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn a_wave_that_is_cut_off_is_told_from_one_that_is_not() {
         assert_eq!(extremes(wave()).clipped(), None);
-        // Of 16 bits, where the crest falls on one code for a while.
+        // With 16 bits, the crest stays at one code for a while.
         assert_eq!(
             extremes(wave().map(|x| (x * 32768.0).round() / 32768.0)).clipped(),
             None
@@ -95,7 +95,7 @@ mod tests {
             .unwrap();
         assert_eq!(level, 0.7);
         assert!(samples > 1000, "{samples}");
-        // One side alone, as with DC.
+        // Only one side, as with DC.
         let (_, level) = extremes(wave().map(|x| (x + 0.1).min(0.8)))
             .clipped()
             .unwrap();

@@ -1,22 +1,23 @@
-//! p-values of correlations whose pairs come from few people, several from each.
+//! p-values of correlations of pairs that come from few people, with several pairs each.
 //!
-//! Ten trials of one person are not ten people: taken for independent pairs, 140 trials of 14 people show a correlation at 5 %
-//! that is not there in 13, 33 or 52 % of studies at intraclass correlations of 0.3, 0.6 and 0.9. Here each person contributes
-//! one number, the sum of the products of their centred values (ranks, for Spearman), and without a correlation its sign is as
-//! likely one as the other. The p-value is the share of all arrangements of signs whose sum is as far from zero as the one
-//! found: a randomisation test under an approximate symmetry (Canay, Romano and Shaikh 2017), which is the wild cluster
-//! bootstrap with every arrangement drawn once (Cameron, Gelbach and Miller 2008). It needs no random numbers, and keeps its
-//! level with few people, where a bootstrap of pairs and sandwich errors reject too often.
+//! Ten trials of one person are not ten people. If 140 trials of 14 people are treated as independent pairs, 13, 33 or 52 % of
+//! studies find a non-existent correlation at 5 %, for intraclass correlations of 0.3, 0.6 and 0.9. Here each person
+//! contributes one number, the sum of the products of their centred values (ranks, for Spearman); its sign is equally likely
+//! to be positive or negative without a correlation. The p-value is the fraction of all arrangements of signs with a sum at
+//! least as far from zero as the observed one. It is a randomisation test under an approximate symmetry (Canay, Romano and
+//! Shaikh 2017), identical to the wild cluster bootstrap with every arrangement drawn once (Cameron, Gelbach and Miller 2008).
+//! It needs no random numbers, and keeps its level with few people, where a bootstrap of pairs and sandwich errors reject too
+//! often.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::statistics::Coefficient;
 
-/// Fewest people for a test: of the 32 arrangements of five signs, two are always as far as the farthest, so that p is never
-/// under 0.06.
+/// Fewest people for a test: of the 32 arrangements of five signs, two always reach the largest distance, so p is never
+/// below 0.06.
 pub const FEWEST_PEOPLE: usize = 6;
-/// Most people whose arrangements are all tried; with more, the sum is as good as normal.
+/// Largest number of people for which all arrangements are tried; with more, the sum is nearly normal.
 const MOST_ARRANGED: usize = 22;
 
 /// Test of a correlation at the level of people.
@@ -28,8 +29,8 @@ pub struct Clustered {
     pub people: usize,
 }
 
-/// Tests the correlation of the pairs in which both values are finite; `people[i]` is who the pair `i` is of, as a number from
-/// 0. `None` where the coefficient itself has no value.
+/// Tests the correlation of the pairs in which both values are finite; `people[i]` is the person of pair `i`, as a number from
+/// 0. `None` if the coefficient is undefined.
 pub fn test(coefficient: Coefficient, x: &[f64], y: &[f64], people: &[usize]) -> Option<Clustered> {
     let finite = |&i: &usize| x[i].is_finite() && y[i].is_finite();
     let pairs: Vec<usize> = (0..people.len()).filter(finite).collect();
@@ -57,9 +58,9 @@ fn p_value(sums: &[f64]) -> f64 {
         return normal_p_value(sums);
     }
     let found = sums.iter().sum::<f64>().abs();
-    // Arrangements that differ by rounding alone are one.
+    // Arrangements that differ only by rounding count as equal.
     let slack = 1e-9 * sums.iter().map(|sum| sum.abs()).sum::<f64>();
-    // One sign stays: the opposite of an arrangement is as far from zero. A Gray code turns one of the others at a time.
+    // One sign is fixed, because the opposite arrangement is as far from zero. A Gray code changes one of the others at a time.
     let arrangements = 1_u64 << (sums.len() - 1);
     let mut signed = sums.to_vec();
     let (mut sum, mut as_far) = (sums.iter().sum::<f64>(), 0_u64);
@@ -72,7 +73,7 @@ fn p_value(sums: &[f64]) -> f64 {
     as_far as f64 / arrangements as f64
 }
 
-/// The same from the distribution of a studentised sum.
+/// Returns the p-value from the distribution of a studentised sum.
 fn normal_p_value(sums: &[f64]) -> f64 {
     let t = sums.iter().sum::<f64>().abs() / sums.iter().map(|sum| sum * sum).sum::<f64>().sqrt();
     let freedom = (sums.len() - 1) as f64;
@@ -93,7 +94,7 @@ mod tests {
         StandardNormal.sample(rng)
     }
 
-    /// Values of people with the given intraclass correlation.
+    /// Returns values of people with the given intraclass correlation.
     fn values(rng: &mut impl Rng, people: usize, icc: f64) -> Vec<f64> {
         let of_one = |rng: &mut _| {
             let own = normal(rng);
@@ -103,7 +104,7 @@ mod tests {
         (0..people).flat_map(|_| of_one(rng)).collect()
     }
 
-    /// Shares of studies without a correlation in which the clustered and the pooled test find one at 5 %.
+    /// Returns the fractions of studies without a correlation in which the clustered and the pooled test find one at 5 %.
     fn rejected(coefficient: Coefficient, people: usize, icc: f64, studies: usize) -> (f64, f64) {
         let mut rng = ChaCha8Rng::seed_from_u64(140);
         let of: Vec<usize> = (0..people * TRIALS).map(|i| i / TRIALS).collect();
@@ -147,7 +148,7 @@ mod tests {
 
     #[test]
     fn the_share_is_that_of_all_arrangements() {
-        // Of 32 pairs of opposite arrangements of 1, 2, 4, 8, 16, 32, one other sum is as great as 61 = 63 - 2.
+        // Among 32 pairs of opposite arrangements of 1, 2, 4, 8, 16, 32, one other sum is as large as 61 = 63 - 2.
         assert_relative_eq!(p_value(&[-1.0, 2.0, 4.0, 8.0, 16.0, 32.0]), 2.0 / 32.0);
         assert_relative_eq!(p_value(&[1.0; 6]), 1.0 / 32.0);
     }

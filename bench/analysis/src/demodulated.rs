@@ -1,5 +1,5 @@
-//! Streams a recording folder through the demodulator that also runs live; only what lies in and beside its intervals is
-//! held in memory: 2 kHz frames, and the rows of force and position.
+//! Streams a recording folder through the demodulator of the live bench. Only data in and around the recording's intervals
+//! are kept in memory: 2 kHz frames, and the rows of force and position.
 
 use std::path::Path;
 
@@ -39,11 +39,11 @@ impl DemodulatedRecording {
     }
 }
 
-/// Reads a recording folder, with the pickup as stated plus its offset. The audio is read twice: first for the level at
-/// which it clips.
+/// Reads a recording folder, with the pickup's stated values plus the offset. The audio is read twice: first to find its
+/// clipping level.
 ///
 /// # Errors
-/// A file cannot be read, or the audio cannot be demodulated as the manifest says.
+/// A file cannot be read, or the audio cannot be demodulated with the manifest's values.
 pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording, RecordingError> {
     let mut reader = RecordingReader::open(folder)?;
     let channels = usize::from(reader.format().channels);

@@ -1,4 +1,4 @@
-//! Estimates an instance by both methods that take it alone, and gives what a whole trial's fit says of it the same form.
+//! Estimates an instance by `paper` and `dynamic`, and converts the result of a trial's fit to the same form.
 
 use contact::{AssumedConstants, Contact, FittedFinger};
 use estimation::paper::RestReading;
@@ -17,7 +17,7 @@ use crate::motion::{Impedances, SkinMotion};
 use crate::statistics::{Coefficient, Correlation};
 use crate::under_finger::UnderFinger;
 
-/// Length at either end of an instance that is averaged for changes over it, s: as long as Z_t is read at rest.
+/// Length at either end of an instance that is averaged for changes over it, s: the same as for Z_t at rest.
 const EDGE_S: f64 = 5e-3;
 
 /// Instance with its samples and both estimates.
@@ -33,21 +33,21 @@ pub struct InstanceAnalysis {
     pub end_s: f64,
     /// Mean normal force, N.
     pub normal_n: f64,
-    /// Fall of the measured friction: mean of the first 5 ms less that of the last.
+    /// Fall of the measured friction: mean of the first 5 ms minus mean of the last 5 ms.
     pub delta_mu: f64,
-    /// Measured samples, as the fits took them.
+    /// Measured samples, as used by the fits.
     pub samples: PreparedInstance,
     /// Estimate by the published method.
     pub paper: Estimated,
     /// Estimate by the dynamic method.
     pub dynamic: Estimated,
-    /// Finger of the dynamic estimate, for samples beyond the instance.
+    /// Finger estimated by `dynamic`, for samples beyond the instance.
     pub finger: FittedFinger,
-    /// Estimate by the fit of the whole trial, which reads what `dynamic` reads; `None` if that fit cannot be used.
+    /// Estimate by the fit of the whole trial, from the data that `dynamic` uses; `None` if that fit cannot be used.
     pub trial: Option<Estimated>,
 }
 
-/// An instance as one method sees it.
+/// An instance by one method.
 #[derive(Debug, Clone, Copy)]
 pub struct InstanceBy<'a> {
     /// The instance.
@@ -59,12 +59,12 @@ pub struct InstanceBy<'a> {
 }
 
 impl<'a> InstanceBy<'a> {
-    /// Returns the impedance that the method reads, N·s/m.
+    /// Returns the impedance used by the method, N·s/m.
     pub fn z_m(&self) -> &'a [Complex64] {
         self.instance.samples.z_m(self.method)
     }
 
-    /// Returns the amplitude as the method takes it, peak, m.
+    /// Returns the amplitude used by the method, peak, m.
     pub fn amplitude_m(&self) -> &'a [f64] {
         self.instance.samples.amplitude_m(self.method)
     }
@@ -81,7 +81,7 @@ impl InstanceAnalysis {
         estimated.verdict.is_usable().then_some(estimated)
     }
 
-    /// Returns why `paper` or `dynamic` cannot be used; `None` if both can.
+    /// Returns the reason why `paper` or `dynamic` cannot be used; `None` if both can.
     pub fn unusable(&self) -> Option<EstimateError> {
         let alone = [
             (Method::Paper, &self.paper),
@@ -96,7 +96,7 @@ impl InstanceAnalysis {
         })
     }
 
-    /// Returns the instance as a method sees it; `None` where its fit cannot be used.
+    /// Returns the instance by a method; `None` if its fit cannot be used.
     pub fn by(&self, method: Method) -> Option<InstanceBy<'_>> {
         self.estimated(method).map(|estimated| InstanceBy {
             instance: self,
@@ -105,30 +105,30 @@ impl InstanceAnalysis {
         })
     }
 
-    /// Returns every estimate there is.
+    /// Returns all estimates.
     pub fn estimates(&self) -> impl Iterator<Item = InstanceBy<'_>> {
         Method::ALL.into_iter().filter_map(|method| self.by(method))
     }
 }
 
-/// Departure of the plate's impedance from that of the unloaded plate.
+/// Change of the plate's impedance relative to the unloaded plate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlateOffset {
-    /// Added to Z_p, N·s/m.
+    /// Offset added to Z_p, N·s/m.
     pub n_s_per_m: Complex64,
     /// Standard errors of its real and imaginary part, N·s/m.
     pub std_n_s_per_m: Complex64,
-    /// The resonance's frequency less that of the unloaded plate, Hz.
+    /// Shift of the resonance relative to the unloaded plate, Hz.
     pub resonance_shift_hz: f64,
     /// Standard error of the shift, Hz.
     pub resonance_shift_std_hz: f64,
 }
 
-/// Changes over an instance: the mean of its first 5 ms against that of its last. All are positive where the rise of
+/// Changes over an instance, from the mean of its first 5 ms to that of its last. All are positive if the rise of
 /// the amplitude lifts the skin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deltas {
-    /// Fall of |Z_m| as the method reads it, N·s/m.
+    /// Fall of |Z_m| as used by the method, N·s/m.
     pub abs_z_m_n_s_per_m: f64,
     /// Fall of Re Z_m, N·s/m.
     pub re_z_m_n_s_per_m: f64,
@@ -144,14 +144,14 @@ pub struct Deltas {
     pub mu: f64,
 }
 
-/// The model with a σ_t that is the average over a participant's instances.
+/// Model with the average σ_t over a participant's instances.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Averaged {
-    /// The average, m.
+    /// Average σ_t, m.
     pub sigma_t_m: f64,
     /// Output of the model with this σ_t; `None` if it allows no such contact.
     pub series: Option<ModelledSeries>,
-    /// R² of its impedance, as the fit's own; NaN without a model.
+    /// R² of its impedance, as for the fit; NaN without a model.
     pub r2_impedance: f64,
 }
 
@@ -168,41 +168,41 @@ pub struct Estimated {
     pub z_t_n_s_per_m: Complex64,
     /// Standard errors of the real and imaginary part of Z_t, N·s/m.
     pub z_t_std_n_s_per_m: Complex64,
-    /// τ and its standard error, s; `paper` has none.
+    /// τ and its standard error, s; `None` for `paper`.
     pub tau_s: Option<(f64, f64)>,
-    /// Constants of skin and air: assumed, but by `trial` S, q0 and η fitted.
+    /// Constants of skin and air: assumed, except S, q0 and η for `trial`, which fits them.
     pub skin: AssumedConstants,
-    /// Offset of the plate; `None` by `paper`.
+    /// Offset of the plate; `None` for `paper`.
     pub plate_offset: Option<PlateOffset>,
     /// μ0.
     pub mu0: f64,
     /// Standard error of μ0.
     pub mu0_std: f64,
-    /// Where Z_m⁰ was read, by `paper`.
+    /// Samples from which Z_m⁰ was read, for `paper`.
     pub rest: Option<RestReading>,
-    /// Z_p that the estimate subtracts, with the plate's offset, N·s/m.
+    /// Z_p that the estimate subtracts, including the plate's offset, N·s/m.
     pub z_p_n_s_per_m: Complex64,
-    /// Z_m⁰ − Z_p, N·s/m: Z_t if the contact at rest were rigid, beside Eq. 21.
+    /// Z_m⁰ − Z_p, N·s/m: Z_t for a rigid contact at rest, to compare with Eq. 21.
     pub rigid_z_t_n_s_per_m: Complex64,
     /// Agreement of fitted and measured values.
     pub agreement: Agreement,
-    /// Stiffness, gap and friction in time.
+    /// Stiffness, gap and friction over time.
     pub series: EstimatedSeries,
-    /// Forces on the skin and its motion, in time.
+    /// Forces on the skin and its motion over time.
     pub motion: SkinMotion,
-    /// The squeeze film's mean force (Huloux 2021, Eq. 14) at the estimated gap, N, in time.
+    /// Mean force of the squeeze film (Huloux 2021, Eq. 14) at the estimated gap over time, N.
     pub film_force_n: Vec<f64>,
-    /// The model with the participant's average σ_t.
+    /// Model with the participant's average σ_t.
     pub averaged: Averaged,
-    /// Estimated against measured friction; `None` if either does not vary.
+    /// Correlation of estimated with measured friction; `None` if either is constant.
     pub spearman_mu: Option<Correlation>,
     /// Changes over the instance.
     pub deltas: Deltas,
-    /// Sensitivities of σ_t, Z_t and τ to the assumed constants; `None` if a refit beside the assumed values fails.
+    /// Sensitivities of σ_t, Z_t and τ to the assumed constants; `None` if a refit near the assumed values fails.
     pub sensitivities: Option<Sensitivities>,
 }
 
-/// Why an instance has no estimate.
+/// Reasons why an instance has no estimate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EstimateError {
     /// The instance cannot be fitted.
@@ -223,8 +223,8 @@ pub enum EstimateError {
     },
 }
 
-/// Estimates one instance of an exploration by both methods that take it alone. Their verdicts say whether they can be
-/// used: what they assume of the skin may be too far from it, where all instances together still tell.
+/// Estimates one instance of an exploration by `paper` and `dynamic`. Their verdicts state whether they can be
+/// used: their assumed skin may be too wrong, although the fit of all instances together succeeds.
 ///
 /// # Errors
 /// Either method cannot be fitted.
@@ -283,7 +283,7 @@ pub fn estimate(
     })
 }
 
-/// First and last samples of an instance.
+/// First and last samples of an instance, for averages.
 struct Edges {
     samples: usize,
     first: usize,
@@ -300,7 +300,7 @@ impl Edges {
         }
     }
 
-    /// Returns the mean of the first less the mean of the last finite values; NaN without any.
+    /// Returns the mean of the first minus the mean of the last finite values; NaN without any.
     fn fall(&self, value: impl Fn(usize) -> f64) -> f64 {
         let mean = |range: std::ops::Range<usize>| {
             let finite: Vec<f64> = range.map(&value).filter(|v| v.is_finite()).collect();
@@ -310,7 +310,7 @@ impl Edges {
     }
 }
 
-/// Results that both fits have in common; values with their standard errors.
+/// Results common to both fits; values with their standard errors.
 struct Fitted {
     z_p: Complex64,
     z_m0: Complex64,
@@ -327,7 +327,7 @@ struct Fitted {
     sensitivities: Option<Sensitivities>,
 }
 
-/// Measured values that an estimate is compared with.
+/// Measured values to compare with an estimate.
 pub(crate) struct Measured<'a> {
     edges: Edges,
     conditions: &'a FitConditions,
@@ -349,20 +349,20 @@ impl<'a> Measured<'a> {
         }
     }
 
-    /// Returns the estimate of `dynamic` or `trial`, whose rest has the corrected impedance `z_m0`.
+    /// Returns the estimate of `dynamic` or `trial`, with the corrected impedance `z_m0` at rest.
     pub(crate) fn lagged(
         &self,
         fit: InstanceFit,
         z_m0: Complex64,
         sensitivities: Option<Sensitivities>,
     ) -> Estimated {
-        // At φ of its amplitude the finger sees 1/φ² of the plate's offset.
+        // With φ times the amplitude, the finger experiences 1/φ² of the plate's offset.
         let n = self.samples.time_s().len();
         let ratio = |at| self.samples.amplitude_ratio(Method::Dynamic, at).powi(2);
         let of_plate = (0..n).map(ratio).sum::<f64>() / n as f64;
         let offset = fit.plate_offset_n_s_per_m * of_plate;
         let offset_std = fit.plate_offset_std_n_s_per_m * of_plate;
-        // i 2 m δω is what Z_p is at δω above its resonance.
+        // Z_p at δω above its resonance is i 2 m δω.
         let hz_per_n_s_per_m = 1.0 / (2.0 * std::f64::consts::TAU * self.modal_mass_kg);
         self.estimated(
             Method::Dynamic,

@@ -1,4 +1,4 @@
-//! An exploration as series in time.
+//! Time series of an exploration.
 
 use num_complex::Complex64;
 use protocols::{Direction, Stretch, Validity};
@@ -7,7 +7,7 @@ use crate::measurements::FrameSeries;
 use crate::method::Method;
 use crate::under_finger::UnderFinger;
 
-/// Everything measured during an exploration, at the times of the impedance frames, and what was selected from it.
+/// All measurements during an exploration, at the times of the impedance frames, and the stretches selected from them.
 #[derive(Debug, Clone)]
 pub struct ExplorationFindings {
     /// Direction of the slide.
@@ -20,11 +20,11 @@ pub struct ExplorationFindings {
     pub time_s: Vec<f64>,
     /// |x̃_p|, peak, m; NaN where samples were lost.
     pub amplitude_m: Vec<f64>,
-    /// Amplitude and impedance under the finger, as `dynamic` takes them; NaN where they could not be read.
+    /// Amplitude and impedance under the finger, as used by `dynamic`; NaN where they could not be read.
     pub under_finger: UnderFinger,
-    /// Normal force, 100 Hz, zero phase, N.
+    /// Normal force, low-passed at 100 Hz with zero phase, N.
     pub normal_n: Vec<f64>,
-    /// Lateral force, 100 Hz, zero phase, N.
+    /// Lateral force, low-passed at 100 Hz with zero phase, N.
     pub lateral_n: Vec<f64>,
     /// Measured friction |f_t|/f_n; NaN where the finger does not press.
     pub mu: Vec<f64>,
@@ -36,12 +36,12 @@ pub struct ExplorationFindings {
     pub z_m_plain_n_s_per_m: Vec<Complex64>,
     /// Whether amplitude and impedance could be read.
     pub validity: Vec<Validity>,
-    /// Stretches of rising amplitude, each with its instance or the reason why it has none.
+    /// Stretches of rising amplitude, each with its instance or the reason for its rejection.
     pub stretches: Vec<Stretch>,
 }
 
 impl ExplorationFindings {
-    /// Makes the findings of the series from `start_s` to `end_s`, from which `stretches` were selected.
+    /// Makes the findings from the series between `start_s` and `end_s`, and its selected `stretches`.
     pub fn new(
         series: FrameSeries,
         under_finger: UnderFinger,
@@ -80,7 +80,7 @@ impl ExplorationFindings {
         }
     }
 
-    /// Returns the impedance that a method reads, N·s/m; that of `paper` before its filter.
+    /// Returns the impedance used by a method, N·s/m; for `paper` before its filter.
     pub fn z_m(&self, method: Method) -> &[Complex64] {
         match method {
             Method::Paper => &self.z_m_plain_n_s_per_m,
@@ -88,7 +88,7 @@ impl ExplorationFindings {
         }
     }
 
-    /// Returns the amplitude as a method takes it, peak, m: by `paper` |x̃_p|, by `dynamic` that under the finger.
+    /// Returns the amplitude used by a method, peak, m: |x̃_p| for `paper`, that under the finger for `dynamic`.
     pub fn amplitude_by(&self, method: Method) -> &[f64] {
         match method {
             Method::Paper => &self.amplitude_m,

@@ -1,7 +1,7 @@
 //! Finds recordings: recording folders themselves, or the accepted trials of a study, a participant or a session.
 //!
-//! Which attempts were accepted the session's log tells, as [`sessions`] reads it; a session without a log, as made
-//! elsewhere, is taken by its recordings alone.
+//! The session's log states which attempts were accepted, as read by [`sessions`]; for a session without a log, as made
+//! elsewhere, the recordings alone decide.
 
 use std::collections::{BTreeMap, HashSet};
 use std::io;
@@ -17,18 +17,18 @@ use crate::attempts::{Attempts, LeftOut, Taken};
 /// Levels of folders below a study: participants, sessions, trials.
 const DEPTH: usize = 3;
 
-/// Why a folder names no recordings.
+/// Reasons why a folder contains no recordings to analyse.
 #[derive(Debug, thiserror::Error)]
 pub enum FindError {
     /// The folder cannot be listed.
     #[error("cannot list {}: {reason}", path.display())]
     List {
-        /// The folder.
+        /// Folder given.
         path: PathBuf,
-        /// The reason.
+        /// Reason of the failure.
         reason: io::Error,
     },
-    /// The folder is neither a recording nor holds any.
+    /// The folder is neither a recording nor contains any.
     #[error(
         "{} is no recording (it has no {MANIFEST_FILE}), and no study with accepted trials that can be analysed{}{}",
         path.display(),
@@ -36,30 +36,30 @@ pub enum FindError {
         left_out.first().map(|of| format!("; left out: {of}")).unwrap_or_default()
     )]
     None {
-        /// The folder.
+        /// Folder given.
         path: PathBuf,
         /// Whether practice trials were looked for.
         practice: bool,
-        /// Attempts that were found and not taken.
+        /// Attempts that were found but left out.
         left_out: Vec<LeftOut>,
     },
 }
 
-/// Trials that are taken beside the accepted ones of the experiment.
+/// Trials to analyse in addition to the accepted ones of the experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Wanted {
     /// Practice trials.
     pub practice: bool,
-    /// Of a trial that was not accepted, the last completed attempt.
+    /// Last completed attempt at each trial that was not accepted.
     pub rejected: bool,
 }
 
-/// Returns the recordings that `named` stands for, in order, and the attempts that are left out. A folder with a
-/// `recording.toml` is a recording. A study stands for its accepted trials, as the logs of its sessions tell; a session
-/// without a log stands for the last completed attempt at each trial. A folder that is named twice counts once.
+/// Returns the recordings in the folders `named`, in order, and the attempts that are left out. A folder with a
+/// `recording.toml` is a recording. For a study, the accepted trials are taken, by the logs of its sessions; for a session
+/// without a log, the last completed attempt at each trial. A folder that is named twice counts once.
 ///
 /// # Errors
-/// A folder cannot be listed, or holds no recording.
+/// A folder cannot be listed, or contains no recording.
 pub fn attempts(named: &[PathBuf], wanted: Wanted) -> Result<Attempts, FindError> {
     let mut found = Attempts::default();
     let mut seen = HashSet::new();
@@ -86,10 +86,10 @@ pub fn attempts(named: &[PathBuf], wanted: Wanted) -> Result<Attempts, FindError
     Ok(found)
 }
 
-/// As [`attempts`], without those that are left out.
+/// Returns the recordings found by [`attempts`], without those that are left out.
 ///
 /// # Errors
-/// As [`attempts`].
+/// Same as [`attempts`].
 pub fn recordings(named: &[PathBuf], practice: bool) -> Result<Vec<PathBuf>, FindError> {
     let wanted = Wanted {
         practice,
@@ -98,7 +98,7 @@ pub fn recordings(named: &[PathBuf], practice: bool) -> Result<Vec<PathBuf>, Fin
     attempts(named, wanted).map(|found| found.recordings())
 }
 
-/// Returns what became of the attempt whose recording somebody named, by the log beside it.
+/// Returns the outcome of the attempt of a named recording, by the log in its folder.
 fn standing(recording: &Path) -> Option<Standing> {
     let folder = recording.canonicalize().ok()?;
     let label: TrialLabel = folder.file_name()?.to_str()?.parse().ok()?;
@@ -149,7 +149,7 @@ impl Search {
         label.block == TrialBlock::Main || self.wanted.practice
     }
 
-    /// Takes the last completed attempt at each trial: nothing tells which was accepted.
+    /// Takes the last completed attempt at each trial, because the accepted ones are unknown.
     fn by_recordings(&mut self, labels: &BTreeMap<TrialLabel, PathBuf>) {
         let mut last = BTreeMap::new();
         for (label, path) in labels {
@@ -162,7 +162,7 @@ impl Search {
         }
     }
 
-    /// Takes the accepted attempts, and names all others.
+    /// Takes the accepted attempts, and lists all others as left out.
     fn by_log(&mut self, folder: &Path, session: &Session, labels: &BTreeMap<TrialLabel, PathBuf>) {
         let accepted = session.accepted().into_iter().map(|attempt| attempt.label);
         let accepted: Vec<TrialLabel> = accepted.filter(|label| self.is_wanted(*label)).collect();
@@ -226,13 +226,13 @@ impl Search {
     }
 }
 
-/// Returns whether the trial in `folder` completed. An unreadable one counts, so that it is reported and not passed
-/// over.
+/// Returns whether the trial in `folder` completed. An unreadable one counts, so that it is reported instead of
+/// ignored.
 fn may_count(folder: &Path) -> bool {
     matches!(end(folder), None | Some(Some(End::Completed)))
 }
 
-/// Returns how the recording in `folder` ended; `None` of one that cannot be read, or is of no trial.
+/// Returns how the recording in `folder` ended; `None` if it cannot be read or does not belong to a trial.
 fn end(folder: &Path) -> Option<Option<End>> {
     let trial = reader::read_manifest(folder).ok()?.trial?;
     Some(trial.end)
@@ -268,7 +268,7 @@ channels.pickup = { index = 1, metres_per_unit = 2e-6, phase_rad = 0.0 }
 plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 0.13, centre_m = 0.05 }
 "#;
 
-    /// A session of these attempts: number, attempt, outcome in the log, and end of the recording, if there is one.
+    /// Makes a session of these attempts: number, attempt, outcome in the log, and end of the recording, if any.
     fn session(attempts: &[(u32, u32, &str, &str)]) -> tempfile::TempDir {
         let place = tempfile::tempdir().unwrap();
         let folder = place.path().join("study/sub-01/ses-01");
@@ -323,7 +323,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         (taken.collect(), left_out.collect())
     }
 
-    /// A trial that was given up, and one whose repetition was broken off, were analysed as data: n = 3 of 1 accepted.
+    /// Regression test: an abandoned trial and an interrupted repetition were analysed as data: n = 3 of 1 accepted.
     ///
     /// Fault 52.
     #[test]
@@ -346,7 +346,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
                 "trial-003_attempt-2: it was interrupted",
             ]
         );
-        // Each trial counts once, also then.
+        // Each trial still counts once.
         let (taken, left_out) = found(place.path(), true);
         assert_eq!(
             taken,
@@ -359,7 +359,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         assert_eq!(left_out.len(), 2);
     }
 
-    /// Accepted trials without a whole recording were passed over without a word.
+    /// Regression test: accepted trials without a complete recording were ignored silently.
     ///
     /// Fault 27.
     #[test]
@@ -413,7 +413,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         }
         let found = attempts(&named, Wanted::default()).unwrap();
         assert_eq!((found.taken.len(), found.left_out.len()), (1, 1));
-        // Somebody asks for it.
+        // A folder that is named explicitly.
         let named = [session.join("trial-002_attempt-1")];
         let found = attempts(&named, Wanted::default()).unwrap();
         assert_eq!(found.taken[0].standing, Some(Standing::GivenUp));

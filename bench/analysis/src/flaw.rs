@@ -1,4 +1,4 @@
-//! Defects of recordings that can be analysed nevertheless, and what to check.
+//! Defects of recordings that can still be analysed, and the remedies.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -27,36 +27,36 @@ impl fmt::Display for Channel {
     }
 }
 
-/// Defect of a recording that can be analysed nevertheless, wholly or in part.
+/// Defect of a recording that can still be analysed, fully or in part.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Flaw {
     /// A file has a defect.
     #[error(transparent)]
     File(#[from] reader::Warning),
-    /// Faults were injected on purpose while it was recorded.
+    /// Faults were injected on purpose during the recording.
     #[error("a rehearsal, not data: faults were injected: {}", .faults.join(", "))]
     Rehearsed {
-        /// The faults, as they were asked for.
+        /// Injected faults, as requested.
         faults: Vec<String>,
     },
-    /// The copy of the session's protocol beside the recording cannot be read, so the settings' selection rules were
+    /// The copy of the session's protocol in the recording's session cannot be read, so the settings' selection rules were
     /// used.
     #[error(
         "the copy of the session's protocol cannot be read, so instances were selected by the settings' rules: {reason}"
     )]
     ProtocolCopy {
-        /// The copy.
+        /// Path of the copy.
         path: PathBuf,
-        /// What is wrong with it; names the file, and where it is known the line.
+        /// Reason of the failure; names the file and, if known, the line.
         reason: String,
     },
-    /// The session keeps several copies of its protocol, and the recording does not name the one that it was made by.
+    /// The session has several copies of its protocol, and the recording does not name the one that it followed.
     #[error(
         "the session was resumed with an edited protocol, and the recording does not name the copy that it followed: instances were selected by {followed}"
     )]
     ProtocolCopies {
-        /// The copy by which instances were selected.
+        /// Copy with the rules that selected the instances.
         followed: String,
     },
     /// Samples are NaN or infinite.
@@ -88,18 +88,18 @@ pub enum Flaw {
         channel: Channel,
         /// The carrier, Hz.
         carrier_hz: f64,
-        /// Power of the carrier over that of the rest, dB.
+        /// Ratio of the carrier's power to that of the rest, dB.
         ratio_db: f64,
     },
-    /// The signal holds much besides the carrier: DC, hum, other tones, noise.
+    /// The signal contains much besides the carrier: DC, hum, other tones, noise.
     #[error("{channel}: the carrier is only {ratio_db:.0} dB above all else in the signal")]
     CarrierWeak {
         /// Channel of the signal.
         channel: Channel,
-        /// Power of the carrier over that of the rest, dB.
+        /// Ratio of the carrier's power to that of the rest, dB.
         ratio_db: f64,
     },
-    /// The drive's carrier is at another frequency than stated.
+    /// The drive's carrier differs from the stated frequency.
     #[error(
         "drive: the carrier is at {measured_hz:.1} Hz, not at {stated_hz} Hz as recording.toml says; farther than 300 Hz away the amplitude would read low"
     )]
@@ -114,7 +114,7 @@ pub enum Flaw {
         "{file}: its times run from {from_s} to {to_s} s, but the recording from 0 to {duration_s:.3} s: is it on another clock? time_s counts from the first sample of signals.wav"
     )]
     ElsewhereInTime {
-        /// The file.
+        /// Name of the file.
         file: &'static str,
         /// Time of the first row, s.
         from_s: f64,
@@ -129,9 +129,9 @@ pub enum Flaw {
         step_s * 1e3, LONGEST_GAP_S * 1e3
     )]
     Sparse {
-        /// The file.
+        /// Name of the file.
         file: &'static str,
-        /// Median distance of the rows, s.
+        /// Median interval of the rows, s.
         step_s: f64,
     },
     /// Z_p could not be read.
@@ -153,17 +153,17 @@ pub enum Flaw {
         /// RMS about the mean, N·s/m.
         scatter_n_s_per_m: f64,
     },
-    /// The pickup's phase is not what is stated.
+    /// The pickup's phase differs from the stated one.
     #[error(
         "pickup: the unloaded plate answers to the modulation as with phase_rad = {found_rad:.3}, but recording.toml states {stated_rad:.3}; analysed with what was found: state it, or look for a swapped or delayed channel"
     )]
     PickupPhase {
         /// Stated phase, rad.
         stated_rad: f64,
-        /// Phase by the plate's response, rad.
+        /// Phase from the plate's response, rad.
         found_rad: f64,
     },
-    /// The pickup's envelope is late against the drive's.
+    /// The pickup's envelope is late relative to the drive's.
     #[error(
         "pickup: the unloaded plate answers to the modulation as if the pickup were {:+.0} µs late; analysed with that: look for a filter or a delay in its channel, and whether modal_mass_kg and the scales of both channels hold",
         delay_s * 1e6
@@ -172,13 +172,13 @@ pub enum Flaw {
         /// Delay, s.
         delay_s: f64,
     },
-    /// The unloaded plate is not as heavy as stated, or the pickup later than any channel is.
+    /// The unloaded plate is lighter or heavier than stated, or the pickup later than any channel can be.
     #[error(
         "the unloaded plate answers to the modulation as if its modal mass were {mass_ratio:.3} times the stated one, or the pickup {:+.2} ms late; analysed as stated: check volts_per_unit, force_factor_n_per_v, metres_per_unit (peak, not peak to peak or RMS), modal_mass_kg, and whether the channels are swapped or not aligned",
         delay_s * 1e3
     )]
     PlateMass {
-        /// Modal mass by the plate's response over the stated one.
+        /// Ratio of the modal mass from the plate's response to the stated one.
         mass_ratio: f64,
         /// Delay of the pickup with the same effect, s.
         delay_s: f64,
@@ -193,7 +193,7 @@ pub enum Flaw {
         /// ω m_p − k_p/ω, N·s/m.
         expected_im_n_s_per_m: f64,
     },
-    /// The resonance is at another frequency than stated.
+    /// The resonance differs from the stated frequency.
     #[error(
         "the plate's resonance is at {measured_hz:.0} Hz by the unloaded plate's impedance, not at {stated_hz} Hz as recording.toml says; Z_p is read with the plate as it was"
     )]
@@ -203,7 +203,7 @@ pub enum Flaw {
         /// Stated frequency, Hz.
         stated_hz: f64,
     },
-    /// The model with the assumed skin does not describe what was measured.
+    /// The model with the assumed skin does not describe the measurement.
     #[error(
         "with what dynamic finds in the first instance, the self-sensed normal force is {:.0} % off the measured one (90th percentile) at amplitudes of {:.1} to {:.1} µm: the skin is not as dynamic assumes it, or something changed on the way",
         difference * 100.0, amplitude_from_m * 1e6, amplitude_to_m * 1e6
@@ -211,9 +211,9 @@ pub enum Flaw {
     ModelParts {
         /// 90th percentile of |self-sensed − measured|/measured in the worst band.
         difference: f64,
-        /// The band's amplitudes, from, m.
+        /// Smallest amplitude of the band, m.
         amplitude_from_m: f64,
-        /// To, m.
+        /// Largest amplitude of the band, m.
         amplitude_to_m: f64,
     },
     /// The recording has no exploration to analyse.

@@ -1,4 +1,4 @@
-//! Checks plate and pickup of a recording by its unloaded intervals.
+//! Checks plate and pickup of a recording from its unloaded intervals.
 
 use std::f64::consts::TAU;
 
@@ -15,17 +15,17 @@ use recording::pipeline::PickupOffset;
 
 /// Number of standard errors beyond which a deviation of the pickup is corrected.
 const CERTAIN_ERRORS: f64 = 3.0;
-/// Deviations beyond which a flaw reports them, too: a further mode of the plate makes 4 mrad, a modal mass that is off
-/// by 1 % makes 23 µs.
+/// Deviations beyond which a flaw also reports them: a further mode of the plate causes 4 mrad, an error of the modal mass by
+/// 1 % causes 23 µs.
 const REPORTED_TURN_RAD: f64 = 0.02;
 const REPORTED_DELAY_S: f64 = 25e-6;
-/// Limits within which the plate's response to the modulation is used: standard error of the phase, delay, and residual
-/// as a part of the force, which is a tenth under a finger.
+/// Limits for using the plate's response to the modulation: standard error of the phase, delay, and residual
+/// relative to the force, which is a tenth under a finger.
 const GREATEST_PHASE_ERROR_RAD: f64 = 0.02;
 const GREATEST_DELAY_S: f64 = 0.5e-3;
 const GREATEST_RESIDUAL: f64 = 0.02;
-/// Tolerance of the imaginary part of Z_p, as a part of |Z_p|: 0.15 rad of the pickup's phase, or 10 Hz of a resonance
-/// whose Q is 250.
+/// Tolerance of the imaginary part of Z_p relative to |Z_p|: 0.15 rad of the pickup's phase, or 10 Hz of a resonance
+/// with a Q of 250.
 const GREATEST_REACTANCE_ERROR: f64 = 0.15;
 
 /// Response of the plate without a finger.
@@ -33,12 +33,12 @@ pub(super) struct FreePlate {
     unloaded: Result<unloaded::UnloadedReading, UnloadedError>,
     /// Response to the modulation, if it is within the limits.
     transient: Option<Transient>,
-    /// Response to the modulation, if it is clear but more than any delay of the pickup explains.
+    /// Response to the modulation, if it is clear but more than a delay of the pickup can explain.
     too_heavy: Option<Transient>,
 }
 
 impl FreePlate {
-    /// Reads the unloaded intervals; a normal force of `off_n` or more is a finger.
+    /// Reads the unloaded intervals; a normal force of `off_n` or more counts as a finger.
     pub(super) fn read(
         DemodulatedRecording {
             manifest, record, ..
@@ -79,7 +79,7 @@ impl FreePlate {
         self.unloaded.as_ref().ok().map(|reading| reading.plate)
     }
 
-    /// Returns the deviation of the pickup from what is stated, if it is significant.
+    /// Returns the deviation of the pickup from its stated values, if it is significant.
     pub(super) fn pickup_offset(&self) -> Option<PickupOffset> {
         let transient = self.transient?;
         let certain = |value: f64, error: f64| {
@@ -96,7 +96,7 @@ impl FreePlate {
         (offset != PickupOffset::default()).then_some(offset)
     }
 
-    /// Returns the flaws of the intervals, and of what the recording states of plate and pickup.
+    /// Returns the flaws of the intervals, and of the recording's stated values of plate and pickup.
     pub(super) fn flaws(&self, manifest: &Manifest) -> Vec<Flaw> {
         let reading = match &self.unloaded {
             Ok(reading) => reading,
@@ -119,8 +119,8 @@ impl FreePlate {
             .collect()
     }
 
-    /// Returns the flaw of a Z_p whose phase differs from that by the plate's constants: the resonance's, if the
-    /// response to the modulation confirms the pickup; otherwise either of the two may be wrong.
+    /// Returns the flaw of a Z_p with a phase that differs from the plate's constants. It is attributed to the resonance if
+    /// the response to the modulation confirms the pickup; otherwise either of the two may be wrong.
     fn turned(&self, plate: PlateReading, manifest: &Manifest) -> Option<Flaw> {
         let RecordedPlate {
             resonance_hz,
@@ -129,7 +129,7 @@ impl FreePlate {
         } = manifest.plate;
         let carrier_hz = manifest.carrier_hz;
         let z_p_n_s_per_m = plate.corrected_n_s_per_m;
-        // Im Z_p = ω m_p − k_p/ω, and that for the resonance.
+        // Im Z_p = ω m_p − k_p/ω, solved for the resonance.
         let expected_im_n_s_per_m =
             TAU * modal_mass_kg * (carrier_hz - resonance_hz.powi(2) / carrier_hz);
         let measured_hz =

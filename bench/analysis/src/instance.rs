@@ -1,4 +1,4 @@
-//! Prepares an instance of an exploration for the fits, with the plate's impedance that they subtract.
+//! Prepares an instance of an exploration for the fits, and the plate's impedance that they subtract.
 
 use std::ops::Range;
 
@@ -14,10 +14,11 @@ use crate::measurements::{FrameSeries, SMOOTHING_HZ};
 use crate::method::Method;
 use crate::under_finger::UnderFinger;
 
-/// Samples before an instance that a fit may use, s; the levitation lag forgets its start over 20 ms of them.
+/// Time before an instance from which a fit may use samples, s; the levitation lag forgets its initial value within 20 ms of
+/// it.
 pub const LEAD_IN_S: f64 = 0.025;
 
-/// Samples of an instance and of its lead-in, at the frames' rate; those that are returned are the instance's alone.
+/// Samples of an instance and of its lead-in, at the frames' rate; the accessors return only those of the instance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PreparedInstance {
     time_s: Vec<f64>,
@@ -32,9 +33,9 @@ pub struct PreparedInstance {
 }
 
 impl PreparedInstance {
-    /// Cuts the instance from `start_s` to `end_s` out of its exploration, whose frames are `under_finger`. The plain
-    /// impedance is smoothed as published, 100 Hz, to and fro, over the unmasked frames about the instance; the
-    /// corrected one is left as it is.
+    /// Extracts the instance from `start_s` to `end_s` from its exploration, with the frames `under_finger`. The plain
+    /// impedance is smoothed as published, at 100 Hz with zero phase, over the unmasked frames about the instance; the
+    /// corrected one is not smoothed.
     ///
     /// μ is |f_t|/f_n of the smoothed forces.
     pub fn cut(
@@ -42,7 +43,7 @@ impl PreparedInstance {
         under_finger: &UnderFinger,
         (start_s, end_s): (f64, f64),
     ) -> Self {
-        // Times that went through text are off by less than this.
+        // Times that passed through text have errors below this.
         let slack_s = 1e-6;
         let first = series.time_s.partition_point(|&t| t < start_s - slack_s);
         let end = series
@@ -68,10 +69,10 @@ impl PreparedInstance {
         }
     }
 
-    /// Returns the instance as the fit of all takes it, on a plate whose centre lies at `centre_m`.
+    /// Returns the instance for the fit of a trial, on a plate with its centre at `centre_m`.
     ///
     /// # Errors
-    /// As [`series`](Self::series).
+    /// Same as [`series`](Self::series).
     pub fn placed(&self, centre_m: f64) -> Result<Placed<'_>, FitError> {
         Ok(Placed {
             series: self.series(Method::Dynamic)?,
@@ -79,7 +80,7 @@ impl PreparedInstance {
         })
     }
 
-    /// Returns the samples as the fit of a method takes them, with its lead-in.
+    /// Returns the samples for the fit of a method, with its lead-in.
     ///
     /// # Errors
     /// A sample is missing or out of its range.
@@ -103,12 +104,12 @@ impl PreparedInstance {
         &self.time_s[self.start..]
     }
 
-    /// Returns the amplitude as a method takes it, peak, m: by `paper` |x̃_p|, by `dynamic` that under the finger.
+    /// Returns the amplitude used by a method, peak, m: |x̃_p| for `paper`, that under the finger for `dynamic`.
     pub fn amplitude_m(&self, method: Method) -> &[f64] {
         &self.amplitudes_m(method)[self.start..]
     }
 
-    /// Returns the ratio of the amplitude that a method takes to |x̃_p|: 1 by `paper`.
+    /// Returns the ratio of the amplitude used by a method to |x̃_p|: 1 for `paper`.
     pub fn amplitude_ratio(&self, method: Method, sample: usize) -> f64 {
         match method {
             Method::Paper => 1.0,
@@ -121,7 +122,7 @@ impl PreparedInstance {
         &self.normal_n[self.start..]
     }
 
-    /// Returns the normal force without its sensor's noise, N: what `dynamic` and `trial` read.
+    /// Returns the normal force without its sensor's noise, N, as used by `dynamic` and `trial`.
     pub fn finger_force_n(&self) -> &[f64] {
         &self.finger_force_n[self.start..]
     }
@@ -131,8 +132,8 @@ impl PreparedInstance {
         &self.mu[self.start..]
     }
 
-    /// Returns the impedance that a method reads, N·s/m: by `paper` plain and smoothed, by `dynamic` corrected for
-    /// envelope dynamics and under the finger.
+    /// Returns the impedance used by a method, N·s/m: plain and smoothed for `paper`, corrected for
+    /// envelope dynamics and under the finger for `dynamic`.
     pub fn z_m(&self, method: Method) -> &[Complex64] {
         let z_m = match method {
             Method::Paper => &self.plain_n_s_per_m,
@@ -149,7 +150,7 @@ impl PreparedInstance {
     }
 }
 
-/// Returns the plain impedance of all frames, smoothed over the run of unmasked ones that holds `instance`.
+/// Returns the plain impedance of all frames, smoothed over the run of unmasked frames that contains `instance`.
 fn smoothed_plain(frames: &[ZmFrame], instance: Range<usize>) -> Vec<Complex64> {
     let mut plain: Vec<Complex64> = frames.iter().map(|frame| frame.plain_n_s_per_m).collect();
     let usable = |frame: &ZmFrame| frame.mask.is_clear();
@@ -165,7 +166,7 @@ fn smoothed_plain(frames: &[ZmFrame], instance: Range<usize>) -> Vec<Complex64> 
         return plain;
     }
     let rate_hz = (run.len() - 1) as f64 / (frames[to - 1].time_s - frames[from].time_s);
-    // A run that is too short or has a hole stays as it is; the fit names what cannot be fitted in it.
+    // A run that is too short or incomplete is left unchanged; the fit reports the sample that it cannot use.
     if let Ok(smooth) = LowPass::new(SMOOTHING_HZ, rate_hz)
         .and_then(|filter| filter.zero_phase(&plain[run.clone()]))
     {
@@ -179,7 +180,7 @@ fn smoothed_plain(frames: &[ZmFrame], instance: Range<usize>) -> Vec<Complex64> 
 pub struct PlateReading {
     /// Mean of the plain ratio, as published, N·s/m.
     pub plain_n_s_per_m: Complex64,
-    /// Corrected impedance at the middle of the frames' times, each frame with its own precision, N·s/m.
+    /// Corrected impedance at the middle of the frames' times, with each frame weighted by its precision, N·s/m.
     pub corrected_n_s_per_m: Complex64,
     /// Number of frames used.
     pub frames: usize,
@@ -188,9 +189,9 @@ pub struct PlateReading {
 /// Fewest frames for a reading of the plate: 50 ms at 2 kHz.
 pub const FEWEST_PLATE_FRAMES: usize = 100;
 
-/// Reads Z_p from the frames of the unloaded intervals; `None` with fewer than [`FEWEST_PLATE_FRAMES`] that can be
-/// used. What is corrected is read off a straight line in time at its middle: the frames of great amplitude count most, and lie
-/// elsewhere, where a plate that drifts has another impedance.
+/// Reads Z_p from the frames of the unloaded intervals; `None` with fewer than [`FEWEST_PLATE_FRAMES`] usable
+/// ones. The corrected impedance is taken from a straight line in time at its middle: a weighted mean would favour the times of
+/// large amplitude, where a drifting plate has another impedance.
 pub fn plate<'a>(unloaded: impl IntoIterator<Item = &'a ZmFrame>) -> Option<PlateReading> {
     let usable = unloaded
         .into_iter()
@@ -198,7 +199,7 @@ pub fn plate<'a>(unloaded: impl IntoIterator<Item = &'a ZmFrame>) -> Option<Plat
     let frames: Vec<(&ZmFrame, f64)> = usable
         .map(|frame| {
             let weight = frame.corrected_std_n_s_per_m.powi(-2);
-            // Without any noise, as in synthetic recordings, all frames are alike.
+            // Without noise, as in synthetic recordings, all frames have the same weight.
             (frame, if weight.is_finite() { weight } else { 1.0 })
         })
         .collect();
@@ -230,7 +231,7 @@ pub fn plate<'a>(unloaded: impl IntoIterator<Item = &'a ZmFrame>) -> Option<Plat
 }
 
 impl PlateReading {
-    /// Returns Z_p as a method reads it, N·s/m.
+    /// Returns Z_p as used by a method, N·s/m.
     pub fn read_by(&self, method: Method) -> Complex64 {
         match method {
             Method::Paper => self.plain_n_s_per_m,
@@ -238,7 +239,7 @@ impl PlateReading {
         }
     }
 
-    /// Returns the conditions that all fits of the recording share, whose calibration leaves open what is stated.
+    /// Returns the conditions shared by all fits of the recording, with the stated errors of its calibration.
     pub fn conditions(
         &self,
         assumed: AssumedConstants,

@@ -1,4 +1,4 @@
-//! Measures how much of the signal is carrier, and the carrier's frequency.
+//! Measures the fraction of the carrier in the signal, and the carrier's frequency.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -10,10 +10,10 @@ use crate::flaw::{Channel, Flaw};
 use crate::spans::Spans;
 use recording::manifest::Manifest;
 
-/// Ratio of carrier power to all else below which the carrier counts as missing, and as weak, dB.
+/// Ratio of the carrier's power to the rest below which the carrier counts as missing, and as weak, dB.
 const MISSING_DB: f64 = 0.0;
 const WEAK_DB: f64 = 15.0;
-/// Offset of the carrier beyond which a flaw reports it, Hz: two clocks differ by less, which the demodulator
+/// Offset of the carrier above which a flaw reports it, Hz: two clocks differ by less, which the demodulator
 /// tolerates.
 const ELSEWHERE_HZ: f64 = 10.0;
 
@@ -130,7 +130,7 @@ impl Levels {
     }
 }
 
-/// Rotation of the drive's envelope, which is the offset of its carrier from the stated frequency. A rotation common to
+/// Rotation of the drive's envelope, due to the offset of its carrier from the stated frequency. A rotation common to
 /// drive and pickup leaves Z_m unchanged.
 #[derive(Default)]
 struct EnvelopeRotation {

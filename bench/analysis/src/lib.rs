@@ -1,7 +1,7 @@
 //! Analysis of recordings: impedance, gap and friction.
 //!
-//! [`demodulated`] streams a recording folder through the demodulator that also runs live, [`unloaded`] reads the plate's own
-//! impedance, [`trial_selection`] and the `protocols` crate choose the instances, [`estimate`] estimates each by both
+//! [`demodulated`] streams a recording folder through the demodulator of the live bench, [`unloaded`] reads the plate's own
+//! impedance, [`trial_selection`] and the `protocols` crate select the instances, [`estimate`] estimates each by both
 //! methods. [`analyse`] does this for any number of recordings, [`results`] writes the outcome.
 
 pub mod amplitude_profile;
@@ -50,7 +50,7 @@ use rayon::prelude::*;
 pub use analysed::{Analysed, RecordingAnalysis};
 pub use analysis_settings::Settings;
 
-/// Analyses recording folders in parallel and returns them in the given order; `finished` is called as each is done. A
+/// Analyses recording folders in parallel and returns them in the given order; `finished` is called after each one. A
 /// recording that cannot be read does not stop the others.
 ///
 /// ```

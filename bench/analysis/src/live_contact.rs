@@ -1,10 +1,10 @@
-//! Gap and friction while the finger slides: evaluates every impedance frame with the participant's last fit.
+//! Gap and friction while the finger slides, from every impedance frame and the participant's last fit.
 //!
-//! The plate's resonance is tracked meanwhile ([`PlateTracker`]), and its damping whenever no finger is on it, so that
-//! gap and friction hold while the plate warms.
+//! Meanwhile the plate's resonance is tracked ([`PlateTracker`]), and its damping while no finger is on it, so that
+//! gap and friction remain valid while the plate warms.
 //!
-//! Forces are not smoothed by the zero-phase filter of the analysis; a frame takes the mean of the force readings since
-//! the frame before it, or the last reading if the sensor's bursts are late. Where the amplitude along the plate was
+//! Forces are not smoothed by the zero-phase filter of the analysis: a frame uses the mean of the force readings since
+//! the previous frame, or the last reading if the sensor's bursts are late. If the amplitude along the plate was
 //! measured, amplitude and impedance are those under the finger, at its last known position.
 
 use std::collections::VecDeque;
@@ -30,7 +30,7 @@ pub struct ContactReading {
     pub k_c_n_per_m: Uncertain,
     /// Gap ⟨x_t⟩, m.
     pub gap_m: Uncertain,
-    /// Friction coefficient; its error holds those of μ/μ0 and of μ0, taken as independent.
+    /// Friction coefficient; its error combines those of μ/μ0 and of μ0 as independent.
     pub mu: Uncertain,
     /// Normal force from impedance and amplitude alone, N; `None` in the first five frames of a contact.
     pub self_sensed_normal_n: Option<Uncertain>,
@@ -40,7 +40,7 @@ pub struct ContactReading {
     pub measured_mu: f64,
 }
 
-/// Why the newest frame has no reading.
+/// Reasons why the newest frame has no reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoReading {
     /// There is no fit yet.
@@ -51,17 +51,17 @@ pub enum NoReading {
     NoFinger,
     /// The impedance is masked.
     Masked,
-    /// The model has no gap for what was measured.
+    /// The model has no gap for the measured values.
     OffModel,
 }
 
-/// Live reader of the contact, frame by frame. Nothing is read before the first fit, nor while no finger is on the
+/// Live reader of the contact, frame by frame. It gives no readings before the first fit, nor while no finger is on the
 /// plate.
 #[derive(Debug)]
 pub struct LiveContact {
     contact_n: f64,
     fit: Option<Fit>,
-    /// `None` for a plate that cannot be.
+    /// Tracker of the plate; `None` if the plate's constants are not valid.
     tracker: Option<PlateTracker>,
     /// Time of the newest frame, s.
     time_s: f64,
@@ -83,12 +83,12 @@ struct Fit {
     profile: AmplitudeProfile,
 }
 
-/// A force reading that is older says nothing of now, s: bursts come late by less.
+/// Age beyond which a force reading is no longer used, s: bursts are late by less.
 const FORCE_HOLDS_S: f64 = 0.1;
 
 impl LiveContact {
-    /// Makes a reader without a fit, for a plate tracked as `tracking` says; a normal force of `contact_n` or more, N,
-    /// is a finger on the plate, one of less than half of it none.
+    /// Makes a reader without a fit, for a plate tracked by `tracking`. A normal force of `contact_n` or more, N,
+    /// counts as a finger on the plate, one of less than half of it as none.
     pub fn new(contact_n: f64, tracking: PlateTracking) -> Self {
         Self {
             contact_n,
@@ -106,7 +106,7 @@ impl LiveContact {
     /// Uses a newer fit from now on.
     pub fn refit(&mut self, fit: &TrialFit) {
         self.latest = Err(NoReading::NoFinger);
-        // A fit was made of frames, so their interval is one.
+        // A fit was made from frames, so their interval is positive.
         self.fit = LiveEstimator::new(fit.finger, fit.interval_s)
             .ok()
             .map(|estimator| Fit {
@@ -117,7 +117,7 @@ impl LiveContact {
             });
     }
 
-    /// Reads the acquired frames; `each` sees every frame in contact that has a gap.
+    /// Reads the acquired frames; calls `each` for every frame in contact that has a gap.
     pub fn take(&mut self, batch: &Batch, mut each: impl FnMut(&ContactReading)) {
         self.ahead.extend(&batch.force);
         let known = batch
@@ -182,7 +182,7 @@ impl LiveContact {
         }
         let ratio = fit.profile.at(self.position_m);
         let z_m = under_finger::impedance(frame.corrected_n_s_per_m, z_p, ratio);
-        // A frame without a gap is one that the model has no answer for: nothing is shown.
+        // The model has no gap for this frame, so there is no reading.
         let estimate = fit
             .estimator
             .update(&LiveFrame {
@@ -206,7 +206,7 @@ impl LiveContact {
         })
     }
 
-    /// Shows the tracker a frame, as one of a free plate or one under a finger.
+    /// Passes a frame to the tracker, as one of a free plate or one under a finger.
     fn track(&mut self, frame: &ZmFrame, force: Option<&ForceRow>) {
         let Some(tracker) = &mut self.tracker else {
             return;
@@ -215,7 +215,7 @@ impl LiveContact {
             tracker.interrupt();
             return;
         };
-        // In every trough the amplitude may drown in the noise: such a frame is passed over, and its period goes on.
+        // Noise may hide the amplitude in every trough: skip such a frame and continue its period.
         if !frame.mask.is_clear() {
             return;
         }
@@ -239,14 +239,14 @@ impl LiveContact {
         }
     }
 
-    /// Goes on under a drive that is modulated at another frequency, Hz.
+    /// Changes the modulation frequency of the drive, Hz.
     pub fn modulate(&mut self, modulation_hz: f64) {
         if let Some(tracker) = &mut self.tracker {
             tracker.modulate(modulation_hz);
         }
     }
 
-    /// Goes on at a carrier that is higher by `by_hz`, from which the drift is counted then.
+    /// Changes to a carrier higher by `by_hz`; the drift is then counted from it.
     pub fn retune(&mut self, by_hz: f64) {
         self.latest = Err(NoReading::Masked);
         if let Some(tracker) = &mut self.tracker {
@@ -262,13 +262,13 @@ impl LiveContact {
         self.tracker.as_ref()?.resistance_n_s_per_m(self.time_s)
     }
 
-    /// Returns how far the plate's resonance is, Hz, from where it was when the plate was first read without a finger;
-    /// up is positive. `None` before.
+    /// Returns the shift of the plate's resonance, Hz, since the plate was first read without a finger;
+    /// positive upwards. `None` before that.
     pub fn drift_hz(&self) -> Option<Uncertain> {
         self.tracker.as_ref()?.drift_hz(self.time_s)
     }
 
-    /// Returns Z_p of the plate as it is tracked, N·s/m; `None` before the plate was read without a finger.
+    /// Returns the tracked Z_p of the plate, N·s/m; `None` before the plate was read without a finger.
     pub fn plate_n_s_per_m(&self) -> Option<Complex64> {
         let (re, im) = self.resistance().zip(self.reactance())?;
         Some(Complex64::new(re.value, im.value))
@@ -279,7 +279,7 @@ impl LiveContact {
         self.latest.as_ref().ok()
     }
 
-    /// Returns why the newest frame has no reading, if it has none.
+    /// Returns the reason why the newest frame has no reading, if it has none.
     pub fn missing(&self) -> Option<NoReading> {
         self.latest.as_ref().err().copied()
     }
@@ -298,7 +298,7 @@ mod tests {
     const NORMAL_N: f64 = 0.6;
     const MU0: f64 = 0.8;
 
-    /// A contact at rest in force balance: its impedance, gap and friction ratio are the forward model's.
+    /// A contact at rest in force balance, with impedance, gap and friction ratio from the forward model.
     fn contact() -> (TrialFit, Complex64, f64, f64) {
         let contact = Contact::new(&AssumedConstants::ESTIMATION, 1.7e-6).unwrap();
         let (z_p, z_t) = (Complex64::new(7.0, 0.0), Complex64::new(0.5, 3.2));
@@ -340,7 +340,7 @@ mod tests {
             corrected_n_s_per_m: z_m,
             corrected_std_n_s_per_m: 1e-3,
         });
-        // Five readings to a frame, the last at the frame's own time.
+        // Five readings per frame, the last at the frame's own time.
         let first = (from * 5).saturating_sub(4);
         let force = (first..(from + 9) * 5 + 1).map(|i| ForceRow {
             time_s: i as f64 * 1e-4,
@@ -370,7 +370,7 @@ mod tests {
         assert_relative_eq!(sensed.value, NORMAL_N, max_relative = 1e-9);
     }
 
-    /// A finger where the plate moves by 10 % less than at the pickup acts on it with 0.81 of its impedance.
+    /// A finger where the plate's motion is 10 % smaller than at the pickup acts on it with 0.81 of its impedance.
     #[test]
     fn where_the_plate_moves_less_the_gap_is_still_the_models() {
         let (mut fit, z_m, gap_m, ratio) = contact();
@@ -384,7 +384,7 @@ mod tests {
             frame.amplitude_m = AMPLITUDE_M / 0.9;
         }
         let at = |time_s, position_m| PositionRow { time_s, position_m };
-        // The unknown one is passed over, and the last is not reached yet.
+        // The unknown position is skipped, and the last one is not reached yet.
         seen.position = vec![at(0.0, 0.05), at(1e-3, f64::NAN), at(1.0, 0.0)];
         let mut live = LiveContact::new(0.1, PlateTracking::of(0.008, 6.0));
         live.refit(&fit);

@@ -1,5 +1,5 @@
-//! Measured data, live or read from a recording: impedance frames, force and position on one clock, and the evenly
-//! sampled series that selection and estimation use.
+//! Measured data, live or from a recording: impedance frames, force and position on one clock, and the evenly
+//! sampled series for selection and estimation.
 
 use impedance::smoothing::LowPass;
 use impedance::{Mask, ZmFrame, wiener};
@@ -12,7 +12,7 @@ use recording::{ForceRow, PositionRow};
 /// Cut-off of the second-order Butterworth filter on forces and position, Hz (Huloux 2021, section IV).
 pub const SMOOTHING_HZ: f64 = 100.0;
 
-/// Measured data; times in seconds of one clock, each list in order.
+/// Measured data; times in seconds on one clock, each list in order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Measurements {
     /// Impedance frames, evenly spaced.
@@ -21,13 +21,13 @@ pub struct Measurements {
     pub force: Vec<ForceRow>,
     /// Position readings.
     pub position: Vec<PositionRow>,
-    /// Spans during which the force sensor was at the end of its range, s; none touching another.
+    /// Spans during which the force sensor was at the end of its range, s; none touch.
     pub saturated: Vec<(f64, f64)>,
-    /// Stretches in which the drive may have been broken off, in order.
+    /// Stretches in which the drive may have been interrupted, in order.
     pub drive_gaps: Vec<DriveGap>,
 }
 
-/// Impedance frames of an interval with force and position at each; NaN where they were not measured.
+/// Impedance frames of an interval, each with force and position; NaN where they were not measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameSeries {
     /// Times of the frames, s.
@@ -36,14 +36,14 @@ pub struct FrameSeries {
     pub frames: Vec<ZmFrame>,
     /// Peak vibration amplitude, m.
     pub amplitude_m: Vec<f64>,
-    /// Normal force, 100 Hz, zero phase, N.
+    /// Normal force, low-passed at 100 Hz with zero phase, N.
     pub normal_n: Vec<f64>,
-    /// Normal force with its sensor's noise taken away as its spectrum tells, zero phase, N; where that does not show it, as
-    /// `normal_n`. What `dynamic` and `trial` read.
+    /// Normal force without its sensor's noise, filtered with zero phase by its spectrum, N; equal to `normal_n` if the
+    /// spectrum does not reveal the noise. `dynamic` and `trial` use it.
     pub finger_force_n: Vec<f64>,
-    /// Lateral force, 100 Hz, zero phase, N.
+    /// Lateral force, low-passed at 100 Hz with zero phase, N.
     pub lateral_n: Vec<f64>,
-    /// Finger position, 100 Hz, zero phase, m.
+    /// Finger position, low-passed at 100 Hz with zero phase, m.
     pub position_m: Vec<f64>,
     /// Finger velocity, m/s.
     pub velocity_m_per_s: Vec<f64>,
@@ -52,7 +52,7 @@ pub struct FrameSeries {
 }
 
 impl FrameSeries {
-    /// Returns the series as the selection takes it.
+    /// Returns the series for the selection.
     pub fn exploration(&self, direction: Direction) -> ExplorationSeries<'_> {
         ExplorationSeries {
             direction,
@@ -73,7 +73,7 @@ impl Measurements {
         ends.map_or((0.0, 0.0), |(first, last)| (first.time_s, last.time_s))
     }
 
-    /// Returns what a recording says of its faults, without any data.
+    /// Returns a recording's stated faults, without any data.
     pub fn faults_of(manifest: &Manifest, sample_rate_hz: u32) -> Self {
         let gaps = (0..).zip(manifest.drive_gaps_s(sample_rate_hz));
         let gap = |(xrun, (from_s, to_s))| DriveGap { xrun, from_s, to_s };
@@ -84,7 +84,7 @@ impl Measurements {
         }
     }
 
-    /// Takes what was acquired.
+    /// Adds acquired data.
     pub fn take(&mut self, batch: Batch) {
         self.frames.extend(batch.frames);
         self.force.extend(batch.force);
@@ -98,7 +98,7 @@ impl Measurements {
         }
     }
 
-    /// Takes a time at which the force sensor was at the end of its range, in order; joined as in a recording's events.
+    /// Adds a time at which the force sensor was at the end of its range, in order; joined as in a recording's events.
     pub fn saturate(&mut self, at_s: f64) {
         match self.saturated.last_mut() {
             Some((_, end_s)) if at_s - *end_s < QUIET_S => *end_s = at_s,
@@ -246,11 +246,11 @@ impl Measurements {
     }
 }
 
-/// Distance in time to which a saturated reading affects the smoothed force, s: the response of the 100 Hz filter has
-/// fallen to about a hundredth by then.
+/// Time over which a saturated reading affects the smoothed force, s: the response of the 100 Hz filter has
+/// then fallen to about a hundredth.
 const SATURATION_REACH_S: f64 = 0.01;
-/// Distance in time to which a gap of the drive affects the impedance, s: by then the plate, which rings with a time
-/// constant of 2 m/b or some 2 ms, has forgotten it to a thousandth, and the demodulator's window is past.
+/// Time over which a gap of the drive affects the impedance, s. The plate rings with a time constant of 2 m/b, some 2 ms, so
+/// its response has then fallen to a thousandth, and the demodulator's window has passed.
 const GAP_REACH_S: f64 = 0.02;
 
 /// Interpolates linearly; NaN beyond the readings' ends.
@@ -274,7 +274,7 @@ fn interpolate<R>(
     }
 }
 
-/// The finite readings over a span and a margin: time, s, and value.
+/// Finite readings over a span and a margin: time, s, and value.
 struct Readings(Vec<(f64, f64)>);
 
 /// Filtered values on an even grid.
@@ -305,7 +305,7 @@ impl Readings {
         )
     }
 
-    /// Returns the readings on an even grid of their own mean rate or finer.
+    /// Returns the readings on an even grid at their own mean rate or finer.
     fn even(&self, least_rate_hz: f64) -> Option<Even> {
         let [(start_s, _), .., (end_s, _)] = self.0[..] else {
             return None;
@@ -323,7 +323,7 @@ impl Readings {
         })
     }
 
-    /// Returns what is slower than [`SMOOTHING_HZ`].
+    /// Returns the readings low-passed at [`SMOOTHING_HZ`].
     fn low_passed(&self) -> Option<Even> {
         let even = self.even(LEAST_RATE_HZ)?;
         let filter = LowPass::new(SMOOTHING_HZ, even.step_s.recip()).ok()?;
@@ -331,7 +331,7 @@ impl Readings {
         Some(Even { values, ..even })
     }
 
-    /// Returns the force without its sensor's noise; `None` where the readings do not show it.
+    /// Returns the force without its sensor's noise; `None` if the readings do not reveal the noise.
     fn finger_force(&self) -> Option<Even> {
         let even = self.even(0.0)?;
         let rate_hz = even.step_s.recip();
@@ -368,11 +368,11 @@ impl Readings {
     }
 }
 
-/// Longest time between readings that are not lost, s.
+/// Longest time between readings that does not count as a loss, s.
 pub(super) const LONGEST_GAP_S: f64 = 0.02;
-/// Least rate of the grid, Hz, so that the filter keeps its response at any rate of readings.
+/// Lowest rate of the grid, Hz, so that the filter has the same response at any rate of readings.
 const LEAST_RATE_HZ: f64 = 2000.0;
-/// Time beyond the wanted span from which readings are used, s, so that the filter settles.
+/// Time around the requested span from which readings are used, s, so that the filter settles.
 pub(super) const MARGIN_S: f64 = 0.1;
 
 /// Returns central differences, one-sided at the ends.

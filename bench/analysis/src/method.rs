@@ -7,14 +7,14 @@ pub enum Method {
     Paper,
     /// The method with envelope dynamics and levitation lag (SCIENCE.md section 9).
     Dynamic,
-    /// The fit of all instances of a recording together (SCIENCE.md section 10); it reads what `Dynamic` reads.
+    /// The fit of all instances of a recording together (SCIENCE.md section 10), from the data that `Dynamic` uses.
     Trial,
 }
 
 impl Method {
-    /// The methods that take an instance alone, so that every instance has an estimate by both.
+    /// Methods that fit a single instance, so that every instance has an estimate by both.
     pub const BOTH: [Self; 2] = [Self::Paper, Self::Dynamic];
-    /// All methods, in the order in which they are shown.
+    /// All methods, in display order.
     pub const ALL: [Self; 3] = [Self::Paper, Self::Dynamic, Self::Trial];
 
     /// Returns the name in results and tables.

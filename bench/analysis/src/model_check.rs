@@ -6,19 +6,19 @@ use protocols::{SelectionRules, Validity};
 use crate::exploration_findings::ExplorationFindings;
 use crate::flaw::Flaw;
 
-/// Edges of the amplitude bands, m; the last band is open.
+/// Edges of the amplitude bands, m; the last band has no upper limit.
 const EDGES_M: [f64; 6] = [0.0, 0.3e-6, 1e-6, 2e-6, 4e-6, 8e-6];
 
-/// Difference of a band beyond which a flaw reports it: no band of forty virtual participants reaches 0.06
+/// Difference of a band above which a flaw reports it: no band of forty virtual participants reaches 0.06
 /// (`docs/accuracy.md`).
 const GREATEST_DIFFERENCE: f64 = 0.25;
 
 /// Difference of self-sensed and measured normal force at the amplitudes of one band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Band {
-    /// Least amplitude under the finger, m.
+    /// Smallest amplitude under the finger, m.
     pub amplitude_from_m: f64,
-    /// Greatest amplitude under the finger, m; in the last band the greatest that occurred.
+    /// Largest amplitude under the finger, m; in the last band the largest that occurred.
     pub amplitude_to_m: f64,
     /// Number of samples.
     pub n: usize,
@@ -28,8 +28,8 @@ pub struct Band {
     pub p90: f64,
 }
 
-/// Compares the forces over whole explorations, where the finger slides on the plate's central part and not during the
-/// instance from which `finger` is. Bands without samples are left out.
+/// Compares the forces over whole explorations, where the finger slides on the plate's central part, except during the
+/// instance from which `finger` was fitted. Bands without samples are left out.
 pub fn bands(
     finger: &FittedFinger,
     fitted: (f64, f64),
@@ -65,7 +65,7 @@ pub fn bands(
         .collect()
 }
 
-/// Returns the flaw of the band with the greatest difference, if it is too great for the model to hold.
+/// Returns the flaw of the band with the largest difference, if it is too large for the model to hold.
 pub(super) fn flaw(bands: &[Band]) -> Option<Flaw> {
     bands
         .iter()
@@ -116,7 +116,7 @@ fn of_exploration(
         .collect()
 }
 
-/// Returns a quantile, linear between order statistics as numpy's default; `None` without values.
+/// Returns a quantile, linear between order statistics like numpy's default; `None` without values.
 pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     let at = share * sorted.len().checked_sub(1)? as f64;
     let (below, above) = (at.floor() as usize, at.ceil() as usize);

@@ -3,21 +3,21 @@
 use contact::harmonic;
 use num_complex::Complex64;
 
-/// Forces on the skin and its motion, frame by frame. Phases are against the plate: a force is in phase with ṽ_p where it is
-/// real, a displacement with x̃_p.
+/// Forces on the skin and its motion, frame by frame. Phases are relative to the plate: a real force is in phase with ṽ_p,
+/// a real displacement with x̃_p.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkinMotion {
-    /// f̃ = (Z_m − Z_p) ṽ_p, the reaction of the finger on the plate (Huloux 2021, Eq. 10), peak, N, against ṽ_p; by
+    /// f̃ = (Z_m − Z_p) ṽ_p, the reaction of the finger on the plate (Huloux 2021, Eq. 10), peak, N, relative to ṽ_p; for
     /// `dynamic` with Z_m and ṽ_p under the finger.
     pub reaction_force_n: Vec<Complex64>,
-    /// Z_c (ṽ_p − ṽ_t), what the contact transmits with the estimated stiffness and the assumed loss factor (Eq. 6), peak, N,
-    /// against ṽ_p. It is the reaction force where the contact loses as much as is assumed.
+    /// Z_c (ṽ_p − ṽ_t), the force of the contact with the estimated stiffness and the assumed loss factor (Eq. 6), peak, N,
+    /// relative to ṽ_p. It equals the reaction force if the contact has the assumed loss factor.
     pub contact_force_n: Vec<Complex64>,
     /// x̃_t/x̃_p (Eq. 11).
     pub skin_per_plate: Vec<Complex64>,
-    /// ½ Re(f̃ ṽ_p*), mean power that the plate gives to contact and skin, W.
+    /// ½ Re(f̃ ṽ_p*), mean power from the plate into contact and skin, W.
     pub plate_power_w: Vec<f64>,
-    /// ½ Re Z_t |ṽ_t|², mean power into the skin, W; the rest is lost in the contact.
+    /// ½ Re Z_t |ṽ_t|², mean power into the skin, W; the rest is dissipated in the contact.
     pub skin_power_w: Vec<f64>,
 }
 
@@ -35,7 +35,7 @@ pub struct Impedances {
 }
 
 impl Impedances {
-    /// Returns f̃ = (Z_m − Z_p) ṽ_p (Huloux 2021, Eq. 10), peak, N, against ṽ_p, under an amplitude |x̃_p|, m.
+    /// Returns f̃ = (Z_m − Z_p) ṽ_p (Huloux 2021, Eq. 10), peak, N, relative to ṽ_p, for an amplitude |x̃_p|, m.
     pub fn reaction_force_n(&self, z_m: Complex64, amplitude_m: f64) -> Complex64 {
         let v_p = Complex64::new(self.carrier_rad_per_s * amplitude_m, 0.0);
         harmonic::contact_force_n(z_m, self.z_p_n_s_per_m, v_p)
@@ -92,7 +92,7 @@ mod tests {
     use approx::assert_relative_eq;
     use contact::harmonic::{HarmonicMotion, observed};
 
-    /// Against the two degrees of freedom solved as such (Eqs. 7, 8).
+    /// Compares with the two degrees of freedom solved directly (Eqs. 7, 8).
     #[test]
     fn forces_and_motion_are_those_of_the_two_degrees_of_freedom() {
         let omega = std::f64::consts::TAU * 35e3;
@@ -112,7 +112,7 @@ mod tests {
             let amplitude_m = v_p.norm() / omega;
             let found = SkinMotion::of(&impedances, &[z_m], &[amplitude_m], &[k_c]);
 
-            // What drives the plate and does not move it is the finger's; turned to the plate's phase.
+            // The part of the drive that does not move the plate acts on the finger; rotated to the plate's phase.
             let on_finger = (drive_n - z_p * v_p) * v_p.norm() / v_p;
             let reaction = found.reaction_force_n[0];
             assert_relative_eq!(reaction.re, on_finger.re, max_relative = 1e-9);
@@ -124,7 +124,7 @@ mod tests {
             );
             let skin = found.skin_per_plate[0];
             assert_relative_eq!((skin - solved.transmission()).norm(), 0.0, epsilon = 1e-9);
-            // Power from the plate is power into the skin and into the contact's damper.
+            // Power from the plate equals power into the skin and into the contact's damper.
             let slip = v_p - solved.skin_m_per_s;
             let in_contact_w = 0.5 * z_c.re * slip.norm_sqr();
             assert_relative_eq!(

@@ -1,4 +1,4 @@
-//! Tables of a program that was built without Parquet: each is refused.
+//! Tables of a program built without Parquet: every request is rejected.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ pub fn require_built() -> Result<(), TableError> {
     Err(TableError)
 }
 
-/// Writes nothing.
+/// Rejects the request without writing.
 ///
 /// # Errors
 /// Always.

@@ -1,7 +1,7 @@
-//! Whose recordings are analysed: a pseudonym is one within its study alone.
+//! Participants of the analysed recordings: a pseudonym is unique only within its study.
 //!
-//! `sub-01` of two studies is two people as a rule. A study is known by its own folder; recordings that lie in no study
-//! share one name space, of whoever named them together.
+//! As a rule, `sub-01` in two studies is two people. A study is identified by its own folder; recordings outside any study
+//! share one name space within an analysis.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -11,11 +11,11 @@ use recording::study::TrialLabel;
 
 use crate::analysed::RecordingAnalysis;
 
-/// Person of an analysis: the study's own folder, and the pseudonym.
+/// Person in an analysis: the study's own folder, and the pseudonym.
 type Person = (Option<PathBuf>, String);
 
-/// Names the participant of each recording: by the pseudonym alone where the recordings are of one study, otherwise with
-/// the study's name before it.
+/// Names the participant of each recording: by the pseudonym alone if all recordings are from one study, otherwise preceded by
+/// the study's name.
 pub fn name(recordings: &mut [RecordingAnalysis]) {
     let people: Vec<Option<Person>> = recordings.iter().map(person).collect();
     let names = names(people.iter().flatten());
@@ -28,7 +28,7 @@ pub fn name(recordings: &mut [RecordingAnalysis]) {
     }
 }
 
-/// Returns whose recording it is: by its description, or by the names of its folders if that cannot be read.
+/// Returns the person of a recording, from its description, or from the names of its folders if that cannot be read.
 fn person(recording: &RecordingAnalysis) -> Option<Person> {
     let study = study(&recording.path);
     let stated = |manifest: &recording::Manifest| Some(manifest.participant.as_ref()?.id.clone());
@@ -43,7 +43,7 @@ fn person(recording: &RecordingAnalysis) -> Option<Person> {
     Some((study, id?))
 }
 
-/// Returns the folder of a recording's study: of the one that describes itself, or else by the names of the folders.
+/// Returns the folder of a recording's study: the one that contains a study's description, or else by the names of the folders.
 fn study(recording: &Path) -> Option<PathBuf> {
     exclusions::study_of(recording).or_else(|| by_folders(recording).map(|(study, _)| study))
 }
@@ -63,7 +63,7 @@ fn by_folders(recording: &Path) -> Option<(PathBuf, String)> {
 fn names<'a>(people: impl Iterator<Item = &'a Person>) -> BTreeMap<Person, String> {
     let people: BTreeSet<&Person> = people.collect();
     let studies: BTreeSet<&Option<PathBuf>> = people.iter().map(|(study, _)| study).collect();
-    // The fewest last names of their folders that tell the studies apart.
+    // The smallest number of last path components that distinguishes the studies.
     let last = |path: &Path, n: usize| {
         let names: Vec<_> = path.iter().map(|name| name.to_string_lossy()).collect();
         names[names.len().saturating_sub(n)..].join("/")
@@ -84,7 +84,7 @@ fn names<'a>(people: impl Iterator<Item = &'a Person>) -> BTreeMap<Person, Strin
         let (study, id) = person;
         let study = study.as_deref().filter(|_| studies.len() > 1);
         let plain = study.map_or_else(|| id.clone(), |study| format!("{}/{id}", last(study, n)));
-        // A pseudonym that somebody else wrote may hold a slash.
+        // A pseudonym from elsewhere may contain a slash.
         let numbered = (2..).map(|number| format!("{plain} ({number})"));
         let mut candidates = std::iter::once(plain.clone()).chain(numbered);
         let name = candidates
@@ -109,7 +109,7 @@ mod tests {
         people.iter().map(|person| names[person].clone()).collect()
     }
 
-    /// `sub-01` of two studies was one person, with an n of 1 and means over two people's trials.
+    /// Regression test: `sub-01` of two studies was one person, with an n of 1 and means over two people's trials.
     ///
     /// Fault 52.
     #[test]

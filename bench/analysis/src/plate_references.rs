@@ -1,4 +1,4 @@
-//! Reads the plate's own impedance wherever in a recording no finger is on it, before, between and after explorations.
+//! Reads the plate's own impedance wherever no finger is on it, before, between and after explorations.
 
 use estimation::trial::{PlateReadings, PlateReference};
 use num_complex::Complex64;
@@ -6,16 +6,16 @@ use num_complex::Complex64;
 use crate::instance::FEWEST_PLATE_FRAMES;
 use crate::measurements::{FrameSeries, Measurements};
 
-/// Longest stretch of one reference, s: short beside the seconds in which a plate cools.
+/// Longest stretch of one reference, s: short compared with the seconds in which a plate cools.
 const LONGEST_S: f64 = 0.1;
-/// Time beside a finger that is left out, s: a finger that weighs less than its sensor's noise is on the plate too.
+/// Time next to a touch that is left out, s: a finger lighter than its sensor's noise is on the plate too.
 const BESIDE_FINGER_S: f64 = 0.1;
-/// Frames whose errors are about one: a demodulator's filter is some 10 ms long.
+/// Number of frames with a common error: a demodulator's filter is some 10 ms long.
 const FRAMES_ALIKE: f64 = 20.0;
-/// Least standard error of a reference, N·s/m: what two readings of a still plate differ by.
+/// Smallest standard error of a reference, N·s/m: the difference between two readings of a constant plate.
 const LEAST_STD_N_S_PER_M: f64 = 1e-4;
 
-/// Reads the references of a whole recording; a normal force of `off_n` or more is a finger.
+/// Reads the references of a whole recording; a normal force of `off_n` or more counts as a finger.
 pub(super) fn read(record: &Measurements, off_n: f64) -> PlateReadings {
     let (start_s, end_s) = record.span_s();
     let series = record.series(start_s, end_s);
@@ -23,7 +23,7 @@ pub(super) fn read(record: &Measurements, off_n: f64) -> PlateReadings {
         .time_s
         .iter()
         .zip(&series.normal_n)
-        // A force that was not measured shows no free plate.
+        // Where the force was not measured, the plate does not count as free.
         .filter(|(_, normal_n)| normal_n.is_nan() || normal_n.abs() >= off_n)
         .map(|(time_s, _)| *time_s)
         .collect();
@@ -48,7 +48,7 @@ pub(super) fn read(record: &Measurements, off_n: f64) -> PlateReadings {
     }
 }
 
-/// Joins the times that a finger was on the plate to touches.
+/// Joins the times at which a finger was on the plate to touches.
 fn touches(touched_s: &[f64]) -> Vec<(f64, f64)> {
     let mut touches: Vec<(f64, f64)> = Vec::new();
     for &time_s in touched_s {
@@ -60,8 +60,8 @@ fn touches(touched_s: &[f64]) -> Vec<(f64, f64)> {
     touches
 }
 
-/// Reads one stretch at the weighted mean time of its frames, where the plate is known best: at any other time an error in the
-/// rate of change would be added to the reading. `None` if too few of its frames have an impedance.
+/// Reads one stretch at the weighted mean time of its frames, where the plate is best known: at any other time an error in the
+/// rate of change would add to the reading. `None` if too few of its frames have an impedance.
 fn reference(series: &FrameSeries, from: usize, to: usize) -> Option<PlateReference> {
     let clear = || {
         series.frames[from..to]
@@ -82,7 +82,7 @@ fn reference(series: &FrameSeries, from: usize, to: usize) -> Option<PlateRefere
     if !z_p.is_finite() {
         return None;
     }
-    // What the plate changes steadily meanwhile is no error of its mean.
+    // A steady change of the plate meanwhile is not an error of its mean.
     let (mut squares, mut rate, mut spread) = (0.0, Complex64::ZERO, 0.0);
     for frame in clear() {
         let weight = frame.amplitude_m.powi(2);
@@ -111,7 +111,7 @@ mod tests {
     const RATE_HZ: f64 = 2000.0;
     const AFTER_N_S_PER_M: Complex64 = Complex64::new(7.05, -0.2);
 
-    /// A plate of 7 N·s/m that a finger touches from 1 to 2 s and leaves otherwise than it was, as its sensor feels it.
+    /// A plate of 7 N·s/m that a finger touches from 1 to 2 s and changes, with the force that the sensor reads.
     fn record(normal_n: impl Fn(f64) -> f64) -> Measurements {
         let times = || (0..6000).map(|i| f64::from(i) / RATE_HZ);
         let impedance = |time_s: f64| match time_s {
@@ -180,7 +180,7 @@ mod tests {
         assert!(references.iter().any(|of| of.time_s < 1.0));
     }
 
-    /// Its error is what it scatters by, not what it drifts by in the meantime.
+    /// The error of a reference is the scatter, not the drift in the meantime.
     #[test]
     fn a_plate_that_drifts_steadily_is_read_as_well_as_one_that_stands_still() {
         let read_of = |per_s: f64, scatter: f64| {
@@ -199,7 +199,7 @@ mod tests {
             7.0 + 0.05 * drifting.time_s,
             epsilon = 1e-5
         );
-        // Of 200 frames ten tell as much as one each.
+        // Ten of 200 frames carry the information of one each.
         let expected = 0.01 * (FRAMES_ALIKE / 200.0).sqrt();
         assert_relative_eq!(
             read_of(0.05, 0.01).std_n_s_per_m,

@@ -1,4 +1,4 @@
-//! The settings as results and tables print them: every assumed number, and how each method takes the amplitude and the
+//! Settings as printed in results and tables: every assumed number, and how each method uses the amplitude and the
 //! normal force.
 
 use serde::Serialize;
@@ -15,14 +15,14 @@ pub struct PrintedSettings {
     normal_force: ForceTaken,
 }
 
-/// How each method takes the normal force.
+/// Normal force used by each method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct ForceTaken {
     paper: &'static str,
     dynamic: &'static str,
 }
 
-/// Whence each method takes the amplitude under the finger.
+/// Source of the amplitude under the finger for each method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct AmplitudeTaken {
     paper: &'static str,

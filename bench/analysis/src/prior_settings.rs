@@ -1,22 +1,22 @@
-//! The priors of `trial` as the results print them, and as a user names those that are to be others.
+//! Priors of `trial`, as printed in results and as named in settings.
 
 use estimation::trial::{LogNormal, Normal, TrialPriors};
 use serde::{Serialize, Serializer};
 
 use crate::assumable::{Allowed, FINITE, Number, POSITIVE};
 
-/// Where they stand among the settings.
+/// Key of the priors among the settings.
 const KEY: &str = "trial_priors";
 
-/// Standard deviations that can be weighed beside data. The least holds its parameter where it is.
+/// Standard deviations that can be weighed against data. The smallest one holds its parameter fixed.
 const SPREAD: Allowed = Allowed {
     words: "1e-9 to 1e9",
     rule: |value| (1e-9..=1e9).contains(&value),
 };
 
-/// Medians and standard deviations of the logarithms, or means and standard deviations; of the plate's offset and the finger's
-/// angle, whose mean is 0, standard deviations. On a plate whose profile was measured tilt and bow are 0 ± 0.003, or less if it is
-/// less here.
+/// Medians and standard deviations of the logarithms, or means and standard deviations; for the plate's offset and the finger's
+/// angle, with means of 0, only standard deviations. On a plate with a measured profile, tilt and bow are 0 ± 0.003, or less
+/// if the value here is smaller.
 #[derive(Serialize)]
 struct Printed {
     contact_area_m2: OfLogarithm,
@@ -58,7 +58,7 @@ impl From<Normal> for OfItself {
     }
 }
 
-/// Writes priors as the results print them.
+/// Writes priors as printed in results.
 pub(crate) fn print<S: Serializer>(priors: &TrialPriors, to: S) -> Result<S::Ok, S::Error> {
     Printed {
         contact_area_m2: priors.contact_area_m2.into(),
@@ -78,7 +78,7 @@ pub(crate) fn print<S: Serializer>(priors: &TrialPriors, to: S) -> Result<S::Ok,
     .serialize(to)
 }
 
-/// Returns each number of the priors, as it is named in settings.
+/// Returns each number of the priors by its name in settings.
 pub(crate) fn numbers(priors: &mut TrialPriors) -> Vec<Number<'_>> {
     let TrialPriors {
         contact_area_m2,

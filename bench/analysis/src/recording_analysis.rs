@@ -1,4 +1,4 @@
-//! Analyses a recording: Z_p, the instances, both estimates of each, the model check.
+//! Analysis of a recording: Z_p, the instances, both estimates of each, the model check.
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -128,9 +128,9 @@ fn explorations(manifest: &Manifest) -> Vec<(Direction, f64, f64)> {
     explorations
 }
 
-/// Returns the selection rules for the recording in `folder`: those of the session's protocol, of which a copy lies
-/// beside the recording. Without a copy, as for a recording made elsewhere, these are the rules of `settings`; the same
-/// if the copy cannot be read, and then with the flaw that says so.
+/// Returns the selection rules for the recording in `folder`: those of the copy of the session's protocol
+/// next to the recording. Without a copy, as for a recording made elsewhere, the rules are those of `settings`; likewise
+/// if the copy cannot be read, with a flaw that reports it.
 pub fn selection_rules(
     folder: &Path,
     manifest: &Manifest,
@@ -147,7 +147,7 @@ pub fn selection_rules(
     }
 }
 
-/// Reads the copy of the session's protocol beside a recording; `None` if there is no copy.
+/// Reads the copy of the session's protocol next to a recording; `None` if there is no copy.
 fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>, Flaw> {
     let Some((trial, session)) = manifest.trial.as_ref().zip(folder.parent()) else {
         return Ok(None);
@@ -163,7 +163,7 @@ fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>,
     }
     let file = path.display().to_string();
     let parsed = match files::read_text(&path, files::TEXT_LIMIT_BYTES) {
-        // Made elsewhere; a recording that names its copy had one.
+        // The recording was made elsewhere; one that names its copy had one.
         Err(error) if error.kind() == ErrorKind::NotFound && named.is_none() => return Ok(None),
         Err(error) => Err(format!("{file}: {error}")),
         Ok(text) => Protocol::parse(&text, &file).map_err(|error| error.to_string()),
@@ -173,13 +173,13 @@ fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>,
         .map_err(|reason| Flaw::ProtocolCopy { path, reason })
 }
 
-/// Returns the flaw of a recording whose session keeps several copies of its protocol, of which the recording names none.
+/// Returns the flaw of a recording that does not name its protocol copy although the session has several.
 fn several_copies(folder: &Path, manifest: &Manifest) -> Option<Flaw> {
     let (trial, session) = manifest.trial.as_ref().zip(folder.parent())?;
     if trial.protocol_file.is_some() {
         return None;
     }
-    // Numbered from 2 where the session was resumed after an edit.
+    // Copies are numbered from 2 if the session was resumed after an edit.
     let another = session.join(format!("{}.2.toml", trial.protocol));
     another.exists().then(|| Flaw::ProtocolCopies {
         followed: format!("{}.toml", trial.protocol),
@@ -196,8 +196,8 @@ impl RecordingFindings {
         });
     }
 
-    /// Estimates the instances that are selected from an exploration, and notes for everything else why it was
-    /// rejected.
+    /// Estimates the instances selected from an exploration, and records the reason of every other stretch's
+    /// rejection.
     fn explore(
         &mut self,
         record: &Measurements,
@@ -245,7 +245,7 @@ impl RecordingFindings {
         self.explorations.push(exploration);
     }
 
-    /// Fits all instances together. Those that a method which takes them alone cannot use are kept only if this one can.
+    /// Fits all instances together. Those that `paper` or `dynamic` cannot use are kept only if this fit can use them.
     fn fit_together(&mut self, readings: &PlateReadings, settings: &Settings) {
         let Some(conditions) = self.conditions(settings.assumed()) else {
             return;
@@ -261,7 +261,8 @@ impl RecordingFindings {
         }
     }
 
-    /// Rejects each instance that no method can use which needs no other; returns whether there are any.
+    /// Rejects each instance that has no estimate by `trial` and is unusable by `paper` or `dynamic`; returns whether any were
+    /// rejected and others remain.
     fn drop_unusable(&mut self) -> bool {
         let unusable = |instance: &InstanceAnalysis| match instance.trial {
             Some(_) => None,
@@ -332,7 +333,7 @@ seed = 1
         assert_ne!(own, of_settings);
         assert_eq!(rules(), (own, None));
 
-        // Resumed after an edit: which of the two the recording followed is not known.
+        // The session was resumed after an edit: it is unknown which of the two copies the recording followed.
         let edited = session.path().join("own.2.toml");
         std::fs::write(
             &edited,
@@ -345,7 +346,7 @@ seed = 1
             matches!(flaw, Some(Flaw::ProtocolCopies { .. })),
             "{flaw:?}"
         );
-        // The first copy was read, though the second was followed.
+        // The first copy was read, although the second was followed.
         let mut naming = manifest.clone();
         let mut rules_by = |name: &str| {
             naming.trial.as_mut().unwrap().protocol_file = Some(name.to_owned());
@@ -364,7 +365,7 @@ seed = 1
         }
         std::fs::remove_file(edited).unwrap();
 
-        // Cut off in the middle, and with bytes that are no text.
+        // Truncated in the middle, and with bytes that are not text.
         let half = text.as_bytes()[..text.len() / 2].to_vec();
         for damaged in [half, vec![0xff; 64]] {
             std::fs::write(&copy, damaged).unwrap();

@@ -1,4 +1,4 @@
-//! Results file, by the schema of RECORDING.md.
+//! Results file, by the schema in RECORDING.md.
 
 use contact::uncertain::{LogUncertain, Uncertain};
 use estimation::Sensitivities;
@@ -40,15 +40,15 @@ struct Recording {
     path: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     participant: Option<String>,
-    /// Its constants are the configuration's, and were not measured.
+    /// Whether its constants are those of the configuration instead of measured ones.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     uncalibrated: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     carrier_hz: Option<f64>,
-    /// `dynamic` takes the amplitude under the finger by the recording's profile.
+    /// Whether `dynamic` corrects the amplitude under the finger by the recording's profile.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     plate_profile: bool,
-    /// What the recording states of its calibration's errors.
+    /// Errors of the calibration as stated in the recording.
     #[serde(skip_serializing_if = "Option::is_none")]
     standard_errors: Option<StandardErrors>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -62,7 +62,7 @@ struct Recording {
     warnings: Vec<String>,
 }
 
-/// Deviation of the pickup from what is stated, by the unloaded plate's response to the modulation.
+/// Deviation of the pickup from its stated values, from the unloaded plate's response to the modulation.
 #[derive(Debug, Serialize)]
 struct PickupUndone {
     phase_rad: f64,
@@ -89,7 +89,7 @@ struct Instance {
     trial: Option<TrialEstimate>,
 }
 
-/// Parameters that the instances of a recording share.
+/// Parameters shared by the instances of a recording.
 #[derive(Debug, Serialize)]
 struct Trial {
     contact_area_m2: f64,
@@ -121,7 +121,7 @@ struct TrialIntervals {
     lateral_lag_s: Option<[f64; 2]>,
 }
 
-/// The keys of `dynamic`, and intervals.
+/// Keys of `dynamic`, with intervals.
 #[derive(Debug, Serialize)]
 struct TrialEstimate {
     #[serde(flatten)]
@@ -168,14 +168,14 @@ struct Estimate {
     sensitivity: Option<SensitivityRows>,
 }
 
-/// The model with the participant's average σ_t.
+/// Model with the participant's average σ_t.
 #[derive(Debug, Serialize)]
 struct AveragedModel {
     sigma_t_m: f64,
     r2_impedance: f64,
 }
 
-/// Samples from which `paper` read Z_t.
+/// Samples from which `paper` reads Z_t.
 #[derive(Debug, Serialize)]
 struct AtRest {
     below_threshold: bool,
@@ -246,7 +246,7 @@ impl Results {
         }
     }
 
-    /// Adds what became of the attempts.
+    /// Adds the account of the attempts.
     #[must_use]
     pub fn with_attempts(self, account: &Account) -> Self {
         Self {
@@ -255,7 +255,7 @@ impl Results {
         }
     }
 
-    /// Adds the skin of the study, as it is to stand under `skin`.
+    /// Adds the skin of the study, for the key `skin`.
     #[must_use]
     pub fn with_skin(self, skin: serde_json::Value) -> Self {
         Self {
@@ -264,7 +264,7 @@ impl Results {
         }
     }
 
-    /// Adds what was left out of the analysis, as it is to stand under `excluded`.
+    /// Adds the recordings left out of the analysis, for the key `excluded`.
     #[must_use]
     pub fn with_excluded(self, excluded: serde_json::Value) -> Self {
         Self {
@@ -273,7 +273,7 @@ impl Results {
         }
     }
 
-    /// Adds what somebody had decided to leave out and was analysed all the same.
+    /// Adds the recordings that were excluded on purpose but analysed nevertheless.
     #[must_use]
     pub fn with_overridden(self, overridden: serde_json::Value) -> Self {
         Self {
@@ -357,7 +357,7 @@ impl From<&RecordingAnalysis> for Recording {
 }
 
 impl Instance {
-    /// Describes an instance, with intervals where the model of all of them holds.
+    /// Describes an instance, with intervals if the model of all instances holds.
     fn of(instance: &InstanceAnalysis, holds: bool) -> Self {
         Self {
             start_s: instance.start_s,

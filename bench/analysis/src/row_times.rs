@@ -1,4 +1,4 @@
-//! Takes in the rows of force and position that an analysis needs, and looks at the times of all.
+//! Reads the rows of force and position that an analysis needs, and checks the times of all rows.
 
 use recording::reader::{ReadError, Warning};
 
@@ -7,12 +7,12 @@ use crate::flaw::Flaw;
 use crate::measurements::{LONGEST_GAP_S, MARGIN_S};
 use crate::spans::Spans;
 
-/// Most rows of a file within the intervals: the longest time that these may last, at a little over 10 kHz.
+/// Largest number of rows of a file within the intervals, which limits their duration at a little over 10 kHz.
 const MAX_KEPT_ROWS: usize = 20_000_000;
-/// Number of rows whose distance in time is looked at.
+/// Number of rows with intervals that are checked.
 const STEPS: usize = 1_000_000;
 
-/// Returns the rows that the spans' smoothing needs, and the times of all.
+/// Returns the rows needed to smooth the spans, and the times of all rows.
 pub(super) fn within<R>(
     spans: &Spans,
     file: &'static str,
@@ -23,7 +23,7 @@ pub(super) fn within<R>(
     for row in rows {
         let row = row?;
         times.take(time_s(&row));
-        // One row more on each side changes nothing, one less might.
+        // One row more on each side changes nothing, but one less might.
         if spans.contain(time_s(&row), 2.0 * MARGIN_S) {
             if kept.len() == MAX_KEPT_ROWS {
                 return Err(RecordingError::TooManyRows {
@@ -61,8 +61,8 @@ impl RowTimes {
         self.ends_s = Some((first_s, time_s));
     }
 
-    /// Returns the flaws of a file: those that its reader found, and readings that lie outside the recording, or too
-    /// far apart for anything to be estimated.
+    /// Returns the flaws of a file: those found by its reader, and readings that lie outside the recording or too
+    /// far apart for an estimate.
     pub(super) fn flaws(mut self, warnings: Vec<Warning>, duration_s: f64) -> Vec<Flaw> {
         let file = self.file;
         let elsewhere = |from_s, to_s| Flaw::ElsewhereInTime {

@@ -1,13 +1,13 @@
-//! Spans of a recording that the analysis looks at.
+//! Spans of a recording that are analysed.
 
 use std::ops::Range;
 
 use recording::Manifest;
 
-/// Time beside an interval in which the plate may be free, s: a finger comes or goes, and the drive is on.
+/// Time next to an interval in which the plate may be free, s: a finger comes or goes, and the drive is on.
 const BESIDE_S: f64 = 2.0;
 
-/// Spans of a recording that the analysis looks at, in order, joined where they overlap.
+/// Spans of a recording that are analysed, in order, joined where they overlap.
 #[derive(Debug)]
 pub(super) struct Spans(Vec<(f64, f64)>);
 
@@ -17,7 +17,7 @@ impl Spans {
         Self::about(manifest, 0.0)
     }
 
-    /// Returns the recording's intervals with what lies beside them.
+    /// Returns the recording's intervals with their surroundings.
     pub(super) fn with_surroundings(manifest: &Manifest) -> Self {
         Self::about(manifest, BESIDE_S)
     }
@@ -38,7 +38,7 @@ impl Spans {
         Self(spans)
     }
 
-    /// Returns whether a time is in a span, or no farther than `margin_s` from it.
+    /// Returns whether a time is in a span, or at most `margin_s` from it.
     pub(super) fn contain(&self, time_s: f64, margin_s: f64) -> bool {
         let at = self
             .0

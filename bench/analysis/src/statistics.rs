@@ -1,4 +1,4 @@
-//! Correlations and goodness of fit, as the published figures use them.
+//! Correlations and goodness of fit, as in the published figures.
 
 use num_complex::Complex64;
 use serde::Serialize;
@@ -10,9 +10,9 @@ use statrs::statistics::{Data, OrderStatistics, RankTieBreaker, Statistics};
 pub struct Correlation {
     /// Coefficient, −1 to 1.
     pub rho: f64,
-    /// Two-sided p-value: Student's t with n − 2 degrees of freedom; of Spearman's coefficient exact, over all orders of the
-    /// ranks, with up to [`EXACT_PAIRS`] pairs, and beyond them an approximation, as scipy's, but never under that of a
-    /// perfect order.
+    /// Two-sided p-value by Student's t with n − 2 degrees of freedom. For Spearman's coefficient it is exact, over all orders
+    /// of the ranks, with up to [`EXACT_PAIRS`] pairs; with more, it is an approximation, as scipy's, but never below that of
+    /// a perfect order.
     pub p: f64,
     /// Number of pairs.
     pub n: usize,
@@ -21,15 +21,15 @@ pub struct Correlation {
 /// Coefficient of correlation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coefficient {
-    /// Pearson's, of the values.
+    /// Pearson's coefficient of the values.
     Pearson,
-    /// Spearman's, of their ranks, ties at their mean rank.
+    /// Spearman's coefficient of the ranks, with ties at their mean rank.
     Spearman,
 }
 
 impl Coefficient {
-    /// Correlates the pairs in which both values are finite. `None` with fewer than three of them, or when either side does
-    /// not vary.
+    /// Correlates the pairs in which both values are finite. `None` with fewer than three of them, or if either side is
+    /// constant.
     pub fn of(self, x: &[f64], y: &[f64]) -> Option<Correlation> {
         let (x, y) = finite_pairs(x, y);
         let (x, y) = (self.scores(x), self.scores(y));
@@ -42,7 +42,7 @@ impl Coefficient {
         Some(Correlation { p, ..found })
     }
 
-    /// Returns what is correlated of finite values.
+    /// Returns the quantity that is correlated, for finite values.
     pub fn scores(self, values: Vec<f64>) -> Vec<f64> {
         match self {
             Self::Pearson => values,
@@ -51,15 +51,15 @@ impl Coefficient {
     }
 }
 
-/// Most pairs whose orders are all tried: 40 320 of 8.
+/// Largest number of pairs for which all orders are tried: 8 have 40 320.
 pub const EXACT_PAIRS: usize = 8;
 
-/// Returns the share of all orders of `y` whose correlation with `x` is as far from zero as the one found: the exact
-/// two-sided p-value of Spearman's coefficient, also with ties (Kendall and Gibbons 1990, section 4).
+/// Returns the fraction of all orders of `y` with a correlation to `x` at least as far from zero as the observed one: the
+/// exact two-sided p-value of Spearman's coefficient, also with ties (Kendall and Gibbons 1990, section 4).
 fn exact_p(x: &[f64], y: &[f64]) -> f64 {
     let centre = x.len() as f64 * x.iter().mean() * y.iter().mean();
     let departure = |y: &[f64]| (x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() - centre).abs();
-    // Sums of halves and products of them: far apart beside rounding.
+    // Sums of products of half-integers: their differences are far above rounding.
     let found = departure(y) - 1e-6;
     let (mut as_far, mut orders) = (0_u32, 0_u32);
     let mut order = y.to_vec();
@@ -86,8 +86,8 @@ fn exact_p(x: &[f64], y: &[f64]) -> f64 {
     f64::from(as_far) / f64::from(orders)
 }
 
-/// Returns the least p-value that ranks allow: of a perfect order, rising or falling, among the n! that are as likely; more
-/// where ties make several orders one.
+/// Returns the smallest p-value that the ranks allow: that of a perfect order, rising or falling, among n! equally likely ones;
+/// larger if ties make several orders equal.
 fn perfect_p(x: &[f64], y: &[f64]) -> f64 {
     let orders = |ranks: &[f64]| {
         let mut sorted = ranks.to_vec();
@@ -106,7 +106,7 @@ fn perfect_p(x: &[f64], y: &[f64]) -> f64 {
 pub struct Spread {
     /// Mean.
     pub mean: f64,
-    /// Sample standard deviation (n − 1); absent for a single value.
+    /// Sample standard deviation (n − 1); `None` for a single value.
     pub std: Option<f64>,
     /// Number of values.
     pub n: usize,
@@ -117,14 +117,14 @@ pub struct Spread {
 pub struct Slope {
     /// Slope.
     pub slope: f64,
-    /// Standard error of the slope; absent for two points.
+    /// Standard error of the slope; `None` for two points.
     pub std: Option<f64>,
     /// Number of points.
     pub n: usize,
 }
 
-/// Slope of the line through the pairs in which both are finite, least squares in y, any intercept; `None` with fewer than
-/// two, or when x does not vary.
+/// Returns the slope of the least-squares line in y, with intercept, through the pairs in which both are finite; `None` with
+/// fewer than two, or if x is constant.
 pub fn slope(x: &[f64], y: &[f64]) -> Option<Slope> {
     let (x, y) = finite_pairs(x, y);
     let n = x.len();
@@ -138,7 +138,7 @@ pub fn slope(x: &[f64], y: &[f64]) -> Option<Slope> {
     })
 }
 
-/// 1 − Σ(y − ŷ)²/Σ(y − ȳ)² over the pairs in which both are finite; `None` when y does not vary.
+/// Returns 1 − Σ(y − ŷ)²/Σ(y − ȳ)² over the pairs in which both are finite; `None` if y is constant.
 pub fn r_squared(y: &[f64], modelled: &[f64]) -> Option<f64> {
     let (y, modelled) = finite_pairs(y, modelled);
     let mean = y.iter().mean();
@@ -151,7 +151,7 @@ pub fn r_squared(y: &[f64], modelled: &[f64]) -> Option<f64> {
     (total > 0.0).then(|| 1.0 - left / total)
 }
 
-/// 1 − Σ|y − ŷ|²/Σ|y − ȳ|² of complex values.
+/// Returns 1 − Σ|y − ŷ|²/Σ|y − ȳ|² of complex values.
 pub fn r_squared_complex(y: &[Complex64], modelled: &[Complex64]) -> f64 {
     let mean = y.iter().sum::<Complex64>() / y.len() as f64;
     let left: f64 = y
@@ -163,7 +163,7 @@ pub fn r_squared_complex(y: &[Complex64], modelled: &[Complex64]) -> f64 {
     1.0 - left / total
 }
 
-/// Mean and spread of the finite values; `None` when there are none.
+/// Returns mean and spread of the finite values; `None` without any.
 pub fn spread(values: impl IntoIterator<Item = f64>) -> Option<Spread> {
     let values: Vec<f64> = values
         .into_iter()
@@ -212,7 +212,7 @@ mod tests {
     const X: [f64; 8] = [0.1, 0.9, 2.2, 2.9, 4.4, 4.6, 6.3, 7.1];
     const Y: [f64; 8] = [1.0, 0.4, 2.0, 2.0, 1.7, 3.9, 3.1, 5.2];
 
-    // (statistic, pvalue) of scipy 1.17.1's pearsonr and spearmanr; of the latter the statistic alone, because its p-value
+    // (statistic, pvalue) of scipy 1.17.1's pearsonr and spearmanr; for the latter only the statistic, because its p-value
     // (0.0045) is that of t.
     const PEARSON: (f64, f64) = (0.868_818_716_575_736_4, 0.005_102_909_763_564_278);
     const SPEARMAN: (f64, f64) = (0.874_267_171_196_679_1, 0.004_512_385_603_651_025);
@@ -235,7 +235,7 @@ mod tests {
         assert_eq!(many.p, t.unwrap().p, "beyond {EXACT_PAIRS} pairs");
     }
 
-    /// A coefficient of 1 had p = 0 of four pairs.
+    /// Regression test: a coefficient of 1 from four pairs had p = 0.
     #[test]
     fn p_of_few_ranks_is_that_of_all_their_orders() {
         let p = |y: &[f64]| {
@@ -243,11 +243,12 @@ mod tests {
             Coefficient::Spearman.of(&x, y).unwrap().p
         };
         for (y, exact) in [
-            // By hand: 2 of 3!, of 4!, of 5! orders.
+            // Calculated by hand: 2 of 3!, 4! and 5! orders.
             (&[1.0, 2.0, 3.0][..], 2.0 / 6.0),
             (&[1.0, 2.0, 3.0, 4.0], 2.0 / 24.0),
             (&[5.0, 4.0, 3.0, 2.0, 1.0], 2.0 / 120.0),
-            // Σd² of 2 and 4: 5 and 12 orders are as near to rising, and as many to falling; tables give 0.083 and 0.033 (Zar 1972).
+            // For Σd² of 2 and 4, 5 and 12 orders are as close to rising, and as many to falling; tables give 0.083 and 0.033
+            // (Zar 1972).
             (&[2.0, 1.0, 3.0, 4.0, 5.0], 10.0 / 120.0),
             (&[2.0, 1.0, 4.0, 3.0, 5.0, 6.0], 24.0 / 720.0),
         ] {

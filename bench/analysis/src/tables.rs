@@ -1,7 +1,7 @@
 //! Tidy tables as Parquet: one row per instance and method, and one per sample and method. SI units are in the column
 //! names, the settings in the files' metadata.
 //!
-//! A Parquet file has its directory at its end, so each is made in memory and put in place whole.
+//! The directory of a Parquet file is at its end, so each file is made in memory and written as a whole.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -29,21 +29,21 @@ pub const INSTANCES_FILE: &str = "instances.parquet";
 /// Table with one row per sample of an instance and method.
 pub const SAMPLES_FILE: &str = "samples.parquet";
 
-/// Key in both tables' metadata under which the settings stand, as JSON.
+/// Key of the settings, as JSON, in both tables' metadata.
 pub const SETTINGS_KEY: &str = "settings";
 
-/// Why the tables cannot be written.
+/// Reasons why the tables cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
-    /// The operating system refused.
+    /// The operating system reported an error.
     #[error(transparent)]
     Disk(#[from] DiskError),
     /// The table cannot be encoded.
     #[error("cannot make {}: {reason}", path.display())]
     Parquet {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The reason.
+        /// Reason of the failure.
         reason: ParquetError,
     },
 }
@@ -59,7 +59,7 @@ enum Column {
     Real(&'static str, Vec<f64>),
 }
 
-/// Requires that this program can write tables, as one can that was built with the feature `parquet`.
+/// Requires that this program can write tables, which it can, because it was built with the feature `parquet`.
 ///
 /// # Errors
 /// Never.
@@ -67,10 +67,10 @@ pub fn require_built() -> Result<(), TableError> {
     Ok(())
 }
 
-/// Writes both tables into `folder`, which is made if it does not exist; tables that exist are replaced.
+/// Writes both tables into `folder`, which is created if it does not exist; existing tables are replaced.
 ///
 /// # Errors
-/// [`TableError`] names the file.
+/// [`TableError`], which names the file.
 pub fn write(analysed: &Analysed, folder: &Path) -> Result<(), TableError> {
     std::fs::create_dir_all(folder).on("create", folder)?;
     let settings = PrintedSettings::of(analysed);
@@ -125,7 +125,7 @@ fn text<'a, 'b: 'a>(
     Column::Text(name, values.collect())
 }
 
-/// Returns the columns that name a row: recording, participant (empty if unknown), trial (0 if unknown), instance and
+/// Returns the columns that identify a row: recording, participant (empty if unknown), trial (0 if unknown), instance and
 /// exploration from 1, direction, method.
 fn keys<'a>(rows: impl Iterator<Item = &'a Row<'a>> + Clone) -> Vec<Column> {
     let text = |name, value| text(rows.clone(), name, value);
@@ -244,8 +244,8 @@ fn instances(analysed: &Analysed) -> Vec<Column> {
     columns
 }
 
-/// Returns the columns of the whole recording's fit that are not above: standard errors of what is fitted, the laws
-/// beside the published ones, and whether the model holds.
+/// Returns the remaining columns of the whole recording's fit: standard errors of the fitted values, the extensions of the
+/// published laws, and whether the model holds.
 fn shared(rows: &[Row<'_>]) -> Vec<Column> {
     let real =
         |name, value: fn(&Row<'_>) -> f64| Column::Real(name, rows.iter().map(value).collect());
@@ -385,29 +385,29 @@ impl Row<'_> {
         &self.estimated().motion
     }
 
-    /// Returns a value of the model with the participant's average σ_t; NaN where it allows no such contact.
+    /// Returns a value of the model with the participant's average σ_t; NaN if it allows no such contact.
     fn averaged(&self, value: impl Fn(&ModelledSeries) -> f64) -> f64 {
         let series = &self.estimated().averaged.series;
         series.as_ref().map_or(f64::NAN, value)
     }
 
-    /// Returns a number of the plate's offset; 0 where none was fitted.
+    /// Returns a number of the plate's offset; 0 if none was fitted.
     fn offset(&self, value: impl Fn(&PlateOffset) -> f64) -> f64 {
         self.estimated().plate_offset.as_ref().map_or(0.0, value)
     }
 
-    /// Returns the fit of the whole recording, of a row by it.
+    /// Returns the fit of the whole recording, for a row by `trial`.
     fn trial(&self) -> Option<&SharedFit> {
         let trial = self.found.trial.as_ref();
         trial.filter(|_| self.by.method == Method::Trial)
     }
 
-    /// Returns a number of the whole recording's fit, and `otherwise` by the methods that have none.
+    /// Returns a number of the whole recording's fit, or `otherwise` for the other methods.
     fn shared(&self, otherwise: f64, value: impl Fn(&SharedFit) -> f64) -> f64 {
         self.trial().map_or(otherwise, value)
     }
 
-    /// Returns a number of the recording's friction; 0 by the methods that have none.
+    /// Returns a number of the recording's friction; 0 for the other methods.
     fn friction(&self, value: impl Fn(&SharedFit) -> Option<Uncertain>) -> f64 {
         self.shared(0.0, |of| value(of).map_or(f64::NAN, |of| of.value))
     }

@@ -1,4 +1,4 @@
-//! Fits the participant's contact to a trial.
+//! Fit of the participant's contact to a trial.
 
 use contact::live_estimator::Uncertain;
 use contact::{AssumedConstants, CalibrationErrors, FittedFinger, self_sensed};
@@ -19,16 +19,16 @@ use crate::under_finger::UnderFinger;
 use crate::unloaded::UnloadedError;
 use crate::whole_trial;
 
-/// Trial, or exploration, to be fitted.
+/// Trial or exploration to be fitted.
 #[derive(Debug)]
 pub struct FitRequest {
     /// Name in the log.
     pub label: String,
-    /// Carrier that it was driven at, Hz.
+    /// Carrier of the drive, Hz.
     pub carrier_hz: f64,
-    /// What the calibration in force leaves open.
+    /// Errors of the calibration in force.
     pub calibration: StandardErrors,
-    /// Impedance of the unloaded plate, or why it could not be read.
+    /// Impedance of the unloaded plate, or the reason why it could not be read.
     pub plate: Result<PlateReading, UnloadedError>,
     /// Measured data.
     pub record: Measurements,
@@ -39,7 +39,7 @@ pub struct FitRequest {
 }
 
 impl FitRequest {
-    /// Returns what all fits share.
+    /// Returns the conditions shared by all fits.
     fn conditions(&self, plate: PlateReading, assumed: AssumedConstants) -> FitConditions {
         plate.conditions(assumed, self.carrier_hz, &self.calibration)
     }
@@ -76,7 +76,7 @@ impl Selected {
     }
 }
 
-/// Why a trial has no fit.
+/// Reasons why a trial has no fit.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NoFit {
     /// Z_p is not known.
@@ -85,21 +85,21 @@ pub enum NoFit {
     /// No instance was selected.
     #[error("no instance was selected")]
     NoInstance,
-    /// Every fit failed or left a parameter open.
+    /// Every fit failed or left a parameter undetermined.
     #[error("none of {instances} instances: {reason}")]
     NoneUsable {
-        /// Instances tried.
+        /// Number of instances tried.
         instances: usize,
         /// Reason of the first failure.
         reason: String,
     },
 }
 
-/// Contact of a participant by a trial: the `dynamic` fit of that instance which, among the middle half by σ_t, has the
-/// smallest standard error.
+/// Contact of a participant from a trial: the `dynamic` fit of the instance that has the smallest standard error among the
+/// middle half by σ_t.
 ///
 /// The parameters are those of one fit, because σ_t, Z_t and τ are correlated: separate medians would describe no
-/// finger, and a mean would follow a bad instance. The standard errors are those of that fit; `sigma_t_spread_m` is the
+/// actual finger, and a mean would follow a bad instance. The standard errors are those of that fit; `sigma_t_spread_m` is the
 /// scatter of the instances.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrialFit {
@@ -111,27 +111,27 @@ pub struct TrialFit {
     pub z_t_std_n_s_per_m: Complex64,
     /// τ, s.
     pub tau_s: Uncertain,
-    /// μ0: mean over the usable instances, because it hardly depends on the other parameters; its error is their
-    /// scatter, and that of the forces' calibration.
+    /// μ0: mean over the usable instances, because it hardly depends on the other parameters; its error combines their
+    /// scatter and the forces' calibration.
     pub mu0: Uncertain,
     /// Half the distance between the 16th and 84th percentile of σ_t over the usable instances, m.
     pub sigma_t_spread_m: f64,
-    /// Instances whose fit can be used.
+    /// Number of instances with a usable fit.
     pub usable: usize,
-    /// Instances selected.
+    /// Number of instances selected.
     pub instances: usize,
-    /// Median of |self-sensed − measured|/measured normal force over the explorations; `None` without a comparable
-    /// frame.
+    /// Median of |self-sensed − measured|/measured normal force over the explorations; `None` without comparable
+    /// frames.
     pub force_difference: Option<f64>,
     /// The fitted parameters with their covariance.
     pub finger: FittedFinger,
-    /// Time from frame to frame, s.
+    /// Time between frames, s.
     pub interval_s: f64,
-    /// The amplitude along the plate with which it was fitted, and holds.
+    /// Amplitude along the plate with which the contact was fitted, and for which it is valid.
     pub profile: AmplitudeProfile,
 }
 
-/// A trial cut into its instances, on a plate whose amplitude along its length is known.
+/// A trial divided into its instances, on a plate with a known amplitude along its length.
 pub struct CutTrial<'a> {
     request: &'a FitRequest,
     plate: PlateReading,
@@ -141,7 +141,7 @@ pub struct CutTrial<'a> {
 }
 
 impl<'a> CutTrial<'a> {
-    /// Cuts a trial.
+    /// Divides a trial into its instances.
     ///
     /// # Errors
     /// The plate could not be read, or no instance was selected.
@@ -175,7 +175,7 @@ impl<'a> CutTrial<'a> {
         })
     }
 
-    /// Fits all instances together, so that S, q0 and η come out.
+    /// Fits all instances together, which determines S, q0 and η.
     ///
     /// # Errors
     /// The instances cannot be fitted together.
@@ -192,7 +192,7 @@ impl<'a> CutTrial<'a> {
         Ok(fitted.shared)
     }
 
-    /// Fits the contact, of a skin that is `assumed`.
+    /// Fits the contact with the `assumed` skin.
     ///
     /// # Errors
     /// No instance's fit can be used.
@@ -201,10 +201,10 @@ impl<'a> CutTrial<'a> {
     }
 }
 
-/// Fits a trial on a plate whose amplitude along its length is `profile`, of a skin that is `assumed`.
+/// Fits a trial on a plate with the amplitude `profile` along its length, with the `assumed` skin.
 ///
 /// # Errors
-/// [`NoFit`] names the reason.
+/// [`NoFit`], which names the reason.
 pub fn fit(
     request: &FitRequest,
     assumed: AssumedConstants,

@@ -7,7 +7,7 @@ use protocols::{
 
 use crate::measurements::Measurements;
 
-/// Selects the instances of every exploration and computes the means that a verdict needs. Counts of lost and clipped
+/// Selects the instances of every exploration and computes the means needed for a verdict. Counts of lost and clipped
 /// frames are left at 0 for the caller to fill in.
 pub fn analyse(
     key: &TrialKey,
@@ -24,7 +24,7 @@ pub fn analyse(
             }
             IntervalKind::Exploration { direction } => {
                 let series = record.series(interval.start_s, interval.end_s);
-                // Frames come from one demodulator, so the series is one; without any frame nothing was measured.
+                // Frames come from one demodulator, so the series is valid; without frames nothing was measured.
                 let analysis = analyse_exploration(&series.exploration(direction), rules);
                 explorations.push(analysis.unwrap_or(ExplorationAnalysis {
                     direction,

@@ -1,10 +1,10 @@
-//! Amplitude and impedance as the finger meets them, where the plate does not move alike along its length.
+//! Amplitude and impedance under the finger, for a plate with a motion that varies along its length.
 //!
 //! The pickup reads the mode's amplitude x̃_p; under a finger at x the plate moves with φ(x) x̃_p. The finger's force
-//! f̃ acts on the mode with φ f̃, so that Z_m − Z_p is φ² times the finger's own impedance. Z_p + (Z_m − Z_p)/φ² over φ
-//! x̃_p is thus what a plate would show that moves everywhere as this one does under the finger; with these two, Eqs. 9
-//! to 12 and 21 of Huloux 2021 hold as they stand, and f̃ = (Z_m − Z_p) ṽ_p (Eq. 10) is the force on the finger.
-//! A drift of the plate itself is divided by φ² too: where it adds y to Z_m, it adds y/φ² here.
+//! f̃ acts on the mode with φ f̃, so that Z_m − Z_p is φ² times the finger's own impedance. Hence Z_p + (Z_m − Z_p)/φ² and φ
+//! x̃_p are the impedance and amplitude of a plate that moves everywhere as this one does under the finger. With these two,
+//! Eqs. 9 to 12 and 21 of Huloux 2021 hold unchanged, and f̃ = (Z_m − Z_p) ṽ_p (Eq. 10) is the force on the finger. A drift of
+//! the plate itself is divided by φ² too: if it adds y to Z_m, it adds y/φ² here.
 
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ use crate::measurements::FrameSeries;
 /// Amplitude and impedance under the finger, frame by frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnderFinger {
-    /// φ, amplitude there over that which the pickup reads.
+    /// φ, the ratio of the amplitude there to the pickup's reading.
     pub ratio: Vec<f64>,
     /// φ|x̃_p|, peak, m.
     pub amplitude_m: Vec<f64>,
@@ -25,7 +25,8 @@ pub struct UnderFinger {
 }
 
 impl UnderFinger {
-    /// Returns what the frames of `series` are under the finger. Where Z_p is not known the impedance stays Z_m.
+    /// Returns amplitude and impedance under the finger for the frames of `series`. If Z_p is unknown the impedance remains
+    /// Z_m.
     pub fn of(
         series: &FrameSeries,
         profile: &AmplitudeProfile,
@@ -46,7 +47,7 @@ impl UnderFinger {
         }
     }
 
-    /// Returns what the frames of this range are.
+    /// Returns the part for a range of frames.
     pub fn between(&self, range: Range<usize>) -> Self {
         Self {
             ratio: self.ratio[range.clone()].to_vec(),
@@ -67,7 +68,7 @@ mod tests {
     use approx::assert_relative_eq;
     use contact::harmonic::{self, observed};
 
-    /// Against the mode and the finger solved as such: φ in the force on the mode and in the motion under the finger.
+    /// Compares with mode and finger solved directly, with φ in the force on the mode and in the motion under the finger.
     #[test]
     fn the_fingers_own_impedance_and_force_come_out_wherever_it_is() {
         let omega = std::f64::consts::TAU * 35e3;

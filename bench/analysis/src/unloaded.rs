@@ -1,27 +1,27 @@
-//! Reads the plate's own impedance Z_p, where no finger is on it.
+//! Reads the plate's own impedance Z_p without a finger.
 
 use impedance::ZmFrame;
 
 use crate::instance::{FEWEST_PLATE_FRAMES, PlateReading, plate};
 use crate::measurements::Measurements;
 
-/// Greatest scatter of the corrected Z_p of a free plate, N·s/m; a finger adds several N·s/m.
+/// Largest scatter of the corrected Z_p of a free plate, N·s/m; a finger adds several N·s/m.
 const GREATEST_SCATTER_N_S_PER_M: f64 = 0.5;
 
-/// Reading of Z_p, with its quality.
+/// Reading of Z_p and its quality.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnloadedReading {
     /// Z_p by both methods.
     pub plate: PlateReading,
     /// Time left out because the normal force showed a finger, s.
     pub touched_s: f64,
-    /// RMS of the corrected impedance about Z_p, if it is more than a free plate's.
+    /// RMS of the corrected impedance about Z_p, if it exceeds that of a free plate.
     pub scatter_n_s_per_m: Option<f64>,
-    /// Frames that Z_p was read from.
+    /// Frames from which Z_p was read.
     pub free: Vec<ZmFrame>,
 }
 
-/// Why Z_p cannot be read.
+/// Reasons why Z_p cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum UnloadedError {
     /// The recording names no unloaded interval.
@@ -32,7 +32,7 @@ pub enum UnloadedError {
         "finger on the plate during the unloaded interval ({most_n:.2} N), so Z_p is not known"
     )]
     Touched {
-        /// Greatest normal force, N.
+        /// Largest normal force, N.
         most_n: f64,
     },
     /// Too few frames have an impedance.
@@ -40,16 +40,16 @@ pub enum UnloadedError {
         "{frames} frames of the unloaded interval have an impedance, {FEWEST_PLATE_FRAMES} are needed, so Z_p is not known"
     )]
     TooShort {
-        /// Frames with an impedance.
+        /// Number of frames with an impedance.
         frames: usize,
     },
 }
 
-/// Reads Z_p over the unloaded intervals, that of the plain ratio over whole periods of the modulation: over those the
-/// transient that it holds averages out. Frames under a finger (`off_n` or more) are left out.
+/// Reads Z_p over the unloaded intervals. The plain ratio is averaged over whole periods of the modulation, over which its
+/// transient cancels. Frames under a finger (`off_n` or more) are left out.
 ///
 /// # Errors
-/// [`UnloadedError`] names what is missing.
+/// [`UnloadedError`], which names the reason.
 pub fn read(
     record: &Measurements,
     intervals: &[(f64, f64)],
@@ -68,7 +68,7 @@ pub fn read(
             interval_s = (last - first) / (series.time_s.len() - 1) as f64;
         }
         for (frame, &normal_n) in series.frames.iter().zip(&series.normal_n) {
-            // A force that was not measured shows no finger.
+            // Where the force was not measured, no finger is assumed.
             if normal_n.abs() >= off_n {
                 touched += 1;
                 most_n = most_n.max(normal_n.abs());
@@ -88,7 +88,7 @@ pub fn read(
         plain_n_s_per_m: by_whole.plain_n_s_per_m,
         ..by_all
     };
-    // Weighted by |ṽ|², as white noise on the force would have it.
+    // Weighted by |ṽ|², the optimum for white noise of the force.
     let weight = |frame: &ZmFrame| frame.amplitude_m.powi(2);
     let weights: f64 = free.iter().map(weight).sum();
     let squares: f64 = free

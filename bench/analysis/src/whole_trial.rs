@@ -1,4 +1,4 @@
-//! The fit of all instances of a recording together.
+//! Fit of all instances of a recording together.
 
 use estimation::trial::{self, Placed, PlateReadings, SharedFit, TrialOptions};
 use estimation::{FitConditions, FitError};
@@ -8,7 +8,7 @@ use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysis_settings::Settings;
 use crate::estimate::{InstanceAnalysis, Measured};
 
-/// Fits the instances together, and gives each its estimate if the fit can be used.
+/// Fits the instances together, and adds an estimate to each if the fit can be used.
 ///
 /// # Errors
 /// The instances cannot be fitted together.
@@ -35,7 +35,7 @@ pub fn fit(
     Ok(fitted.shared)
 }
 
-/// Returns the options on a plate with this profile along its length.
+/// Returns the options for a plate with this profile along its length.
 pub(crate) fn options(mut options: TrialOptions, profile: &AmplitudeProfile) -> TrialOptions {
     if profile.is_measured() {
         options.priors = options.priors.on_a_measured_plate();
@@ -43,7 +43,7 @@ pub(crate) fn options(mut options: TrialOptions, profile: &AmplitudeProfile) -> 
     options
 }
 
-/// Returns the shared parameters' 95 % intervals, or why there are none, in one line.
+/// Returns the shared parameters' 95 % intervals, or the reason why there are none, in one line.
 pub fn line(shared: &SharedFit) -> String {
     if !shared.verdict.is_usable() {
         return format!("trial: {}", shared.verdict);

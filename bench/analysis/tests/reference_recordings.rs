@@ -1,4 +1,4 @@
-//! Recordings of an independent simulation, analysed beside the truth that made them.
+//! Recordings of an independent simulation, analysed and compared with their true values.
 
 #![expect(
     clippy::unwrap_used,
@@ -21,7 +21,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use serde_json::Value;
 
-/// What the published method is known to make of a reference recording: its bias is its own, and must neither grow nor be mended.
+/// Known results of the published method for a reference recording: the method's own bias must neither grow nor shrink.
 struct Published {
     sigma_t_m: f64,
     z_t: Complex64,
@@ -41,7 +41,7 @@ fn reference() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/reference")
 }
 
-/// `folder` holds the reference recording `name`, or what was made of it.
+/// Analyses `folder`, the reference recording `name` or a modified copy of it, and asserts the results.
 fn assert_reference(folder: &Path, name: &str, published: &Published) -> RecordingFindings {
     let truth = fs::read(reference().join(format!("{name}.truth.json"))).unwrap();
     let truth: Value = serde_json::from_slice(&truth).unwrap();
@@ -98,7 +98,7 @@ fn the_second_reference_recording_is_estimated_within_the_stated_limits() {
     assert_eq!(found.flaws, []);
 }
 
-/// A filter or a buffer in the pickup's channel: its envelope is late, not its phase alone.
+/// A filter or a buffer in the pickup's channel delays its envelope, not only its phase.
 #[test]
 fn a_pickup_that_is_late_by_many_samples_is_found_and_undone() {
     for late_samples in [10, 30] {
@@ -139,7 +139,8 @@ fn a_pickup_that_is_late_by_many_samples_is_found_and_undone() {
     }
 }
 
-/// Force and motion at the carrier from the truth's contact, gap and amplitude: f̃ = Z_t Z_c/(Z_t + Z_c) ṽ_p against ṽ_p, and x̃_t/x̃_p = Z_c/(Z_t + Z_c), the two degrees of freedom of Eqs. 7 and 8 with Eqs. 6, 14, 15 and 18.
+/// Force and motion at the carrier from the true contact, gap and amplitude: f̃ = Z_t Z_c/(Z_t + Z_c) ṽ_p relative to ṽ_p, and
+/// x̃_t/x̃_p = Z_c/(Z_t + Z_c), the two degrees of freedom of Eqs. 7 and 8 with Eqs. 6, 14, 15 and 18.
 struct TrueMotion {
     time_s: f64,
     amplitude_m: f64,
@@ -194,7 +195,7 @@ fn the_finger_pushes_and_the_skin_moves_as_the_truth_has_it() {
     let truth = true_motion("recording-a");
     let moving = || truth.iter().filter(|truth| truth.amplitude_m > 0.1e-6);
 
-    // Over whole explorations, from what is measured alone.
+    // Over whole explorations, from measured data alone.
     let z_p = found.z_p.unwrap().corrected_n_s_per_m;
     let mut forces = Vec::new();
     for exploration in &found.explorations {
@@ -238,7 +239,7 @@ fn the_finger_pushes_and_the_skin_moves_as_the_truth_has_it() {
     );
 }
 
-/// The recording of a world in which nothing is as assumed.
+/// Recording of a simulation in which every assumption is wrong.
 fn unknown_skin() -> &'static Analysed {
     static ANALYSED: OnceLock<Analysed> = OnceLock::new();
     ANALYSED.get_or_init(|| {
@@ -247,8 +248,8 @@ fn unknown_skin() -> &'static Analysed {
     })
 }
 
-/// A world in which nothing is as assumed (bench/tests/data/reference/README.md): `trial` measures what `dynamic` assumes,
-/// instance by instance where it changes.
+/// With every assumption wrong (bench/tests/data/reference/README.md), `trial` measures the values that `dynamic` assumes,
+/// for each instance where they change.
 #[test]
 fn the_trials_fit_follows_a_drifting_plate_and_an_unknown_skin() {
     let truth = fs::read(reference().join("recording-d.truth.json")).unwrap();
@@ -264,7 +265,7 @@ fn the_trials_fit_follows_a_drifting_plate_and_an_unknown_skin() {
     assert!((trial.tau_s.value - number("tau_s")).abs() < 0.1e-3);
     let floor = trial.friction_floor.unwrap().value;
     assert!((floor - number("friction_floor")).abs() < 0.005);
-    // What is true of it lies in the intervals that are stated, which are no wider than they need be.
+    // The stated intervals include the true values, and are no wider than necessary.
     for (interval, truth, widest) in [
         (
             trial.contact_area_m2.interval95(),
@@ -283,13 +284,13 @@ fn the_trials_fit_follows_a_drifting_plate_and_an_unknown_skin() {
         assert!(from < truth && truth < to, "{interval:?} {truth}");
         assert!(to - from < widest * truth, "{interval:?} {truth}");
     }
-    // Neither its lag nor its area grows.
+    // In this world neither the lag nor the area grows.
     assert!(trial.lag_exponent.value.abs() < 0.05 && trial.area_exponent.value.abs() < 0.05);
     assert_eq!(trial.misfit, []);
     let lag_s = trial.lateral_lag_s.unwrap().value;
     assert!((lag_s - number("lateral_lag_s")).abs() < 0.15e-3);
     for instance in &found.instances {
-        // The truth's own words: p(t) = clip((t - 1.1 s)/2.0 s, 0, 1); sigma_t and Im Z_t times 1 + 0.2 (p - 0.5).
+        // From the file of true values: p(t) = clip((t - 1.1 s)/2.0 s, 0, 1); sigma_t and Im Z_t times 1 + 0.2 (p - 0.5).
         let progress = ((instance.start_s + instance.end_s) / 2.0 - 1.1) / 2.0;
         let growth = 1.0 + 0.2 * (progress - 0.5);
         let z_t = Complex64::new(0.55, 3.3 * growth);
@@ -354,7 +355,7 @@ fn the_table_of_instances_holds_what_the_results_hold_of_the_trials_fit() {
             let slack = 1e-6 * expected.abs().max(1e-9);
             assert!((found - expected).abs() <= slack, "{name}: {found} {of}");
         };
-        // Value and upper end of the interval, as docs/RECORDING.md tells how to make it.
+        // Value and upper end of the interval, computed as docs/RECORDING.md describes.
         let mut holds = |column: &str, std: &str, of: &Value, key: &str| {
             let (value, deviations) = (real(column), 1.959_964 * real(std));
             same(column, value, &of[key]);

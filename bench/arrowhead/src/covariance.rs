@@ -1,17 +1,17 @@
-//! The covariance of a minimum: what its residuals' scatter leaves open, and how it follows errors that no residual shows.
+//! Covariance of a minimum, from the scatter of its residuals and from errors that no residual shows.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
 use crate::minimise::ArrowMinimum;
 use crate::normal::{BlockNormal, Place};
 
-/// Covariance of the shared parameters, and of each block's own with the shared ones.
+/// Covariance of the shared parameters, and of each block's own parameters with the shared ones.
 pub struct ArrowCovariance<const OWN: usize, const SHARED: usize, const ERRORS: usize> {
     /// Covariance of the shared parameters.
     pub shared: SMatrix<f64, SHARED, SHARED>,
     /// Covariance of each block's own parameters.
     pub blocks: Vec<BlockCovariance<OWN, SHARED>>,
-    /// How the minimum moves with errors that are not fitted; the covariances hold it.
+    /// Response of the minimum to errors that are not fitted; the covariances include it.
     pub response: ArrowResponse<OWN, SHARED, ERRORS>,
     /// Scatter of each block's gradient, and of the shared parameters' priors.
     scatter: (Vec<BlockNormal<OWN, SHARED>>, SVector<f64, SHARED>),
@@ -20,7 +20,7 @@ pub struct ArrowCovariance<const OWN: usize, const SHARED: usize, const ERRORS: 
 impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
     ArrowCovariance<OWN, SHARED, ERRORS>
 {
-    /// Returns it with what errors do that the minimum follows.
+    /// Returns the covariance with a response to unfitted errors added.
     #[must_use]
     pub fn with_response(mut self, response: ArrowResponse<OWN, SHARED, ERRORS>) -> Self {
         self.shared += response.shared * response.shared.transpose();
@@ -33,19 +33,19 @@ impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
     }
 }
 
-/// Covariance of a block's own parameters, and between them and the shared ones.
+/// Covariance of a block's own parameters, and of these with the shared ones.
 pub struct BlockCovariance<const OWN: usize, const SHARED: usize> {
     /// Covariance of the own parameters.
     pub own: SMatrix<f64, OWN, OWN>,
-    /// Covariance between own and shared ones.
+    /// Covariance between own and shared parameters.
     pub with_shared: SMatrix<f64, OWN, SHARED>,
 }
 
-/// How a minimum follows errors that are not fitted, one column each: the shared parameters, and each block's own.
+/// Response of a minimum to errors that are not fitted, with one column for each error.
 pub struct ArrowResponse<const OWN: usize, const SHARED: usize, const ERRORS: usize> {
-    /// The shared parameters.
+    /// Response of the shared parameters.
     pub shared: SMatrix<f64, SHARED, ERRORS>,
-    /// Each block's own.
+    /// Response of each block's own parameters.
     pub own: Vec<SMatrix<f64, OWN, ERRORS>>,
 }
 
@@ -61,9 +61,9 @@ impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
 }
 
 impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
-    /// Returns the covariance of the parameters, where the gradients scatter as `scatter` and `prior_scatter` say: the inverse
-    /// of the normal matrix on both sides of them (Huber 1967), block by block. `None` if the data leave a combination of
-    /// parameters open.
+    /// Returns the covariance of the parameters for gradients with the given `scatter` and `prior_scatter`: the scatter between
+    /// two inverse normal matrices (Huber 1967), block by block. `None` if the data do not determine a combination of
+    /// parameters.
     #[must_use]
     pub fn covariance<const ERRORS: usize>(
         &self,
@@ -77,7 +77,7 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
             let inverse = inverted(&block.own)?;
             let to_shared = inverse * block.coupling;
             reduced -= block.coupling.transpose() * to_shared;
-            // What a block's gradient adds to the shared one once its own parameters have followed.
+            // Contribution of a block's gradient to the shared one, after its own parameters are eliminated.
             let across = scatter.coupling - scatter.own * to_shared;
             of_shared += scatter.shared
                 - scatter.coupling.transpose() * to_shared
@@ -109,8 +109,8 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         })
     }
 
-    /// Returns the covariance of a linear combination of all parameters with each of them, from the scatter that `covariance`
-    /// was made of, without its response to errors.
+    /// Returns the covariance of a linear combination of all parameters with each of them, from the scatter behind
+    /// `covariance`, without its response to errors.
     #[must_use]
     pub fn covariance_with<const ERRORS: usize>(
         &self,
@@ -131,8 +131,8 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         self.arrow.step(0.0, &scattered)
     }
 
-    /// Returns how the minimum follows errors. The rows of each block are those of [`BlockNormal::of`], and after them what each
-    /// error does to the block's residuals.
+    /// Returns the response of the minimum to errors. The rows of each block are those of [`BlockNormal::of`], followed by the
+    /// effect of each error on the block's residuals.
     #[must_use]
     pub fn response<const ERRORS: usize>(
         &self,
@@ -163,7 +163,7 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
     }
 }
 
-/// A pivot of a matrix that is scaled to unit diagonal below this is rounding, not information.
+/// Pivot of a matrix scaled to unit diagonal below which it is rounding, not information.
 const SINGULAR: f64 = 1e-12;
 
 fn inverted<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
@@ -190,7 +190,7 @@ mod tests {
     const SHARED: usize = 5;
     const ERRORS: usize = 2;
 
-    /// Blocks of rows, each weighed.
+    /// Returns blocks of weighted rows.
     fn blocks(rows: &[DMatrix<f64>], weight: fn(usize) -> f64) -> Vec<BlockNormal<OWN, SHARED>> {
         let weighed = |rows: &DMatrix<f64>| {
             DMatrix::from_fn(rows.nrows(), rows.ncols(), |row, column| {
@@ -202,7 +202,7 @@ mod tests {
             .collect()
     }
 
-    /// The whole matrix, shared parameters first.
+    /// Returns the whole matrix, shared parameters first.
     fn dense(blocks: &[BlockNormal<OWN, SHARED>], prior: &SVector<f64, SHARED>) -> DMatrix<f64> {
         let size = SHARED + OWN * blocks.len();
         let mut matrix = DMatrix::zeros(size, size);
@@ -222,7 +222,7 @@ mod tests {
         matrix
     }
 
-    /// How errors move the whole gradient, shared parameters first.
+    /// Returns the effect of errors on the whole gradient, shared parameters first.
     fn moved_gradient(rows: &[DMatrix<f64>]) -> DMatrix<f64> {
         let mut moved = DMatrix::zeros(SHARED + OWN * rows.len(), ERRORS);
         for (index, rows) in rows.iter().enumerate() {
@@ -236,7 +236,7 @@ mod tests {
         moved
     }
 
-    /// Against the inverse of the whole matrix on both sides of the whole scatter, with what errors do to the gradients.
+    /// Compares with the scatter between two inverses of the whole matrix, including the effect of errors on the gradients.
     #[test]
     fn the_covariance_is_that_of_the_whole_matrix() {
         let mut random = ChaCha8Rng::seed_from_u64(12);

@@ -1,12 +1,12 @@
-//! The search for the least squares: Levenberg–Marquardt, whose steps follow the bend of the valley (geodesic acceleration:
-//! Transtrum & Sethna 2012). Parameters that the data hardly tell apart make valleys that are narrow and bent; straight steps
-//! along those are short.
+//! Levenberg–Marquardt search for the least squares, with steps that follow the bend of the valley (geodesic acceleration:
+//! Transtrum & Sethna 2012). Parameters that the data hardly separate make narrow, bent valleys, in which straight steps are
+//! short.
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use crate::normal::{Arrow, BlockNormal, Place};
 
-/// Independent normal priors of parameters. A precision (1/σ²) of 0 is no knowledge.
+/// Independent normal priors of parameters. A precision (1/σ²) of 0 means no prior knowledge.
 #[derive(Debug, Clone, Copy)]
 pub struct Prior<const N: usize> {
     /// Means.
@@ -16,7 +16,7 @@ pub struct Prior<const N: usize> {
 }
 
 impl<const N: usize> Prior<N> {
-    /// Returns squares and gradient at parameters.
+    /// Returns the prior's squares and gradient at the parameters.
     fn at(&self, parameters: &SVector<f64, N>) -> (f64, SVector<f64, N>) {
         let apart = parameters - self.mean;
         let gradient = apart.component_mul(&self.precision);
@@ -26,70 +26,70 @@ impl<const N: usize> Prior<N> {
 
 /// A least-squares problem with the shape of an arrow.
 pub trait ArrowProblem<const OWN: usize, const SHARED: usize> {
-    /// Returns each block's rows at the parameters, all of one unit: a residual, its slopes by the block's own parameters, and by
-    /// the shared ones. `None` out of the model's domain.
+    /// Returns each block's rows at the parameters, all in one unit: a residual, its slopes by the block's own parameters, and
+    /// its slopes by the shared ones. `None` outside the model's domain.
     fn rows(
         &mut self,
         shared: &SVector<f64, SHARED>,
         own: &[SVector<f64, OWN>],
     ) -> Option<Vec<DMatrix<f64>>>;
 
-    /// Returns the residuals of each block alone.
+    /// Returns the residuals of each block without slopes.
     fn residuals(
         &mut self,
         shared: &SVector<f64, SHARED>,
         own: &[SVector<f64, OWN>],
     ) -> Option<Vec<DVector<f64>>>;
 
-    /// Returns what is known of a block's own parameters beforehand.
+    /// Returns the prior of a block's own parameters.
     fn prior_of_own(&self, block: usize) -> Prior<OWN>;
 
-    /// Returns what is known of the shared parameters beforehand.
+    /// Returns the prior of the shared parameters.
     fn prior_of_shared(&self) -> Prior<SHARED>;
 }
 
-/// When a search ends.
+/// Termination of a search.
 #[derive(Debug, Clone, Copy)]
 pub struct Until {
-    /// Relative fall of the squares that is not worth a step.
+    /// Relative decrease of the squares below which a step is not taken.
     pub tolerance: f64,
-    /// Most steps that are tried.
+    /// Largest number of steps tried.
     pub iterations: usize,
 }
 
-/// A minimum, or the best that was found.
+/// A minimum, or the best point found.
 #[derive(Debug, Clone)]
 pub struct ArrowMinimum<const OWN: usize, const SHARED: usize> {
     /// The shared parameters.
     pub shared: SVector<f64, SHARED>,
-    /// Each block's own.
+    /// Each block's own parameters.
     pub own: Vec<SVector<f64, OWN>>,
-    /// Sum of squares, with the prior.
+    /// Sum of squares, including the prior.
     pub squares: f64,
     /// Whether it is a minimum.
     pub converged: bool,
-    /// The sums at it.
+    /// Gradient and normal matrix at the minimum.
     pub(crate) arrow: Arrow<OWN, SHARED>,
 }
 
 const FIRST_DAMPING: f64 = 1e-4;
 const MOST_DAMPING: f64 = 1e12;
-/// Part of a step at which the bend of the valley is felt.
+/// Fraction of a step at which the bend of the valley is evaluated.
 const FELT: f64 = 0.1;
-/// A bend longer than this part of its step is none to trust (Transtrum & Sethna 2012).
+/// A bend longer than this fraction of its step is rejected (Transtrum & Sethna 2012).
 const MOST_BEND: f64 = 0.75;
-/// Relative fall of the squares below which a step is too short to bend.
+/// Relative decrease of the squares below which a step is too short to bend.
 const STRAIGHT: f64 = 1e-4;
-/// Fall that an undamped step may promise at a minimum, in units of the tolerance: a damped step promises less, and one that is
-/// damped enough promises nothing anywhere.
+/// Largest decrease predicted for an undamped step at a minimum, in units of the tolerance. A damped step cannot confirm a
+/// minimum: with enough damping its predicted decrease vanishes anywhere.
 const LEFT: f64 = 1000.0;
-/// Fall that an undamped step may promise where no step makes the squares less, in units of what a single residual adds to them:
-/// it moves no parameter by a thirtieth of its standard error.
+/// Largest decrease predicted for an undamped step if no step reduces the squares, in units of the contribution of a single
+/// residual: such a step moves no parameter by a thirtieth of its standard error.
 const LEFT_OF_ROUNDING: f64 = 1e-3;
-/// Part of the first squares below which a difference of squares is rounding.
+/// Fraction of the initial squares below which a difference of squares is rounding.
 const ROUNDING: f64 = 1e-20;
 
-/// Minimises from one start; `None` if the model does not hold there.
+/// Minimises from one start; `None` if it lies outside the model's domain.
 pub fn minimise<const OWN: usize, const SHARED: usize>(
     problem: &mut impl ArrowProblem<OWN, SHARED>,
     shared: SVector<f64, SHARED>,
@@ -133,7 +133,7 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
             None => {
                 damping *= growth;
                 growth *= 2.0;
-                // No step however small makes it less: what remains is rounding, or the search stands at the edge of the model's
+                // No step reduces the squares: the rest is rounding, or the search has reached the edge of the model's
                 // domain.
                 if damping > MOST_DAMPING {
                     let of_one = valley.arrow.squares / valley.residuals().max(1) as f64;
@@ -153,7 +153,7 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
     })
 }
 
-/// Where a search stands.
+/// State of a search.
 struct Valley<const OWN: usize, const SHARED: usize> {
     arrow: Arrow<OWN, SHARED>,
     rows: Vec<DMatrix<f64>>,
@@ -190,8 +190,8 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
         self.rows.iter().map(DMatrix::nrows).sum()
     }
 
-    /// Returns by how much a step should bend: half its second derivative along the valley, from the residuals' own along the
-    /// step. `None` where that is no small part of it.
+    /// Returns the bend of a step: half its second derivative along the valley, from the second derivative of the residuals
+    /// along the step. `None` if it is not small relative to the step.
     fn bend(
         &self,
         problem: &mut impl ArrowProblem<OWN, SHARED>,
@@ -227,7 +227,7 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
 mod tests {
     use super::*;
 
-    /// Rosenbrock's valley in each block: y of the block along x² of all, and x toward 1.
+    /// Rosenbrock's valley in each block: y of the block follows the shared x², and x tends to 1.
     struct Bent {
         narrow: f64,
     }
@@ -300,7 +300,7 @@ mod tests {
         assert!(!found.converged);
     }
 
-    /// A slope toward 0 that ends at a wall, beyond which there is no model.
+    /// Slope toward 0 that ends at a wall, beyond which the model is undefined.
     struct Walled {
         wall: f64,
     }
@@ -355,7 +355,7 @@ mod tests {
         }
     }
 
-    /// From the floor of the valley a straight step leads up its wall.
+    /// From the floor of the valley a straight step climbs its wall.
     #[test]
     fn a_step_that_bends_stays_on_the_floor() {
         let mut problem = Bent { narrow: 1e3 };

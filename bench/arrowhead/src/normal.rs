@@ -1,26 +1,26 @@
-//! The normal matrix, in the shape of an arrow: a block for each block of residuals, and one for what they share.
+//! Normal matrix in the shape of an arrow: one block per block of residuals, and one for the shared parameters.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
-/// Gradient and normal matrix of a block's half sum of squares.
+/// Gradient and normal matrix of half a block's sum of squares.
 #[derive(Debug, Clone)]
 pub struct BlockNormal<const OWN: usize, const SHARED: usize> {
     /// Sum of squares.
     pub squares: f64,
     /// Gradient by the block's own parameters.
     pub own_gradient: SVector<f64, OWN>,
-    /// Gradient by the shared ones.
+    /// Gradient by the shared parameters.
     pub shared_gradient: SVector<f64, SHARED>,
     /// Normal matrix of the own parameters.
     pub own: SMatrix<f64, OWN, OWN>,
-    /// Between own and shared ones.
+    /// Normal matrix between own and shared parameters.
     pub coupling: SMatrix<f64, OWN, SHARED>,
-    /// Of the shared ones.
+    /// Normal matrix of the shared parameters.
     pub shared: SMatrix<f64, SHARED, SHARED>,
 }
 
 impl<const OWN: usize, const SHARED: usize> BlockNormal<OWN, SHARED> {
-    /// Sums over rows of a residual, its slopes by the block's own parameters, and by the shared ones.
+    /// Sums over rows, each of a residual, its slopes by the block's own parameters, and its slopes by the shared ones.
     #[must_use]
     pub fn of(rows: &DMatrix<f64>) -> Self {
         let products = rows.transpose() * rows;
@@ -38,24 +38,24 @@ impl<const OWN: usize, const SHARED: usize> BlockNormal<OWN, SHARED> {
     }
 }
 
-/// A place or a step: of the shared parameters, and of each block's own.
+/// A point or a step in the space of all parameters.
 #[derive(Debug, Clone)]
 pub struct Place<const OWN: usize, const SHARED: usize> {
-    /// Of the shared parameters.
+    /// Values of the shared parameters.
     pub shared: SVector<f64, SHARED>,
-    /// Of each block's own.
+    /// Values of each block's own parameters.
     pub own: Vec<SVector<f64, OWN>>,
 }
 
 impl<const OWN: usize, const SHARED: usize> Place<OWN, SHARED> {
-    /// Returns the product with a row or a place, summed over all parameters.
+    /// Returns the inner product with a row or a place over all parameters.
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
         let own = self.own.iter().zip(&other.own);
         self.shared.dot(&other.shared) + own.map(|(a, b)| a.dot(b)).sum::<f64>()
     }
 
-    /// Returns this place after `part` of a step.
+    /// Returns this place moved by `part` of a step.
     pub(crate) fn after(&self, part: f64, step: &Self) -> Self {
         let own = self.own.iter().zip(&step.own);
         Self {
@@ -65,10 +65,10 @@ impl<const OWN: usize, const SHARED: usize> Place<OWN, SHARED> {
     }
 }
 
-/// Damping that keeps a normal matrix regular, and shortens no step.
+/// Damping that keeps a normal matrix regular without shortening the step.
 const HARDLY_DAMPED: f64 = 1e-12;
 
-/// The sums of all blocks, with what is known beforehand.
+/// Sums over all blocks, with the priors.
 #[derive(Debug, Clone)]
 pub(crate) struct Arrow<const OWN: usize, const SHARED: usize> {
     pub(crate) squares: f64,
@@ -113,7 +113,7 @@ impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
         Some(Place { shared, own })
     }
 
-    /// Returns by how much the squares should fall with a step.
+    /// Returns the predicted decrease of the squares for a step.
     pub(crate) fn expected_fall(&self, step: &Place<OWN, SHARED>) -> f64 {
         let shared = &step.shared;
         let mut fall =
@@ -126,13 +126,13 @@ impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
         fall
     }
 
-    /// Returns by how much the squares should fall with the step that nothing shortens; infinite where there is none.
+    /// Returns the predicted decrease of the squares for an undamped step; infinite if no such step exists.
     pub(crate) fn fall_left(&self) -> f64 {
         let step = self.step(HARDLY_DAMPED, &self.gradient());
         step.map_or(f64::INFINITY, |step| self.expected_fall(&step))
     }
 
-    /// Returns the squared length of a step, each parameter in units of what the squares alone would tell of it.
+    /// Returns the squared length of a step, each parameter scaled by the diagonal of the normal matrix.
     pub(crate) fn length2(&self, step: &Place<OWN, SHARED>) -> f64 {
         let of_blocks = self.blocks.iter().zip(&step.own);
         let own: f64 = of_blocks

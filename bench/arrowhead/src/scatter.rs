@@ -1,12 +1,12 @@
-//! How residuals scatter, by what they show.
+//! Variances and correlation of residuals.
 
 use nalgebra::DMatrix;
 
 const ITERATIONS: usize = 50;
 
-/// Returns the variances, none negative, by whose sum over the kinds the squares are explained best, where each of `kinds` says what
-/// a variance of 1 of each kind makes of a square, and the sum is at least `least`: maximum likelihood of normal residuals by Fisher
-/// scoring, the squares in weighted least squares on the kinds, one kind after the other.
+/// Returns the non-negative variances of the kinds that best explain the squares. For each square, `kinds` gives the
+/// contribution of a unit variance of each kind; their sum is at least `least`. Maximum likelihood of normal residuals by
+/// Fisher scoring, as weighted least squares of the squares on the kinds, one kind after the other.
 #[must_use]
 pub fn variance_components<const N: usize>(
     squares: &[f64],
@@ -45,7 +45,7 @@ pub fn variance_components<const N: usize>(
     variances
 }
 
-/// Returns the correlation of samples whose errors last for as many intervals.
+/// Returns the correlation of samples with errors that decay over `intervals` sampling intervals.
 #[must_use]
 pub fn lasting(samples: usize, intervals: f64) -> DMatrix<f64> {
     let by_distance: Vec<f64> = (0..samples)

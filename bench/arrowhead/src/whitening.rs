@@ -1,25 +1,25 @@
-//! Residuals that scatter together, made independent.
+//! Whitening of correlated residuals.
 
 use nalgebra::DMatrix;
 
-/// The inverse of a covariance's lower factor: what had that covariance has, multiplied by it, one of 1.
+/// Inverse Cholesky factor of a covariance; multiplying residuals by it gives unit covariance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Whitening(DMatrix<f64>);
 
-/// Size up to which a matrix is factored element by element; beyond, by halves: nearly all of the work is then in products, which
-/// are fast.
+/// Largest size that is factored element by element. Larger matrices are split in halves, so that nearly all of the work is in
+/// products, which are fast.
 const SMALL: usize = 32;
-/// Rows that are multiplied at a time: a band of a lower triangle is empty beyond its last row.
+/// Rows multiplied at a time; a band of a lower triangle is zero beyond its last row.
 const BAND: usize = 64;
 
 impl Whitening {
-    /// Returns that of a covariance; `None` of a matrix that is none.
+    /// Returns the whitening of `covariance`, or `None` if it is not positive definite.
     #[must_use]
     pub fn of(covariance: &DMatrix<f64>) -> Option<Self> {
         inverse_factor(covariance).map(Self)
     }
 
-    /// Multiplies columns, of as many rows as the covariance has.
+    /// Multiplies columns that have as many rows as the covariance.
     pub fn apply(&self, columns: &mut DMatrix<f64>) {
         let mut whitened = DMatrix::zeros(columns.nrows(), columns.ncols());
         for from in (0..self.0.nrows()).step_by(BAND) {
@@ -33,7 +33,7 @@ impl Whitening {
     }
 }
 
-/// Returns the inverse of the lower factor of a covariance; `None` of a matrix that is none.
+/// Returns the inverse Cholesky factor of a covariance, or `None` if it is not positive definite.
 fn inverse_factor(covariance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = covariance.nrows();
     let mut inverse = DMatrix::identity(n, n);
@@ -46,7 +46,7 @@ fn inverse_factor(covariance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let half = n / 2;
     let part = |at: (usize, usize), size: (usize, usize)| covariance.view(at, size).into_owned();
     let first = inverse_factor(&part((0, 0), (half, half)))?;
-    // What the second half shares with the first, in units of what is the first's alone.
+    // Coupling of the second half to the whitened first half.
     let across = part((half, 0), (n - half, half)) * first.transpose();
     let alone = part((half, half), (n - half, n - half)) - &across * across.transpose();
     let second = inverse_factor(&alone)?;

@@ -7,11 +7,11 @@ use config::{CalibrationFile, Config};
 /// A vibrometer's or interferometer's analog output on a spare input.
 #[derive(Debug, Args)]
 pub struct ReferenceOptions {
-    /// Spare input that a vibrometer's or interferometer's analog output is on: its readings are the known amplitudes, and
-    /// tell the pickup's phase.
+    /// Spare input connected to the analog output of a vibrometer or interferometer, which gives the known amplitudes and the
+    /// pickup's phase.
     #[arg(long = "reference-channel", value_name = "INPUT", conflicts_with_all = ["known_um", "known_csv", "known_at_hz", "instrument"], requires_all = ["volts_per_unit", "sensitivity"])]
     pub channel: Option<u16>,
-    /// Displacement of a volt at its output, µm/V.
+    /// Displacement per volt at the instrument's output, µm/V.
     #[arg(
         long = "reference-um-per-v",
         value_name = "UM_PER_V",
@@ -20,7 +20,7 @@ pub struct ReferenceOptions {
         allow_negative_numbers = true
     )]
     pub um_per_v: Option<f64>,
-    /// Velocity of a volt at its output, m/s/V.
+    /// Velocity per volt at the instrument's output, m/s/V.
     #[arg(
         long = "reference-m-per-s-per-v",
         value_name = "M_PER_S_PER_V",
@@ -29,7 +29,7 @@ pub struct ReferenceOptions {
         allow_negative_numbers = true
     )]
     pub m_per_s_per_v: Option<f64>,
-    /// Volts at that input that a full-scale sample stands for.
+    /// Volts at the spare input for a full-scale sample.
     #[arg(
         long = "reference-volts-per-unit",
         value_name = "VOLTS",
@@ -37,7 +37,7 @@ pub struct ReferenceOptions {
         allow_negative_numbers = true
     )]
     pub volts_per_unit: Option<f64>,
-    /// Delay of its output behind the motion, µs, from its manual; without it no phase is kept.
+    /// Delay of the instrument's output behind the motion, µs, from its manual; without it, no phase is stored.
     #[arg(
         long = "reference-delay-us",
         value_name = "MICROSECONDS",
@@ -45,7 +45,7 @@ pub struct ReferenceOptions {
         allow_negative_numbers = true
     )]
     pub delay_us: Option<f64>,
-    /// Standard uncertainty of that delay, µs.
+    /// Standard uncertainty of the instrument's delay, µs.
     #[arg(
         long = "reference-delay-error-us",
         value_name = "MICROSECONDS",

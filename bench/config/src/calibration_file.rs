@@ -21,19 +21,19 @@ const HASH_KEY: &str = "sha256 = ";
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredPickup {
-    /// Who measured it, when and how.
+    /// Operator, date and method of the measurement.
     pub measured: Provenance,
     /// Plate displacement per sample value, m.
     pub metres_per_unit: Quantity,
-    /// Phase φ of the pickup at the carrier against an instrument on a spare input, its own input's delay behind the drive's
-    /// included: x̃ = metres_per_unit · sample · exp(+iφ), rad; absent where no such instrument was read.
+    /// Phase φ of the pickup at the carrier relative to an instrument on a spare input, including the delay of the pickup's
+    /// input behind the drive's: x̃ = metres_per_unit · sample · exp(+iφ), rad; absent if no such instrument was read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase_rad: Option<Quantity>,
     /// Displacement at a reading of zero, m: an offset of the instrument or of the pickup.
     pub offset: Quantity,
     /// Largest residual over the largest amplitude.
     pub nonlinearity: f64,
-    /// Number of points that the line was fitted to.
+    /// Number of points in the fit of the line.
     pub points: usize,
     /// Carrier of the measurement, Hz.
     pub carrier_hz: f64,
@@ -44,7 +44,7 @@ pub struct MeasuredPickup {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredPlate {
-    /// Who measured it, when and how.
+    /// Operator, date and method of the measurement.
     pub measured: Provenance,
     /// Resonance f0, Hz.
     pub resonance_hz: Quantity,
@@ -58,8 +58,8 @@ pub struct MeasuredPlate {
     pub force_factor_n_per_v: Quantity,
     /// Phase to add to the pickup's samples at the resonance, rad.
     pub pickup_phase_rad: Quantity,
-    /// Phase by which the force is ahead of the voltage that is read back: the pickup's own phase less `pickup_phase_rad`,
-    /// which holds both, rad; absent where an instrument has not measured the pickup's own.
+    /// Phase by which the force leads the voltage read back: the pickup's own phase less `pickup_phase_rad`, which includes
+    /// both, rad; absent if no instrument has measured the pickup's own phase.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_phase_rad: Option<Quantity>,
     /// Envelope of the pickup over that of the drive at the resonance with no finger on the plate, in sample units:
@@ -67,20 +67,20 @@ pub struct MeasuredPlate {
     pub unloaded_ratio: [f64; 2],
     /// Root mean square residual over the largest response.
     pub residual: f64,
-    /// Resonance now less the resonance at the calibration before, Hz.
+    /// Change of the resonance since the previous calibration, Hz.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drift_hz: Option<f64>,
-    /// Sensitivity of the pickup that the force factor rests on, m per unit.
+    /// Sensitivity of the pickup from which the force factor was computed, m per unit.
     pub metres_per_unit: f64,
 }
 
-/// `[finger]`: the plate's response with a finger resting on it, for comparison with the bare one. None of it is a
-/// constant that the bench computes with.
+/// `[finger]`: response of the plate with a finger resting on it, for comparison with the bare plate. The bench does not use
+/// these values as constants.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredFinger {
-    /// Who measured it, when and how.
+    /// Operator, date and method of the measurement.
     pub measured: Provenance,
     /// Mean normal force of the finger while the tones sounded, N.
     pub normal_n: Quantity,
@@ -88,48 +88,48 @@ pub struct MeasuredFinger {
     pub normal_spread_n: f64,
     /// Level of the tones, V peak.
     pub drive_v: f64,
-    /// Resonance of the plate with the finger, Hz; absent where it leaves no single resonance.
+    /// Resonance of the plate with the finger, Hz; absent if there is no single resonance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resonance_hz: Option<Quantity>,
-    /// Quality factor of the plate with the finger; absent where it leaves no single resonance.
+    /// Quality factor of the plate with the finger; absent if there is no single resonance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quality: Option<Quantity>,
 }
 
-/// `[profile]`: the amplitude along the plate over that of the pickup.
+/// `[profile]`: the amplitude along the plate relative to that of the pickup.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredProfile {
-    /// Who measured it, when and how.
+    /// Operator, date and method of the measurement.
     pub measured: Provenance,
     /// Carrier of the measurement, Hz.
     pub carrier_hz: f64,
     /// Level of the tone, V peak.
     pub drive_v: f64,
-    /// Whether the plate moves alike along its length.
+    /// Whether the amplitude is uniform along the plate.
     pub verdict: Uniformity,
-    /// Departure of a place from the mean of all, relative to it, that decides: the surest of those that surely are beyond what is
-    /// allowed, else that which may be largest. The same where all errors are alike.
+    /// Relative deviation of the decisive place from the mean of all places: the most significant of those that certainly
+    /// exceed the limit, otherwise the one with the largest upper bound. With equal errors, the largest deviation.
     pub largest_departure: Quantity,
-    /// The same of the length that instances are cut from; absent where its ends or too few places of it were measured, and in
-    /// files of versions that judged the whole length alone.
+    /// Verdict on the length from which instances are cut; absent if its ends or too few places within it were measured, and in
+    /// files of versions that judged only the whole length.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kept: Option<KeptLength>,
     /// Places in order of their position.
     pub places: Vec<ProfilePlace>,
 }
 
-/// `[profile.kept]`: the part about the plate's centre that instances are cut from.
+/// `[profile.kept]`: the length about the plate's centre from which instances are cut.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct KeptLength {
-    /// Its length, m.
+    /// Length of this part, m.
     pub length_m: f64,
-    /// Whether the plate moves alike along it.
+    /// Whether the amplitude is uniform along this part.
     pub verdict: Uniformity,
-    /// Departure of a place within it, or of one of its ends, from the mean of those, relative to it, that decides.
+    /// Relative deviation of the decisive place, within this part or at one of its ends, from the mean of these places.
     pub largest_departure: Quantity,
 }
 
@@ -144,22 +144,22 @@ pub const PROFILE_RATIOS: [f64; 2] = [0.2, 2.0];
 pub struct ProfilePlace {
     /// Position along the plate, m.
     pub position_m: f64,
-    /// Amplitude there over that of the pickup.
+    /// Amplitude at this place relative to that of the pickup.
     pub ratio: f64,
-    /// Standard error of the ratio, without what all places share.
+    /// Standard error of the ratio, without errors common to all places.
     pub standard_error: f64,
 }
 
-/// Whether a plate moves alike along its length.
+/// Uniformity of the amplitude along a plate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Uniformity {
-    /// No place departs from the mean by more than is allowed.
+    /// No place deviates from the mean by more than the limit.
     Uniform,
-    /// A place does.
+    /// At least one place deviates from the mean by more than the limit.
     NotUniform,
-    /// The errors are too large to tell.
+    /// The errors are too large to decide.
     Undecided,
 }
 
@@ -168,17 +168,17 @@ pub enum Uniformity {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredForce {
-    /// Who measured the matrix, when and how.
+    /// Operator, date and method of the measurement of the matrix.
     pub measured: Provenance,
-    /// Who measured the tare, when and how; it may be younger than the matrix.
+    /// Operator, date and method of the tare; it may be more recent than the matrix.
     pub tared: Provenance,
-    /// Normal force per newton that the normal axis reads over its tare, N/N.
+    /// Normal force per newton read by the normal axis above its tare, N/N.
     pub normal_per_normal: Quantity,
-    /// Normal force per newton that the lateral axis reads over its tare, N/N.
+    /// Normal force per newton read by the lateral axis above its tare, N/N.
     pub normal_per_lateral: Quantity,
-    /// Lateral force per newton that the normal axis reads over its tare, N/N.
+    /// Lateral force per newton read by the normal axis above its tare, N/N.
     pub lateral_per_normal: Quantity,
-    /// Lateral force per newton that the lateral axis reads over its tare, N/N.
+    /// Lateral force per newton read by the lateral axis above its tare, N/N.
     pub lateral_per_lateral: Quantity,
     /// Reading of the normal axis without load, N.
     pub normal_tare: Quantity,
@@ -194,7 +194,7 @@ pub struct MeasuredForce {
     pub nonlinearity: [f64; 2],
     /// Largest residual of the zero about its drift after a load was removed, normal and lateral, N.
     pub zero_return_n: [f64; 2],
-    /// Acceleration of gravity that the masses' weights were computed with, m/s².
+    /// Acceleration of gravity used to compute the masses' weights, m/s².
     pub gravity_m_per_s2: f64,
     /// Number of known masses that were placed.
     pub masses: usize,
@@ -217,34 +217,34 @@ impl MeasuredForce {
     }
 }
 
-/// `[channels]`: round trip of the drive, and every input against the drive's.
+/// `[channels]`: round trip of the drive, and each input compared with the drive's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredChannels {
-    /// Who measured it, when and how.
+    /// Operator, date and method of the measurement.
     pub measured: Provenance,
     /// Carrier of the measurement, Hz.
     pub carrier_hz: f64,
     /// Level read back at the carrier over the level commanded, dimensionless.
     pub round_trip: Quantity,
-    /// Time from the generator to the drive's input, s, as the program sees it: with the buffers of both directions.
+    /// Time from the generator to the drive's input, s, as seen by the program: with the buffers of both directions.
     pub latency: Quantity,
-    /// Delay from a command to its read-back over several openings of the streams; absent where it was not measured.
+    /// Delay from a command to its read-back over several openings of the streams; absent if it was not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub loop_delay: Option<MeasuredDelay>,
     /// Inputs in order of their index.
     pub inputs: Vec<MeasuredInput>,
 }
 
-/// `[channels.loop_delay]`: the delay from a command to its read-back, as the safety watch sees it.
+/// `[channels.loop_delay]`: the delay from a command to its read-back, as seen by the safety watch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredDelay {
     /// Mean over the openings, with the standard error of the mean, s.
     pub mean: Quantity,
-    /// Shortest and longest of the openings, s.
+    /// Shortest and longest delay among the openings, s.
     pub extent_s: [f64; 2],
     /// Number of openings of the streams.
     pub openings: usize,
@@ -261,9 +261,9 @@ pub struct MeasuredInput {
     pub gain: Quantity,
     /// Phase at the carrier less that of the drive's input, rad.
     pub phase_rad: Quantity,
-    /// Delay behind the drive's input, samples.
+    /// Delay relative to the drive's input, samples.
     pub delay: Quantity,
-    /// Root mean square residual of its ratio to the drive's about one gain and one delay over the band, relative.
+    /// Root mean square residual, relative, of the ratio to the drive's input, fitted by one gain and one delay over the band.
     pub departure: f64,
     /// Noise density about the carrier with the patch cable in, full scale/√Hz.
     pub noise: Quantity,
@@ -271,12 +271,12 @@ pub struct MeasuredInput {
     pub noise_on_bench: Quantity,
     /// Largest residual of its levels about a line, as a share of the largest level.
     pub nonlinearity: f64,
-    /// |sample| at which its peaks are cut off, of full scale; absent where none were.
+    /// |sample| at which peaks are cut off, as a share of full scale; absent if no peak was cut off.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clips_at: Option<Quantity>,
-    /// Largest |sample| that was not cut off, of full scale.
+    /// Largest |sample| that was not cut off, as a share of full scale.
     pub clean_up_to: f64,
-    /// Its reading over that of the drive's input with only the drive's cable in, dimensionless; absent for the drive's
+    /// Reading relative to the drive's input with only the drive's cable connected, dimensionless; absent for the drive's
     /// input.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crosstalk: Option<Quantity>,
@@ -297,14 +297,14 @@ impl MeasuredChannels {
 pub struct CalibrationFile {
     /// Version of the layout; 1.
     pub format: u32,
-    /// Faults that were injected on purpose while it was measured, such as `press@1s`: such a calibration is of a
-    /// rehearsal, and never in force.
+    /// Faults injected on purpose during the measurement, such as `press@1s`: such a calibration is a rehearsal, and never in
+    /// force.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rehearsed: Vec<String>,
-    /// Parts that were measured in simulated time, such as `pickup`: a free-running simulation makes its dates up.
+    /// Parts that were measured in simulated time, such as `pickup`: the dates of a free-running simulation are fictitious.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub simulated_time: Vec<String>,
-    /// Bench that it was measured on.
+    /// Bench on which the calibration was measured.
     pub identity: Identity,
     /// Result of `calibrate pickup`; absent until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -312,10 +312,10 @@ pub struct CalibrationFile {
     /// Result of `calibrate plate`; absent until it passes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plate: Option<MeasuredPlate>,
-    /// The same plate under a finger, by `calibrate plate --finger`; never used as a constant.
+    /// Result of `calibrate plate --finger`, the same plate under a finger; never used as a constant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finger: Option<MeasuredFinger>,
-    /// The amplitude along the plate, by `calibrate plate --along N`.
+    /// Result of `calibrate plate --along N`, the amplitude along the plate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<MeasuredProfile>,
     /// Result of `calibrate force`; absent until it passes.

@@ -5,16 +5,16 @@ use serde::{Deserialize, Serialize};
 use super::refused::{Refused, within};
 use crate::correction::MOST_CROSSTALK;
 
-/// `[calibration]`: limits that a calibration must keep, and how long it holds.
+/// `[calibration]`: limits on the results of a calibration, and the time for which it is valid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct CalibrationRules {
-    /// Gains of amplifiers and inputs as they are set now, in words: a calibration holds for these.
+    /// Present gain settings of amplifiers and inputs, in words; a calibration is valid only for these settings.
     pub gains: String,
     /// Age beyond which a calibration is refused, days.
     pub max_age_days: f64,
-    /// Largest plate amplitude that a calibration may ask for, m.
+    /// Largest plate amplitude that a calibration may request, m.
     pub max_amplitude_m: f64,
     /// Largest residual of the pickup's points about a line, as a share of the largest amplitude.
     pub pickup_nonlinearity: f64,
@@ -22,18 +22,17 @@ pub struct CalibrationRules {
     pub pickup_error: f64,
     /// Largest root mean square residual of the plate's response about its fit, as a share of its peak.
     pub plate_residual: f64,
-    /// Lowest and highest quality factor of a plate that nothing touches.
+    /// Lowest and highest quality factor of the untouched plate.
     pub quality: [f64; 2],
-    /// Largest change of the resonance since the calibration before, Hz.
+    /// Largest change of the resonance since the previous calibration, Hz.
     pub drift_hz: f64,
     /// Largest reading of a force sensor without load, N.
     pub zero_n: f64,
-    /// Acceleration of gravity where the bench stands, m/s²; standard gravity (9.80665) when absent, with an error that
-    /// holds anywhere at sea level. National geodetic services give the local value (for most places to 1e-5 by
-    /// latitude and height, GRS 80).
+    /// Acceleration of gravity at the bench, m/s²; if absent, standard gravity (9.80665) with an error that covers any place at
+    /// sea level. National geodetic services give the local value (for most places to 1e-5 by latitude and height, GRS 80).
     pub gravity_m_per_s2: Option<f64>,
-    /// Scatter of means over a tenth of a second below which a force reading is at rest, N; scatter that its noise
-    /// explains is allowed too.
+    /// Scatter of means over a tenth of a second below which a force reading counts as at rest, N; scatter explained by the
+    /// sensor's noise is also allowed.
     pub force_rest_n: f64,
     /// Largest residual of a known mass under the fitted matrix, as a share of the largest force on its axis.
     pub force_nonlinearity: f64,
@@ -53,13 +52,13 @@ pub struct CalibrationRules {
     pub crosstalk_db: f64,
     /// Largest residual of an input's levels about a line, as a share of the largest level.
     pub input_nonlinearity: f64,
-    /// Largest delay between an input and the drive's, samples.
+    /// Largest delay between an input and the drive's input, samples.
     pub delay_samples: f64,
     /// Largest relative standard error of an input's gain, and of its phase in rad.
     pub input_error: f64,
-    /// Largest relative difference of the bench's volts from an independent meter's.
+    /// Largest relative difference between the bench's volts and those of an independent meter.
     pub meter_tolerance: f64,
-    /// Age beyond which a check of the volts against a meter counts as none, days.
+    /// Age beyond which a check of the volts against a meter is no longer valid, days.
     pub meter_max_age_days: f64,
 }
 

@@ -6,17 +6,17 @@ use serde::{Deserialize, Serialize};
 
 use super::refused::{Refused, within};
 
-/// `encoder.source`: who counts the encoder's signals.
+/// `encoder.source`: device that counts the encoder's signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum EncoderSource {
-    /// This computer, on the lines that `[gpio]` names.
+    /// This computer, on the lines numbered in `[gpio]`.
     #[default]
     Gpio,
     /// The field box.
     FieldBox,
-    /// A counter of the card of National Instruments.
+    /// A counter of the National Instruments card.
     Nidaqmx,
 }
 
@@ -25,12 +25,12 @@ pub enum EncoderSource {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Encoder {
-    /// Who counts its signals.
+    /// Device that counts the encoder's signals.
     #[serde(default)]
     pub source: EncoderSource,
-    /// Movement per quadrature count, m; negative when the encoder counts the other way.
+    /// Movement per quadrature count, m; negative for an encoder that counts in the opposite direction.
     pub metres_per_count: f64,
-    /// Position along the plate where the bench starts counting, m.
+    /// Position along the plate at which the bench starts counting, m.
     pub origin_m: f64,
 }
 
@@ -51,9 +51,9 @@ pub enum GpioBackend {
     Rppal,
     /// Any Linux board with a GPIO character device.
     Gpiocdev,
-    /// The field box, whose lines have their places.
+    /// The field box; its lines are fixed.
     FieldBox,
-    /// The card of National Instruments; inputs and outputs are lines of a port each.
+    /// The National Instruments card; inputs and outputs each use the lines of one port.
     Nidaqmx,
     /// No digital lines.
     #[default]
@@ -165,7 +165,7 @@ impl Gpio {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Sound {
-    /// Output device of cues and noise, by id or name: not the card that drives the plate; none when empty.
+    /// Output device for cues and noise, by id or name, other than the card that drives the plate; empty for no sound.
     pub device: String,
     /// Whether start and end tones are played.
     pub cues: bool,

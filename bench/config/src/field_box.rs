@@ -9,17 +9,17 @@ use crate::refused::{Refused, within};
 /// Hexadecimal digits of a box's serial number.
 const SERIAL_DIGITS: usize = 16;
 
-/// `[field_box]`: the box, for whatever names it as its source.
+/// `[field_box]`: the field box; required if another section names it as its source.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct FieldBox {
-    /// Its serial port.
+    /// Serial port of the box.
     pub port: PathBuf,
-    /// Its serial number, hexadecimal; whichever box is there when absent.
+    /// Serial number of the box, hexadecimal; any connected box if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub serial: Option<String>,
-    /// Shortest time from a conversion to when the computer has it, s.
+    /// Shortest time from a conversion to its arrival at the computer, s.
     #[serde(default)]
     pub latency_s: f64,
 }
@@ -57,7 +57,7 @@ impl FieldBox {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct BoxForce {
-    /// Force at the positive end of the converter's range, normal and lateral, N; negative where it reads the other way.
+    /// Force at the positive end of the converter's range, normal and lateral, N; negative for a reversed axis.
     pub newtons_per_full_scale: [f64; 2],
 }
 

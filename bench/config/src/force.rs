@@ -13,20 +13,21 @@ use crate::netft::Netft;
 use crate::refused::{Refused, within};
 use crate::sound_card::{Audio, InputMap};
 
-/// `[force]`: where the readings of the force sensor come from, and their correction.
+/// `[force]`: source of the force sensor's readings, and their correction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "ForceTable", into = "ForceTable")]
 pub struct Force {
-    /// The sensor, and how it is reached.
+    /// The sensor and its interface.
     pub sensor: Sensor,
-    /// Shortest time from sampling to when the computer has it, s; of a sensor on the card's inputs, its own delay.
+    /// Shortest time from sampling to arrival at the computer, s; for a sensor on the card's inputs, the sensor's own delay.
     pub latency_s: f64,
-    /// Normal and lateral force, in rows, per newton that the normal and the lateral axis read, N/N.
+    /// Normal and lateral force, in rows, per newton read by the normal and the lateral axis, N/N.
     pub matrix: [[f64; 2]; 2],
     /// Readings without load, normal and lateral, N.
     pub tare_n: [f64; 2],
-    /// Reading from which on an axis counts as saturated, either way, N; for sensors that do not tell so themselves.
+    /// Reading at and beyond which an axis counts as saturated, in either direction, N; for sensors that do not report
+    /// saturation.
     pub range_n: Option<f64>,
 }
 
@@ -54,7 +55,7 @@ pub struct SerialSensor {
     pub baud: u32,
 }
 
-/// `force.source`: where the readings come from.
+/// `force.source`: source of the readings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
@@ -70,8 +71,8 @@ enum Source {
     FieldBox,
 }
 
-/// `[force]`: where the readings of the force sensor come from, and their correction. The keys of a source that is not in use
-/// are read and left alone.
+/// `[force]`: source of the force sensor's readings, and their correction. Keys of a source that is not in use are parsed and
+/// ignored.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(extend("allOf" = [
@@ -86,7 +87,7 @@ enum Source {
 ])))]
 #[serde(deny_unknown_fields)]
 struct ForceTable {
-    /// Where the readings come from.
+    /// Source of the readings.
     #[serde(default)]
     source: Source,
     /// Serial port, such as "/dev/ttyUSB0".
@@ -98,17 +99,18 @@ struct ForceTable {
     /// Baud rate of the serial line; ignored by USB ports.
     #[serde(default = "default_baud")]
     baud: u32,
-    /// Shortest time from sampling to when the computer has it, s; of a sensor on the card's inputs, its own delay.
+    /// Shortest time from sampling to arrival at the computer, s; for a sensor on the card's inputs, the sensor's own delay.
     #[serde(default)]
     latency_s: f64,
-    /// Normal and lateral force, in rows, per newton that the normal and the lateral axis read, N/N; `calibrate force`
-    /// measures it.
+    /// Normal and lateral force, in rows, per newton read by the normal and the lateral axis, N/N; measured by
+    /// `calibrate force`.
     #[serde(default = "default_matrix")]
     matrix: [[f64; 2]; 2],
-    /// Readings without load, normal and lateral, N; `calibrate force` measures them.
+    /// Readings without load, normal and lateral, N; measured by `calibrate force`.
     #[serde(default)]
     tare_n: [f64; 2],
-    /// Reading from which on an axis counts as saturated, either way, N; for sensors that do not tell so themselves.
+    /// Reading at and beyond which an axis counts as saturated, in either direction, N; for sensors that do not report
+    /// saturation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     range_n: Option<f64>,
     /// Gauges on inputs of the sound card.

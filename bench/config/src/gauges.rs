@@ -15,7 +15,7 @@ const MOST_INPUTS: usize = 16;
 /// Numbers of rows of a matrix for two axes, normal and lateral, and for six: Fx, Fy, Fz, Tx, Ty, Tz.
 const ROWS: [usize; 2] = [2, 6];
 
-/// `[force.channels]`: a force sensor whose gauges are read by inputs of the sound card, DC-coupled.
+/// `[force.channels]`: a force sensor with gauges on DC-coupled inputs of the sound card.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -24,23 +24,23 @@ pub struct Gauges {
     pub inputs: Vec<u16>,
     /// Newtons (and newton metres) per volt of each gauge: rows normal and lateral, or Fx, Fy, Fz, Tx, Ty, Tz.
     pub newtons_per_v: Vec<Vec<f64>>,
-    /// The maker's calibration file in the place of the matrix, beside `bench.toml` unless its path is absolute.
+    /// Maker's calibration file, in place of the matrix; relative to the folder of `bench.toml` unless its path is absolute.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cal_file: Option<PathBuf>,
-    /// Serial number of the sensor; that of the maker's file, if there is one.
+    /// Serial number of the sensor; if a maker's file is given, the one in that file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub serial: Option<String>,
-    /// Axis of a matrix of six that is the normal force, positive when the finger presses.
+    /// Axis of a six-axis matrix that is the normal force, positive when the finger presses.
     pub normal: SixAxis,
-    /// Axis of a matrix of six that is the lateral force, positive towards increasing position.
+    /// Axis of a six-axis matrix that is the lateral force, positive towards increasing position.
     pub lateral: SixAxis,
     /// Gauge volts per sample value: one for all inputs, or one for each.
     pub volts_per_unit: Vec<f64>,
-    /// Time from the sampling of one input to that of the next one of `inputs`, s, where they share a converter.
+    /// Time between the sampling of one input and the next in `inputs`, s, if they share a converter.
     pub skew_s: f64,
     /// Rate to which the forces are decimated, Hz; the card's rate must be a whole multiple of it.
     pub rate_hz: f64,
-    /// |sample| from which on a gauge counts as saturated, as a share of full scale.
+    /// |sample| at and above which a gauge counts as saturated, as a share of full scale.
     pub clip_units: f64,
 }
 

@@ -4,14 +4,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::Config;
 
-/// Devices, channels, plate and gains that a calibration is valid for.
+/// Devices, channels, plate and gains for which a calibration is valid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Identity {
-    /// Audio input device, as the sound layer names it.
+    /// Audio input device, as named by the sound layer.
     pub input_device: String,
-    /// Audio output device, as the sound layer names it.
+    /// Audio output device, as named by the sound layer.
     pub output_device: String,
     /// Sample rate of both, Hz.
     pub rate_hz: u32,
@@ -31,14 +31,13 @@ pub struct Identity {
     pub plate_id: String,
     /// Modal mass of the plate, as typed in, kg.
     pub modal_mass_kg: f64,
-    /// Gains of the amplifiers, as the operator describes them.
+    /// Gains of the amplifiers, as described by the operator.
     pub gains: String,
-    /// What tells the force sensor from another, such as its port and protocol; absent while nothing was measured with
-    /// one.
+    /// Identification of the force sensor, such as its port and protocol; absent if no measurement has used one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force_sensor: Option<String>,
-    /// What tells the sound card from another one of its name: its serial number, or the port that it is plugged into;
-    /// absent where the system tells neither, and in calibrations of earlier versions.
+    /// Identification of the sound card among others of the same name: its serial number, or the port it is plugged into;
+    /// absent if the system reports neither, and in calibrations of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sound_card: Option<String>,
 }

@@ -76,7 +76,7 @@ pub fn whole_template() -> String {
     TEMPLATE.lines().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// A bench as `bench.toml` describes it: SI units, peak amplitudes.
+/// A bench as described by `bench.toml`: SI units, peak amplitudes.
 ///
 /// ```
 /// use config::{Config, ConfigError};
@@ -106,23 +106,23 @@ pub struct Config {
     /// Limits of the safety watch.
     #[serde(default)]
     pub safety: Safety,
-    /// The force sensor; without it there is no participant protocol.
+    /// The force sensor; required for participant protocols.
     pub force: Option<Force>,
-    /// The position encoder; without it there is no participant protocol.
+    /// The position encoder; required for participant protocols.
     pub encoder: Option<Encoder>,
     /// Digital lines.
     #[serde(default)]
     pub gpio: Gpio,
-    /// The field box; needed by whatever names it as its source.
+    /// The field box; required if another section names it as its source.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub field_box: Option<FieldBox>,
-    /// The card of National Instruments; needed by whatever names `nidaqmx`.
+    /// The National Instruments card; required if another section names `nidaqmx`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nidaqmx: Option<Nidaqmx>,
     /// Cues and masking noise for the participant.
     #[serde(default)]
     pub sound: Sound,
-    /// Limits that a calibration must keep, and how long it holds.
+    /// Limits on the results of a calibration, and the time for which it is valid.
     #[serde(default)]
     pub calibration: CalibrationRules,
 }

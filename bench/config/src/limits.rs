@@ -9,7 +9,7 @@ use super::refused::{Refused, within};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
-    /// Largest peak voltage that this bench may ask for, V; at most the generator's compiled-in limit.
+    /// Largest peak voltage that this bench may request, V; at most the generator's compiled-in limit.
     pub drive_v: f64,
     /// Length of the raised-cosine ramp of every start and stop, s.
     #[serde(default = "Limits::default_ramp_s")]
@@ -18,19 +18,18 @@ pub struct Limits {
     /// the unloaded plate by 2.0 µm in the mean and 3.9 µm at its crest.
     #[serde(default = "Limits::default_amplitude_um")]
     pub amplitude_um: f64,
-    /// Largest temperature of the plate's surface, by the estimate of what drives it, °C; 40 °C by default, below the 41 to
-    /// 43 °C that IEC 60601-1 allows for contact.
+    /// Largest temperature of the plate's surface, estimated from its drive, °C; 40 °C by default, below the 41 to 43 °C that
+    /// IEC 60601-1 allows for contact.
     #[serde(default = "Limits::default_surface_c")]
     pub surface_c: f64,
-    /// Driving time that a person is allowed within any hour, s; 0, the default, for twice what the protocol itself
-    /// drives in an hour and at least 120 s, and for twice what the published one drives, 729.6 s, where there is no
-    /// protocol (assumptions).
+    /// Driving time allowed per person within any hour, s. 0, the default, allows twice the protocol's driving time within an
+    /// hour and at least 120 s; without a protocol, twice the driving time of the published one, 729.6 s (assumptions).
     #[serde(default)]
     pub driving_s_per_hour: f64,
-    /// Why a carrier below 20 kHz, which people hear, may be driven; without a reason it may not.
+    /// Reason for driving at a carrier below 20 kHz, which is audible; refused without a reason.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub audible_carrier_because: Option<String>,
-    /// Why a bench whose volts no meter has checked may be driven above 23.35 V peak; without a reason it may not.
+    /// Reason for driving above 23.35 V peak although no meter has checked the bench's volts; refused without a reason.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unchecked_volts_because: Option<String>,
 }
@@ -193,22 +192,22 @@ pub struct Safety {
     pub readback_floor_v: f64,
     /// Longest time from a command to its read-back, s.
     pub loop_latency_s: f64,
-    /// Delay from a command to its read-back as `calibrate channels` measured it, s; never read from `bench.toml`.
+    /// Delay from a command to its read-back, measured by `calibrate channels`, s; never read from `bench.toml`.
     #[serde(skip)]
     pub measured_delay_s: Option<f64>,
-    /// Silence of the card or of the force sensor that stops the drive, s.
+    /// Time without data from the card or the force sensor that stops the drive, s.
     pub silence_s: f64,
-    /// Largest age of the last press of the e-stop with which a bench on real hardware is driven, h.
+    /// Longest time since the last press of the e-stop for which a bench on real hardware may be driven, h.
     pub estop_test_hours: f64,
-    /// Dead-man switch that must be held while the plate is driven; none by default.
+    /// Dead-man switch that must be held while the plate is driven; not required by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dead_man: Option<DeadManSwitch>,
-    /// Time for which it may be released before the drive stops, s.
+    /// Time for which the dead-man switch may be released before the drive stops, s.
     pub dead_man_release_s: f64,
-    /// Hardware stops that the preflight does not require; none by default.
+    /// Hardware stops that the preflight does not require; empty by default.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub waived: Vec<HardwareStop>,
-    /// Name of the person who waived them; required with `waived`.
+    /// Name of the person who waived these hardware stops; required with `waived`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub waived_by: Option<String>,
 }
@@ -218,12 +217,12 @@ pub struct Safety {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum DeadManSwitch {
-    /// A contact on `gpio.dead_man` that is closed while it is held: a push button, or an enabling device of three
-    /// positions, which opens when it is released and when it is clenched.
+    /// A contact on `gpio.dead_man` that is closed while held: a push button, or a three-position enabling device, which opens
+    /// when it is released or clenched.
     Button,
 }
 
-/// A line that stops the drive without the computer. The preflight requires each of them unless it is waived.
+/// A line that stops the drive without the computer. The preflight requires each one unless it is waived.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]

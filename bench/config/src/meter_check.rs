@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::quantity::{Provenance, Quantity};
 
-/// What a meter reads of a sine.
+/// Quantity of a sine that a meter reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
@@ -13,7 +13,7 @@ pub enum MeterReads {
     Rms,
     /// Peak: an oscilloscope's cursor from zero.
     Peak,
-    /// From peak to peak: an oscilloscope.
+    /// Peak to peak: an oscilloscope.
     PeakToPeak,
 }
 
@@ -39,22 +39,22 @@ impl MeterReads {
     }
 }
 
-/// `[output]`: the volts that the bench commands and reads back, against an independent meter.
+/// `[output]`: the volts that the bench commands and reads back, compared with an independent meter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredOutput {
-    /// Who measured it, when and how.
+    /// Operator, date and method of the measurement.
     pub measured: Provenance,
     /// Name of the meter, as typed.
     pub meter: String,
-    /// What it reads.
+    /// Quantity of a sine that the meter reads.
     pub reads: MeterReads,
     /// Relative standard uncertainty of the meter, as typed.
     pub meter_accuracy: f64,
     /// Frequency of the tones, Hz.
     pub tone_hz: f64,
-    /// Carrier that the factors hold for, Hz.
+    /// Carrier for which the factors are valid, Hz.
     pub carrier_hz: f64,
     /// Volts by the meter per volt commanded at the carrier, dimensionless.
     pub per_commanded: Quantity,

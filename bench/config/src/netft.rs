@@ -10,14 +10,14 @@ use crate::six_axis::SixAxis;
 /// UDP port on which a Net F/T serves raw data transfer (ATI 9620-05-NET FT, section 10).
 const RDT_PORT: u16 = 49_152;
 
-/// `[force.netft]`: an ATI Net F/T, which sends its readings over UDP when it is asked to.
+/// `[force.netft]`: an ATI Net F/T, which sends its readings over UDP on request.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Netft {
-    /// Its IP address, with its UDP port if that is not 49152.
+    /// IP address of the sensor, with its UDP port if that is not 49152.
     pub address: String,
-    /// Counts per newton; asked of the device's own page when absent.
+    /// Counts per newton; if absent, read from the device's web page.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub counts_per_n: Option<f64>,
     /// Rate at which the device counts its samples, Hz.

@@ -23,7 +23,7 @@ pub enum Terminals {
     PseudoDifferential,
 }
 
-/// What keeps inputs and outputs in step.
+/// Synchronisation of inputs and outputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
@@ -31,17 +31,17 @@ pub enum CardClock {
     /// The outputs' sample clock also clocks the inputs: X series.
     #[default]
     AoSampleClock,
-    /// Both divide the card's one time base and begin at the inputs' start trigger: M series and USB-621x, which have
-    /// no way from the outputs' clock to the inputs.
+    /// Inputs and outputs each divide the card's single timebase and begin at the inputs' start trigger: M series and USB-621x,
+    /// which cannot route the outputs' clock to the inputs.
     StartTrigger,
 }
 
-/// `[nidaqmx]`: channels, ranges and timing of the card that `audio.output_device` and `audio.input_device` name.
+/// `[nidaqmx]`: channels, ranges and timing of the card named by `audio.output_device` and `audio.input_device`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Nidaqmx {
-    /// The library; where the system's loader finds it when absent.
+    /// Path of the library; if absent, the system's loader finds it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub library: Option<PathBuf>,
     /// Analogue outputs, such as `ao0`, in the order of the stream's channels.
@@ -55,23 +55,23 @@ pub struct Nidaqmx {
     /// Reference of the inputs.
     #[serde(default)]
     pub terminals: Terminals,
-    /// What keeps inputs and outputs in step.
+    /// Synchronisation of inputs and outputs.
     #[serde(default)]
     pub clock: CardClock,
-    /// Rate at which a card with one converter goes from input to input, Hz; absent for a card with a converter for each
+    /// Rate at which a card with a single converter switches from input to input, Hz; absent for a card with one converter per
     /// input.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convert_hz: Option<f64>,
-    /// How far ahead of the converter the output is written, s.
+    /// Time by which the output is written ahead of the converter, s.
     #[serde(default = "Nidaqmx::default_lead_s")]
     pub lead_s: f64,
     /// Counter of the encoder.
     #[serde(default = "Nidaqmx::default_counter")]
     pub counter: String,
-    /// Port whose lines are the inputs that `[gpio]` numbers.
+    /// Port of the input lines numbered in `[gpio]`.
     #[serde(default)]
     pub input_port: u8,
-    /// Port whose lines are the outputs that `[gpio]` numbers.
+    /// Port of the output lines numbered in `[gpio]`.
     #[serde(default = "Nidaqmx::default_output_port")]
     pub output_port: u8,
 }

@@ -9,13 +9,13 @@ use super::refused::{Refused, within};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Plate {
-    /// Name that tells this plate from others of its kind.
+    /// Name that distinguishes this plate from others of its kind.
     pub id: String,
-    /// Resonance of the driven mode, Hz; the carrier of protocols that ask for it.
+    /// Resonance of the driven mode, Hz; the carrier of protocols that request the plate's resonance.
     pub resonance_hz: f64,
     /// Modal mass, kg.
     pub modal_mass_kg: f64,
-    /// Relative standard error of the modal mass; 0, as if it were exact, by default.
+    /// Relative standard error of the modal mass; 0 by default, as for an exact value.
     #[serde(default)]
     pub modal_mass_relative_error: f64,
     /// Force factor γ: f_a = γ U_a, N/V.
@@ -27,7 +27,7 @@ pub struct Plate {
     /// Heat capacity, J/K; 14 J/K by default, an assumption: 17 g of glass.
     #[serde(default = "Plate::default_heat_capacity")]
     pub heat_capacity_j_per_k: f64,
-    /// Heat that the plate loses to the room, W/K; 0.1 W/K by default (an assumption).
+    /// Heat loss of the plate to the room, W/K; 0.1 W/K by default (an assumption).
     #[serde(default = "Plate::default_heat_loss")]
     pub heat_loss_w_per_k: f64,
     /// Temperature of the room, °C.

@@ -16,9 +16,9 @@ const MANY: f64 = 1000.0;
 pub struct Quantity {
     /// The value.
     pub value: f64,
-    /// Standard error, all known contributions included.
+    /// Standard error, including all known contributions.
     pub standard_error: f64,
-    /// Degrees of freedom behind the standard error.
+    /// Degrees of freedom of the standard error.
     pub degrees_of_freedom: usize,
     /// Unit of value and standard error.
     pub unit: String,
@@ -106,7 +106,7 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// Who measured, when and how.
+/// Operator, date and method of a measurement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::refused::{Refused, within};
 
-/// Sound layer that streams are opened on.
+/// Sound layer on which streams are opened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
@@ -13,7 +13,7 @@ pub enum AudioHost {
     Native,
     /// A JACK server.
     Jack,
-    /// A data acquisition card of National Instruments, through its NI-DAQmx library.
+    /// A National Instruments data acquisition card, through its NI-DAQmx library.
     Nidaqmx,
 }
 
@@ -48,12 +48,12 @@ pub struct Audio {
     pub output_channels: u16,
     /// Number of channels of the input stream; all of them are recorded.
     pub input_channels: u16,
-    /// Frames per callback; the device's own choice when absent.
+    /// Frames per callback; chosen by the device if absent.
     pub buffer_frames: Option<u32>,
-    /// Length of the ring that holds audio while a disk stalls, s.
+    /// Length of the ring buffer for audio while a disk stalls, s.
     #[serde(default = "Audio::default_ring_s")]
     pub ring_s: f64,
-    /// Whether the program's memory is kept from being paged out; a bench that may not do so is refused.
+    /// Whether the program's memory is locked against being paged out; a bench that lacks the permission is refused.
     #[serde(default)]
     pub lock_memory: bool,
 }
@@ -89,7 +89,7 @@ impl OutputChannel {
     }
 }
 
-/// `[channels]`: which inputs read the drive and the pickup, and in which units.
+/// `[channels]`: inputs that read the drive and the pickup, and their units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -146,7 +146,7 @@ pub struct DriveInput {
     pub index: u16,
     /// Actuator volts per sample value.
     pub volts_per_unit: f64,
-    /// |sample| from which on the input counts as clipped, as a share of full scale.
+    /// |sample| at and above which the input counts as clipped, as a share of full scale.
     #[serde(default = "default_clip_units")]
     pub clip_units: f64,
 }
@@ -167,7 +167,7 @@ pub struct PickupInput {
     pub metres_per_unit: f64,
     /// Phase to add to the pickup's samples, rad.
     pub phase_rad: f64,
-    /// |sample| from which on the input counts as clipped, as a share of full scale.
+    /// |sample| at and above which the input counts as clipped, as a share of full scale.
     #[serde(default = "default_clip_units")]
     pub clip_units: f64,
 }

@@ -1,6 +1,6 @@
 use crate::error::{ModelError, positive};
 
-/// Constants of finger and air that the method assumes. σ_t, Z_t and τ are conditional on these; friction hardly is
+/// Assumed constants of finger and air. σ_t, Z_t and τ are conditional on them; friction hardly depends on them
 /// (see `estimation::Sensitivities`). Every result prints them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AssumedConstants {
@@ -20,7 +20,7 @@ pub struct AssumedConstants {
 }
 
 impl AssumedConstants {
-    /// What estimation from measurements assumes; also the [`Default`].
+    /// Constants for estimation from measurements; also the [`Default`].
     pub const ESTIMATION: Self = Self {
         q0_rad_per_m: 1.4e4,
         poisson_ratio: 0.5,
@@ -29,7 +29,7 @@ impl AssumedConstants {
         ambient_pressure_pa: 101_325.0,
         loss_factor: 0.3,
     };
-    /// What the published model figures assume: [`ESTIMATION`](Self::ESTIMATION) but S = 314 mm².
+    /// Constants of the published model figures: [`ESTIMATION`](Self::ESTIMATION) except S = 314 mm².
     pub const FIGURES: Self = Self {
         contact_area_m2: 314e-6,
         ..Self::ESTIMATION
@@ -49,7 +49,7 @@ impl AssumedConstants {
     /// Returns these constants.
     ///
     /// # Errors
-    /// If one is outside of what it can physically be.
+    /// If one is outside its physical range.
     pub fn validated(&self) -> Result<&Self, ModelError> {
         positive("q0", "rad/m", self.q0_rad_per_m)?;
         positive("Young's modulus", "Pa", self.young_modulus_pa)?;

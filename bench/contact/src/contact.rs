@@ -5,7 +5,7 @@ use crate::error::{ModelError, not_negative, positive, same_length};
 use crate::parameters::ContactSlopes;
 use crate::root::{Jet, increasing_root};
 
-/// Just above (1 − 1/e)^(−1/2): a film that leaves the asperities 1/e or less needs a gap no larger than this times
+/// Just above (1 − 1/e)^(−1/2): if the asperities carry at most 1/e of the force, the gap is no larger than this times
 /// √load.
 const LIFTED: f64 = 1.257_767;
 
@@ -38,7 +38,7 @@ pub struct Contact {
     squeeze_n: f64,
 }
 
-/// Solves the gap equation for each sample's contact, amplitude and normal force, each started from the two samples before.
+/// Solves the gap equation for each sample's contact, amplitude and normal force, each started from the two previous samples.
 ///
 /// # Errors
 /// The error of the first sample without a gap, with its index; `gap_m` is then filled up to it.
@@ -46,7 +46,7 @@ pub fn equilibrium_gaps(
     loads: impl Iterator<Item = (Contact, f64, f64)>,
     gap_m: &mut [f64],
 ) -> Result<(), ModelError> {
-    // Extrapolated from the two samples before; the first has only what the solver starts from by itself.
+    // Extrapolate from the two previous samples; NaN makes the solver choose its own start for the first.
     let (mut last_m, mut before_m) = (f64::NAN, f64::NAN);
     for (index, (gap, (contact, a, n))) in gap_m.iter_mut().zip(loads).enumerate() {
         let solved = contact.equilibrium_gap_from(a, n, 2.0 * last_m - before_m);
@@ -59,19 +59,19 @@ pub fn equilibrium_gaps(
     Ok(())
 }
 
-/// The gap that [`Contact::gap_from_balance_stiffness`] found, and how far it can be trusted.
+/// Gap found by [`Contact::gap_from_balance_stiffness`], and its position on the stiffness curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InvertedGap {
     /// Gap ⟨x_t⟩, m.
     pub gap_m: f64,
-    /// Where on the stiffness curve the gap lies.
+    /// Branch of the stiffness curve on which the gap lies.
     pub branch: StiffnessBranch,
 }
 
-/// Where on the curve of stiffness over gap an inverted gap lies.
+/// Branch of the curve of stiffness over gap on which an inverted gap lies.
 ///
-/// Eq. 18 in force balance falls monotonically in the gap wherever x > 2 σ_t. Only for a finger pressed so hard that
-/// x_t⁰ < 2 σ_t does it not: there the stiffness first rises from ⟨f_c⟩/σ_t to a maximum at some x < 2 σ_t, then falls.
+/// Eq. 18 in force balance falls monotonically in the gap wherever x > 2 σ_t. The exception is a finger pressed so hard that
+/// x_t⁰ < 2 σ_t: there the stiffness first rises from ⟨f_c⟩/σ_t to a maximum at some x < 2 σ_t, then falls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StiffnessBranch {
     /// The only gap with this stiffness.
@@ -81,12 +81,12 @@ pub enum StiffnessBranch {
         /// The other gap, m, between x_t⁰ and the maximum.
         smaller_gap_m: f64,
     },
-    /// Stiffer than the model allows at this normal force: the gap of the greatest stiffness is reported, which is x_t⁰
-    /// unless x_t⁰ < 2 σ_t. Noise near rest does this.
+    /// Stiffer than the model allows at this normal force. The gap of the greatest stiffness is reported, which is x_t⁰
+    /// unless x_t⁰ < 2 σ_t. Noise near rest causes this.
     AboveMaximum,
 }
 
-/// Counts of the samples whose gap is not unique, or does not exist.
+/// Counts of the samples with a gap that is not unique or does not exist.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct InversionCounts {
     /// Samples with [`StiffnessBranch::Ambiguous`].
@@ -98,7 +98,7 @@ pub struct InversionCounts {
 }
 
 impl InversionCounts {
-    /// Counts an inversion that took this branch.
+    /// Counts an inversion on this branch.
     pub fn count(&mut self, branch: StiffnessBranch) {
         match branch {
             StiffnessBranch::Unique => {}
@@ -109,10 +109,10 @@ impl InversionCounts {
 }
 
 impl Contact {
-    /// Creates a contact of known σ_t, m.
+    /// Creates a contact with a known σ_t, m.
     ///
     /// # Errors
-    /// If σ_t or an assumed constant is out of its physical range.
+    /// If σ_t or an assumed constant is outside its physical range.
     pub fn new(assumed: &AssumedConstants, sigma_t_m: f64) -> Result<Self, ModelError> {
         assumed.validated()?;
         positive("sigma_t", "m", sigma_t_m)?;
@@ -124,7 +124,7 @@ impl Contact {
         })
     }
 
-    /// Returns the contact whose area is `ratio` times as large.
+    /// Returns the contact with its area multiplied by `ratio`.
     pub fn with_area_ratio(&self, ratio: f64) -> Self {
         Self {
             assumed: AssumedConstants {
@@ -137,7 +137,7 @@ impl Contact {
         }
     }
 
-    /// Returns the contact whose σ_t is `ratio` times as large; p_c/σ_t does not depend on it.
+    /// Returns the contact with σ_t multiplied by `ratio`; p_c/σ_t does not depend on it.
     pub fn with_sigma_ratio(&self, ratio: f64) -> Self {
         Self {
             sigma_t_m: self.sigma_t_m * ratio,
@@ -173,7 +173,7 @@ impl Contact {
     /// Returns the gap at rest x_t⁰ = σ_t ln(p_c S/⟨f_c⟩), m (Huloux 2021, Eq. 16).
     ///
     /// # Errors
-    /// If the force is not positive, or so great that the asperity law would need a gap at or below zero.
+    /// If the force is not positive, or so large that the asperity law would need a gap at or below zero.
     pub fn rest_gap_m(&self, normal_n: f64) -> Result<f64, ModelError> {
         positive("normal force", "N", normal_n)?;
         let limit_n = self.asperity_limit_n();
@@ -201,13 +201,13 @@ impl Contact {
     /// (`tests/model.rs`, against scipy's `brentq`; `tests/properties.rs`, against bisection).
     ///
     /// # Errors
-    /// As [`rest_gap_m`](Self::rest_gap_m), or if the amplitude is negative or not finite.
+    /// Same as [`rest_gap_m`](Self::rest_gap_m), or if the amplitude is negative or not finite.
     pub fn equilibrium_gap_m(&self, amplitude_m: f64, normal_n: f64) -> Result<f64, ModelError> {
         self.equilibrium_gap_from(amplitude_m, normal_n, f64::NAN)
     }
 
     /// Solves [`equilibrium_gap_m`](Self::equilibrium_gap_m) for each sample of a record, each started from the two
-    /// before.
+    /// previous ones.
     ///
     /// # Errors
     /// The error of the first sample without a gap, with its index; `gap_m` is then filled up to it.
@@ -245,7 +245,7 @@ impl Contact {
         }
         let free = load.sqrt();
         let lo = rest.max(free);
-        // One σ_t above rest the asperities have lost 1 − 1/e of the force.
+        // One σ_t above rest the asperities carry 1/e of the force.
         let hi = (rest + 1.0).max(free * LIFTED);
         let extrapolated = start_m / self.sigma_t_m;
         let start = if extrapolated.is_nan() {
@@ -266,7 +266,7 @@ impl Contact {
         Ok(u * self.sigma_t_m)
     }
 
-    /// Returns how [`equilibrium_gap_m`](Self::equilibrium_gap_m) depends on the contact at its solution `gap_m`, m.
+    /// Returns the derivatives of [`equilibrium_gap_m`](Self::equilibrium_gap_m) by the contact at its solution `gap_m`, m.
     pub fn equilibrium_gap_slopes_m(&self, gap_m: f64, normal_n: f64) -> ContactSlopes {
         let u = gap_m / self.sigma_t_m;
         let carried = self.asperity_force_n(gap_m) / normal_n;
@@ -287,7 +287,7 @@ impl Contact {
             + 2.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m
     }
 
-    /// ∂k_c/∂x of [`stiffness_n_per_m`](Self::stiffness_n_per_m), N/m², negative at every gap.
+    /// Returns ∂k_c/∂x of [`stiffness_n_per_m`](Self::stiffness_n_per_m), N/m², negative at every gap.
     pub fn stiffness_slope_n_per_m2(&self, gap_m: f64, amplitude_m: f64) -> f64 {
         let asperity = self.asperity_n_per_m * (-gap_m / self.sigma_t_m).exp();
         -asperity / self.sigma_t_m - 6.0 * self.squeeze_force_n(gap_m, amplitude_m) / gap_m.powi(2)
@@ -299,14 +299,15 @@ impl Contact {
         asperity_n / self.sigma_t_m + 2.0 * (normal_n - asperity_n) / gap_m
     }
 
-    /// ∂k_c/∂x of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m), N/m².
+    /// Returns ∂k_c/∂x of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m), N/m².
     pub fn balance_stiffness_slope_n_per_m2(&self, gap_m: f64, normal_n: f64) -> f64 {
         let asperity_n = self.asperity_force_n(gap_m);
         asperity_n / self.sigma_t_m * (2.0 / gap_m - 1.0 / self.sigma_t_m)
             - 2.0 * (normal_n - asperity_n) / gap_m.powi(2)
     }
 
-    /// Returns how [`stiffness_n_per_m`](Self::stiffness_n_per_m) depends on the contact at constant gap and amplitude, N/m.
+    /// Returns the derivatives of [`stiffness_n_per_m`](Self::stiffness_n_per_m) by the contact at constant gap and amplitude,
+    /// N/m.
     pub fn stiffness_slopes_n_per_m(&self, gap_m: f64, amplitude_m: f64) -> ContactSlopes {
         let u = gap_m / self.sigma_t_m;
         let asperity = self.asperity_n_per_m * (-u).exp();
@@ -320,8 +321,8 @@ impl Contact {
         }
     }
 
-    /// Returns how [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) depends on the contact at constant gap and
-    /// normal force, N/m.
+    /// Returns the derivatives of [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) by the contact at constant
+    /// gap and normal force, N/m.
     pub fn balance_stiffness_slopes_n_per_m(&self, gap_m: f64) -> ContactSlopes {
         let u = gap_m / self.sigma_t_m;
         let asperity = self.asperity_n_per_m * (-u).exp();
@@ -335,11 +336,11 @@ impl Contact {
         }
     }
 
-    /// Returns the gap whose [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) is `k_c_n_per_m`: the
-    /// published way from measured stiffness to gap, which assumes a steady state.
+    /// Returns the gap at which [`balance_stiffness_n_per_m`](Self::balance_stiffness_n_per_m) is `k_c_n_per_m`: the
+    /// published inversion of a measured stiffness, which assumes a steady state.
     ///
     /// # Errors
-    /// As [`rest_gap_m`](Self::rest_gap_m), or if the stiffness is not positive.
+    /// Same as [`rest_gap_m`](Self::rest_gap_m), or if the stiffness is not positive.
     pub fn gap_from_balance_stiffness(
         &self,
         k_c_n_per_m: f64,
@@ -364,7 +365,7 @@ impl Contact {
             let (value, slope, curvature) = excess(u);
             (-value, -slope, -curvature)
         };
-        // What rounding can do to a stiffness that is that of rest, or the greatest: f_s is a difference there.
+        // Rounding error of a stiffness at rest or at the maximum, where f_s is a difference.
         let rounding = 4.0 * f64::EPSILON * (1.0 + 2.0 / rest);
         let peak = stiffest_gap(rest);
         let found = |u: f64, branch| {
@@ -381,7 +382,7 @@ impl Contact {
             };
             return found(peak, branch);
         }
-        // Each of the two terms is below half the target beyond its own bound.
+        // Beyond its own bound, each of the two terms is below half the target.
         let hi = (4.0 / relative)
             .min(f64::MAX)
             .max(rest - (0.5 * relative).ln())
@@ -399,8 +400,8 @@ impl Contact {
         found(u, StiffnessBranch::Unique)
     }
 
-    /// Inverts as [`gap_from_balance_stiffness`](Self::gap_from_balance_stiffness) each sample of a record at one
-    /// normal force; a sample without a gap becomes NaN and is counted.
+    /// Inverts each sample of a record at one normal force, like
+    /// [`gap_from_balance_stiffness`](Self::gap_from_balance_stiffness); a sample without a gap becomes NaN and is counted.
     ///
     /// # Errors
     /// If the normal force has no gap at rest, or the slices differ in length.
@@ -428,8 +429,8 @@ impl Contact {
         Ok(counts)
     }
 
-    /// Returns the gap whose [`stiffness_n_per_m`](Self::stiffness_n_per_m) at this amplitude is `k_c_n_per_m`, m: no
-    /// normal force and no steady state needed, and one gap for every stiffness.
+    /// Returns the gap at which [`stiffness_n_per_m`](Self::stiffness_n_per_m) is `k_c_n_per_m` at this amplitude, m. It needs
+    /// neither the normal force nor a steady state, and is unique for every stiffness.
     ///
     /// # Errors
     /// If the amplitude is negative, the stiffness not positive, or, at zero amplitude, the stiffness not below p_c
@@ -451,7 +452,7 @@ impl Contact {
                 limit_n_per_m: self.asperity_n_per_m,
             });
         }
-        // Either term alone gives a lower bound, each at half the target an upper one.
+        // Either term alone gives a lower bound; each term at half the target gives an upper bound.
         let alone = |target: f64| {
             (self.asperity_n_per_m / target)
                 .ln()
@@ -470,12 +471,12 @@ impl Contact {
         Ok(u * self.sigma_t_m)
     }
 
-    /// Returns μ/μ0 = exp((x_t⁰ − x)/σ_t), the share of the normal force that asperities carry (Huloux 2021, Eq. 19).
+    /// Returns μ/μ0 = exp((x_t⁰ − x)/σ_t), the fraction of the normal force carried by the asperities (Huloux 2021, Eq. 19).
     pub fn friction_ratio(&self, gap_m: f64, normal_n: f64) -> f64 {
         self.asperity_force_n(gap_m) / normal_n
     }
 
-    /// Returns how [`friction_ratio`](Self::friction_ratio) depends on the contact at a given gap.
+    /// Returns the derivatives of [`friction_ratio`](Self::friction_ratio) by the contact at a given gap.
     pub fn friction_ratio_slopes(&self, gap_m: f64, normal_n: f64) -> ContactSlopes {
         let ratio = self.friction_ratio(gap_m, normal_n);
         ContactSlopes {
@@ -493,7 +494,7 @@ impl Contact {
     }
 }
 
-/// Returns the gap of greatest stiffness in force balance, both in σ_t: rest itself, or short of 2 when rest is.
+/// Returns the gap of greatest stiffness in force balance for a gap at rest, both in σ_t: rest itself from 2 on, else below 2.
 fn stiffest_gap(rest: f64) -> f64 {
     if rest >= 2.0 {
         return rest;

@@ -1,12 +1,12 @@
-//! What the model refuses, and how it says so.
+//! Errors for inputs that the contact model rejects.
 
 use thiserror::Error;
 
-/// An input for which the contact model has no answer, and the assumption that failed.
+/// An input outside the contact model's domain, and the assumption that failed.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// A parameter or a sample lies outside what it can physically be.
+    /// A parameter or a sample lies outside its physical range.
     #[error("{name} = {value} {unit}: must be {limit}")]
     OutOfRange {
         /// Name of the quantity.
@@ -15,11 +15,11 @@ pub enum ModelError {
         value: f64,
         /// SI unit of `value`.
         unit: &'static str,
-        /// Values that are accepted.
+        /// Accepted values.
         limit: &'static str,
     },
-    /// x_t⁰ ≤ 0: the exponential asperity law (Huloux 2021, Eq. 15) carries at most p_c S, and the finger presses
-    /// harder.
+    /// x_t⁰ ≤ 0: the exponential asperity law (Huloux 2021, Eq. 15) carries at most p_c S, and the normal force is
+    /// larger.
     #[error(
         "normal force {normal_n} N is not below p_c S = {limit_n} N, the most that the asperities carry \
          (Huloux 2021, Eq. 15): the gap at rest would be {rest_gap_m} m; sigma_t, q0, E or S is too small"
@@ -29,7 +29,7 @@ pub enum ModelError {
         normal_n: f64,
         /// p_c S, N.
         limit_n: f64,
-        /// Gap at rest that would follow, σ_t ln(p_c S/⟨f_c⟩), m.
+        /// Gap at rest that the law would give, σ_t ln(p_c S/⟨f_c⟩), m.
         rest_gap_m: f64,
     },
     /// No positive gap has this stiffness: the measured k_c is not positive, or exceeds the asperities' p_c S/σ_t.
@@ -38,7 +38,7 @@ pub enum ModelError {
          the plate or tissue impedance behind it is wrong, or noise exceeds the contact's share of Z_m"
     )]
     NoGapForStiffness {
-        /// The stiffness asked for, N/m.
+        /// Stiffness to invert, N/m.
         k_c_n_per_m: f64,
         /// Greatest stiffness of the contact model, N/m.
         limit_n_per_m: f64,
@@ -100,7 +100,7 @@ pub fn not_negative(name: &'static str, unit: &'static str, value: f64) -> Resul
 /// Compares the lengths of slices of the same samples.
 ///
 /// # Errors
-/// If `got` is not as expected.
+/// If `got` differs from `expected`.
 pub fn same_length(name: &'static str, got: usize, expected: usize) -> Result<(), ModelError> {
     if got == expected {
         Ok(())

@@ -10,10 +10,10 @@ use crate::parameters::{
 };
 use crate::residual_noise::ResidualNoise;
 
-/// A finger whose σ_t, Z_t and τ are known: all that samples beyond the fitted instance need.
+/// A finger with known σ_t, Z_t and τ, as needed for samples beyond the fitted instance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FittedFinger {
-    /// From a sample's impedance to stiffness, gap and friction.
+    /// Inversion of a sample's impedance to stiffness, gap and friction.
     pub inversion: Inversion<PARAMETERS>,
     /// Levitation lag τ, s.
     pub tau_s: f64,
@@ -21,7 +21,7 @@ pub struct FittedFinger {
     pub z_m_noise: ResidualNoise,
 }
 
-/// Gap and what follows from it at one sample, with everything they depend on.
+/// Gap and derived quantities at one sample, with their derivatives.
 #[derive(Clone, Copy)]
 pub(crate) struct SampleReading {
     pub(crate) k_c: Dependent<PARAMETERS>,
@@ -29,7 +29,7 @@ pub(crate) struct SampleReading {
 }
 
 impl FittedFinger {
-    /// Creates a finger from known parameters instead of a fit: standard errors are unknown and read infinite.
+    /// Creates a finger from known parameters instead of a fit. The standard errors are unknown and returned as infinite.
     ///
     /// # Errors
     /// If τ is negative or the carrier frequency not positive.
@@ -71,7 +71,7 @@ impl FittedFinger {
         self.inversion.z_t
     }
 
-    /// Returns Z_p of the unloaded plate, envelope-corrected and with the offset that was fitted, N·s/m.
+    /// Returns Z_p of the unloaded plate, envelope-corrected and with the fitted offset, N·s/m.
     pub fn z_p_n_s_per_m(&self) -> Complex64 {
         self.inversion.z_p
     }
@@ -107,8 +107,8 @@ impl FittedFinger {
         Ok(SampleReading { k_c, gap })
     }
 
-    /// Returns f_c = p_c S e^(−x_eq/σ_t) + (5/4) p0 S |x̃_p|²/x_eq² with x_eq = x + τ dx/dt, the slope being Σ weight ·
-    /// gap/interval over the samples of `history`. `now` is the index of the current one.
+    /// Returns f_c = p_c S e^(−x_eq/σ_t) + (5/4) p0 S |x̃_p|²/x_eq² with x_eq = x + τ dx/dt, where the slope is Σ weight ·
+    /// gap/interval over the samples of `history`. `now` is the index of the current sample.
     pub(crate) fn normal_force(
         &self,
         history: &[Dependent<PARAMETERS>],

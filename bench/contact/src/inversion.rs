@@ -1,4 +1,4 @@
-//! From a sample's impedance to stiffness, gap and friction, with standard errors by the delta method.
+//! Inversion of a sample's impedance to stiffness, gap and friction, with standard errors by the delta method.
 
 use nalgebra::{SMatrix, SVector};
 use num_complex::Complex64;
@@ -8,7 +8,7 @@ use crate::error::ModelError;
 use crate::harmonic::{contact_from_observed, stiffness_n_per_m};
 use crate::parameters::{ContactSlopes, LoadSlopes};
 
-/// A quantity of one sample with what it depends on: the fitted parameters, the first of them ln σ_t, and the noise of
+/// A quantity of one sample with its derivatives by the fitted parameters, the first of them ln σ_t, and its noise from
 /// that sample's impedance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dependent<const N: usize> {
@@ -16,12 +16,12 @@ pub struct Dependent<const N: usize> {
     pub value: f64,
     /// ∂value/∂parameter.
     pub slopes: SVector<f64, N>,
-    /// Standard deviation by the sample's own noise.
+    /// Standard deviation due to the sample's own noise.
     pub noise: f64,
 }
 
 impl<const N: usize> Dependent<N> {
-    /// Returns a quantity of which nothing is known: NaN throughout.
+    /// Returns an unknown quantity: NaN throughout.
     pub fn unknown() -> Self {
         Self {
             value: f64::NAN,
@@ -31,12 +31,12 @@ impl<const N: usize> Dependent<N> {
     }
 }
 
-/// From the measured impedance to stiffness, gap and friction with fitted parameters and their covariance.
+/// Inversion of the measured impedance to stiffness, gap and friction, with fitted parameters and their covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inversion<const N: usize> {
     /// The contact with its σ_t.
     pub contact: Contact,
-    /// How the load of the sample depends on parameters; nothing where it does not.
+    /// Derivatives of the sample's load by parameters; zero where it does not depend on them.
     pub load: LoadSlopes,
     /// Angular frequency of the carrier, rad/s.
     pub carrier_rad_per_s: f64,
@@ -48,20 +48,20 @@ pub struct Inversion<const N: usize> {
     pub z_t_slopes: [Complex64; N],
     /// ∂Z_p/∂parameter.
     pub z_p_slopes: [Complex64; N],
-    /// The finger's part of Z_m as it is measured, over what it is.
+    /// Ratio of the measured to the true finger part of Z_m.
     pub finger_scale: Complex64,
     /// ∂ ln `finger_scale`/∂parameter.
     pub finger_slopes: [Complex64; N],
-    /// What other modes of the plate add to the mobility of that part, m/(N·s).
+    /// Mobility that other modes of the plate add to the finger's part of Z_m, m/(N·s).
     pub residual_mobility: Complex64,
-    /// ∂ `residual_mobility`/∂parameter.
+    /// ∂`residual_mobility`/∂parameter.
     pub residual_slopes: [Complex64; N],
     /// Covariance of the parameters; `None` if unknown or infinite.
     pub covariance: Option<SMatrix<f64, N, N>>,
 }
 
 impl<const N: usize> Inversion<N> {
-    /// Returns the standard error of a quantity, by the parameters' covariance and the sample's noise.
+    /// Returns the standard error of a quantity from the parameters' covariance and the sample's noise.
     pub fn std(&self, quantity: &Dependent<N>) -> f64 {
         self.covariance.map_or(f64::INFINITY, |c| {
             (quantity.slopes.dot(&(c * quantity.slopes)) + quantity.noise.powi(2)).sqrt()
@@ -134,7 +134,7 @@ impl<const N: usize> Inversion<N> {
         }
     }
 
-    /// Returns the gap that a stiffness implies, where at a given gap the stiffness depends on the contact as `at_gap` says.
+    /// Returns the gap implied by a stiffness; `at_gap` gives the derivatives of the stiffness by the contact at a given gap.
     fn implicit(
         &self,
         gap_m: f64,
@@ -160,7 +160,7 @@ mod tests {
 
     const Z_M: Complex64 = Complex64::new(7.9, 2.1);
 
-    /// Of Re and Im of Z_p, of Z_t, of the scale's logarithm and of the residual mobility.
+    /// Real and imaginary parts of Z_p, of Z_t, of the scale's logarithm and of the residual mobility.
     const PARAMETERS: usize = 8;
 
     fn inversion(at: [f64; PARAMETERS]) -> Inversion<PARAMETERS> {
@@ -203,7 +203,7 @@ mod tests {
         }
     }
 
-    /// A finger beside another mode: 1/(1/Z + Y), and back.
+    /// A finger on a plate with another mode has 1/(1/Z + Y), which the inversion undoes.
     #[test]
     fn what_another_mode_adds_is_taken_off() {
         let of = |mobility: Complex64| {

@@ -1,5 +1,5 @@
-//! Contact and levitation of a fingertip on an ultrasonic plate: the model, and its inversion, with all derivatives. The
-//! methods that find its parameters are the package `estimation`.
+//! Contact and levitation of a fingertip on an ultrasonic plate: the model and its inversion, with all derivatives. The
+//! package `estimation` estimates the model's parameters.
 //!
 //! N. Huloux, C. Bernard, M. Wiertlewski, "Estimating Friction Modulation From the Ultrasonic Mechanical Impedance",
 //! IEEE Trans. Haptics 14(2), 2021, doi 10.1109/TOH.2020.3038937; cited as `Huloux 2021, Eq. n`.
@@ -8,24 +8,24 @@
 //! ```text
 //!  ⟨f_c⟩ [1 − exp((x_t⁰ − x)/σ_t)] = (5/4) p0 S |x̃_p|² / x²        Huloux 2021, Eq. 17
 //! ```
-//! The squeeze film carries what the asperities no longer do. [`Contact::equilibrium_gap_m`] solves the equation.
+//! The squeeze film carries the force that the asperities no longer carry. [`Contact::equilibrium_gap_m`] solves the equation.
 //!
-//! | what | equation | where |
+//! | topic | equation | item |
 //! | --- | --- | --- |
 //! | plate, contact, tissue at the carrier; Z_m ↔ Z_c; Z_t at rest | 4–12, 21 | [`harmonic`] |
 //! | film and asperity force, gap at rest, equilibrium gap | 13–17 | [`Contact`] |
 //! | stiffness k_c and the gap from it | 18 | [`Contact::stiffness_n_per_m`], [`Contact::gap_from_balance_stiffness`], [`Contact::gap_from_stiffness_m`] |
 //! | friction μ/μ0 | 19 | [`Contact::friction_ratio`] |
-//! | from a sample's Z_m to stiffness, gap and friction, with errors | | [`inversion`] |
-//! | what depends on which parameter, in which order | | [`parameters`] |
+//! | inversion of a sample's Z_m to stiffness, gap and friction, with errors | | [`inversion`] |
+//! | order of the parameters, and dependence on them | | [`parameters`] |
 //! | normal force without a sensor | | [`self_sensed`] |
 //! | frame by frame | | [`live_estimator`] |
 //! | the plate's resonance, tracked while the finger slides | | [`plate_tracker`] |
 //!
 //! # Conventions
 //! SI units, named in identifiers. Envelopes are peak values with exp(+iωt); impedance is force over velocity, N·s/m. A
-//! gap is ⟨x_t⟩, averaged over a carrier period, m. No input or output, no threads: `clippy.toml` beside this crate's
-//! `Cargo.toml` disallows them. Nothing is random.
+//! gap is ⟨x_t⟩, averaged over a carrier period, m. No input or output, no threads: `clippy.toml` next to this crate's
+//! `Cargo.toml` disallows them. All results are deterministic.
 
 mod assumed;
 pub mod calibration_errors;

@@ -8,7 +8,7 @@ use crate::inversion::Dependent;
 use crate::parameters::{IM_OFFSET, PARAMETERS, RE_OFFSET};
 pub use crate::uncertain::Uncertain;
 
-/// Slope at the last of five samples, oldest first, least squares of a parabola, per interval: no delay.
+/// Weights for the slope per interval at the last of five samples, oldest first, by a least-squares parabola: no delay.
 const CAUSAL_SLOPE: [f64; FRAMES] = [
     26.0 / 70.0,
     -27.0 / 70.0,
@@ -25,7 +25,7 @@ pub struct LiveFrame {
     pub z_m_corrected_n_s_per_m: Complex64,
     /// Vibration amplitude |x̃_p|, peak, m.
     pub amplitude_m: f64,
-    /// Measured normal force, N, if there is a sensor: μ/μ0 then refers to it, else to the self-sensed force.
+    /// Measured normal force, N, if there is a sensor. μ/μ0 refers to it, or else to the self-sensed force.
     pub normal_n: Option<f64>,
 }
 
@@ -36,13 +36,13 @@ pub struct LiveEstimate {
     pub k_c_n_per_m: Uncertain,
     /// Levitation gap ⟨x_t⟩, m.
     pub gap_m: Uncertain,
-    /// Friction ratio μ/μ0; `None` without a force sensor until five frames are in.
+    /// Friction ratio μ/μ0; `None` without a force sensor until five frames have been read.
     pub mu_ratio: Option<Uncertain>,
-    /// Self-sensed normal force, N; `None` until five frames are in.
+    /// Self-sensed normal force, N; `None` until five frames have been read.
     pub self_sensed_normal_n: Option<Uncertain>,
 }
 
-/// Estimator of stiffness, gap and friction at each frame from that frame and the four before; allocates nothing.
+/// Estimator of stiffness, gap and friction at each frame from that frame and the four before; does not allocate.
 ///
 /// ```
 /// use contact::live_estimator::{LiveEstimator, LiveFrame};
@@ -91,20 +91,20 @@ impl LiveEstimator {
         })
     }
 
-    /// Continues with the parameters of a newer fit; earlier frames are forgotten.
+    /// Continues with the parameters of a newer fit and discards earlier frames.
     pub fn refit(&mut self, finger: FittedFinger) {
         self.finger = finger;
         self.reset();
     }
 
-    /// Reads the frames from now on on a plate whose reactance Im Z_p, N·s/m, is this one. Its error goes into those of
-    /// the estimates in place of that of the fitted offset, and independently of the other parameters.
+    /// Sets the plate's reactance Im Z_p, N·s/m, for the following frames. Its error replaces that of the fitted offset in the
+    /// errors of the estimates, independently of the other parameters.
     pub fn move_plate(&mut self, reactance_n_s_per_m: Uncertain) {
         self.finger.inversion.z_p.im = reactance_n_s_per_m.value;
         self.know(IM_OFFSET, reactance_n_s_per_m.std);
     }
 
-    /// Reads the frames from now on on a plate whose damping Re Z_p, N·s/m, is this one, with its error as that of the
+    /// Sets the plate's damping Re Z_p, N·s/m, for the following frames, with its error treated like that of the
     /// [reactance](Self::move_plate).
     pub fn damp_plate(&mut self, resistance_n_s_per_m: Uncertain) {
         self.finger.inversion.z_p.re = resistance_n_s_per_m.value;
@@ -119,7 +119,7 @@ impl LiveEstimator {
         }
     }
 
-    /// Forgets earlier frames: to be called when frames were lost or the finger was lifted.
+    /// Discards earlier frames; call it when frames were lost or the finger was lifted.
     pub fn reset(&mut self) {
         self.filled = 0;
     }
@@ -127,7 +127,7 @@ impl LiveEstimator {
     /// Estimates the next frame.
     ///
     /// # Errors
-    /// If the frame has no gap; earlier frames are then forgotten.
+    /// If the frame has no gap; earlier frames are then discarded.
     pub fn update(&mut self, frame: &LiveFrame) -> Result<LiveEstimate, ModelError> {
         let reading = match self
             .finger
@@ -171,7 +171,7 @@ impl LiveEstimator {
         })
     }
 
-    /// Returns μ/μ0 where the normal force is itself an estimate.
+    /// Returns μ/μ0 for an estimated normal force.
     fn ratio_of(
         &self,
         gap: &Dependent<PARAMETERS>,

@@ -1,10 +1,10 @@
-//! The parameters of a finger on a plate, in the order in which every fit, slope and covariance has them.
+//! Parameters of a finger on a plate, in the order used by every fit, slope and covariance.
 
 use num_complex::Complex64;
 
 /// Number of parameters.
 pub const PARAMETERS: usize = 18;
-/// ln σ_t, σ_t in m. The first, so that a fit of σ_t alone has it in the same place.
+/// ln σ_t, σ_t in m. It comes first, so that a fit of σ_t alone has it at the same index.
 pub const LN_SIGMA_T: usize = 0;
 /// Re Z_t, N·s/m.
 pub const RE_Z_T: usize = 1;
@@ -12,7 +12,7 @@ pub const RE_Z_T: usize = 1;
 pub const IM_Z_T: usize = 2;
 /// τ, ms.
 pub const TAU_MS: usize = 3;
-/// Im of what is added to Z_p, N·s/m: a resonance that has moved.
+/// Imaginary part of the offset added to Z_p, N·s/m: a shift of the resonance.
 pub const IM_OFFSET: usize = 4;
 /// ln S, S in m².
 pub const LN_AREA: usize = 5;
@@ -20,36 +20,36 @@ pub const LN_AREA: usize = 5;
 pub const LN_Q0: usize = 6;
 /// ln η.
 pub const LN_LOSS_FACTOR: usize = 7;
-/// Re of what is added to Z_p, N·s/m: a damping that has changed.
+/// Real part of the offset added to Z_p, N·s/m: a change of the damping.
 pub const RE_OFFSET: usize = 8;
 
-/// ν of an area that grows as the normal force to the power of ν.
+/// Exponent ν of the area's growth with the normal force.
 pub const AREA_EXPONENT: usize = 9;
 /// Time over which the film averages the squared amplitude, ms.
 pub const FILM_MEAN_MS: usize = 10;
-/// Exponent with which τ grows with the gap.
+/// Exponent of τ's growth with the gap.
 pub const LAG_EXPONENT: usize = 11;
 
-/// ln of the amplitude under the finger over that at the pickup.
+/// ln of the ratio of the amplitude under the finger to that at the pickup.
 pub const LN_RATIO: usize = 12;
 
-/// Angle by which the finger's part of Z_m is turned, rad: what another mode of the plate does to it.
+/// Angle by which another mode of the plate rotates the finger's part of Z_m, rad.
 pub const FINGER_ANGLE: usize = 13;
 
-/// Imaginary part of what other modes of the plate add to the mobility of the finger's part of Z_m, m/(N·s).
+/// Imaginary part of the mobility that other modes of the plate add to the finger's part of Z_m, m/(N·s).
 pub const RESIDUAL_MOBILITY: usize = 14;
 
-/// ln of the finger's part of Z_m as it is measured over what it is: an error of calibration, 0 in every estimate.
+/// ln of the ratio of the measured to the true finger part of Z_m: an error of calibration, 0 in every estimate.
 pub const LN_FINGER: usize = 15;
 
-/// ln of the normal force over what is measured: likewise.
+/// ln of the ratio of the true to the measured normal force: an error of calibration, 0 in every estimate.
 pub const LN_FORCE: usize = 16;
 
 /// Imaginary part of the residual mobility by which other modes move the film, m/(N·s): 0 in every estimate.
-/// [`RESIDUAL_MOBILITY`] is what the finger's part of Z_m shows of it.
+/// [`RESIDUAL_MOBILITY`] is its effect on the finger's part of Z_m.
 pub const FILM_MOBILITY: usize = 17;
 
-/// The fits' unit of τ, s.
+/// Unit of τ in the fits, s.
 pub const MS: f64 = 1e-3;
 
 /// ∂Z_t/∂parameter.
@@ -67,7 +67,7 @@ pub const Z_P_SLOPES: [Complex64; PARAMETERS] = {
     slopes
 };
 
-/// ∂ ln of the finger's part of Z_m/∂parameter: force and velocity at the finger are both seen through the ratio.
+/// ∂ ln of the finger's part of Z_m/∂parameter: the ratio affects both force and velocity at the finger.
 pub const FINGER_SLOPES: [Complex64; PARAMETERS] = {
     let mut slopes = [Complex64::ZERO; PARAMETERS];
     slopes[LN_RATIO] = Complex64::new(2.0, 0.0);
@@ -76,41 +76,41 @@ pub const FINGER_SLOPES: [Complex64; PARAMETERS] = {
     slopes
 };
 
-/// ∂ of what other modes add to the mobility/∂parameter.
+/// ∂ of the mobility added by other modes/∂parameter.
 pub const RESIDUAL_SLOPES: [Complex64; PARAMETERS] = {
     let mut slopes = [Complex64::ZERO; PARAMETERS];
     slopes[RESIDUAL_MOBILITY] = Complex64::I;
     slopes
 };
 
-/// How a quantity of the contact depends on what the contact is made of, at a given gap, amplitude and normal force.
+/// Derivatives of a quantity of the contact by the contact's constants, at a given gap, amplitude and normal force.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ContactSlopes {
-    /// By ln σ_t.
+    /// Derivative by ln σ_t.
     pub by_ln_sigma_t: f64,
-    /// By ln S.
+    /// Derivative by ln S.
     pub by_ln_area: f64,
-    /// By ln q0.
+    /// Derivative by ln q0.
     pub by_ln_q0: f64,
-    /// By the logarithm of the squared amplitude that the film answers to.
+    /// Derivative by the logarithm of the film's effective squared amplitude.
     pub by_ln_film: f64,
-    /// By the logarithm of the normal force.
+    /// Derivative by the logarithm of the normal force.
     pub by_ln_force: f64,
 }
 
-/// How what acts on one sample depends on parameters.
+/// Derivatives of the load on one sample by parameters.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct LoadSlopes {
-    /// ∂ ln S/∂ν: ln of the normal force over that at which S holds.
+    /// ∂ ln S/∂ν: ln of the ratio of the normal force to that at which the area is S.
     pub ln_area_by_exponent: f64,
-    /// ∂ ln of the squared amplitude that the film answers to, by the time it averages over, 1/ms.
+    /// ∂ ln of the film's effective squared amplitude, by its averaging time, 1/ms.
     pub ln_film_by_mean_ms: f64,
-    /// ∂ ln of the squared amplitude that the film answers to, by the residual mobility of other modes, N·s/m.
+    /// ∂ ln of the film's effective squared amplitude, by the residual mobility of other modes, N·s/m.
     pub ln_film_by_mobility: f64,
 }
 
 impl ContactSlopes {
-    /// Returns the slope by a parameter of the whole order, of which a fit of fewer has the first ones.
+    /// Returns the slope by a parameter of the full order; a fit of fewer parameters has the first ones.
     pub fn by(&self, parameter: usize, load: &LoadSlopes) -> f64 {
         match parameter {
             LN_SIGMA_T => self.by_ln_sigma_t,

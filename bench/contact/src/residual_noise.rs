@@ -2,32 +2,32 @@
 
 use num_complex::Complex64;
 
-/// Standard deviation of one component of a residual: √(floor² + (scale·shape)²), where the shape is how noise goes
-/// with the sample (white noise on force and velocity goes as 1/|ṽ_p|) and the floor is the model's own error, alike
-/// for all. With the noise alone, a model error of 0.1 % of Z_m would pass for a noise that drowns the smallest
-/// amplitudes, on which σ_t and Z_t depend.
+/// Standard deviation of one component of a residual: √(floor² + (scale·shape)²). The shape describes the noise of each
+/// sample (white noise of force and velocity varies as 1/|ṽ_p|); the floor is the model's own error, equal for all samples.
+/// Without the floor, a model error of 0.1 % of Z_m would be taken for noise that hides the smallest amplitudes, on which σ_t
+/// and Z_t depend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ResidualNoise {
-    /// Model error, alike for all samples, N·s/m.
+    /// Model error, equal for all samples, N·s/m.
     pub floor: f64,
     /// Noise, N·s/m per unit of the shape.
     pub scale: f64,
 }
 
 const ITERATIONS: usize = 50;
-/// A variance below this part of the mean is taken for it, so that no sample has all the weight.
+/// Smallest variance relative to the mean, so that no sample has all the weight.
 const LEAST_VARIANCE: f64 = 1e-9;
-/// Shapes that differ by less tell the two apart no more.
+/// Relative spread of the shapes below which floor and scale cannot be separated.
 const LEAST_SPREAD: f64 = 1e-6;
 
 impl ResidualNoise {
-    /// Returns the standard deviation of one component of a residual at such a shape.
+    /// Returns the standard deviation of one component of a residual with the given shape.
     pub fn std(&self, shape: f64) -> f64 {
         self.floor.hypot(self.scale * shape)
     }
 
-    /// Estimates both by maximum likelihood of normal residuals (Fisher scoring: the squares in weighted least squares
-    /// on 1 and shape²), after a fit of as many real `parameters`.
+    /// Estimates both by maximum likelihood of normal residuals (Fisher scoring: weighted least squares of the squares
+    /// on 1 and shape²), after a fit of the given number of real `parameters`.
     pub fn of(residuals: &[Complex64], shapes: &[f64], parameters: usize) -> Self {
         let n = residuals.len() as f64;
         let freedom = (2.0 * n - parameters as f64).max(1.0);

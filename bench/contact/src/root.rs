@@ -4,12 +4,12 @@
 /// the root, the error is at rounding level.
 const LAST_STEP: f64 = 1e-6;
 
-/// Share of the slope that the curvature may use up over that step. Where a slope all but vanishes, as at the greatest
-/// stiffness, steps are small far from any root.
+/// Largest fraction of the slope that the curvature may take over that step. Where the slope nearly vanishes, as at the
+/// greatest stiffness, steps are small far from any root.
 const LAST_BEND: f64 = 1e-3;
 
-/// Most steps of the iteration. Halving alone takes a bracket of any two doubles of like size to rounding in fewer;
-/// only overflow gets here.
+/// Largest number of steps. Bisection alone reduces a bracket of two doubles of similar size to rounding in fewer, so only
+/// overflow reaches this number.
 const MOST_STEPS: usize = 200;
 
 /// Value, slope and curvature at a point.

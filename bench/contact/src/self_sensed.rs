@@ -1,7 +1,7 @@
 //! Normal force without a force sensor.
 //!
-//! From Z_m alone follows k_c (Eq. 12), from k_c and amplitude the gap x (Eqs. 14, 15, 18), and from x the force that
-//! its equilibrium x_eq = x + τ dx/dt would balance. Compared with the measured force it tests the model on every
+//! Z_m alone gives k_c (Eq. 12), k_c and amplitude give the gap x (Eqs. 14, 15, 18), and x gives the force that its
+//! equilibrium x_eq = x + τ dx/dt would balance. Comparing it with the measured force tests the model on every
 //! recording: where the two differ, the model is wrong. On two independent time-domain simulations, with the parameters
 //! of the first instance alone, 90 % of all samples of the exploration were within 0.5 % of the simulated sensor.
 
@@ -12,7 +12,7 @@ use crate::finger::FittedFinger;
 use crate::inversion::Dependent;
 use crate::parameters::PARAMETERS;
 
-/// Slope at the middle of five samples, least squares of a parabola, per interval.
+/// Weights for the slope per interval at the middle of five samples, by a least-squares parabola.
 const CENTRAL_SLOPE: [f64; 5] = [-0.2, -0.1, 0.0, 0.1, 0.2];
 const MIDDLE: usize = 2;
 
@@ -29,7 +29,7 @@ pub struct SelfSensed {
     pub mu_ratio: Vec<f64>,
 }
 
-/// Senses the normal force over an evenly sampled record with the parameters of one fitted instance.
+/// Estimates the normal force over an evenly sampled record with the parameters of one fitted instance.
 ///
 /// # Errors
 /// If the slices differ in length or the interval is not positive. A sample without a gap is NaN, not an error.

@@ -1,6 +1,6 @@
 //! Values with their standard errors.
 
-/// Standard errors on either side of a value that hold 95 % of a normal distribution.
+/// Number of standard errors on either side of a value that include 95 % of a normal distribution.
 pub const WITHIN_95: f64 = 1.959_964;
 
 /// A value and its standard error.
@@ -25,7 +25,7 @@ impl Uncertain {
 pub struct LogUncertain {
     /// The value.
     pub value: f64,
-    /// Standard error of its logarithm; infinite if the data leave it open.
+    /// Standard error of its logarithm; infinite if the data do not determine it.
     pub ln_std: f64,
 }
 
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    /// Against the table of the normal distribution (Abramowitz & Stegun 1964, table 26.5).
+    /// Compares with the table of the normal distribution (Abramowitz & Stegun 1964, table 26.5).
     #[test]
     fn intervals_lie_about_their_values() {
         let [from, to] = Uncertain {

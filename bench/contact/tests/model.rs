@@ -1,4 +1,4 @@
-//! The model against values that anyone can check: scipy's, closed forms, published figures.
+//! Comparison of the model with independent values: scipy's, closed forms, published figures.
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
 use std::f64::consts::TAU;
@@ -79,8 +79,8 @@ fn at_zero_amplitude_the_gap_is_the_one_at_rest() {
 }
 
 /// The paper measured "close to 10 N·s/m": 2.29 − 2.44i of the finger with the published averages, 7.01 of the plate,
-/// and what the plain ratio adds while the amplitude rises, 2 m_p (d|ṽ_p|/dt)/|ṽ_p|, over the lower half of a 6 Hz, 95
-/// % modulation.
+/// and the bias of the plain ratio while the amplitude rises, 2 m_p (d|ṽ_p|/dt)/|ṽ_p|, over the lower half of a modulation of
+/// 6 Hz and 95 %.
 /// Hazard 5.
 #[test]
 fn impedance_of_the_published_averages_at_rest_is_near_10_minus_2i() {
@@ -273,7 +273,7 @@ fn unphysical_constants_are_refused_by_name() {
     );
 }
 
-/// x_t⁰ < 2 σ_t, a finger pressed hard: stiffness first rises with the gap.
+/// For x_t⁰ < 2 σ_t, a finger pressed hard, the stiffness first rises with the gap.
 #[test]
 fn two_gaps_of_one_stiffness_are_both_reported() {
     let contact = contact(1.7e-6);
@@ -297,7 +297,7 @@ fn two_gaps_of_one_stiffness_are_both_reported() {
         max_relative = 1e-12
     );
 
-    // Rest itself, however rounded, is the smaller of two.
+    // The gap at rest, up to rounding, is the smaller of the two.
     let at_rest = contact.balance_stiffness_n_per_m(rest_m, normal_n);
     let inverted = contact
         .gap_from_balance_stiffness(at_rest, normal_n)

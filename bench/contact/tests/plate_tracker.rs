@@ -1,4 +1,4 @@
-//! The tracked resonance, and what it does for live gap and friction, on modelled records of a plate that drifts.
+//! Tracked resonance, and its effect on live gap and friction, on modelled records of a plate that drifts.
 #![expect(
     clippy::unwrap_used,
     reason = "what cannot be unwrapped fails the test"
@@ -20,17 +20,17 @@ const INTERVAL_S: f64 = 5e-4;
 const Z_P: Complex64 = Complex64::new(7.01, 0.3);
 const Z_T: Complex64 = Complex64::new(0.47, 3.16);
 const TAU_S: f64 = 1e-3;
-/// The finger comes and goes at these times, s.
+/// Times at which the finger touches and leaves the plate, s.
 const TOUCH_S: f64 = 1.0;
 const LIFT_S: f64 = 7.0;
 
 struct World {
     sigma_t_m: f64,
-    /// Of the plate's resonance, Hz by time.
+    /// Drift of the plate's resonance over time, Hz.
     drift_hz: fn(f64) -> f64,
-    /// Of its damping, N·s/m by time.
+    /// Change of the plate's damping over time, N·s/m.
     damping: fn(f64) -> f64,
-    /// Whether there is a finger where the force says so.
+    /// Whether there is a finger when the force indicates one.
     finger: bool,
 }
 
@@ -45,7 +45,7 @@ impl Default for World {
     }
 }
 
-/// What a frame holds, and the truth.
+/// Contents of a frame, with the true values.
 struct Frame {
     sample: PlateSample,
     amplitude_m: f64,
@@ -59,8 +59,8 @@ fn amplitude_m(t_s: f64) -> f64 {
 }
 
 impl World {
-    /// Eight seconds: free plate, finger, free plate. The gap is stepped twenty times a frame; force and impedance are
-    /// noisy.
+    /// Returns eight seconds: free plate, finger, free plate. The gap is integrated in twenty steps per frame; force and
+    /// impedance are noisy.
     fn frames(&self) -> Vec<Frame> {
         let contact = Contact::new(&AssumedConstants::ESTIMATION, self.sigma_t_m).unwrap();
         let mut rng = ChaCha8Rng::seed_from_u64(5);
@@ -132,7 +132,7 @@ fn take(tracker: &mut PlateTracker, frame: &Frame) {
     tracker.take_loaded(&frame.sample, &finger(), &load);
 }
 
-/// Root mean squares of what live gap, m, and μ/μ0 err by under the finger, and the greatest error of the resonance,
+/// Returns the RMS errors of live gap, m, and μ/μ0 under the finger, and the largest error of the resonance,
 /// Hz.
 fn errors(world: &World, tracked: bool) -> (f64, f64, f64) {
     let mut tracker = tracker();
@@ -185,7 +185,7 @@ fn live_gap_and_friction_hold_on_a_plate_that_drifts() {
     }
 }
 
-/// A plate that is damped otherwise than in the trial that was fitted.
+/// Damping of the plate that differs from the fitted trial's.
 #[test]
 fn live_gap_and_friction_take_the_damping_of_the_free_plate() {
     for damping in [|_: f64| 0.05, |_: f64| -0.05] {
@@ -203,7 +203,7 @@ fn live_gap_and_friction_take_the_damping_of_the_free_plate() {
     }
 }
 
-/// Under the finger the damping changes unseen, and is read again once the finger has left.
+/// Under the finger the damping changes unobserved, and is read again once the finger has left.
 #[test]
 fn the_damping_is_read_before_and_after_the_finger_and_no_surer_meanwhile() {
     let world = World {
@@ -228,7 +228,7 @@ fn the_damping_is_read_before_and_after_the_finger_and_no_surer_meanwhile() {
     }
     let after = tracker.resistance_n_s_per_m(8.0).unwrap();
     assert!((after.value - Z_P.re - 0.015).abs() < 0.005, "{after:?}");
-    // What is no reading of the plate's resonance says nothing of its damping.
+    // A reading that is not of the plate's resonance does not update its damping.
     let leant_on = PlateSample {
         time_s: 0.0,
         z_m_corrected_n_s_per_m: Z_P + Complex64::new(0.02, 1.0),
@@ -253,7 +253,7 @@ fn a_plate_that_stands_still_is_left_where_it_is() {
     assert!(worst_hz < 0.3 && ratio < 0.015, "{worst_hz} {ratio}");
 }
 
-/// σ_t 10 % off, as moisture makes it within a stroke.
+/// σ_t wrong by 10 %, as moisture changes it within a stroke.
 #[test]
 fn the_crest_hardly_depends_on_the_finger() {
     for sigma_t_m in [1.53e-6, 1.87e-6] {
@@ -267,7 +267,7 @@ fn the_crest_hardly_depends_on_the_finger() {
     }
 }
 
-/// A converter whose noise drowns the amplitude in every trough of the modulation: those frames are masked.
+/// The converter's noise hides the amplitude in every trough of the modulation, so those frames are masked.
 #[test]
 fn periods_with_masked_troughs_are_read_all_the_same() {
     let world = World {
@@ -286,7 +286,7 @@ fn periods_with_masked_troughs_are_read_all_the_same() {
     assert!(worst_hz < 0.7, "{worst_hz}");
 }
 
-/// The force says that a finger is there, and none is: a sensor that is leant on elsewhere.
+/// The force indicates a finger although none is there: something leans on the sensor elsewhere.
 #[test]
 fn a_finger_that_is_not_there_moves_nothing() {
     let world = World {
@@ -334,7 +334,7 @@ fn a_reading_that_jumps_is_refused_until_the_plate_may_have_moved_so_far() {
         }
     };
     stretch(&mut tracker, 0.0, 0.0);
-    // 20 Hz within a fifth of a second.
+    // A shift of 20 Hz within a fifth of a second.
     tracker.interrupt();
     stretch(&mut tracker, 0.3, 2.0);
     assert!(tracker.drift_hz(0.5).unwrap().value.abs() < 1e-9);
@@ -376,7 +376,7 @@ fn tracking_that_cannot_be_is_refused() {
     }
 }
 
-/// A carrier that follows the resonance: what drifts is counted from it, and Im Z_p is that of the plate's model.
+/// With a carrier that follows the resonance, drift is counted relative to it, and Im Z_p is that of the plate's model.
 #[test]
 fn a_new_carrier_moves_the_reactance_and_the_drift() {
     let mut tracker = tracker();

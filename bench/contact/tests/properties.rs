@@ -1,4 +1,4 @@
-//! What holds for every physical contact.
+//! Properties of every physical contact.
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
 use std::f64::consts::TAU;
@@ -9,8 +9,8 @@ use proptest::prelude::*;
 
 const CARRIER_RAD_PER_S: f64 = TAU * 35_000.0;
 
-/// A contact, an amplitude up to ten times the bench's, and a normal force of at most 99 % of what its asperities
-/// carry.
+/// A contact, an amplitude up to ten times the bench's, and a normal force of at most 99 % of the asperities'
+/// limit.
 fn physical() -> impl Strategy<Value = (Contact, f64, f64)> {
     let logarithmic = |from: f64, to: f64| (from.ln()..to.ln()).prop_map(f64::exp);
     let amplitude = prop_oneof![1 => Just(0.0), 9 => logarithmic(1e-10, 5e-5)];
@@ -35,7 +35,7 @@ fn physical() -> impl Strategy<Value = (Contact, f64, f64)> {
         )
 }
 
-/// Of either sign, from what rounding leaves to a tenth.
+/// Numbers of either sign, from rounding errors to a tenth.
 fn near_zero() -> impl Strategy<Value = f64> {
     (-16.0..-1.0, any::<bool>()).prop_map(|(decade, negative): (f64, bool)| {
         let size = 10f64.powf(decade);
@@ -43,7 +43,7 @@ fn near_zero() -> impl Strategy<Value = f64> {
     })
 }
 
-/// Half the bracket ninety times: slow, and without any of the solver's ideas.
+/// Halves the bracket ninety times: slow, and independent of the solver's method.
 fn bisected(contact: &Contact, amplitude_m: f64, normal_n: f64) -> f64 {
     let missing =
         |x: f64| contact.asperity_force_n(x) + contact.squeeze_force_n(x, amplitude_m) - normal_n;
@@ -87,8 +87,8 @@ proptest! {
         }
     }
 
-    /// Forward to stiffness and back by both laws. In balance only the falling branch comes back, and close to the
-    /// greatest stiffness two gaps merge and no inverse can tell them apart.
+    /// Forward to stiffness and back by both laws. In balance only the falling branch is recovered; close to the
+    /// greatest stiffness the two gaps merge and no inverse can separate them.
     #[test]
     fn gap_to_stiffness_and_back((contact, amplitude_m, normal_n) in physical()) {
         let gap_m = contact.equilibrium_gap_m(amplitude_m, normal_n).unwrap();
@@ -110,8 +110,8 @@ proptest! {
         }
     }
 
-    /// Around the greatest stiffness, where the curve is flat and a gap cannot be told to many digits, what is found
-    /// still has the stiffness asked for.
+    /// Around the greatest stiffness, where the curve is flat and the gap is poorly determined, the gap found
+    /// still has the given stiffness.
     #[test]
     fn a_flat_stiffness_curve_is_inverted_too(
         sigma_t_m in 0.2e-6..20e-6, rest_from_peak in near_zero(), from_rest in near_zero()
@@ -129,7 +129,7 @@ proptest! {
         }
     }
 
-    /// Through the impedance as well: amplitude → gap → Z_m → Z_c → k_c → gap.
+    /// The same through the impedance: amplitude → gap → Z_m → Z_c → k_c → gap.
     #[test]
     fn impedance_and_back((contact, amplitude_m, normal_n) in physical(), re in 0.05..2.0, im in 0.5..6.0, z_p in 1.0..20.0) {
         let (z_p, z_t) = (Complex64::new(z_p, 0.0), Complex64::new(re, im));
@@ -137,8 +137,8 @@ proptest! {
         let k_c = contact.stiffness_n_per_m(gap_m, amplitude_m);
         let z_c = contact.impedance_n_s_per_m(k_c, CARRIER_RAD_PER_S);
         let z_m = harmonic::observed(z_p, z_t, z_c);
-        // Eq. 12 takes a difference of Z_t and the finger's share, and of Z_m and Z_p: where one all but vanishes, so
-        // do its digits.
+        // Eq. 12 takes the difference of Z_t and the finger's part, and of Z_m and Z_p: where one nearly vanishes, digits
+        // are lost.
         let digits_left = (z_c.norm() / z_p.re).min(z_t.norm() / z_c.norm()).min(1.0);
         prop_assume!(digits_left > 1e-4);
         let back = harmonic::stiffness_n_per_m(harmonic::contact_from_observed(z_m, z_p, z_t), CARRIER_RAD_PER_S);

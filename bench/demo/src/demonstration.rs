@@ -16,7 +16,7 @@ use crate::{folder, process};
 /// Options of `demo`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Folder to make for it; if it exists, another is made: demo-2 beside demo.
+    /// Folder to create; if it exists, a numbered one is created instead, such as demo-2.
     #[arg(value_name = "FOLDER", default_value = "demo")]
     pub folder: PathBuf,
 }

@@ -1,5 +1,5 @@
-//! Demodulation, gap solutions and a fit beside numpy and scipy, in the same run. `./dev bench --vs-python` names the
-//! Python and prints the ratios; without a Python only our side is measured.
+//! Demodulation, gap solutions and a fit compared with numpy and scipy in the same run. `./dev bench --vs-python` names the
+//! Python and prints the ratios; without Python only this crate is measured.
 
 #![expect(
     clippy::disallowed_methods,
@@ -29,17 +29,17 @@ const RATE_HZ: u32 = 192_000;
 const SECONDS: u32 = 60;
 const GAPS: usize = 100_000;
 
-/// A rival whose answer is further than this from ours, relative to it, did other work.
+/// Largest relative difference between two answers to the same problem.
 const AGREEMENT: f64 = 1e-3;
-/// The same for `trial`: its rivals know nothing of how residuals scatter together, and one is told that the laws beside the published
-/// ones do not hold, which ours finds out against priors that they do.
+/// The same for `trial`: the Python fits ignore the correlation of the residuals, and one of them fixes the extensions of the
+/// published laws at zero, while this crate fits them against their priors.
 const OTHER_LAWS: f64 = 0.02;
 
-/// Set to 1 they hold numpy's linear algebra to one core, as ours is. With more threads than idle cores it takes up to eight
-/// times as long.
+/// Set to 1, these variables limit numpy's linear algebra to one core, which this crate uses too. With more threads than idle
+/// cores numpy takes up to eight times as long.
 const ONE_THREAD: [&str; 3] = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"];
 
-/// Measures `rivals.py NAME` where there is a Python; `answer` is what ours came to.
+/// Measures `rivals.py NAME` if Python is available; `answer` is the result of this crate.
 fn rival(group: &mut BenchmarkGroup<'_, WallTime>, label: &str, name: &str, answer: f64) {
     rival_within(group, label, name, (answer, AGREEMENT));
 }

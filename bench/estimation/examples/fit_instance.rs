@@ -6,7 +6,7 @@
 //! cargo run --release -p contact --example fit_instance -- instance.csv --start-s 0 --z-p 7.01
 //! ```
 //!
-//! Without a file, an instance is synthesised from the model and the estimates are printed beside the truth. A file has
+//! Without a file, an instance is synthesised from the model and the estimates are printed next to the truth. A file has
 //! the columns of [`HEADER`], evenly sampled, lead-in included.
 #![expect(
     clippy::disallowed_methods,
@@ -59,7 +59,7 @@ const TRUTH: FingerTruth = FingerTruth {
 const RATE_HZ: f64 = 2000.0;
 const LEAD_IN_S: f64 = 0.02;
 const MODAL_MASS_KG: f64 = 0.008;
-/// Standard deviation of each part of Z_m at an amplitude of 1 µm, N·s/m; it goes as 1/amplitude.
+/// Standard deviation of each part of Z_m at an amplitude of 1 µm, N·s/m; it varies as 1/amplitude.
 const NOISE_AT_1_UM: f64 = 0.005;
 /// Standard deviation of the measured friction.
 const MU_NOISE: f64 = 0.002;
@@ -76,9 +76,9 @@ struct Recorded {
 }
 
 impl Recorded {
-    /// 20 ms of lead-in and 60 ms of a rising amplitude, 6 Hz at 95 %; the gap follows its equilibrium as a first-order
-    /// lag, integrated in small steps from rest 100 ms earlier. Impedance and friction are noisy, the same at every
-    /// run.
+    /// 20 ms of lead-in and 60 ms of a rising amplitude, 6 Hz at 95 %; the gap follows its equilibrium with a first-order
+    /// lag, integrated in small steps from rest 100 ms earlier. Impedance and friction are noisy, with the same noise in
+    /// every run.
     fn synthesised(conditions: &FitConditions) -> Result<Self, ModelError> {
         let contact = Contact::new(&conditions.assumed, TRUTH.sigma_t_m)?;
         let omega = conditions.carrier_rad_per_s()?;
@@ -181,7 +181,7 @@ impl Recorded {
     }
 }
 
-/// What the command line asks for.
+/// Arguments of the command line.
 struct Arguments {
     file: Option<String>,
     write: Option<String>,
@@ -320,7 +320,7 @@ fn main() -> ExitCode {
     };
     match report(&arguments) {
         Ok(text) => match io::stdout().write_all(text.as_bytes()) {
-            // Whoever reads, `head` for instance, has enough.
+            // A reader such as `head` may close the pipe early.
             Err(error) if error.kind() != ErrorKind::BrokenPipe => {
                 complain(&error);
                 ExitCode::FAILURE

@@ -1,29 +1,29 @@
-//! Finds tissues and plate beside a given contact, without a search: where searches begin.
+//! Best Z_t and plate reactance for a given contact, without a search: the starting point of searches.
 
 use num_complex::Complex64;
 
 use super::lagged_model::LaggedModel;
 use contact::parameters::{IM_OFFSET, PARAMETERS, RE_OFFSET};
 
-/// Times that tissues and plate are found in turn.
+/// Number of iterations; each finds first the tissues and then the plate.
 const TURNS: usize = 4;
 
-/// Tissues and plate that go best with a candidate's contact.
+/// Tissues and plate that fit best with a candidate's contact.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beside {
     /// Z_t, N·s/m.
     pub(super) z_t: Complex64,
-    /// Reactance of the plate beside the candidate's, N·s/m.
+    /// Reactance of the plate in addition to the candidate's, N·s/m.
     pub(super) reactance: f64,
-    /// Mean square of what is left of Z_m, weighted as noise has it, N²·s²/m².
+    /// Mean square of the residuals of Z_m, weighted by their noise, N²·s²/m².
     pub(super) square: f64,
 }
 
 impl LaggedModel<'_> {
-    /// Returns what goes best with a candidate, whose own Z_t does not matter; `None` where the model allows no such contact.
+    /// Returns the best fit for a candidate, ignoring its Z_t; `None` where the model allows no such contact.
     ///
-    /// Z_t and the plate's reactance are found in turn, each given the other: Z_t shows where the finger holds the plate, the
-    /// plate where it is nearly let go.
+    /// Z_t and the plate's reactance are found in turn, each given the other: samples where the finger holds the plate
+    /// determine Z_t, samples where the plate is nearly free determine its reactance.
     pub(super) fn beside(&mut self, candidate: &[f64; PARAMETERS]) -> Option<Beside> {
         let contact = self.follow_gap(candidate)?;
         let offset = Complex64::new(candidate[RE_OFFSET], candidate[IM_OFFSET]);

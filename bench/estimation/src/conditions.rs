@@ -1,4 +1,4 @@
-//! What holds for every instance of a recording.
+//! Conditions shared by all instances of a recording.
 
 use num_complex::Complex64;
 
@@ -6,18 +6,18 @@ use contact::AssumedConstants;
 use contact::CalibrationErrors;
 use contact::error::{ModelError, positive};
 
-/// What holds for every instance of a recording.
+/// Conditions shared by all instances of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitConditions {
     /// Assumed constants of finger and air.
     pub assumed: AssumedConstants,
     /// Carrier frequency f0, Hz.
     pub carrier_hz: f64,
-    /// Z_p of the unloaded plate from the plain ratio, N·s/m: `paper` subtracts this one.
+    /// Z_p of the unloaded plate from the plain ratio, N·s/m, subtracted by `paper`.
     pub z_p_plain_n_s_per_m: Complex64,
-    /// Z_p of the unloaded plate from the corrected ratio, N·s/m: `dynamic` subtracts this one.
+    /// Z_p of the unloaded plate from the corrected ratio, N·s/m, subtracted by `dynamic`.
     pub z_p_corrected_n_s_per_m: Complex64,
-    /// What the calibration leaves open.
+    /// Errors of the calibration.
     pub calibration: CalibrationErrors,
 }
 

@@ -1,17 +1,17 @@
-//! The joint fit of σ_t, Re Z_t, Im Z_t, τ and the plate's offset, with the effects that the published method leaves out.
+//! The joint fit of σ_t, Re Z_t, Im Z_t, τ and the plate's offset, with the effects that the published method neglects.
 //!
 //! - The impedance is the envelope-corrected one.
 //! - The gap follows its equilibrium (Huloux 2021, Eq. 17, with the momentary amplitude and normal force) as a
 //!   first-order lag, τ dx/dt = x_eq − x, from 20 ms before the instance.
 //! - k_c is Eq. 18 with the lagged gap and the momentary amplitude, so that the forces on the skin need not balance.
-//! - The normal force is taken as it is given, its tremor with it: a smoother one than the finger's biases σ_t and τ, and so
-//!   does a sensor's noise. Whoever prepares the samples parts the two.
-//! - Σ|Z_m,model − Z_m|² over the instance, complex, is minimised over all of them; τ ≥ 0.
-//! - The plate's own impedance may have moved since it was read unloaded: i·y is added to Z_p and y is fitted too, which the
-//!   crest of the modulation shows, where the finger is nearly let go. A resonance that has moved by δf adds −i·4π m_p δf.
-//! - μ0 is the measured friction over the modelled ratio (Eq. 19), in least squares over the instance.
+//! - The normal force is used as given, tremor included: smoothing the finger's force biases σ_t and τ, and so does noise of
+//!   the sensor. The caller separates the two.
+//! - Σ|Z_m,model − Z_m|² over the instance, complex, is minimised over all parameters; τ ≥ 0.
+//! - The plate's impedance may have changed since the unloaded reading: i·y is added to Z_p and y is fitted. The crest of the
+//!   modulation, where the finger is nearly released, determines y. A resonance shifted by δf adds −i·4π m_p δf.
+//! - μ0 is the least-squares ratio of measured friction to the modelled μ/μ0 (Eq. 19) over the instance.
 //!
-//! Then k_c(t) by Eq. 12 from the measured impedance, the gap from k_c and amplitude, μ by Eq. 19.
+//! Then follow k_c(t) by Eq. 12 from the measured impedance, the gap from k_c and amplitude, and μ by Eq. 19.
 
 use num_complex::Complex64;
 
@@ -30,9 +30,9 @@ use contact::parameters::{IM_OFFSET, IM_Z_T, LN_SIGMA_T, MS, PARAMETERS, RE_Z_T,
 /// Options of the joint fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DynamicOptions {
-    /// How long before the instance the gap is integrated, s. Default 20 ms, some ten τ.
+    /// Time before the instance from which the gap is integrated, s. Default 20 ms, some ten τ.
     pub lead_in_s: f64,
-    /// Whether the plate's offset is fitted. Default yes; otherwise the plate is as it was unloaded.
+    /// Whether the plate's offset is fitted. Default true; otherwise the plate is taken as unloaded.
     pub plate_offset: bool,
 }
 
@@ -45,9 +45,9 @@ impl Default for DynamicOptions {
     }
 }
 
-/// τ that starts are tried with, s.
+/// Starting values of τ, s.
 const TAU_STARTS_S: [f64; 2] = [0.5e-3, 2e-3];
-/// A standard error of τ beyond this is no identification, s: twice the lag that the bench is to resolve.
+/// Standard error of τ above which it is not identified, s: twice the lag that the bench must resolve.
 const IDENTIFIABLE_TAU_STD_S: f64 = 2e-3;
 
 /// Fits σ_t, Z_t, τ and the plate's offset to one instance.
@@ -69,8 +69,8 @@ pub fn fit(
     InstanceFit::new(&mut model, &samples, solution.minimum, verdict, friction)
 }
 
-/// Returns the model with a σ_t that was not fitted to this instance, such as a participant's average, and with the τ and the
-/// Z_p of `fitted`; Z_t and μ0 are those that then fit the instance best.
+/// Returns the model with a σ_t that was not fitted to this instance, such as a participant's average, and with τ and Z_p
+/// from `fitted`; Z_t and μ0 are refitted to the instance.
 ///
 /// # Errors
 /// If the lead-in is too short, or the model allows no such contact.
@@ -112,14 +112,14 @@ pub fn modelled(
 pub struct AlongWith {
     /// τ, s.
     pub tau_s: f64,
-    /// Z_p with the offset that was fitted, N·s/m.
+    /// Z_p with the fitted offset, N·s/m.
     pub z_p_n_s_per_m: Complex64,
 }
 
 /// Returns how σ_t, Z_t and τ depend on the assumed constants.
 ///
 /// # Errors
-/// As [`fit`].
+/// Same as [`fit`].
 pub fn sensitivities(
     instance: &InstanceSeries<'_>,
     conditions: &FitConditions,
@@ -136,7 +136,7 @@ pub fn sensitivities(
     })
 }
 
-/// Makes the model with the assumed area at every normal force.
+/// Returns the model with the assumed area, independent of the normal force.
 fn lagged_model<'a>(
     instance: &InstanceSeries<'a>,
     conditions: &FitConditions,
@@ -148,7 +148,7 @@ fn lagged_model<'a>(
 
 struct JointSolution {
     minimum: Minimum<PARAMETERS>,
-    /// Where τ would go, if the bound holds it.
+    /// Estimate of τ without its bound, s, if the bound is active.
     unbounded_tau_s: Option<f64>,
 }
 
@@ -203,7 +203,7 @@ fn start(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
     model.best_start(candidates)
 }
 
-/// Returns the start at which the plate may already be another than it was unloaded.
+/// Returns a start with a plate that may already differ from the unloaded one.
 fn start_apart(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
     let candidates = sigma_starts().filter_map(|sigma_t_m| {
         let mut parameters = model.assumed_parameters(sigma_t_m, tau_s);

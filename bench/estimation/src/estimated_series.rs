@@ -9,8 +9,8 @@ use super::trend::Trend;
 use contact::InversionCounts;
 use contact::inversion::{Dependent, Inversion};
 
-/// Stiffness, gap and friction over one instance, from the measured impedance, with standard errors by the delta
-/// method: parameter covariance, and each sample's own impedance noise as the residuals show it. NaN where a sample has
+/// Stiffness, gap and friction over one instance, from the measured impedance. Standard errors follow by the delta method
+/// from the parameter covariance and each sample's impedance noise, estimated from the residuals. NaN where a sample has
 /// no gap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EstimatedSeries {
@@ -24,34 +24,34 @@ pub struct EstimatedSeries {
     pub gap_m: Vec<f64>,
     /// Standard error of `gap_m`, m.
     pub gap_std_m: Vec<f64>,
-    /// Friction μ by Eq. 19 with the instance's μ0, and with the trial's floor and the course of μ0 where those were fitted.
+    /// Friction μ by Eq. 19 with the instance's μ0, and with the trial's floor and the change of μ0 where those were fitted.
     pub mu: Vec<f64>,
     /// Standard error of `mu`.
     pub mu_std: Vec<f64>,
     /// Impedance of the fitted model, N·s/m.
     pub z_m_model_n_s_per_m: Vec<Complex64>,
-    /// Counts of the samples whose gap is not unique or does not exist.
+    /// Counts of the samples with a gap that is not unique or does not exist.
     pub inversion: InversionCounts,
 }
 
-/// Which form of Eq. 18 leads from stiffness to gap.
+/// Form of Eq. 18 that relates stiffness to gap.
 #[derive(Clone, Copy)]
 pub(super) enum GapLaw {
-    /// In force balance at the sample's normal force: `paper`.
+    /// Force balance at the sample's normal force, for `paper`.
     Balance,
-    /// From the sample's amplitude, whether or not the forces balance: `dynamic`.
+    /// The sample's amplitude, whether or not the forces balance, for `dynamic`.
     Amplitude,
 }
 
-/// The samples that a series is estimated from.
+/// Samples from which a series is estimated.
 pub(super) struct MeasuredSamples<'a> {
     pub(super) time_s: &'a [f64],
     pub(super) z_m: &'a [Complex64],
-    /// Standard deviation of one component of each.
+    /// Standard deviation of one component of each impedance.
     pub(super) z_m_std: &'a [f64],
     pub(super) amplitude_m: &'a [f64],
     pub(super) normal_n: &'a [f64],
-    /// Load and trend of each sample; `None` for the contact of the published method, alike for all.
+    /// Load and trend of each sample; `None` for the published method, where the contact is the same for all samples.
     pub(super) varying: Option<Varying<'a>>,
 }
 
@@ -60,12 +60,12 @@ pub(super) struct MeasuredSamples<'a> {
 pub(super) struct Varying<'a> {
     pub(super) loads: &'a Loads,
     pub(super) trend: &'a Trend,
-    /// Place in them of the first sample.
+    /// Index of the first sample in loads and trend.
     pub(super) first: usize,
 }
 
 impl MeasuredSamples<'_> {
-    /// Returns the inversion of a sample, and the amplitude that its film answers to.
+    /// Returns the inversion of a sample, and the amplitude that acts on its film.
     fn inversion<const N: usize>(
         &self,
         inversion: &Inversion<N>,

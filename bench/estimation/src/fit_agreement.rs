@@ -1,4 +1,4 @@
-//! How well a fit agrees with what was measured.
+//! Agreement of a fit with the measurement.
 
 use num_complex::Complex64;
 
@@ -11,11 +11,12 @@ pub struct Agreement {
     pub r2_impedance: f64,
     /// RMS of |Z_m − Ẑ_m|, N·s/m.
     pub rms_impedance_n_s_per_m: f64,
-    /// RMS of estimated − measured μ over the samples that have a gap, the estimate read through the lag where one was fitted.
+    /// RMS of estimated − measured μ over the samples that have a gap; the estimate is passed through the lag if one was
+    /// fitted.
     pub rms_mu: f64,
 }
 
-/// Compares a series with what was measured; `estimated_mu` is its friction as the sensor would read it.
+/// Compares a series with the measurement; `estimated_mu` is its friction as the sensor would read it.
 pub(super) fn agreement(
     z_m: &[Complex64],
     mu: &[f64],

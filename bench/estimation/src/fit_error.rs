@@ -1,10 +1,10 @@
-//! Why an instance cannot be fitted.
+//! Reasons why an instance cannot be fitted.
 
 use thiserror::Error;
 
 use contact::ModelError;
 
-/// Why an instance cannot be fitted at all. A fit that ran but cannot be trusted says so in its
+/// Reasons why an instance cannot be fitted at all. An unreliable fit reports its reason in its
 /// [`FitVerdict`](super::FitVerdict).
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -20,7 +20,7 @@ pub enum FitError {
         /// Fewest samples accepted.
         needed: usize,
     },
-    /// The lead-in is too short for the levitation lag to forget its start.
+    /// The lead-in is too short for the levitation lag to forget its initial value.
     #[error("lead-in is {got_s} s, needs {needed_s} s before the instance")]
     LeadInTooShort {
         /// Lead-in given, s.

@@ -2,11 +2,11 @@
 
 use std::fmt;
 
-/// A standard error beyond this share of the value is no identification.
+/// Relative standard error above which a parameter is not identified.
 pub(super) const IDENTIFIABLE_RELATIVE_STD: f64 = 0.5;
 
-/// Returns that of several standard errors, each with the limit beyond which it is no identification, which is worst in units of
-/// its limit, if it is beyond. One that is no number is worse than any, whatever its sign.
+/// Returns the standard error that exceeds its limit by the largest factor, if any does. NaN ranks above every number, whatever
+/// its sign.
 pub(super) fn unidentified(
     errors: impl IntoIterator<Item = (FitParameter, f64, f64)>,
 ) -> Option<FitVerdict> {
@@ -24,19 +24,19 @@ pub(super) fn unidentified(
     (size(&worst) > 1.0).then_some(FitVerdict::NotIdentifiable { parameter, std })
 }
 
-/// Whether a fit's parameters may be used, and why not.
+/// Whether a fit's parameters may be used, and the reason if not.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FitVerdict {
     /// The fit is a minimum and every parameter is identified.
     Converged,
-    /// The data ask for τ < 0; τ is held at 0 and the other parameters fitted with it there.
+    /// The unbounded optimum has τ < 0; τ is held at 0 and the other parameters are fitted with it.
     LagAtBound {
-        /// τ without the bound, s.
+        /// Estimate of τ without the bound, s.
         unbounded_tau_s: f64,
     },
     /// The fit is a minimum, but the data hardly depend on a parameter.
     NotIdentifiable {
-        /// The parameter that is identified worst.
+        /// The least well identified parameter.
         parameter: FitParameter,
         /// Standard error of that parameter: relative for σ_t, |Z_t| and S, s for τ; infinite if the data do not depend on
         /// it at all.

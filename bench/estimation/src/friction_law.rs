@@ -1,9 +1,9 @@
-//! From the friction ratio of Eq. 19 to friction.
+//! Friction from the friction ratio of Eq. 19.
 
 use first_order_lag::Lag;
 use nalgebra::Matrix2;
 
-/// How μ0 changes within an instance: a skin that grows moist, a slide that slows down.
+/// Change of μ0 within an instance, for example because the skin grows moist or the slide slows down.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Course {
     /// Relative rate, 1/s.
@@ -13,28 +13,28 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// Returns μ0 over that at the middle.
+    /// Returns μ0 relative to its value at the middle.
     pub(super) fn at(&self, time_s: f64) -> f64 {
         1.0 + self.per_s * (time_s - self.middle_s)
     }
 }
 
-/// μ = μ0 (φ + (1 − φ) e^(−(x − x_t⁰)/σ_t)): Huloux 2021, Eq. 19, with a floor φ that theirs does not have.
+/// μ = μ0 (φ + (1 − φ) e^(−(x − x_t⁰)/σ_t)): Huloux 2021, Eq. 19, with an added floor φ.
 #[derive(Clone, Copy)]
 pub(super) struct FrictionLaw<const N: usize> {
-    /// μ0 of the instance: that at its middle.
+    /// μ0 at the middle of the instance.
     pub(super) mu0: f64,
-    /// How μ0 changes within it.
+    /// Change of μ0 within the instance.
     pub(super) course: Course,
-    /// φ, 0 where friction is taken to vanish with the contact.
+    /// φ, 0 where friction is assumed to vanish with the contact.
     pub(super) floor: f64,
-    /// Lag of the lateral force, s; 0 where it is taken as read.
+    /// Lag of the lateral force, s; 0 where it is assumed to have no lag.
     pub(super) lag_s: f64,
     /// ∂μ0/∂parameter.
     pub(super) slopes: [f64; N],
     /// ∂φ/∂parameter.
     pub(super) floor_slopes: [f64; N],
-    /// Covariance of μ0 and φ from what the parameters do not tell of them, as the scatter of the measured friction.
+    /// Covariance of μ0 and φ that the parameters do not explain, including the scatter of the measured friction.
     pub(super) scatter: Matrix2<f64>,
 }
 
@@ -52,13 +52,13 @@ impl<const N: usize> FrictionLaw<N> {
         }
     }
 
-    /// Returns the law where the lateral force has a relative error.
+    /// Returns the law with a relative error of the lateral force added.
     pub(super) fn with_error_of_lateral(mut self, relative: f64) -> Self {
         self.scatter[(0, 0)] += (self.mu0 * relative).powi(2);
         self
     }
 
-    /// Returns μ/μ0 at a ratio of Eq. 19.
+    /// Returns μ/μ0 for a ratio by Eq. 19.
     pub(super) fn of_ratio(&self, ratio: f64) -> f64 {
         self.floor + (1.0 - self.floor) * ratio
     }
@@ -69,11 +69,11 @@ impl<const N: usize> FrictionLaw<N> {
     }
 }
 
-/// Fewest samples that a lag is begun with.
+/// Fewest samples needed to start a lag.
 const FEWEST: usize = 4;
 
-/// Returns a friction as a lateral force sensor with a lag shows it: of each stretch of samples that have one, and as it is where
-/// a stretch is too short to be followed. A sample without friction says nothing of those after it.
+/// Returns a friction as a lateral force sensor with a lag would read it. Each stretch of samples with friction is filtered
+/// separately; a stretch too short to filter is returned unchanged.
 pub(super) fn as_read(mu: &[f64], normal_n: &[f64], lag_s: f64, interval_s: f64) -> Vec<f64> {
     let mut read = mu.to_vec();
     if lag_s == 0.0 {
@@ -111,7 +111,7 @@ mod tests {
         for at in [0, 20, 23, 40] {
             holed[at] = f64::NAN;
         }
-        // Of a straight line each stretch is read alike, four samples late; one of two samples is left as it is.
+        // On a straight line each stretch is read alike, four samples late; a stretch of two samples is left unchanged.
         let (of_whole, of_holed) = (read(&whole), read(&holed));
         for (at, mu) in holed.iter().enumerate() {
             let late = match at {

@@ -1,4 +1,4 @@
-//! Result of a fit of the lagged model for one instance.
+//! Result of fitting the lagged model to one instance.
 
 use nalgebra::SVector;
 use num_complex::Complex64;
@@ -33,14 +33,14 @@ pub struct InstanceFit {
     pub z_t_n_s_per_m: Complex64,
     /// Standard errors of the real and imaginary part of Z_t, N·s/m.
     pub z_t_std_n_s_per_m: Complex64,
-    /// Levitation lag τ, s: where it grows with the gap, that at the instance's mean gap.
+    /// Levitation lag τ, s; at the instance's mean gap if it grows with the gap.
     pub tau_s: f64,
     /// Standard error of `tau_s`, s; 0 at the bound.
     pub tau_std_s: f64,
-    /// Departure of the plate's impedance from that of the unloaded plate, N·s/m: imaginary where its resonance has moved, real
-    /// where its damping has changed; 0 where a part was held.
+    /// Change of the plate's impedance relative to the unloaded plate, N·s/m: imaginary for a shift of resonance, real for a
+    /// change of damping; 0 where a part was held fixed.
     pub plate_offset_n_s_per_m: Complex64,
-    /// Standard errors of the offset's real and imaginary part, N·s/m; 0 where a part was held.
+    /// Standard errors of the offset's real and imaginary part, N·s/m; 0 where a part was held fixed.
     pub plate_offset_std_n_s_per_m: Complex64,
     /// Friction without vibration μ0.
     pub mu0: f64,
@@ -48,9 +48,9 @@ pub struct InstanceFit {
     pub mu0_std: f64,
     /// Mean normal force ⟨f_c⟩ over the instance, N.
     pub normal_n: f64,
-    /// How well fitted and measured agree.
+    /// Agreement of fit and measurement.
     pub agreement: Agreement,
-    /// Stiffness, gap and friction in time.
+    /// Stiffness, gap and friction over time.
     pub series: EstimatedSeries,
     /// The fitted parameters with their covariance, for samples beyond this instance: [`contact::self_sensed`],
     /// [`contact::live_estimator`].
@@ -167,7 +167,7 @@ pub(super) fn modelled_ratio(model: &LaggedModel<'_>, contact: &Contact) -> Vec<
         .collect()
 }
 
-/// μ0 = Σ m μ/Σ m² with m the modelled μ/μ0, after [`LaggedModel::follow`].
+/// Returns μ0 = Σ m μ/Σ m² with m the modelled μ/μ0, after [`LaggedModel::follow`].
 pub(super) fn friction_at_rest(
     model: &LaggedModel<'_>,
     contact: &Contact,
@@ -190,7 +190,7 @@ pub(super) fn friction_at_rest(
     )
 }
 
-/// Returns ∂(μ/μ0)/∂parameter for those of [`OF_GAP`], after [`LaggedModel::follow`], with the lead-in.
+/// Returns ∂(μ/μ0)/∂parameter for the parameters in [`OF_GAP`], after [`LaggedModel::follow`], with the lead-in.
 pub(super) fn modelled_ratio_slopes(
     model: &LaggedModel<'_>,
     contact: &Contact,
@@ -211,7 +211,7 @@ pub(super) fn modelled_ratio_slopes(
     slopes
 }
 
-/// Returns ∂μ0/∂parameter of the least squares of μ0 times the modelled μ/μ0.
+/// Returns ∂μ0/∂parameter for the least-squares μ0 of the modelled μ/μ0.
 fn friction_slopes(
     model: &LaggedModel<'_>,
     contact: &Contact,
@@ -230,7 +230,7 @@ fn friction_slopes(
             .sum();
         slopes[parameter] = moved / power;
     }
-    // The measured friction is the lateral force over the normal one.
+    // The measured friction is the lateral force divided by the normal force.
     slopes[LN_FORCE] -= mu0;
     slopes
 }

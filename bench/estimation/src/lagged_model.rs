@@ -1,4 +1,4 @@
-//! The model that `dynamic` and `trial` fit: the impedance of one instance, whose gap follows its equilibrium with a lag.
+//! Model fitted by `dynamic` and `trial`: the impedance of one instance with a gap that lags behind its equilibrium.
 
 use first_order_lag::{GrowingLag, GrowthLaw};
 use nalgebra::DMatrix;
@@ -20,10 +20,10 @@ use contact::parameters::{
 };
 use contact::{Contact, equilibrium_gaps};
 
-/// Gap at which τ is that of the parameters where it grows with the gap, m.
+/// Gap at which τ has its parameter value if it grows with the gap, m.
 pub(super) const LAG_REFERENCE_GAP_M: f64 = 10e-6;
 
-/// An instance with its lead-in and room for the gap that goes with the parameters tried last.
+/// Instance with its lead-in, and buffers for the gap of the last parameters tried.
 pub(super) struct LaggedModel<'a> {
     assumed: AssumedConstants,
     pub(super) calibration: CalibrationErrors,
@@ -37,11 +37,11 @@ pub(super) struct LaggedModel<'a> {
     /// Normal force, N.
     pub(super) normal_n: &'a [f64],
     pub(super) lead: usize,
-    /// Measured Z_m of the instance alone, N·s/m.
+    /// Measured Z_m of the instance without the lead-in, N·s/m.
     pub(super) z_m: &'a [Complex64],
     pub(super) loads: Loads,
     pub(super) trend: Trend,
-    /// Change of Z_m by the skin's inertia; none until it is followed.
+    /// Change of Z_m by the skin's inertia; zero until it is followed.
     pub(super) transient: Transient,
     /// Time of the middle of the instance, s.
     pub(super) middle_s: f64,
@@ -50,12 +50,12 @@ pub(super) struct LaggedModel<'a> {
     gap_slopes: GapSlopes,
     /// ∂Z_m/∂gap of each sample of the instance, N·s/m².
     by_gap: Vec<Complex64>,
-    /// ∂Z_m/∂ ln S at a given gap, N·s/m.
+    /// ∂Z_m/∂ ln S at a fixed gap, N·s/m.
     by_ln_area: Vec<Complex64>,
     area_exponent: f64,
 }
 
-/// Parameters that the lagged gap depends on: first those of its equilibrium.
+/// Parameters that the lagged gap depends on, those of its equilibrium first.
 pub(super) const OF_GAP: [usize; 10] = [
     LN_SIGMA_T,
     LN_AREA,
@@ -68,22 +68,22 @@ pub(super) const OF_GAP: [usize; 10] = [
     LAG_EXPONENT,
     LN_FORCE,
 ];
-/// Number of those that the equilibrium depends on.
+/// Number of parameters that the equilibrium depends on.
 const OF_EQUILIBRIUM: usize = 7;
-/// Place of ln S among them.
+/// Index of ln S in [`OF_GAP`].
 const AREA: usize = 1;
 
-/// How the lagged gap depends on the parameters, m.
+/// Derivatives of the lagged gap by the parameters, m.
 struct GapSlopes {
     unlagged: [Vec<f64>; OF_EQUILIBRIUM],
-    /// But by the force: a heavier finger is one on a smaller area.
+    /// Slopes of the lagged gap, except by the force: a larger force is equivalent to a smaller area.
     lagged: [Vec<f64>; OF_GAP.len() - 1],
-    /// The lag that the gap was followed with last.
+    /// Lag last applied to the gap.
     lag: GrowingLag,
 }
 
 impl<'a> LaggedModel<'a> {
-    /// Makes the model of an instance whose gap is followed from `lead_in_s` before it, and whose area is S at `reference_n`.
+    /// Makes the model of an instance. The gap is integrated from `lead_in_s` before it; the area is S at `reference_n`.
     pub(super) fn new(
         instance: &InstanceSeries<'a>,
         conditions: &FitConditions,
@@ -125,7 +125,7 @@ impl<'a> LaggedModel<'a> {
         })
     }
 
-    /// Returns the parameters with the assumed skin and no offset of the plate.
+    /// Returns the parameters with the assumed skin and no plate offset.
     pub(super) fn assumed_parameters(&self, sigma_t_m: f64, tau_s: f64) -> [f64; PARAMETERS] {
         let mut parameters = [0.0; PARAMETERS];
         parameters[LN_SIGMA_T] = sigma_t_m.ln();
@@ -147,7 +147,7 @@ impl<'a> LaggedModel<'a> {
         Contact::new(&skin, parameters[LN_SIGMA_T].exp()).ok()
     }
 
-    /// Follows the gap and its slopes; `None` where the model allows no such contact.
+    /// Computes the gap and its slopes; `None` where the model allows no such contact.
     pub(super) fn follow(&mut self, parameters: &[f64; PARAMETERS]) -> Option<Contact> {
         let contact = self.follow_gap(parameters)?;
         let (loads, trend) = (&self.loads, &self.trend);
@@ -165,7 +165,7 @@ impl<'a> LaggedModel<'a> {
         Some(contact)
     }
 
-    /// Follows the gap alone.
+    /// Computes the gap without slopes.
     pub(super) fn follow_gap(&mut self, parameters: &[f64; PARAMETERS]) -> Option<Contact> {
         let contact = self.contact(parameters)?;
         self.loads.follow(
@@ -195,11 +195,11 @@ impl<'a> LaggedModel<'a> {
         self.gap.iter().all(|gap| *gap > 0.0).then_some(contact)
     }
 
-    /// Returns how Z_m at each sample of the instance, real parts first, depends on the logarithm of the normal force at each
-    /// sample, with the lead-in, after [`evaluate`](ImpedanceModel::evaluate).
+    /// Returns the derivative of Z_m at each sample of the instance, real parts first, by the logarithm of the normal force at
+    /// each sample, lead-in included, after [`evaluate`](ImpedanceModel::evaluate).
     pub(super) fn response_to_force(&self) -> DMatrix<f64> {
         let (samples, all) = (self.z_m.len(), self.gap.len());
-        // A heavier finger is one on a smaller area, but for what the area grows by.
+        // A larger force is equivalent to a smaller area, apart from the growth of the area.
         let smaller = self.area_exponent - 1.0;
         let mut response = DMatrix::zeros(2 * samples, all);
         let (mut impulse, mut gap) = (vec![0.0; all], vec![0.0; all]);
@@ -219,8 +219,8 @@ impl<'a> LaggedModel<'a> {
         response
     }
 
-    /// Follows what the skin's inertia adds to the impedance. A mass or a spring alone has the reactance that was fitted; of both
-    /// together, which may be more (Foster 1924), the carrier tells nothing.
+    /// Computes the impedance due to the skin's inertia, taking the fitted reactance as that of a mass or a spring alone. With
+    /// both, it may vary more steeply with frequency (Foster 1924), which the carrier does not show.
     pub(super) fn follow_transient(&mut self, parameters: &[f64; PARAMETERS]) -> Option<()> {
         let contact = self.follow_gap(parameters)?;
         let (fitted, omega) = (Fitted::new(parameters), self.carrier_rad_per_s);
@@ -244,8 +244,8 @@ impl<'a> LaggedModel<'a> {
         Some(())
     }
 
-    /// Follows how other modes move the film: the finger pushes them, and its velocity has 1 − Y Z with their residual mobility
-    /// Y, beside that at the pickup.
+    /// Computes the film's motion by other modes, which the finger drives: with their residual mobility Y, its velocity is
+    /// 1 − Y Z times that at the pickup.
     pub(super) fn follow_other_modes(&mut self, parameters: &[f64; PARAMETERS]) -> Option<()> {
         let contact = self.follow_gap(parameters)?;
         let fitted = Fitted::new(parameters);
@@ -260,7 +260,7 @@ impl<'a> LaggedModel<'a> {
         Some(())
     }
 
-    /// Returns the measured Z_m without what the skin's inertia adds, N·s/m.
+    /// Returns the measured Z_m minus the contribution of the skin's inertia, N·s/m.
     pub(super) fn z_m_at_rest(&self) -> Vec<Complex64> {
         let each = self.z_m.iter().zip(&self.transient.n_s_per_m);
         each.map(|(z_m, added)| z_m - added).collect()
@@ -271,19 +271,19 @@ impl<'a> LaggedModel<'a> {
         self.loads.contact(&self.trend.contact(contact, at), at)
     }
 
-    /// Returns how the gap at a sample depends on the parameters of [`OF_GAP`], m.
+    /// Returns the derivatives of the gap at a sample by the parameters in [`OF_GAP`], m.
     pub(super) fn gap_slopes_m(&self, at: usize) -> [f64; OF_GAP.len()] {
         let lagged = &self.gap_slopes.lagged;
         std::array::from_fn(|index| lagged.get(index).map_or(-lagged[AREA][at], |of| of[at]))
     }
 
-    /// Returns the logarithm of the instance's mean gap over the gap at which τ is that of the parameters.
+    /// Returns the logarithm of the ratio of the instance's mean gap to the gap at which τ has its parameter value.
     pub(super) fn ln_mean_gap(&self) -> f64 {
         let inside = &self.gap[self.lead..];
         (inside.iter().sum::<f64>() / inside.len() as f64 / LAG_REFERENCE_GAP_M).ln()
     }
 
-    /// Returns the finger at a sample, with a contact of impedance `z_c`.
+    /// Returns the finger at a sample for a contact of impedance `z_c`.
     fn seen(&self, fitted: &Fitted, z_c: Complex64, at: usize) -> Seen {
         let z_t = self.trend.z_t(fitted.z_t, at);
         let both = z_t + z_c;
@@ -299,7 +299,7 @@ impl<'a> LaggedModel<'a> {
         }
     }
 
-    /// Writes Z_m at each sample, as [`evaluate`](ImpedanceModel::evaluate) does, without slopes.
+    /// Writes Z_m at each sample, like [`evaluate`](ImpedanceModel::evaluate) but without slopes.
     pub(super) fn impedances(
         &mut self,
         parameters: &[f64; PARAMETERS],
@@ -319,10 +319,10 @@ impl<'a> LaggedModel<'a> {
         Some(())
     }
 
-    /// Returns the candidate, with the Z_t that goes best with it, that fits best; `None` where the model allows none of them.
+    /// Returns the best-fitting candidate with its best Z_t; `None` where the model allows none of the candidates.
     ///
-    /// Given the gap, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t: its mean, weighted as the impedance residual weighs it.
-    /// The plate is taken as it was unloaded.
+    /// Given the gap, 1/(Z_m − Z_p) = 1/Z_t + 1/Z_c is linear in 1/Z_t; its estimate is the mean weighted like the impedance
+    /// residuals. The plate is taken as unloaded.
     pub(super) fn best_start(
         &mut self,
         candidates: impl IntoIterator<Item = [f64; PARAMETERS]>,
@@ -341,7 +341,7 @@ impl<'a> LaggedModel<'a> {
         best.map(|(_, parameters)| parameters)
     }
 
-    /// Returns the Z_t that goes best with the gap of [`follow`](Self::follow), and the weighted squares that it leaves.
+    /// Returns the best Z_t for the gap computed by [`follow`](Self::follow), and the weighted sum of squared residuals.
     pub(super) fn tissue_given_gap(&self, contact: &Contact, z_p: Complex64) -> (Complex64, f64) {
         let (mut sum, mut squares, mut weights) = (Complex64::ZERO, 0.0, 0.0);
         let film = self.gap[self.lead..]
@@ -371,7 +371,7 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
         self.z_m
     }
 
-    /// White noise on force and velocity is noise on their ratio that grows as 1/|ṽ_p|.
+    /// White noise of force and velocity becomes noise of their ratio that grows as 1/|ṽ_p|.
     fn noise_shape(&self, index: usize) -> f64 {
         self.amplitude_m[self.lead + index].recip()
     }
@@ -423,7 +423,7 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
     }
 }
 
-/// The parameters that act on the impedance of a sample beside those of its contact.
+/// Parameters that act on the impedance of a sample, apart from those of its contact.
 struct Fitted {
     z_t: Complex64,
     z_p_offset: Complex64,
@@ -442,7 +442,7 @@ impl Fitted {
     }
 }
 
-/// The finger at a sample: Eqs. 9 to 11, and what other modes of the plate make of it.
+/// Finger at a sample: Eqs. 9 to 11 and the effect of other modes of the plate.
 struct Seen {
     z_p: Complex64,
     z_t: Complex64,
@@ -450,7 +450,7 @@ struct Seen {
     both: Complex64,
     /// Z_t Z_c/(Z_t + Z_c).
     alone: Complex64,
-    /// The part of it that other modes leave.
+    /// Factor that the other modes apply to `alone`.
     part: Complex64,
     finger_scale: Complex64,
 }
@@ -461,14 +461,14 @@ impl Seen {
     }
 }
 
-/// Returns the finger's part of Z_m as it is measured, over what it is.
+/// Returns the ratio of the measured to the true finger part of Z_m.
 pub(super) fn finger_scale(parameters: &[f64; PARAMETERS]) -> Complex64 {
     let ln_scale = 2.0 * parameters[LN_RATIO] + parameters[LN_FINGER];
     Complex64::from_polar(ln_scale.exp(), parameters[FINGER_ANGLE])
 }
 
 impl GapSlopes {
-    /// Follows the slopes of the gap that lags behind its equilibrium.
+    /// Computes the slopes of the gap that lags behind its equilibrium.
     fn follow(&mut self, equilibrium: &[f64], gap: &[f64], intervals_per_ms: f64) {
         self.lag.differentiate(equilibrium, gap);
         let (of_equilibrium, of_lag) = self.lagged.split_at_mut(OF_EQUILIBRIUM);
@@ -490,7 +490,7 @@ mod tests {
     use crate::least_squares::tests::assert_slopes_are_derivatives;
     use crate::series::tests::with_instance;
 
-    /// Against the impedance under a force that is greater at one sample.
+    /// Compares with the impedance under a force that is larger at one sample.
     #[test]
     fn the_response_to_the_force_is_the_derivative() {
         with_instance(|instance| {

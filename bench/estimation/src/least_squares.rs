@@ -11,10 +11,10 @@ use contact::residual_noise::ResidualNoise;
 /// A model of the complex impedance of every sample of an instance, with N real parameters.
 pub(crate) trait ImpedanceModel<const N: usize> {
     fn measured(&self) -> &[Complex64];
-    /// Returns how the noise of a sample depends on its index, in any unit; the model's own error is added to it. The
-    /// fit weighs all samples alike; its standard errors do not.
+    /// Returns the noise of a sample, in any unit; the model's own error is added to it. The fit weighs all samples alike, but
+    /// its standard errors account for the noise.
     fn noise_shape(&self, index: usize) -> f64;
-    /// Impedances and their derivatives; `None` outside the model's domain.
+    /// Writes impedances and their derivatives; `None` outside the model's domain.
     fn evaluate(
         &mut self,
         parameters: &[f64; N],
@@ -23,16 +23,16 @@ pub(crate) trait ImpedanceModel<const N: usize> {
     ) -> Option<()>;
 }
 
-/// Residual per sample of a trial step out of the model's domain, N·s/m: far above any impedance, so that it is
+/// Residual per sample for a trial step outside the model's domain, N·s/m. It is far above any impedance, so the step is
 /// rejected.
 const OUT_OF_DOMAIN: f64 = 1e6;
 const TOLERANCE: f64 = 1e-12;
 const PATIENCE: usize = 60;
-/// Relative fall of the squares that a Gauss–Newton step may promise at a minimum, and the length of one, in the parameters' units,
-/// that is rounding.
+/// Relative decrease of the squares below which a Gauss–Newton step confirms a minimum, and length of a step, in the
+/// parameters' units, that is attributed to rounding.
 const FALL_LEFT: f64 = 1e-4;
 const STEP_LEFT: f64 = 1e-6;
-/// A pivot of the scaled normal matrix below this is rounding, not information.
+/// Pivot of the scaled normal matrix below which it is rounding, not information.
 const SINGULAR: f64 = 1e-12;
 
 pub(crate) struct Minimum<const N: usize> {
@@ -40,10 +40,10 @@ pub(crate) struct Minimum<const N: usize> {
     pub(crate) z_m: Vec<Complex64>,
     /// Σ|Ẑ_m − Z_m|².
     pub(crate) squares: f64,
-    /// Why the result is not a minimum; `None` if it is one.
+    /// Reason why the result is not a minimum; `None` for a minimum.
     pub(crate) failure: Option<String>,
-    /// Parameter covariance, 0 where a parameter was held and is free of error; `None` if the data do not depend on some
-    /// combination of the free ones.
+    /// Parameter covariance, 0 where a parameter was held fixed and has no error; `None` if the data do not depend on some
+    /// combination of the free parameters.
     pub(crate) covariance: Option<SMatrix<f64, N, N>>,
     /// Noise of one component of the residual.
     pub(crate) noise: ResidualNoise,
@@ -61,7 +61,7 @@ impl<const N: usize> Minimum<N> {
 struct ImpedanceProblem<'a, M, const N: usize> {
     model: &'a mut M,
     parameters: [f64; N],
-    /// Those that are fitted; the others keep their values.
+    /// Indices of the fitted parameters; the others keep their values.
     free: &'a [usize],
     z_m: Vec<Complex64>,
     slopes: Vec<[Complex64; N]>,
@@ -123,7 +123,7 @@ impl<M: ImpedanceModel<N>, const N: usize> LeastSquaresProblem<f64, Dyn, Dyn>
     }
 }
 
-/// Returns the start with the least squares; `None` if the model holds at none.
+/// Returns the start with the smallest sum of squares; `None` if all starts lie outside the model's domain.
 pub(crate) fn best_start<M: ImpedanceModel<N>, const N: usize>(
     model: &mut M,
     starts: impl IntoIterator<Item = [f64; N]>,
@@ -149,7 +149,7 @@ pub(crate) fn best_start<M: ImpedanceModel<N>, const N: usize>(
     best
 }
 
-/// Returns the model's impedance; `None` where the model does not hold.
+/// Returns the model's impedance; `None` outside the model's domain.
 pub(crate) fn evaluated<M: ImpedanceModel<N>, const N: usize>(
     model: &mut M,
     parameters: &[f64; N],
@@ -160,8 +160,8 @@ pub(crate) fn evaluated<M: ImpedanceModel<N>, const N: usize>(
     Some(z_m)
 }
 
-/// Minimises over the `free` parameters by Levenberg–Marquardt from one start; the others keep its values. The covariance holds
-/// what errors do to parameters, as `by_error` says, and what the free ones do then.
+/// Minimises over the `free` parameters by Levenberg–Marquardt from one start; the other parameters stay at its values. The
+/// covariance includes the effect of the errors in `by_error` on all parameters, with the response of the free ones.
 pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
     model: &mut M,
     start: [f64; N],
@@ -234,7 +234,7 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
     }
     let inverse = invert_scaled(&normal);
     let step = inverse.as_ref().map(|inverse| inverse * &gradient);
-    // Trial steps out of the domain shorten all that follow, and a step that is short enough looks like a minimum's.
+    // Rejected steps out of the domain shorten the steps that follow, and a short step can be mistaken for convergence.
     let stopped = step
         .is_some_and(|step| step.amax() > STEP_LEFT && step.dot(&gradient) > FALL_LEFT * squares);
     let at_the_edge = || "stopped at the edge of the range in which the model holds".to_owned();
@@ -264,7 +264,7 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
     }
 }
 
-/// Inverse of a normal matrix, scaled to unit diagonal first so that units do not decide what counts as singular.
+/// Inverts a normal matrix, scaled to unit diagonal first so that units do not decide which pivots count as singular.
 fn invert_scaled(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let scale = normal.diagonal().map(|of| of.sqrt().recip());
     if !scale.iter().all(|s| s.is_finite()) {
@@ -288,8 +288,8 @@ fn invert_scaled(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     }))
 }
 
-/// Neighbouring residuals share the demodulator's window and the model's error, so that n samples carry less than n
-/// values: 1 + 2 Σ ρ_k over the lags before the autocorrelation first vanishes.
+/// Returns 1 + 2 Σ ρ_k over the lags before the autocorrelation first vanishes. Neighbouring residuals share the demodulator's
+/// window and the model's error, so n samples carry less information than n independent values.
 pub(crate) fn correlation(residuals: &[Complex64]) -> f64 {
     let at = |lag: usize| {
         residuals
@@ -299,7 +299,7 @@ pub(crate) fn correlation(residuals: &[Complex64]) -> f64 {
             .sum::<f64>()
     };
     let power = at(0);
-    // Without any residual there is nothing to divide by.
+    // Without residuals the autocorrelation is undefined.
     if power.is_nan() || power <= 0.0 {
         return 1.0;
     }
@@ -314,7 +314,7 @@ pub(crate) fn correlation(residuals: &[Complex64]) -> f64 {
 pub(crate) mod tests {
     use super::*;
 
-    /// Impedances that are a parameter's, with no model below a wall.
+    /// Model with impedances equal to a parameter, undefined below a wall.
     struct Walled {
         measured: Vec<Complex64>,
         wall: f64,
@@ -357,7 +357,7 @@ pub(crate) mod tests {
                 found.parameters
             );
         }
-        // Without any residual, what is left is rounding.
+        // Without residuals, the remaining error is rounding.
         let mut exact = Walled {
             measured: vec![Complex64::new(0.3, 0.0); 40],
             wall: 0.0,
@@ -366,7 +366,7 @@ pub(crate) mod tests {
         assert_eq!(found.failure, None);
     }
 
-    /// Every slope against central differences of the impedance.
+    /// Compares every slope with central differences of the impedance.
     pub(crate) fn assert_slopes_are_derivatives<const N: usize>(
         model: &mut impl ImpedanceModel<N>,
         at: [f64; N],

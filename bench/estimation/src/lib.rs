@@ -1,9 +1,9 @@
-//! From the measured impedance of one instance to σ_t, Z_t, τ, and with them contact stiffness, gap and friction in
-//! time.
+//! Estimates σ_t, Z_t and τ from the measured impedance of one instance, and with them contact stiffness, gap and friction
+//! over time.
 //!
-//! Two methods of an instance, always both: [`paper`] as published, [`dynamic`] with the corrections of the envelope, of the
-//! levitation lag and of a plate that has moved. A third, [`trial`], fits all instances of a trial together and finds the
-//! skin's constants that the others assume.
+//! Two methods fit one instance and always both run: [`paper`] as published, and [`dynamic`], which corrects for the envelope,
+//! the levitation lag and a shifted plate. A third, [`trial`], fits all instances of a trial together and estimates the skin's
+//! constants that the others assume.
 //!
 //! Measured on two independent time-domain simulations of plate and finger (80 dB SNR, 6 Hz, 95 %; seven instances
 //! each, means; `bench/analysis/tests/reference_recordings.rs`):
@@ -19,7 +19,7 @@
 //! | `dynamic` | 1.306 | 0.295 + 2.589i | 0.70 | 0.0017 |
 //! | `trial` | 1.292 | 0.310 + 2.611i | 0.64 | 0.0014 |
 //!
-//! On records of the model's own equations `dynamic` recovers every parameter to 2e-6, and its standard errors are the
+//! On records of the model's own equations `dynamic` recovers every parameter to 2e-6, and its standard errors match the
 //! scatter of repeated fits (`tests/fits/`). σ_t, Z_t and τ are conditional on the assumed constants: on the first
 //! simulation with S wrong by 20 % σ_t moves by up to 4.4 % and τ by up to 0.7 ms, while μ stays within 0.005 RMS.
 

@@ -1,8 +1,8 @@
-//! The contact area and the amplitude that the film answers to, sample by sample.
+//! Contact area and effective amplitude of the film, sample by sample.
 //!
-//! The area of contact grows with the normal force as S (f_n/f̄)^ν; for finger pads ν is 0.3 to 0.6, less than Hertz's 2/3
-//! (Adams et al. 2013). The film answers to the squared amplitude as it was a moment ago: its pressure needs some cycles of the
-//! carrier to build up. Both are 0 for the published model.
+//! The contact area grows with the normal force as S (f_n/f̄)^ν; for finger pads ν is 0.3 to 0.6, less than Hertz's 2/3
+//! (Adams et al. 2013). The film responds to the squared amplitude of a moment earlier, because its pressure needs some cycles
+//! of the carrier to build up. The published model has neither effect.
 
 use first_order_lag::Lag;
 
@@ -10,21 +10,21 @@ use contact::Contact;
 use contact::inversion::Inversion;
 use contact::parameters::LoadSlopes;
 
-/// The amplitude that the film answers to and the area of contact, at each sample.
+/// Effective amplitude of the film and contact area at each sample.
 pub(super) struct Loads {
     measured_m: Vec<f64>,
     squared_m2: Vec<f64>,
     answered_m2: Vec<f64>,
     by_mean_m2: Vec<f64>,
-    /// Amplitude that the film answers to, m.
+    /// Effective amplitude of the film, m.
     pub(super) amplitude_m: Vec<f64>,
-    /// Area of contact over that at the reference force.
+    /// Contact area relative to the area at the reference force.
     pub(super) area_ratio: Vec<f64>,
     pub(super) slopes: Vec<LoadSlopes>,
 }
 
 impl Loads {
-    /// Takes the samples of an instance; the area is that of `reference_n` where the normal force is.
+    /// Takes the samples of an instance; the area is S at a normal force of `reference_n`.
     pub(super) fn new(amplitude_m: &[f64], normal_n: &[f64], reference_n: f64) -> Self {
         let n = amplitude_m.len();
         let ln_area_by_exponent = |&normal_n: &f64| (normal_n / reference_n).ln();
@@ -46,7 +46,7 @@ impl Loads {
         }
     }
 
-    /// Follows the parameters; `None` where the film would answer to no amplitude.
+    /// Computes the loads for the parameters; `None` if the film's squared amplitude would not be positive.
     pub(super) fn follow(
         &mut self,
         area_exponent: f64,

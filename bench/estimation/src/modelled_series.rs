@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-/// Impedance, stiffness, gap and friction of the model at each sample of an instance, whatever was measured there.
+/// Impedance, stiffness, gap and friction of the model at each sample of an instance, independent of the measured values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelledSeries {
     /// Observed impedance Z_m (Huloux 2021, Eq. 9), N·s/m.

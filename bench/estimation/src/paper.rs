@@ -1,12 +1,12 @@
 //! The published method: a fit of σ_t alone.
 //!
-//! Per instance: Z_m⁰ is the mean measured impedance where the instance's amplitude is below 0.2 µm, or its lowest 5
-//! ms; μ0, the friction without vibration, is the mean measured friction where the rise that the instance is the middle
-//! of is below 0.2 µm (docs/decisions/0008). For any σ_t the stiffness at rest is k_c⁰ = ⟨f_c⟩/σ_t with ⟨f_c⟩ the mean
-//! normal force, Z_t follows by Eq. 21, the gap at each instant by the gap equation (17), k_c by (18) and Z_m by (9).
-//! σ_t minimises Σ|Z_m,model − Z_m|² over the instance, complex. Then k_c(t) by (12), gap by (18), μ by (19). Every
-//! instant counts as a steady state, and the amplitude where Z_t is read as rest: that biases σ_t upwards and Z_t
-//! downwards, and the bias is part of the method.
+//! Per instance: Z_m⁰ is the mean measured impedance where the instance's amplitude is below 0.2 µm, or in its lowest 5
+//! ms. μ0, the friction without vibration, is the mean measured friction where the amplitude is below 0.2 µm in the whole
+//! rise around the instance (docs/decisions/0008). For any σ_t the stiffness at rest is k_c⁰ = ⟨f_c⟩/σ_t with ⟨f_c⟩ the mean
+//! normal force; Z_t follows by Eq. 21, the gap at each instant by Eq. 17, k_c by Eq. 18 and Z_m by Eq. 9.
+//! σ_t minimises Σ|Z_m,model − Z_m|² over the instance, complex. Then follow k_c(t) by Eq. 12, the gap by Eq. 18 and μ by
+//! Eq. 19. The method treats every instant as a steady state, and the amplitude where Z_t is read as rest. This biases σ_t
+//! upwards and Z_t downwards; the bias is part of the method.
 
 use num_complex::Complex64;
 
@@ -27,12 +27,12 @@ use contact::harmonic::{contact_impedance, observed, tissue_from_observed};
 use contact::inversion::Inversion;
 use contact::parameters::LoadSlopes;
 
-/// Options of the published method: where the tissue impedance and μ0 are read.
+/// Options of the published method: where to read the tissue impedance and μ0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PaperOptions {
     /// Amplitudes below this count as rest, m. Default 0.2 µm (Huloux 2021; elsewhere it says 2 µm).
     pub rest_amplitude_m: f64,
-    /// Time at the lowest amplitudes that is used instead in an instance that never goes below, s. Default 5 ms.
+    /// Duration of the lowest amplitudes, used in an instance that never goes below the threshold, s. Default 5 ms.
     pub lowest_s: f64,
 }
 
@@ -45,14 +45,14 @@ impl Default for PaperOptions {
     }
 }
 
-/// Where Z_m⁰ was read, and μ0 too if the whole rise never goes below the threshold.
+/// Samples from which Z_m⁰ was read, and μ0 too if the whole rise never goes below the threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RestReading {
-    /// Whether the instance goes below [`PaperOptions::rest_amplitude_m`]; if not, its lowest amplitudes were taken.
+    /// Whether the instance goes below [`PaperOptions::rest_amplitude_m`]; if not, its lowest amplitudes are used.
     pub below_threshold: bool,
     /// Number of samples used.
     pub samples: usize,
-    /// The greatest amplitude among them, m.
+    /// Largest amplitude among the samples used, m.
     pub up_to_amplitude_m: f64,
     /// Z_m⁰, their mean plain impedance, N·s/m.
     pub z_m_plain_n_s_per_m: Complex64,
@@ -79,11 +79,11 @@ pub struct PaperFit {
     pub mu0_std: f64,
     /// Mean normal force ⟨f_c⟩ over the instance, N.
     pub normal_n: f64,
-    /// Where Z_m⁰ was read.
+    /// Samples from which Z_m⁰ was read.
     pub rest: RestReading,
-    /// How well fitted and measured agree.
+    /// Agreement of fit and measurement.
     pub agreement: Agreement,
-    /// Stiffness, gap and friction in time.
+    /// Stiffness, gap and friction over time.
     pub series: EstimatedSeries,
 }
 
@@ -103,8 +103,8 @@ pub fn fit(
     model.report(&samples, minimum, &at_rest)
 }
 
-/// Returns the model with a σ_t that was not fitted to this instance, such as a participant's average; Z_t by Eq. 21 and μ0
-/// are the instance's own.
+/// Returns the model with a σ_t that was not fitted to this instance, such as a participant's average; Z_t (Eq. 21) and μ0
+/// are those of the instance.
 ///
 /// # Errors
 /// If the model allows no such contact.
@@ -136,7 +136,7 @@ pub fn modelled(
 /// Returns how σ_t and Z_t depend on the assumed constants.
 ///
 /// # Errors
-/// As [`fit`].
+/// Same as [`fit`].
 pub fn sensitivities(
     instance: &InstanceSeries<'_>,
     conditions: &FitConditions,
@@ -233,7 +233,7 @@ impl<'a> PaperModel<'a> {
         })
     }
 
-    /// Z_t by Eq. 21 and its derivative with respect to ln σ_t.
+    /// Returns Z_t by Eq. 21 and its derivative by ln σ_t.
     fn tissue(&self, ln_sigma_t: f64) -> (Complex64, Complex64) {
         let k_c0 = self.normal_n[0] / ln_sigma_t.exp();
         let z_c0 = contact_impedance(

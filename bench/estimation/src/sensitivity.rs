@@ -1,4 +1,4 @@
-//! How fitted values depend on the assumed constants.
+//! Dependence of the fitted values on the assumed constants.
 
 use num_complex::Complex64;
 
@@ -17,7 +17,7 @@ pub struct Sensitivity {
     pub tau_s: f64,
 }
 
-/// How the fitted values depend on the assumed constants (central differences of refits at ±1 %).
+/// Dependence of the fitted values on the assumed constants, from central differences of refits at ±1 %.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensitivities {
     /// Sensitivity to q0.
@@ -30,8 +30,8 @@ pub struct Sensitivities {
     pub contact_area: Sensitivity,
 }
 
-/// Central differences of refits; `refit` gives ln σ_t, Z_t and τ. The asperity law
-/// depends on q0, E and ν only through q0 E/(1 − ν²).
+/// Returns central differences of refits; `refit` gives ln σ_t, Z_t and τ. The asperity law depends on q0, E and ν only through
+/// q0 E/(1 − ν²).
 pub(super) fn sensitivities(
     conditions: &FitConditions,
     refit: impl Fn(&FitConditions) -> Result<(f64, Complex64, f64), FitError>,

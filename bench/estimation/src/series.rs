@@ -1,13 +1,13 @@
-//! The samples of one instance, as the fits read them.
+//! Samples of one instance, as the fits read them.
 
 use num_complex::Complex64;
 
 use super::fit_error::FitError;
 use contact::error::{ModelError, not_negative, positive, same_length};
 
-/// Largest departure from an even grid, as a share of the sampling interval.
+/// Largest deviation from an even grid, as a fraction of the sampling interval.
 const UNEVEN: f64 = 0.01;
-/// Fewer samples cannot hold the parameters of either fit.
+/// Fewest samples that can determine the parameters of either fit.
 const FEWEST_SAMPLES: usize = 8;
 
 /// Simultaneous samples of one stretch of an exploration, evenly spaced (2 kHz on this bench).
@@ -15,20 +15,20 @@ const FEWEST_SAMPLES: usize = 8;
 pub struct InstanceSamples<'a> {
     /// Time, s.
     pub time_s: &'a [f64],
-    /// Plain impedance f̃_a/ṽ_p, N·s/m; the `paper` method's, low-passed as Huloux 2021 does it.
+    /// Plain impedance f̃_a/ṽ_p for the `paper` method, low-passed as in Huloux 2021, N·s/m.
     pub z_m_plain_n_s_per_m: &'a [Complex64],
-    /// Corrected impedance (f̃_a − 2 m_p dṽ_p/dt)/ṽ_p, N·s/m; the `dynamic` method's, with no filter but the
-    /// demodulator's window: a further low-pass smears the low-amplitude end and costs up to 5 % of σ_t.
+    /// Corrected impedance (f̃_a − 2 m_p dṽ_p/dt)/ṽ_p for the `dynamic` method, N·s/m. It has no filter except the
+    /// demodulator's window: a further low-pass smears the low-amplitude end and changes σ_t by up to 5 %.
     pub z_m_corrected_n_s_per_m: &'a [Complex64],
-    /// Vibration amplitude |x̃_p|, peak, m; no filter but the demodulator's window.
+    /// Vibration amplitude |x̃_p|, peak, m; no filter except the demodulator's window.
     pub amplitude_m: &'a [f64],
-    /// Normal force, N. The fits take it as it is given: the noise of its sensor has to be removed before.
+    /// Normal force, N. The fits use it as given, so the noise of its sensor must be removed first.
     pub normal_n: &'a [f64],
     /// Measured friction |f_t|/f_n.
     pub mu: &'a [f64],
 }
 
-/// One instance with the samples that lead into it: what a fit reads.
+/// One instance with its lead-in, the input of a fit.
 #[derive(Debug, Clone, Copy)]
 pub struct InstanceSeries<'a> {
     samples: InstanceSamples<'a>,
@@ -37,12 +37,12 @@ pub struct InstanceSeries<'a> {
 }
 
 impl<'a> InstanceSeries<'a> {
-    /// Checks the samples. `start` is the index of the instance's first one; those before are its lead-in, of which
+    /// Checks the samples. `start` is the index of the instance's first sample; earlier ones are its lead-in, of which
     /// `dynamic` needs 20 ms.
     ///
     /// # Errors
     /// If slices differ in length, time is not even, a sample is not finite or not physical, or the instance is too
-    /// short. The lead-in needs amplitude and force alone; its friction is used where it is finite.
+    /// short. The lead-in needs only amplitude and force; its friction is used where it is finite.
     pub fn new(samples: InstanceSamples<'a>, start: usize) -> Result<Self, FitError> {
         let n = samples.time_s.len();
         same_length("z_m_plain", samples.z_m_plain_n_s_per_m.len(), n)?;
@@ -76,7 +76,7 @@ impl<'a> InstanceSeries<'a> {
             };
             positive("amplitude", "m", samples.amplitude_m[index]).map_err(at)?;
             positive("normal force", "N", samples.normal_n[index]).map_err(at)?;
-            // An envelope's null may hide the rest of the lead-in.
+            // A null of the envelope may invalidate the rest of the lead-in.
             if index < start {
                 continue;
             }
@@ -113,17 +113,17 @@ impl<'a> InstanceSeries<'a> {
         self.from(self.start)
     }
 
-    /// Returns the instance and the part of its lead-in in the same rise of the amplitude: from the least amplitude on.
+    /// Returns the instance and the part of its lead-in within the same rise of the amplitude, from the minimum amplitude on.
     pub(crate) fn rise(&self) -> InstanceSamples<'a> {
         let lead_in = &self.samples.amplitude_m[..=self.start];
         let least = (0..=self.start).min_by(|&a, &b| lead_in[a].total_cmp(&lead_in[b]));
         self.from(least.unwrap_or(self.start))
     }
 
-    /// Returns the instance and the `lead_in_s` before it, with the number of samples that are lead-in.
+    /// Returns the instance and the `lead_in_s` before it, with the number of samples in the lead-in.
     ///
     /// # Errors
-    /// If fewer samples than that were given.
+    /// If the lead-in is shorter.
     pub(crate) fn with_lead_in(
         &self,
         lead_in_s: f64,

@@ -1,32 +1,34 @@
 //! The skin's inertia: how it changes the impedance while the plate's amplitude and the contact change.
 //!
-//! The corrected Z_m is free of the plate's transients (`impedance::Zm`), not of the skin's: the finger's part of it is f̃_c/ṽ, and Z_t Z_c/(Z_t + Z_c) is that of a carrier that has stood still for long. With ũ the velocity across
-//! the contact's spring, w̃ that of the skin, and their rates to first order,
+//! The corrected Z_m has no transients of the plate (`impedance::Zm`) but still those of the skin: the finger's part of Z_m is
+//! f̃_c/ṽ, which equals Z_t Z_c/(Z_t + Z_c) only for a constant envelope. With ũ the velocity across the contact's spring, w̃
+//! that of the skin, and their rates to first order,
 //!
 //! ```text
 //! f̃_c = Z_c ũ + (k_c/ω²) dũ/dt = Z_t w̃ + m_t dw̃/dt,   ũ + w̃ = ṽ
 //! ```
 //!
-//! so that with A = Z_t/(Z_t + Z_c) and B = Z_c/(Z_t + Z_c), the parts of ṽ that fall on spring and skin,
+//! so that with A = Z_t/(Z_t + Z_c) and B = Z_c/(Z_t + Z_c), the fractions of ṽ on spring and skin,
 //!
 //! ```text
 //! f̃_c/ṽ = Z_t Z_c/(Z_t + Z_c) + (k_c/ω²) A (A d ln ṽ/dt + dA/dt) + m_t B (B d ln ṽ/dt + dB/dt)
 //! ```
 //!
-//! At 6 Hz, index 0.95 that is up to 0.002 N·s/m, more than the noise; left out it makes σ_t 0.2 % and S 0.5 % too small.
+//! At 6 Hz with index 0.95 the transient terms reach 0.002 N·s/m, more than the noise; neglecting them makes σ_t 0.2 % and S
+//! 0.5 % too small.
 
 use num_complex::Complex64;
 
-/// What the transients of a sample need of its finger: a contact and a skin in series.
+/// Properties of a finger, a contact and a skin in series, that determine the transients of a sample.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row {
-    /// Parts of the plate's velocity that fall on the contact's spring, and on the skin.
+    /// Fractions of the plate's velocity on the contact's spring and on the skin.
     pub(super) on_contact: Complex64,
     pub(super) on_skin: Complex64,
     /// k_c/ω² and m_t, kg.
     pub(super) contact_kg: f64,
     pub(super) skin_kg: f64,
-    /// Factor by which the measured impedance shows the finger's force: mode shape, and the plate's other modes.
+    /// Factor of the finger's force in the measured impedance, by mode shape and other modes of the plate.
     pub(super) seen: Complex64,
 }
 
@@ -41,8 +43,8 @@ pub(super) struct Transient {
 }
 
 impl Transient {
-    /// Takes an instance's amplitude and its plain impedance γŨ/(iωx̃), whose phase falls as that of x̃ rises: that of Ũ stays.
-    /// Nothing is added until a finger is [followed](Self::follow).
+    /// Takes an instance's amplitude and its plain impedance γŨ/(iωx̃): with Ũ constant in phase, its phase falls as that of
+    /// x̃ rises. The transients are zero until a finger is [followed](Self::follow).
     pub(super) fn new(amplitude_m: &[f64], z_m_plain: &[Complex64], interval_s: f64) -> Self {
         let velocity_per_s = differences(amplitude_m.len(), interval_s, |from, to| {
             let phase = (z_m_plain[from] * z_m_plain[to].conj()).arg();
@@ -55,7 +57,7 @@ impl Transient {
         }
     }
 
-    /// Follows the finger of each sample.
+    /// Computes the transients for the finger at each sample.
     pub(super) fn follow(&mut self, rows: &[Row]) {
         let per_s = |part: fn(&Row) -> Complex64| {
             differences(rows.len(), self.interval_s, |from, to| {
@@ -72,7 +74,7 @@ impl Transient {
     }
 }
 
-/// Returns the rate at each of `samples` from the change from one to another: central inside, to the neighbour at the ends.
+/// Returns the rate at each of `samples` by central differences, one-sided at the ends.
 fn differences(
     samples: usize,
     interval_s: f64,
@@ -111,8 +113,8 @@ mod tests {
         Complex64::new(LOSS_FACTOR, -1.0) * k_c / OMEGA
     }
 
-    /// Contact and skin in envelopes, integrated under a plate of given velocity: elongation of the spring and velocity of the skin.
-    /// Returns f̃_c/ṽ at each sample.
+    /// Integrates the envelopes of contact and skin under a plate of given velocity: elongation of the spring and velocity of
+    /// the skin. Returns f̃_c/ṽ at each sample.
     fn integrated(samples: usize) -> Vec<Complex64> {
         let spin = Complex64::I * OMEGA;
         let force = |time_s: f64, [elongation, skin]: [Complex64; 2]| {

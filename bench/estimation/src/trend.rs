@@ -1,4 +1,4 @@
-//! Slow change within an instance: a skin that grows moist, a plate that grows warm.
+//! Slow change within an instance, for example of the skin's moisture or the plate's temperature.
 
 use std::ops::{AddAssign, Mul};
 
@@ -7,13 +7,13 @@ use num_complex::Complex64;
 use contact::Contact;
 use contact::inversion::Inversion;
 
-/// Fewest instances of an exploration that show a trend.
+/// Fewest instances of an exploration that determine a trend.
 const FEWEST: usize = 3;
-/// Instances further apart are not of one exploration, s.
+/// Largest interval between instances of the same exploration, s.
 pub(super) const NEIGHBOURS_S: f64 = 0.7;
 
-/// Returns the rate, 1/s, at which something changes about an instance: the regression of its `values` at the middles of all
-/// instances of the same exploration. Nothing where those are too few.
+/// Returns the rate of change about an instance, 1/s: the regression of `values` on the middle times of all instances of the
+/// same exploration. Returns zero where those are too few.
 pub(super) fn rate_about<T>(index: usize, times_s: &[f64], values: impl Fn(usize) -> T) -> T
 where
     T: Default + AddAssign + Mul<f64, Output = T>,
@@ -35,32 +35,32 @@ where
     per_s
 }
 
-/// Rates of an instance's own parameters.
+/// Rates of change of the instance's parameters.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Rates {
     /// Rate of ln σ_t, 1/s.
     pub(super) ln_sigma_t_per_s: f64,
-    /// Rate of Z_t, N·s/m a second.
+    /// Rate of Z_t, N·s/m per second.
     pub(super) z_t_per_s: Complex64,
-    /// Rate of Z_p, N·s/m a second.
+    /// Rate of Z_p, N·s/m per second.
     pub(super) z_p_per_s: Complex64,
-    /// Rate of the angle by which the finger's part is turned, rad/s.
+    /// Rate of the phase rotation of the finger's part, rad/s.
     pub(super) finger_angle_rad_per_s: f64,
 }
 
-/// Where the parameters of an instance, which hold at its middle, are at each sample.
+/// Parameters of an instance at each sample, extrapolated from its middle.
 pub(super) struct Trend {
     /// Time since the middle of the instance, s.
     elapsed_s: Vec<f64>,
     rates: Rates,
-    /// σ_t at each sample over that at the middle.
+    /// σ_t at each sample relative to its value at the middle.
     sigma_ratio: Vec<f64>,
-    /// What the finger's part of Z_m at each sample is turned by.
+    /// Factor that rotates the finger's part of Z_m at each sample.
     turned: Vec<Complex64>,
 }
 
 impl Trend {
-    /// Makes the trend of an instance that begins after `lead` samples and does not change.
+    /// Makes a constant trend for an instance that begins after `lead` samples.
     pub(super) fn new(time_s: &[f64], lead: usize) -> Self {
         let middle_s = 0.5 * (time_s[lead] + time_s[time_s.len() - 1]);
         Self {
@@ -101,7 +101,7 @@ impl Trend {
         z_p + self.rates.z_p_per_s * self.elapsed_s[at]
     }
 
-    /// Returns the finger's part of Z_m as it is measured, over what it is, at a sample.
+    /// Returns the ratio of the measured to the true finger part of Z_m at a sample.
     pub(super) fn finger_scale(&self, scale: Complex64, at: usize) -> Complex64 {
         scale * self.turned[at]
     }

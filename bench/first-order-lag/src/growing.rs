@@ -1,8 +1,8 @@
-//! A lag that grows with what lags.
+//! First-order lag with a time constant that grows with its output.
 
 use crate::step::{Step, first_slope};
 
-/// How τ grows with the output: as a power.
+/// Power law by which τ grows with the output.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GrowthLaw {
     /// τ where the output is `reference`, sampling intervals.
@@ -13,24 +13,25 @@ pub struct GrowthLaw {
     pub reference: f64,
 }
 
-/// A first-order lag τ(x) dx/dt = x_eq − x whose τ grows with x as a [`GrowthLaw`] says: over each step it is that of the step's
-/// middle, foreseen from the two samples before. With its derivatives.
+/// First-order lag τ(x) dx/dt = x_eq − x with a τ that grows with x by a [`GrowthLaw`], and derivatives. Over each step τ is
+/// that of the step's middle, extrapolated from the two samples before.
 #[derive(Debug, Clone)]
 pub struct GrowingLag {
     law: GrowthLaw,
-    /// One for all samples where the exponent is 0, or for each that of the step that ends there; the first is that of the start.
+    /// A single step for all samples if the exponent is 0; otherwise the step that ends at each sample, the first for the
+    /// start.
     steps: Vec<Step>,
-    /// Output over the law's reference in the middle of each step, and that to the power of the exponent.
+    /// Ratio of the output to the law's reference in the middle of each step, and its power by the exponent.
     middles: Vec<f64>,
     factors: Vec<f64>,
-    /// How each output depends on its own step's τ alone, output units per sampling interval.
+    /// Derivative of each output by its own step's τ alone, output units per sampling interval.
     pushes: Vec<f64>,
-    /// How each output depends on its step's middle.
+    /// Derivative of each output by its step's middle.
     fed_back: Vec<f64>,
 }
 
 impl GrowingLag {
-    /// Makes room for `samples`; [`follow`](Self::follow) comes before all else.
+    /// Allocates buffers for `samples`; call [`follow`](Self::follow) before any other method.
     #[must_use]
     pub fn new(samples: usize) -> Self {
         let law = GrowthLaw {
@@ -48,7 +49,7 @@ impl GrowingLag {
         }
     }
 
-    /// Writes the lagged input, started as far behind as its first slope demands. NaN from where τ has no value.
+    /// Writes the lagged input, starting with the lag of a ramp of its first slope. NaN from the first undefined τ on.
     pub fn follow(&mut self, law: GrowthLaw, input: &[f64], output: &mut [f64]) {
         self.law = law;
         self.steps.clear();
@@ -69,7 +70,7 @@ impl GrowingLag {
         }
     }
 
-    /// Prepares the derivatives of what [`follow`](Self::follow) made of the input.
+    /// Prepares the derivatives for the output that [`follow`](Self::follow) computed from the input.
     pub fn differentiate(&mut self, input: &[f64], output: &[f64]) {
         self.pushes[0] = -first_slope(input);
         for n in 1..input.len() {
@@ -81,7 +82,8 @@ impl GrowingLag {
         }
     }
 
-    /// Writes how the output depends on what moves the input as given, after [`differentiate`](Self::differentiate).
+    /// Writes the derivative of the output by a parameter that changes the input by `input`, after
+    /// [`differentiate`](Self::differentiate).
     pub fn slope_by_input(&self, input: &[f64], slope: &mut [f64]) {
         slope[0] = input[0] - self.step(0).tau * first_slope(input) + self.fed_back[0] * input[0];
         for n in 1..input.len() {
@@ -89,21 +91,21 @@ impl GrowingLag {
         }
     }
 
-    /// Writes how the output depends on the law's τ, output units per sampling interval, after
+    /// Writes the derivative of the output by the law's τ, output units per sampling interval, after
     /// [`differentiate`](Self::differentiate).
     pub fn slope_by_tau(&self, slope: &mut [f64]) {
         let grows = self.law.exponent != 0.0;
         self.slope_by_lag(|n| if grows { self.factors[n] } else { 1.0 }, slope);
     }
 
-    /// Writes how the output depends on the law's exponent, after [`differentiate`](Self::differentiate).
+    /// Writes the derivative of the output by the law's exponent, after [`differentiate`](Self::differentiate).
     pub fn slope_by_exponent(&self, slope: &mut [f64]) {
-        // Without growth a middle may be foreseen below 0, and must not spoil slopes that nobody asks for.
+        // Without growth an extrapolated middle may be negative, which must not spoil slopes that are not used.
         let ln_middle = |n: usize| self.middles[n].max(f64::MIN_POSITIVE).ln();
         self.slope_by_lag(|n| self.step(n).tau * ln_middle(n), slope);
     }
 
-    /// Writes the slope by what moves each step's τ as said.
+    /// Writes the derivative by a parameter that changes each step's τ by `moved`.
     fn slope_by_lag(&self, moved: impl Fn(usize) -> f64, slope: &mut [f64]) {
         slope[0] = self.pushes[0] * moved(0);
         for n in 1..slope.len() {
@@ -111,12 +113,12 @@ impl GrowingLag {
         }
     }
 
-    /// Returns what the slopes before a sample make of its own: what decay leaves of the last, and the lag that they move.
+    /// Returns the slope at sample `n` carried over from sample `n - 1`, by the decay and by the change of τ.
     fn carried(&self, slope: &[f64], n: usize) -> f64 {
         self.step(n).decay.0 * slope[n - 1] + self.fed_back[n] * foreseen(slope, n)
     }
 
-    /// Returns how a step's τ depends on its middle.
+    /// Returns the derivative of a step's τ by its middle.
     fn growth(&self, n: usize) -> f64 {
         if self.law.exponent == 0.0 {
             return 0.0;
@@ -129,7 +131,7 @@ impl GrowingLag {
     }
 }
 
-/// Returns the middle of the step that ends at a sample, as the two samples before it foresee it.
+/// Returns the middle of the step that ends at a sample, extrapolated from the two samples before it.
 fn foreseen(output: &[f64], n: usize) -> f64 {
     output[n - 1] + 0.5 * (output[n - 1] - output[n.saturating_sub(2)])
 }
@@ -160,7 +162,7 @@ mod tests {
         reference: 1.7,
     };
 
-    /// Against steps a thousand times as short.
+    /// Compares with steps a thousand times as short.
     #[test]
     fn it_solves_its_equation() {
         let (_, output) = followed(LAW, &inputs(input));

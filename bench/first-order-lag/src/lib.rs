@@ -9,8 +9,8 @@ use step::{Step, first_slope};
 
 /// A first-order lag τ dx/dt = x_eq − x over an even grid, exact for an input that is cubic between samples.
 ///
-/// For τ ≤ 0 the same coefficients, analytic in τ, extrapolate: x = x_eq − τ dx_eq/dt + …, a lead. That lets a fit
-/// cross zero smoothly and say where it would have gone.
+/// For τ ≤ 0 the same coefficients, analytic in τ, extrapolate: x = x_eq − τ dx_eq/dt + …, a lead. A fit can thus cross zero
+/// smoothly and report its unbounded estimate.
 #[derive(Debug, Clone)]
 pub struct Lag(Step);
 
@@ -21,7 +21,7 @@ impl Lag {
         Self(Step::new(tau / interval))
     }
 
-    /// Writes the lagged input, started as far behind as its first slope demands. At least four samples.
+    /// Writes the lagged input, starting with the lag of a ramp of its first slope. Needs at least four samples.
     pub fn apply(&self, input: &[f64], output: &mut [f64]) {
         let Self(step) = self;
         output[0] = input[0] - step.tau * first_slope(input);
@@ -30,7 +30,7 @@ impl Lag {
         }
     }
 
-    /// Writes ∂ output/∂τ in output units per sampling interval, given what [`apply`](Self::apply) made of the input.
+    /// Writes ∂output/∂τ in output units per sampling interval, given the output of [`apply`](Self::apply) for the input.
     pub fn slope(&self, input: &[f64], output: &[f64], slope: &mut [f64]) {
         let Self(step) = self;
         slope[0] = -first_slope(input);

@@ -5,9 +5,9 @@
 pub(crate) struct Step {
     /// τ in sampling intervals.
     pub(crate) tau: f64,
-    /// Factor of the output at the sample before.
+    /// Factor of the output at the previous sample.
     pub(crate) decay: Weight,
-    /// Input weights where samples stand on both sides: at n − 1, n, n + 1, n + 2 for the step from n to n + 1.
+    /// Input weights in the interior: at n − 1, n, n + 1, n + 2 for the step from n to n + 1.
     inner: [Weight; 4],
     /// For the last step: n − 2, n − 1, n, n + 1.
     last: [Weight; 4],
@@ -34,7 +34,7 @@ const LAST_CUBICS: [[f64; 4]; 4] = [
 ];
 
 impl Step {
-    /// Makes the step of a τ in sampling intervals.
+    /// Makes the step for a τ in sampling intervals.
     pub(crate) fn new(tau: f64) -> Self {
         let decay = if tau > 0.0 {
             ((-1.0 / tau).exp(), (-1.0 / tau).exp() / (tau * tau))
@@ -68,7 +68,7 @@ impl Step {
         }
     }
 
-    /// Returns what the input adds over the step that ends at sample `n`.
+    /// Returns the contribution of the input over the step that ends at sample `n`.
     pub(crate) fn drive(&self, input: &[f64], n: usize) -> Weight {
         let (weights, nodes): (&[Weight], &[f64]) = if n == 1 {
             (&self.first, &input[..2])
@@ -86,7 +86,7 @@ impl Step {
     }
 }
 
-/// Returns the slope per interval at the first sample, of the parabola through the first three.
+/// Returns the slope per interval at the first sample, from the parabola through the first three.
 pub(crate) fn first_slope(input: &[f64]) -> f64 {
     0.5 * (4.0 * input[1] - 3.0 * input[0] - input[2])
 }

@@ -1,4 +1,4 @@
-//! Demodulation of drive and pickup, beside a plain lock-in amplifier that does the same sample by sample.
+//! Demodulation of drive and pickup, compared with a plain lock-in amplifier that does the same sample by sample.
 //!
 //! `cargo bench -p impedance`; throughput is in stereo frames.
 
@@ -12,7 +12,7 @@ const RATE: u32 = 192_000;
 const CARRIER_HZ: f64 = 35_000.0;
 const BLOCK: usize = 2 * 1024;
 
-/// Drive and pickup, 6 Hz modulation of 95 %.
+/// Drive and pickup with a 6 Hz modulation of 95 %.
 fn recording(seconds: u32) -> Vec<f32> {
     (0..seconds * RATE)
         .flat_map(|n| {
@@ -42,7 +42,7 @@ fn demodulate(filter: &Filter, samples: &[f32]) -> Complex64 {
         .unwrap_or(Complex64::ZERO)
 }
 
-/// The textbook: multiply each sample by the oscillator, Hann low-pass of 2 ms at every frame.
+/// Textbook lock-in: multiplies each sample by the oscillator and applies a Hann low-pass of 2 ms at every frame.
 fn lock_in(samples: &[f32]) -> Complex64 {
     let hop = (RATE / OUTPUT_RATE_HZ) as usize;
     let taps = 4 * hop;

@@ -36,7 +36,7 @@ usage: wav_to_zm FILE.wav --pickup-scale M --mass KG --force-factor N/V [OPTIONS
   --pickup N          channel of the pickup, from 0 [1]
   --rate HZ           envelope frames per second; must divide the sample rate [2000]";
 
-/// What the command line asks for.
+/// Arguments of the command line.
 struct Arguments {
     file: String,
     carrier_hz: f64,
@@ -47,7 +47,7 @@ struct Arguments {
     rate_hz: u32,
 }
 
-/// A command line that says too little or something wrong.
+/// Errors of the command line.
 #[derive(Debug)]
 enum UsageError {
     Unknown(String),
@@ -125,7 +125,7 @@ fn value<T: std::str::FromStr>(option: &str, value: Option<String>) -> Result<T,
     })
 }
 
-/// All samples, interleaved, full scale at 1.
+/// Returns all samples, interleaved, with full scale at 1.
 fn samples(reader: &mut hound::WavReader<impl io::Read>) -> Result<Vec<f32>, hound::Error> {
     let format = reader.spec();
     match format.sample_format {
@@ -168,7 +168,7 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
         output_rate_hz: arguments.rate_hz,
     })?;
     let zm = Zm::new(arguments.plate, arguments.scales, &filter)?;
-    // The samples of a float file may exceed 1 without having been clipped.
+    // The samples of a float file may exceed 1 without clipping.
     let clip_level = match format.sample_format {
         hound::SampleFormat::Float => f32::INFINITY,
         hound::SampleFormat::Int => 0.999,
@@ -187,7 +187,7 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
     demodulator.push(&interleaved, |frame| frames.push(zm.read(frame)))?;
 
     match write(&mut BufWriter::new(io::stdout().lock()), &frames) {
-        // Whoever reads, `head` for instance, has enough.
+        // A reader such as `head` may close the pipe early.
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         other => Ok(other?),
     }

@@ -1,10 +1,10 @@
-//! Whether the carrier is in the signal at all.
+//! Detection of the carrier in a signal.
 
 use crate::demodulator::{Demodulator, DemodulatorError, InputChannel};
 use crate::filter::Filter;
 use crate::mask::Mask;
 
-/// The carrier's level in one channel of a block, beside what lies outside the demodulator's band.
+/// Level of the carrier in one channel of a block, and of the signal outside the demodulator's band.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CarrierLevel {
     /// Root mean square of the envelope: the peak amplitude of a steady carrier of the same power, in sample units.
@@ -13,7 +13,7 @@ pub struct CarrierLevel {
     pub rest_rms: f64,
 }
 
-/// Why a block shows no carrier.
+/// Reasons why a block shows no carrier.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CarrierError {
     /// The block cannot be read.
@@ -27,14 +27,14 @@ pub enum CarrierError {
         /// Samples that one frame needs.
         needed: u64,
     },
-    /// The carrier does not exceed the rest by enough.
+    /// The ratio of the carrier to the rest is too small.
     #[error(
         "carrier of {carrier_hz} Hz is not in the signal: {ratio_db:.1} dB above the rest, at least {least_db} dB wanted"
     )]
     Missing {
         /// Carrier frequency, Hz.
         carrier_hz: f64,
-        /// Power of the carrier over that of the rest, dB.
+        /// Ratio of the carrier's power to that of the rest, dB.
         ratio_db: f64,
         /// Smallest ratio accepted, dB.
         least_db: f64,
@@ -42,7 +42,7 @@ pub enum CarrierError {
 }
 
 impl CarrierLevel {
-    /// Measures one channel of an interleaved block, leaving out frames that lost samples touch.
+    /// Measures one channel of an interleaved block, except frames that include lost samples.
     ///
     /// A steady or slowly modulated carrier alone reads above 60 dB (`a_clean_carrier_stands_out`).
     ///
@@ -88,7 +88,7 @@ impl CarrierLevel {
         })
     }
 
-    /// Returns the carrier's power over that of the rest, dB; −∞ without a carrier.
+    /// Returns the ratio of the carrier's power to that of the rest, dB; −∞ without a carrier.
     #[must_use]
     pub fn ratio_db(&self) -> f64 {
         if self.amplitude == 0.0 {

@@ -1,16 +1,16 @@
-//! The carrier's phase at any sample, by integer arithmetic.
+//! Phase of the carrier at any sample, by integer arithmetic.
 
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Above this period the phasors are computed when asked for instead of tabulated.
+/// Longest period with tabulated phasors; beyond it they are computed on demand.
 const LONGEST_TABLE: u64 = 4096;
 
-/// The phase of exp(+iωt) at any sample, as exact after hours as at the start.
+/// Phase of exp(+iωt) at any sample, as exact after hours as at the start.
 ///
 /// A carrier of a whole number of hertz repeats every `rate / gcd(carrier, rate)` samples (192 for 35 kHz at 192 kHz):
-/// its phase is an exact fraction, read from a table when that is short. Any other carrier runs on a 64-bit
-/// accumulator of turns, off by at most 2⁻⁶⁴ turns a sample: 10⁻⁹ rad after three hours at 192 kHz.
+/// its phase is an exact fraction, read from a table if the period is short. The phase of any other carrier comes from a 64-bit
+/// accumulator of turns, with an error of at most 2⁻⁶⁴ turns per sample: 10⁻⁹ rad after three hours at 192 kHz.
 #[derive(Clone, Debug)]
 pub(crate) struct CarrierPhase(Turns);
 
@@ -90,7 +90,7 @@ mod tests {
             for sample in [0, 1, 191, 192, 1_000_003, ten_hours + 17] {
                 let error =
                     (phase.at(sample) / exact(numerator, denominator, 192_000, sample)).arg();
-                // The decimal 35 012.7 itself is only known to 2⁻³⁸ Hz as a double.
+                // As a double, the decimal 35 012.7 is only known to 2⁻³⁸ Hz.
                 assert!(error.abs() < 1e-6, "{carrier_hz} at {sample}: {error}");
                 if denominator == 1 {
                     assert!(error.abs() < 1e-14, "{carrier_hz} at {sample}: {error}");

@@ -1,4 +1,4 @@
-//! Streaming IQ demodulation of several channels by one filter.
+//! Streaming IQ demodulation of several channels with a common filter.
 
 use crate::filter::Filter;
 use crate::flaws::{ChannelFlaws, Flaws};
@@ -7,21 +7,21 @@ use crate::mask::Mask;
 use crate::noise::NoiseFloor;
 use num_complex::Complex64;
 
-/// Samples are taken in chunks of this many, so that memory does not grow with the caller's blocks.
+/// Samples processed at a time, so that memory does not grow with the caller's blocks.
 const CHUNK: usize = 4096;
 
 /// One channel of the interleaved stream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InputChannel {
-    /// Position of the channel in the interleaved frame, from 0.
+    /// Index of the channel in the interleaved frame, from 0.
     pub channel: usize,
-    /// Magnitude from which on the converter is taken to clip, in sample units: just under 1 for a sound card, infinite
-    /// for a recording in volts whose range is unknown.
+    /// Magnitude from which on a sample counts as clipped, in sample units: just under 1 for a sound card, infinite
+    /// for a recording in volts with an unknown range.
     pub clip_level: f32,
 }
 
-/// A channel's complex envelope X̃ at one instant: x(t) = Re[X̃ exp(+iωt)], peak amplitude, phase referred to sample 0
-/// of the stream. NaN where `mask` tells of lost samples.
+/// Complex envelope X̃ of a channel at one instant: x(t) = Re[X̃ exp(+iωt)], peak amplitude, phase relative to sample 0
+/// of the stream. NaN where `mask` indicates lost samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelEnvelope {
     /// X̃ in sample units.
@@ -31,19 +31,19 @@ pub struct ChannelEnvelope {
     /// d²X̃/dt² in sample units per second squared.
     pub curvature_per_s2: Complex64,
     /// Standard deviation of each quadrature of `value` from noise, in sample units, estimated 4 and 6 kHz (at 2 kHz
-    /// output) to either side of the carrier over the last half second: the median of the four averages, so that one
-    /// foreign tone does not pass for noise. Infinite before anything could be observed.
+    /// output) to either side of the carrier over the last half second. It is the median of the four averages, so that a single
+    /// foreign tone is not taken for noise. Infinite before the first estimate.
     pub noise: f64,
     /// Samples at or above the clip level within the filter's window.
     pub clipped: u32,
-    /// [`Mask::LOST_SAMPLES`] and [`Mask::CLIPPED`] as they apply to this channel.
+    /// [`Mask::LOST_SAMPLES`] and [`Mask::CLIPPED`] for this channel.
     pub mask: Mask,
 }
 
 /// The envelopes of `N` channels at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvelopeFrame<const N: usize> {
-    /// The sample of the stream at the window's centre: the instant that the envelopes belong to.
+    /// Sample of the stream at the window's centre, the instant of the envelopes.
     pub sample: u64,
     /// Time of that sample, s.
     pub time_s: f64,
@@ -52,7 +52,7 @@ pub struct EnvelopeFrame<const N: usize> {
 }
 
 impl<const N: usize> EnvelopeFrame<N> {
-    /// Returns the reasons of all channels together.
+    /// Returns the combined reasons of all channels.
     #[must_use]
     pub fn mask(&self) -> Mask {
         self.envelopes
@@ -62,26 +62,26 @@ impl<const N: usize> EnvelopeFrame<N> {
 }
 
 impl EnvelopeFrame<2> {
-    /// Returns the drive voltage's envelope, of a frame of [`Demodulator::drive_and_pickup`].
+    /// Returns the drive voltage's envelope in a frame of [`Demodulator::drive_and_pickup`].
     #[must_use]
     pub fn drive(&self) -> &ChannelEnvelope {
         &self.envelopes[0]
     }
 
-    /// Returns the pickup's envelope, of a frame of [`Demodulator::drive_and_pickup`].
+    /// Returns the pickup's envelope in a frame of [`Demodulator::drive_and_pickup`].
     #[must_use]
     pub fn pickup(&self) -> &ChannelEnvelope {
         &self.envelopes[1]
     }
 }
 
-/// Why a stream cannot be demodulated.
+/// Reasons why a stream cannot be demodulated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum DemodulatorError {
     /// An input names a channel that the stream does not have.
     #[error("channel {channel} does not exist: the stream has {stream_channels}")]
     NoSuchChannel {
-        /// The channel asked for, from 0.
+        /// Requested channel, from 0.
         channel: usize,
         /// Channels in the stream.
         stream_channels: usize,
@@ -89,9 +89,9 @@ pub enum DemodulatorError {
     /// The clip level is not positive.
     #[error("clip level {clip_level} of channel {channel} is not above 0")]
     ClipLevel {
-        /// The channel.
+        /// Requested channel.
         channel: usize,
-        /// The level asked for.
+        /// Requested level.
         clip_level: f32,
     },
     /// A block ends in the middle of a frame.
@@ -108,12 +108,12 @@ pub enum DemodulatorError {
 
 /// Demodulates `N` channels of an interleaved stream, block by block, into frames at the output rate.
 ///
-/// A frame is emitted for each multiple of the hop whose whole window lies in the stream. The result does not depend on
-/// how the stream is cut into blocks. A NaN or infinite sample invalidates the frames whose window touches it, and no
-/// other.
+/// A frame is emitted for each multiple of the hop with its whole window in the stream. The result does not depend on
+/// the division of the stream into blocks. A NaN or infinite sample invalidates only the frames with a window that includes
+/// it.
 ///
 /// Measured (`tests/demodulation.rs`): envelopes to 1e-6 of full scale from f32 samples, slopes to 2e-5, curvatures to
-/// 3e-4 of a 90 Hz sideband's. `benches/demodulate.rs` times it beside a plain lock-in.
+/// 3e-4 of those of a 90 Hz sideband. `benches/demodulate.rs` compares its speed with a plain lock-in.
 ///
 /// ```
 /// use impedance::{Demodulator, Filter, FilterSettings, InputChannel};
@@ -151,9 +151,9 @@ pub struct Demodulator<const N: usize> {
 
 #[derive(Clone, Debug)]
 struct ChannelState {
-    /// Samples not yet used up by the first stage; lost ones are zero here and known to `flaws`.
+    /// Samples not yet consumed by the first stage; lost ones are zero here and recorded in `flaws`.
     samples: Vec<f64>,
-    /// First-stage outputs, turned to phase 0 of the stream, not yet used up by the second.
+    /// First-stage outputs, rotated to phase 0 of the stream, not yet consumed by the second.
     re: Vec<f64>,
     im: Vec<f64>,
     flaws: Flaws,
@@ -161,10 +161,10 @@ struct ChannelState {
 }
 
 impl Demodulator<2> {
-    /// Creates a demodulator of the drive voltage and the pickup, in this order whatever their channels.
+    /// Creates a demodulator of the drive voltage and the pickup, in this order for any channel indices.
     ///
     /// # Errors
-    /// As [`Demodulator::new`].
+    /// Same as [`Demodulator::new`].
     pub fn drive_and_pickup(
         filter: Filter,
         stream_channels: usize,
@@ -205,7 +205,7 @@ impl<const N: usize> Demodulator<N> {
             }
         }
         let channel = ChannelState {
-            // Silence before the stream lets both stages start at sample 0; no frame's window reaches into it but with
+            // Silence before the stream lets both stages start at sample 0; no frame's window includes it except with
             // taps of 0.
             samples: vec![0.0; filter.first.lead],
             re: vec![0.0; filter.second.lead],
@@ -224,7 +224,7 @@ impl<const N: usize> Demodulator<N> {
         })
     }
 
-    /// Returns the filter that all channels pass.
+    /// Returns the filter common to all channels.
     #[must_use]
     pub fn filter(&self) -> &Filter {
         &self.filter
@@ -236,7 +236,7 @@ impl<const N: usize> Demodulator<N> {
         self.taken
     }
 
-    /// Returns the flawed samples among those taken since the last call, in the order of the inputs.
+    /// Returns the flawed samples taken since the last call, in the order of the inputs.
     pub fn take_flaws(&mut self) -> [ChannelFlaws; N] {
         self.channels
             .each_mut()
@@ -246,7 +246,7 @@ impl<const N: usize> Demodulator<N> {
     /// Demodulates a block of any length and emits the frames that it completes, in order.
     ///
     /// # Errors
-    /// When the block does not hold whole frames; nothing is taken then.
+    /// When the block does not hold whole frames; it is then ignored.
     pub fn push(
         &mut self,
         interleaved: &[f32],
@@ -321,7 +321,7 @@ impl<const N: usize> Demodulator<N> {
         let second = &self.filter.second;
         let (half, decimation) = (second.half as u64, second.decimation as u64);
         let held = self.channels.first().map_or(0, |c| c.re.len());
-        // Where the window of a frame begins among the outputs held. Sums first, for the window of frame 0 begins
+        // Start of a frame's window in the stored outputs. Add before subtracting, because the window of frame 0 starts
         // before output 0.
         let window_start = |frame: u64| {
             (frame * decimation + held as u64 - second.lead as u64 - self.mixed) as usize
@@ -353,7 +353,7 @@ impl<const N: usize> Demodulator<N> {
 }
 
 impl ChannelState {
-    /// Deinterleaves, notes lost and clipped samples.
+    /// Deinterleaves the samples and records lost and clipped ones.
     fn take(&mut self, chunk: &[f32], stride: usize, input: InputChannel, at: u64) {
         let start = self.samples.len();
         let sound = Deinterleave {

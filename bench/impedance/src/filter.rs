@@ -1,4 +1,4 @@
-//! The demodulation filter that every channel passes.
+//! Demodulation filter of all channels.
 
 use crate::carrier_phase::CarrierPhase;
 use crate::kernel::LANES;
@@ -9,10 +9,10 @@ use std::f64::consts::TAU;
 /// Usual rate of the envelope frames, Hz.
 pub const OUTPUT_RATE_HZ: u32 = 2000;
 
-/// Frame rates for a sample rate that is no multiple of the usual one, Hz.
+/// Frame rates for a sample rate that is not a multiple of the usual one, Hz.
 const OUTPUT_RATES_HZ: std::ops::RangeInclusive<u32> = 1500..=2500;
 
-/// Returns the whole divisor of a sample rate that is nearest to [`OUTPUT_RATE_HZ`]; `None` where none is near.
+/// Returns the whole divisor of a sample rate that is closest to [`OUTPUT_RATE_HZ`]; `None` if none is near it.
 ///
 /// ```
 /// assert_eq!(impedance::output_rate_hz(192_000), Some(2000));
@@ -25,7 +25,7 @@ pub fn output_rate_hz(sample_rate_hz: u32) -> Option<u32> {
         .min_by_key(|rate| rate.abs_diff(OUTPUT_RATE_HZ))
 }
 
-/// The first stage leaves at least this many samples per output frame, so that the noise can be
+/// Minimum number of samples per output frame after the first stage, so that the noise can be
 /// observed at two and three output rates from the carrier, well outside the envelope's band.
 const SMALLEST_SECOND_DECIMATION: u32 = 8;
 /// Length of the first stage in its own output samples, and its Kaiser β: 105 dB from 14.3 to 17.7 kHz.
@@ -34,29 +34,29 @@ const FIRST_BETA: f64 = 13.8;
 /// Length of the second stage in output frames, and its Kaiser β.
 const SECOND_SPAN_HOPS: u32 = 10;
 const SECOND_BETA: f64 = 11.2;
-/// Cut-off (−6 dB) of the second stage over the output rate.
+/// Cut-off (−6 dB) of the second stage relative to the output rate.
 const CUTOFF: f64 = 0.5;
-/// Offset from the carrier over the output rate from which on everything is rejected by 100 dB.
+/// Offset from the carrier, relative to the output rate, from which on everything is rejected by 100 dB.
 const STOPBAND: f64 = 0.86;
 /// Offsets of the noise probes in output rates, each to either side of the carrier.
 const PROBE_OFFSETS: [f64; PROBE_PAIRS] = [2.0, 3.0];
 pub(crate) const PROBE_PAIRS: usize = 2;
 
-/// What a demodulation filter is designed for.
+/// Settings of a demodulation filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterSettings {
     /// Rate of the audio samples, Hz.
     pub sample_rate_hz: u32,
-    /// Frequency of the carrier, Hz; need not be a whole number.
+    /// Frequency of the carrier, Hz; not necessarily a whole number.
     pub carrier_hz: f64,
     /// Rate of the envelope frames, Hz; must divide the sample rate. Usually [`OUTPUT_RATE_HZ`].
     pub output_rate_hz: u32,
 }
 
-/// Why no demodulation filter can be designed.
+/// Reasons why no demodulation filter can be designed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FilterError {
-    /// The rates are not in a whole ratio, so that frames would fall between samples.
+    /// The sample rate is not a multiple of the frame rate, so that frames would fall between samples.
     #[error(
         "sample rate {sample_rate_hz} Hz is not an integer multiple of the output rate {output_rate_hz} Hz"
     )]
@@ -81,7 +81,7 @@ pub enum FilterError {
         "carrier {carrier_hz} Hz is outside {lowest_hz}..{highest_hz} Hz, the range at a sample rate of {sample_rate_hz} Hz"
     )]
     CarrierOutOfBand {
-        /// The carrier asked for.
+        /// Requested carrier.
         carrier_hz: f64,
         /// Lowest carrier at these rates.
         lowest_hz: f64,
@@ -95,7 +95,7 @@ pub enum FilterError {
 /// The demodulation filter: linear phase, immutable, shared by all channels of a [`Demodulator`](crate::Demodulator).
 ///
 /// Two stages of windowed FIR, both f64: a short Kaiser window times the carrier that decimates to 8 or more samples
-/// per frame, then a Kaiser-windowed low-pass that undoes the first one's droop and decimates to the frame rate.
+/// per frame, then a Kaiser-windowed low-pass that compensates the first one's droop and decimates to the frame rate.
 /// The envelope's time derivatives come from the second stage's analytic derivative.
 ///
 /// Measured at the default 2 kHz by `tests/filter.rs` (96, 100 and 192 kHz):
@@ -110,8 +110,8 @@ pub enum FilterError {
 /// | aliases into ±280 Hz | ≥ 100 dB down |
 /// | support | ±2.6 ms |
 ///
-/// A low-pass that is flat to 300 Hz follows the contact (gap lag about 1 ms, a corner at 160 Hz) without the bias that
-/// the droop of a shorter smooth window has (2 ms Hann: 9e-5 at 6 Hz, 2.5 % at 100 Hz); it pays with 5 ms of samples
+/// A low-pass that is flat to 300 Hz follows the contact (gap lag about 1 ms, a corner at 160 Hz) without the bias from
+/// the droop of a shorter smooth window (2 ms Hann: 9e-5 at 6 Hz, 2.5 % at 100 Hz); the cost is 5 ms of samples
 /// around a gap.
 #[derive(Clone, Debug)]
 pub struct Filter {
@@ -135,8 +135,8 @@ pub(crate) struct FirstStage {
     pub(crate) rotation_im: Vec<f64>,
 }
 
-/// Real FIR for the value and its first and second time derivative, and the real and imaginary parts of those that
-/// observe the noise above the carrier (their conjugates observe it below), all from −`lead` to `half`, zero before
+/// Real FIR for the value and its first and second time derivative, and real and imaginary parts of the FIR that
+/// observes the noise above the carrier (the conjugate observes it below), all from −`lead` to `half`, zero before
 /// −`half`.
 #[derive(Clone, Debug)]
 pub(crate) struct SecondStage {
@@ -145,7 +145,7 @@ pub(crate) struct SecondStage {
     pub(crate) lead: usize,
     pub(crate) taps: [Vec<f64>; 3],
     pub(crate) probes: [[Vec<f64>; 2]; PROBE_PAIRS],
-    /// Variance of an envelope's quadrature over the power in each probe, for white noise.
+    /// Ratio of the variance of an envelope's quadrature to the power in each probe, for white noise.
     pub(crate) probe_gain: [f64; PROBE_PAIRS],
 }
 
@@ -180,7 +180,7 @@ impl Filter {
             });
         }
         let rate = f64::from(sample_rate_hz);
-        // DC and the mirror image, twice the carrier away and aliased, must fall into the stopband.
+        // DC and the mirror image, twice the carrier away and aliased, must lie in the stopband.
         let guard_hz = STOPBAND * f64::from(output_rate_hz);
         let (lowest_hz, highest_hz) = (guard_hz, (rate - guard_hz) / 2.0);
         if !(carrier_hz >= lowest_hz && carrier_hz <= highest_hz) {
@@ -209,7 +209,7 @@ impl Filter {
         })
     }
 
-    /// Returns what the filter was designed for.
+    /// Returns the settings of the filter.
     #[must_use]
     pub fn settings(&self) -> FilterSettings {
         self.settings
@@ -221,14 +221,14 @@ impl Filter {
         (self.first.decimation * self.second.decimation) as u64
     }
 
-    /// Returns the number of samples on either side of a frame's centre that enter the frame: also the group delay in
+    /// Returns the number of samples on either side of a frame's centre that contribute to it, which is the group delay in
     /// samples.
     #[must_use]
     pub fn half_support(&self) -> u64 {
         (self.first.half + self.second.half * self.first.decimation) as u64
     }
 
-    /// Returns how long after its centre a frame can be computed, s.
+    /// Returns the time from a frame's centre until it can be computed, s.
     #[must_use]
     pub fn group_delay_s(&self) -> f64 {
         self.half_support() as f64 / f64::from(self.settings.sample_rate_hz)
@@ -250,13 +250,13 @@ impl Filter {
         STOPBAND * f64::from(self.settings.output_rate_hz)
     }
 
-    /// Returns the standard deviation of one quadrature of the envelope over that of white noise on the samples.
+    /// Returns the ratio of the standard deviation of one quadrature of the envelope to that of white noise of the samples.
     #[must_use]
     pub fn noise_gain(&self) -> f64 {
         (2.0 * energy(&self.impulse.taps[0])).sqrt()
     }
 
-    /// Returns the standard deviation of the envelope's derivative over that of the envelope, for white noise, in 1/s.
+    /// Returns the ratio of the standard deviations of the envelope's derivative and the envelope, for white noise, in 1/s.
     #[must_use]
     pub fn derivative_noise_per_s(&self) -> f64 {
         (energy(&self.impulse.taps[1]) / energy(&self.impulse.taps[0])).sqrt()
@@ -350,15 +350,15 @@ impl SecondStage {
     }
 }
 
-/// The ideal low-pass that undoes the first stage's droop, in time, with its two derivatives.
+/// Ideal low-pass in time that compensates the first stage's droop, with its two derivatives.
 struct Ideal {
-    /// Frequency in rad/s and weight of the quadrature's nodes.
+    /// Frequency in rad/s and weight of the quadrature nodes.
     nodes: Vec<(f64, f64)>,
 }
 
 impl Ideal {
     fn new(first: &[f64], rate: f64, cutoff_hz: f64) -> Self {
-        // Midpoint rule: 256 nodes resolve the few cycles that cos(2πft) makes up to the cut-off within the window.
+        // Midpoint rule: 256 nodes resolve the few cycles of cos(2πft) up to the cut-off within the window.
         const NODES: u32 = 256;
         let width = cutoff_hz / f64::from(NODES);
         let nodes = (0..NODES).map(|i| {
@@ -385,7 +385,7 @@ impl Ideal {
     }
 }
 
-/// Unit gain for a constant, unit slope for a ramp, unit curvature for a parabola; none of them answers a lower power.
+/// Scales to unit gain for a constant, unit slope for a ramp, unit curvature for a parabola; each rejects lower powers.
 fn normalise([value, slope, curvature]: &mut [Vec<f64>; 3], step_s: f64) {
     let scale = |taps: &mut Vec<f64>, factor: f64| taps.iter_mut().for_each(|h| *h *= factor);
     let moment = |taps: &[f64], power: i32| -> f64 {
@@ -403,7 +403,7 @@ fn normalise([value, slope, curvature]: &mut [Vec<f64>; 3], step_s: f64) {
     }
 }
 
-/// Unit-gain Kaiser window; a single tap when nothing is decimated.
+/// Returns a unit-gain Kaiser window; a single tap without decimation.
 fn first_window(decimation: u32) -> Vec<f64> {
     if decimation == 1 {
         return vec![1.0];
@@ -419,13 +419,13 @@ fn first_window(decimation: u32) -> Vec<f64> {
     window
 }
 
-/// Zeros before the first tap up to a multiple of [`LANES`], as the kernel takes them.
+/// Prepends zeros to the taps up to a multiple of [`LANES`], as the kernel requires.
 fn filled(taps: Vec<f64>) -> Vec<f64> {
     let zeros = taps.len().next_multiple_of(LANES) - taps.len();
     [vec![0.0; zeros], taps].concat()
 }
 
-/// Taps of odd number with their index from the centre.
+/// Returns an odd number of taps, each with its index from the centre.
 fn centred(taps: &[f64]) -> impl Iterator<Item = (f64, f64)> {
     let half = (taps.len() / 2) as f64;
     taps.iter()
@@ -433,7 +433,7 @@ fn centred(taps: &[f64]) -> impl Iterator<Item = (f64, f64)> {
         .map(move |(i, &h)| (i as f64 - half, h))
 }
 
-/// The FIR at the sample rate that `outer` at the decimated rate after `inner` amounts to.
+/// Returns the FIR at the sample rate that is equivalent to `inner` followed by `outer` at the decimated rate.
 fn compose(outer: &[f64], inner: &[f64], decimation: usize) -> Vec<f64> {
     let mut out = vec![0.0; (outer.len() - 1) * decimation + inner.len()];
     for (j, g) in outer.iter().enumerate() {

@@ -1,9 +1,9 @@
-//! Where the samples of a channel are lost or clipped.
+//! Positions of lost and clipped samples of a channel.
 
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// Flawed samples of one kind: how many, and where.
+/// Number and range of flawed samples of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Flawed {
     /// Index of the first flawed sample.
@@ -23,7 +23,7 @@ pub struct ChannelFlaws {
     pub clipped: Option<Flawed>,
 }
 
-/// Runs of lost and of clipped samples, oldest first; what lies behind every later window is forgotten.
+/// Runs of lost and of clipped samples, oldest first; runs before all later windows are dropped.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Flaws {
     lost: VecDeque<Range<u64>>,
@@ -42,7 +42,7 @@ impl Flaws {
         add(&mut self.fresh.clipped, sample);
     }
 
-    /// Returns what was noted since the last call.
+    /// Returns the flaws recorded since the last call.
     pub(crate) fn take_fresh(&mut self) -> ChannelFlaws {
         std::mem::take(&mut self.fresh)
     }

@@ -1,18 +1,18 @@
-//! The inner loops, compiled for several instruction sets and chosen at run time.
+//! Inner loops, compiled for several instruction sets and selected at run time.
 //!
-//! The chosen version is the same for every call on a machine, so results repeat bit for bit there;
-//! between machines of other vector lengths the last bits may differ.
+//! The selected version is the same for every call on a machine, so results repeat bit for bit there;
+//! between machines with different vector lengths the last bits may differ.
 //!
-//! A `with_simd` holds loops and calls of functions that are always inlined: the closure of a `map` over an array would
+//! A `with_simd` contains only loops and calls of functions that are always inlined: the closure of a `map` over an array would
 //! be compiled for the oldest processor.
 
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
-/// The longest vector of any instruction set in use. Taps come in multiples of this.
+/// Longest vector of all instruction sets in use. The number of taps is a multiple of this.
 pub(crate) const LANES: usize = 8;
 
-/// Outputs that are summed side by side, so that each load of the taps serves them all.
+/// Outputs that are summed in parallel, so that each load of the taps serves them all.
 const ABREAST: usize = 4;
 
 /// Decimating FIR with complex taps over real samples: output j is Σ taps\[n\]·samples\[j·step + n\].
@@ -61,7 +61,7 @@ impl WithSimd for MixAndDecimate<'_> {
     }
 }
 
-/// The inner products of each window with each set of taps, all of one length, a multiple of [`LANES`].
+/// Returns the inner products of each window with each set of taps, all of the same length, a multiple of [`LANES`].
 pub(crate) fn inner_products<const W: usize, const N: usize>(
     windows: [&[f64]; W],
     taps: [&[f64]; N],
@@ -155,7 +155,7 @@ impl WithSimd for Deinterleave<'_> {
             level,
             out,
         } = self;
-        // The common layouts apart, for which the compiler shuffles instead of gathering.
+        // Common layouts are handled separately, because the compiler shuffles them instead of gathering.
         let (pairs, _) = interleaved.as_chunks::<2>();
         match (stride, channel) {
             (1, _) => take_column(interleaved.iter().copied(), level, out),
@@ -176,7 +176,7 @@ fn take_column(
     out: &mut Vec<f64>,
 ) -> bool {
     out.extend(column.clone().map(f64::from));
-    // Magnitudes order as their bits do, with infinity and NaN at the top.
+    // Magnitudes have the order of their bits, with infinity and NaN at the top.
     column.fold(0, |most, x| x.abs().to_bits().max(most)) < level.to_bits()
 }
 

@@ -1,19 +1,19 @@
-//! From sampled voltages to the plate's mechanical impedance: IQ demodulation, Z_m, smoothing, clock alignment.
+//! The plate's mechanical impedance from sampled voltages: IQ demodulation, Z_m, smoothing, clock alignment.
 //!
-//! | what | where |
+//! | topic | item |
 //! | --- | --- |
-//! | the one demodulation filter and its measured response | [`Filter`] |
+//! | the common demodulation filter and its measured response | [`Filter`] |
 //! | interleaved samples → complex envelopes of drive and pickup | [`Demodulator`] |
 //! | envelopes → Z_m, as published and corrected for envelope dynamics | [`Zm`] |
-//! | why a frame must not be used | [`Mask`] |
-//! | whether the carrier is in a signal at all | [`CarrierLevel`] |
+//! | reasons to reject a frame | [`Mask`] |
+//! | detection of the carrier in a signal | [`CarrierLevel`] |
 //! | a pickup's phase and delay from the unloaded plate's response to the modulation | [`Transient`] |
 //! | Butterworth low-pass, zero-phase and causal | [`smoothing`] |
-//! | another device's clock on the host's | [`clock_alignment`] |
-//! | how many samples an overrun lost | [`sample_loss`] |
+//! | mapping of another device's clock to the host's | [`clock_alignment`] |
+//! | number of samples lost in an overrun | [`sample_loss`] |
 //!
 //! Conventions, for the whole crate: exp(+iωt), peak amplitudes, SI units named in identifiers.
-//! No input or output, no threads: `clippy.toml` beside this crate's `Cargo.toml` disallows them.
+//! No input or output, no threads: `clippy.toml` next to this crate's `Cargo.toml` disallows them.
 
 mod carrier_level;
 mod carrier_phase;

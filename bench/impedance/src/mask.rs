@@ -1,20 +1,20 @@
-//! The reasons for which a frame must not be used.
+//! Reasons to reject a frame.
 
 use std::fmt;
 use std::ops::{BitOr, BitOrAssign};
 
-/// The set of reasons for which a frame is invalid; empty when it may be used.
+/// Set of reasons to reject a frame; empty if it may be used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Mask(u8);
 
 impl Mask {
     /// The empty set: the frame may be used.
     pub const CLEAR: Self = Self(0);
-    /// The filter's window touches a sample that is NaN or infinite: lost, or never converted.
+    /// The filter's window includes a sample that is NaN or infinite: lost, or never converted.
     pub const LOST_SAMPLES: Self = Self(1);
-    /// The filter's window touches a sample at or above the channel's clip level.
+    /// The filter's window includes a sample at or above the channel's clip level.
     pub const CLIPPED: Self = Self(2);
-    /// The vibration amplitude is under [`NULL_SIGMAS`](crate::NULL_SIGMAS) standard deviations of its noise.
+    /// The vibration amplitude is below [`NULL_SIGMAS`](crate::NULL_SIGMAS) standard deviations of its noise.
     pub const ENVELOPE_NULL: Self = Self(4);
 
     const NAMES: [(Self, &'static str); 3] = [
@@ -29,7 +29,7 @@ impl Mask {
         self == Self::CLEAR
     }
 
-    /// Whether the set holds every reason in `reasons`.
+    /// Whether the set includes every reason in `reasons`.
     #[must_use]
     pub fn contains(self, reasons: Self) -> bool {
         self.0 & reasons.0 == reasons.0

@@ -1,20 +1,20 @@
-//! The noise of a channel around the carrier.
+//! Noise of a channel around the carrier.
 
 use crate::filter::{Filter, PROBE_PAIRS};
 use crate::kernel;
 
-/// One look at the noise per this many frames: as long as the filter, so that looks are nearly independent.
+/// Number of frames per noise estimate: as long as the filter, so that estimates are nearly independent.
 const FRAMES_PER_LOOK: u64 = 10;
 const AVERAGING_S: f64 = 0.5;
 
-/// Running estimate of the noise on an envelope, from narrow bands beside the carrier where no envelope reaches.
+/// Running estimate of the noise on an envelope, from narrow bands next to the carrier that no envelope reaches.
 #[derive(Clone, Debug)]
 pub(crate) struct NoiseFloor {
-    /// Average power above and below the carrier at each probe's offset, in terms of the variance of an envelope's
+    /// Average power above and below the carrier at each probe's offset, as the equivalent variance of an envelope's
     /// quadrature.
     variance: [[f64; 2]; PROBE_PAIRS],
     looks: u64,
-    /// Number of looks that the average reaches back.
+    /// Number of estimates in the average.
     memory: f64,
     frames: u64,
     quadrature_std: f64,
@@ -32,14 +32,14 @@ impl NoiseFloor {
         }
     }
 
-    /// Takes in the window of a frame without flaws.
+    /// Adds the window of a frame without flaws.
     pub(crate) fn observe(&mut self, filter: &Filter, re: &[f64], im: &[f64]) {
         self.frames += 1;
         if self.frames % FRAMES_PER_LOOK != 1 {
             return;
         }
         self.looks += 1;
-        // A plain mean until the memory is full, then an exponential one.
+        // A plain mean until the memory is full, then an exponential mean.
         let weight = 1.0 / (self.looks as f64).min(self.memory);
         let second = &filter.second;
         for ((variance, probe), gain) in self
@@ -63,7 +63,7 @@ impl NoiseFloor {
         self.quadrature_std = ((sorted[middle - 1] + sorted[middle]) / 2.0).sqrt();
     }
 
-    /// Returns the standard deviation of one quadrature of the envelope; infinite before the first look.
+    /// Returns the standard deviation of one quadrature of the envelope; infinite before the first estimate.
     pub(crate) fn quadrature_std(&self) -> f64 {
         self.quadrature_std
     }

@@ -1,18 +1,18 @@
-//! The number of samples that an overrun lost, from the phase of the drive channel.
+//! Number of samples lost in an overrun, from the phase of the drive channel.
 
 use crate::carrier_phase::CarrierPhase;
 use std::f64::consts::{PI, TAU};
 
-/// Jump of the drive envelope's phase across the loss, when demodulated as if nothing were lost.
+/// Jump of the drive envelope's phase across the loss, when demodulated without accounting for it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhaseJump {
-    /// Phase after the loss less phase before, rad.
+    /// Phase after the loss minus phase before, rad.
     pub jump_rad: f64,
     /// Largest error of `jump_rad`, rad.
     pub tolerance_rad: f64,
 }
 
-/// The number of frames that are missing by the timestamps.
+/// Number of missing frames according to the timestamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimestampEstimate {
     /// Best estimate, frames.
@@ -21,10 +21,10 @@ pub struct TimestampEstimate {
     pub uncertainty_frames: f64,
 }
 
-/// Why phase and timestamps do not tell how many frames were lost.
+/// Reasons why phase and timestamps do not determine the number of lost frames.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SampleLossError {
-    /// More than one number of frames explains both.
+    /// More than one number of frames is consistent with both.
     #[error(
         "{first} and {second} lost frames both explain a phase jump of {jump_rad} ± {tolerance_rad} rad"
     )]
@@ -38,23 +38,23 @@ pub enum SampleLossError {
         /// Largest error of the jump, rad.
         tolerance_rad: f64,
     },
-    /// No number of frames explains both: the drive itself has jumped, or an estimate is wrong.
+    /// No number of frames is consistent with both: the drive itself has jumped, or an estimate is wrong.
     #[error(
         "no loss of {lowest} to {highest} frames explains a phase jump of {jump_rad} ± {tolerance_rad} rad; the nearest is off by {nearest_rad} rad"
     )]
     Unexplained {
-        /// Fewest frames that the timestamps allow.
+        /// Smallest number of frames consistent with the timestamps.
         lowest: u64,
-        /// Most frames that the timestamps allow.
+        /// Largest number of frames consistent with the timestamps.
         highest: u64,
         /// Phase jump, rad.
         jump_rad: f64,
         /// Largest error of the jump, rad.
         tolerance_rad: f64,
-        /// Smallest difference from the jump that any number leaves, rad.
+        /// Smallest difference from the jump over all numbers of frames, rad.
         nearest_rad: f64,
     },
-    /// An argument is not finite, or negative where it must not be.
+    /// An argument is not finite, or negative although it must not be.
     #[error("{name} is {value}, but must be finite{}", if *.non_negative { " and not negative" } else { "" })]
     Input {
         /// Name of the argument.
@@ -64,19 +64,19 @@ pub enum SampleLossError {
         /// Whether the argument must not be negative.
         non_negative: bool,
     },
-    /// The timestamps leave more frames open than the carrier's phase could ever tell apart.
+    /// The timestamps leave a range of frames too wide for the carrier's phase to resolve.
     #[error("timestamps leave {span} frames open, more than the limit of {MOST_CANDIDATES}")]
     TooVague {
-        /// Width of the range that the timestamps leave, frames.
+        /// Width of that range, frames.
         span: f64,
     },
 }
 
-/// Most numbers of frames that are tried: one minute at 192 kHz.
+/// Largest number of candidates tried: one minute at 192 kHz.
 const MOST_CANDIDATES: u64 = 60 * 192_000;
 
-/// Returns the exact number k of frames lost at the converter's input: k lost frames turn the envelope's phase by
-/// 2π·k·carrier/rate, which fixes k modulo the carrier's period, and the timestamps say which period.
+/// Returns the exact number k of frames lost at the converter's input. k lost frames rotate the envelope's phase by
+/// 2π·k·carrier/rate, which determines k modulo the carrier's period; the timestamps determine the multiple.
 ///
 ///
 /// ```
@@ -93,7 +93,7 @@ const MOST_CANDIDATES: u64 = 60 * 192_000;
 /// ```
 ///
 /// # Errors
-/// When more than one k, or none, fits both; when an input is not finite or a tolerance is negative.
+/// When more than one k or no k is consistent with both; when an input is not finite or a tolerance is negative.
 pub fn lost_frames(
     carrier_hz: f64,
     sample_rate_hz: u32,
@@ -156,7 +156,7 @@ pub fn lost_frames(
     }
 }
 
-/// Returns the same angle between −π and π.
+/// Returns the angle wrapped to −π to π.
 fn wrap(angle_rad: f64) -> f64 {
     angle_rad - TAU * (angle_rad / TAU).round()
 }

@@ -4,7 +4,7 @@ use biquad::{Biquad, Coefficients, DirectForm2Transposed, Hertz, Q_BUTTERWORTH_F
 use num_complex::Complex64;
 use std::ops::{Add, Mul, Sub};
 
-/// Samples mirrored at either end before filtering to and fro, as scipy.signal.sosfiltfilt does for one section.
+/// Samples mirrored at either end before forward and backward filtering, as in scipy.signal.sosfiltfilt for one section.
 const PADDING: usize = 9;
 
 /// A value that can be smoothed: `f64` or `Complex64`.
@@ -20,7 +20,7 @@ mod sealed {
 
     pub trait Section: Sized {
         type State: Biquad<f64, Self> + Clone + std::fmt::Debug;
-        /// Returns a section in the steady state that a constant input of `level` leads to.
+        /// Returns a section in the steady state for a constant input of `level`.
         fn settled(coefficients: Coefficients<f64>, level: Self) -> Self::State;
     }
 
@@ -52,13 +52,13 @@ impl Smoothable for Complex64 {
     }
 }
 
-/// Why values cannot be smoothed.
+/// Reasons why values cannot be smoothed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SmoothingError {
     /// The cut-off does not lie between zero and half the rate.
     #[error("cut-off {cutoff_hz} Hz is outside 0..{nyquist_hz} Hz, half the rate of {rate_hz} Hz")]
     CutOff {
-        /// Cut-off asked for, Hz.
+        /// Requested cut-off, Hz.
         cutoff_hz: f64,
         /// Rate of the values, Hz.
         rate_hz: f64,
@@ -71,7 +71,7 @@ pub enum SmoothingError {
         /// Number of values given.
         values: usize,
     },
-    /// A value is NaN or infinite, which would spread over all of the result.
+    /// A value is NaN or infinite, which would spread over the whole result.
     #[error("value {index} is not finite")]
     NotFinite {
         /// Index of the first such value.
@@ -98,7 +98,7 @@ pub struct LowPass {
 }
 
 impl LowPass {
-    /// Designs a low-pass of −3 dB at `cutoff_hz` for values at `rate_hz`.
+    /// Designs a low-pass with −3 dB at `cutoff_hz` for values at `rate_hz`.
     ///
     /// # Errors
     /// When the cut-off does not lie between 0 and `rate_hz`/2.
@@ -139,8 +139,8 @@ impl LowPass {
                 values: values.len(),
             });
         }
-        // By index into one allocation. rustc 1.95 (LLVM 22.1.2) compiles a chain of three iterators, collected here, into writes past
-        // the end when the program is one codegen unit.
+        // Copy by index into one allocation: if the program is one codegen unit, rustc 1.95 (LLVM 22.1.2) compiles a chain of
+        // three iterators, collected here, into writes past the end.
         let count = values.len();
         let mut padded = vec![first; count + 2 * PADDING];
         padded[PADDING..PADDING + count].copy_from_slice(values);
@@ -153,14 +153,14 @@ impl LowPass {
         Ok(padded[PADDING..PADDING + count].to_vec())
     }
 
-    /// Filters in place, as if `level` had always been there.
+    /// Filters in place, as if the input had always been `level`.
     fn run_from<'a, T: Smoothable + 'a>(&self, level: T, values: impl Iterator<Item = &'a mut T>) {
         let mut section = T::settled(self.coefficients, level);
         values.for_each(|value| *value = section.run(*value));
     }
 }
 
-/// [`LowPass`] run value by value; delays by about 0.22/cut-off (2.3 ms at 100 Hz). For live displays.
+/// [`LowPass`] applied value by value, with a delay of about 0.22/cut-off (2.3 ms at 100 Hz). For live displays.
 #[derive(Clone, Debug)]
 pub struct Causal<T: Smoothable> {
     low_pass: LowPass,
@@ -168,7 +168,7 @@ pub struct Causal<T: Smoothable> {
 }
 
 impl<T: Smoothable> Causal<T> {
-    /// Creates a filter that starts as if the first value had always been there.
+    /// Creates a filter that starts as if the input had always been the first value.
     #[must_use]
     pub fn new(low_pass: LowPass) -> Self {
         Self {
@@ -177,7 +177,7 @@ impl<T: Smoothable> Causal<T> {
         }
     }
 
-    /// Returns the smoothed value. A value that is not finite is returned as it is, and smoothing starts afresh after
+    /// Returns the smoothed value. A value that is not finite is returned unchanged, and smoothing restarts after
     /// it.
     pub fn run(&mut self, value: T) -> T {
         if !value.is_finite() {

@@ -1,49 +1,49 @@
-//! The pickup's phase and delay from how an unloaded plate answers to the modulation.
+//! Phase and delay of the pickup from the response of an unloaded plate to the modulation.
 //!
-//! Of a plate alone f̃ = Z_p ṽ + m_p dṽ/dt + i (k_p/ω) dx̃/dt (see [`crate::Zm`]), to first order in the rates Z_p ṽ +
-//! M dṽ/dt with M = m_p + k_p/ω². Z_p turns with the resonance as well as with the pickup's phase, so its phase tells
-//! neither; M is real and positive at any resonance. Read with a phase that lacks φ, and late by d,
+//! For the plate alone f̃ = Z_p ṽ + m_p dṽ/dt + i (k_p/ω) dx̃/dt (see [`crate::Zm`]), to first order in the rates Z_p ṽ +
+//! M dṽ/dt with M = m_p + k_p/ω². Both a shift of the resonance and the pickup's phase rotate Z_p, so its phase determines
+//! neither; M is real and positive at any resonance. With a phase that lacks φ and a delay d, the readings give
 //!
 //! ```text
 //! f̃ = Z ṽ + M' dṽ/dt,    Z = e^(iφ) Z_p,    M' = e^(iφ) (M + Z_p d),
 //! M'/Z = M/Z_p + d,      so    d = Re(M'/Z) − √((M/|Z|)² − Im²(M'/Z)),    Z_p = M/(M'/Z − d).
 //! ```
 //!
-//! Z_p may change steadily meanwhile. A resonance that moves by 3 Hz a second, taken for one that stands still, passes for
-//! a phase of 0.015 rad, since over some periods of the modulation time itself goes with dṽ/dt.
+//! Z_p may change steadily meanwhile. A resonance that drifts by 3 Hz/s but is assumed constant would be read as a phase error
+//! of 0.015 rad, because over some periods of the modulation time itself correlates with dṽ/dt.
 
 use crate::zm::{PlateConstants, ZmFrame};
 use num_complex::Complex64;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// Frames that lie further apart are of no one course of the plate, s.
+/// Largest interval between frames of the same stretch, s.
 const APART_S: f64 = 0.5;
 
-/// The pickup's phase and delay as the modulation of an unloaded plate shows them.
+/// Phase and delay of the pickup, from the modulation of an unloaded plate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transient {
     /// Phase to be added to `pickup_phase_rad`, rad.
     pub phase_rad: f64,
-    /// Error of `phase_rad`, rad: the standard error, and what noise takes off M'; large or infinite where the
+    /// Error of `phase_rad`, rad: the standard error and the reduction of M' by noise; large or infinite if the
     /// amplitude hardly changes.
     pub phase_error_rad: f64,
-    /// Delay of the pickup's envelope, s. A modal mass that is a percent too small looks the same as 23 µs (m_p = 8 g,
+    /// Delay of the pickup's envelope, s. A modal mass that is 1 % too small has the same effect as 23 µs (m_p = 8 g,
     /// 7 N·s/m).
     pub delay_s: f64,
     /// Error of `delay_s`, s.
     pub delay_error_s: f64,
-    /// Ratio |M'|/M: the factor by which the modal mass is too small, or a scale of force or displacement wrong, if
-    /// the pickup has no delay.
+    /// Ratio |M'|/M. Without a delay of the pickup it is the factor by which the modal mass is too small, or a scale of force
+    /// or displacement wrong.
     pub mass_ratio: f64,
-    /// RMS of the residual force over RMS of the force: noise, a finger, or a further mode.
+    /// Ratio of the RMS residual force to the RMS force: noise, a finger, or a further mode.
     pub residual: f64,
 }
 
 impl Transient {
     /// Fits M, and in each stretch of frames Z_p and its change with time, to the unloaded plate by least squares on the
-    /// force. Frames need not be contiguous: those with two neighbours on either side count. Envelopes that turn, because
-    /// the drive's carrier is beside `carrier_hz`, are first referred to that carrier; derivatives are the differences of
-    /// fourth order. Returns `None` with too few such frames, or without motion.
+    /// force. Frames need not be contiguous: all with two neighbours on either side are used. Envelopes that rotate, because
+    /// the drive's carrier differs from `carrier_hz`, are first referred to that carrier; derivatives are fourth-order
+    /// differences. Returns `None` with too few such frames, or without motion.
     ///
     /// Measured on the exact response of a plate 20 Hz off its stated resonance, index 0.9: phase within 2e-4 rad,
     /// delay within 2 µs (`phase_and_delay_are_told_from_the_resonance`).
@@ -61,7 +61,7 @@ impl Transient {
             .filter(|w| w[4].sample - w[0].sample == 4 * step)
             .filter(|w| w.iter().all(|frame| frame.mask.is_clear()))
             .map(|w| {
-                // As the drive's own carrier sees it; the phase at the middle is common to all terms and cancels.
+                // Relative to the drive's own carrier; the phase at the middle is common to all terms and cancels.
                 let x: [Complex64; 5] = std::array::from_fn(|i| {
                     let turned_rad = turning_rad_per_s * (w[i].time_s - w[2].time_s);
                     w[i].displacement_m * Complex64::cis(-turned_rad)
@@ -70,7 +70,7 @@ impl Transient {
                 let slope = (8.0 * (x[3] - x[1]) - (x[4] - x[0])) / (12.0 * step_s);
                 let curvature =
                     (16.0 * (x[3] + x[1]) - 30.0 * x[2] - (x[4] + x[0])) / (12.0 * step_s.powi(2));
-                // Of the slope, both quadratures.
+                // Both quadratures of the slope.
                 noise += 2.0 * 130.0 * (omega * w[2].amplitude_std_m / (12.0 * step_s)).powi(2);
                 let acceleration = i_omega * slope + curvature;
                 Term {
@@ -105,12 +105,12 @@ impl Transient {
         let mass_error = (left / freedom as f64 / apart).sqrt();
 
         let ratio_s = mass / impedance;
-        // Re(M/Z_p), in which the errors of M' are divided: off the resonance it is small.
+        // Re(M/Z_p), by which the errors of M' are divided; it is small off the resonance.
         let in_phase_s = ((free_mass_kg / impedance.norm()).powi(2) - ratio_s.im.powi(2)).sqrt();
         let delay_s = ratio_s.re - in_phase_s;
         let turned_rad = turning_rad_per_s * delay_s;
         let phase_rad = (impedance * (ratio_s - delay_s) * Complex64::cis(-turned_rad)).arg();
-        // Noise of dṽ/dt makes M' too small, by its part of the power.
+        // Noise of dṽ/dt reduces M' in proportion to its power.
         let error_kg = (FRAC_1_SQRT_2 * mass_error).hypot(free_mass_kg * noise / apart);
         let phase_error_rad = error_kg / (impedance.norm() * in_phase_s);
         (phase_rad.is_finite() && delay_s.is_finite()).then(|| Self {
@@ -124,19 +124,19 @@ impl Transient {
     }
 }
 
-/// A frame of a plate alone.
+/// A frame of the plate alone.
 struct Term {
     time_s: f64,
     /// ṽ, m/s.
     velocity: Complex64,
-    /// What M stands before, m/s².
+    /// Coefficient of M, m/s².
     change: Complex64,
     /// f̃, N.
     force: Complex64,
 }
 
-/// Sums over a stretch of frames; what is apart is no multiple of ṽ, neither of one that stays nor of one that grows
-/// with time.
+/// Sums over a stretch of frames; `apart` marks the parts orthogonal to ṽ, with a constant and with a linearly growing
+/// coefficient.
 struct Stretch {
     velocities: f64,
     force_on_velocity: Complex64,
@@ -154,7 +154,7 @@ impl Stretch {
             .map(|of| of.velocity.norm_sqr() * of.time_s)
             .sum::<f64>()
             / velocities;
-        // About this middle, what stays and what grows are orthogonal.
+        // Relative to this middle, the constant and the growing component are orthogonal.
         let grown = |of: &Term| of.velocity * (of.time_s - middle_s);
         let growths: f64 = terms.iter().map(|of| grown(of).norm_sqr()).sum();
         let on = |seen: fn(&Term) -> Complex64| {
@@ -188,14 +188,14 @@ impl Stretch {
     }
 }
 
-/// Returns the rate at which the drive's envelope turns, rad/s; 0 if no two frames are neighbours.
+/// Returns the rotation rate of the drive's envelope, rad/s; 0 if no two frames are neighbours.
 fn turning_rad_per_s(frames: &[ZmFrame], step: u64) -> f64 {
     let (mut turns, mut step_s) = (Complex64::ZERO, f64::INFINITY);
     for w in frames.windows(2) {
         let drives = w[1].drive_v * w[0].drive_v.conj();
         let length = drives.norm();
         if w[1].sample - w[0].sample == step && length.is_normal() {
-            // Each step counts alike, so that over whole periods of the modulation what the plate turns cancels.
+            // All steps have the same weight, so that over whole periods of the modulation the plate's rotation cancels.
             turns += drives / length;
             step_s = w[1].time_s - w[0].time_s;
         }
@@ -219,8 +219,8 @@ mod tests {
         force_factor_n_per_v: 0.13,
     };
 
-    /// A free plate of `resonance_hz`, 7 N·s/m, driven so that its amplitude is 2 µm at 6 Hz and `index`, its pickup
-    /// off by `phase_rad` and its envelope late by `delay_s`.
+    /// Returns frames of a free plate with `resonance_hz` and 7 N·s/m, with an amplitude of 2 µm modulated at 6 Hz with
+    /// `index`; the pickup's phase is wrong by `phase_rad` and its envelope is late by `delay_s`.
     fn frames(resonance_hz: f64, index: f64, phase_rad: f64, delay_s: f64) -> Vec<ZmFrame> {
         turning_frames(0.0, resonance_hz, index, phase_rad, delay_s)
     }
@@ -299,7 +299,7 @@ mod tests {
     fn a_resonance_that_moves_is_taken_for_no_phase() {
         for hz_per_s in [-3.0, 3.0] {
             let mut frames = frames(35e3, 0.95, 0.0, 0.0);
-            // Two stretches, between which the plate has moved too.
+            // Two stretches, between which the plate has changed too.
             frames.drain(660..1800);
             for frame in &mut frames {
                 let added =

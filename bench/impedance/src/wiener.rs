@@ -1,36 +1,37 @@
-//! The force behind a noisy sensor: a zero-phase filter that passes each frequency by as much of its power as is the finger's.
+//! Zero-phase filter for a noisy force sensor: it passes at each frequency the finger's fraction of the power.
 //!
-//! σ_t and τ are estimated from how the gap answers the normal force: noise that is taken for force biases them, and so does
-//! force that is taken for noise (τ that is read 0.1 ms short). What is the sensor's own is read off the record: its white noise
-//! is all that is left in the upper part of its band. Below, H(f) = 1 − 1.2 N/P(f) (after Wiener 1949), with the record's own
+//! σ_t and τ are estimated from the response of the gap to the normal force. Noise taken for force biases them, and so does
+//! force taken for noise (τ is read 0.1 ms short). The sensor's noise is estimated from the record: its white noise alone
+//! remains in the upper part of the band. Below, H(f) = 1 − 1.2 N/P(f) (after Wiener 1949), with the record's own
 //! spectrum P.
 
 use std::ops::RangeInclusive;
 
 use realfft::RealFftPlanner;
 
-/// Frequency from which on a record shows its sensor's noise alone: a quarter of its band and no less than this, Hz; of a slow one
-/// the upper half has to do.
+/// Frequency from which on a record shows only its sensor's noise: a quarter of its band and at least this, Hz; for a slow
+/// record, the upper half of the band.
 const FLOOR_HZ: f64 = 200.0;
 const FLOOR_OF_BAND: f64 = 0.25;
-/// Rates of a record, Hz, whose upper half is above a finger's own force, and which a force sensor may have.
+/// Sampling rates of a record, Hz: the upper half of the band lies above a finger's own force, and a force sensor may have
+/// them.
 const RATES_HZ: RangeInclusive<f64> = 200.0..=1e6;
-/// Frequency above which nothing passes, Hz.
+/// Frequency above which the gain is 0, Hz.
 const HIGHEST_HZ: f64 = 500.0;
-/// Part of the band up to half the rate that is looked at: above, a sensor's own filter may have taken noise away.
+/// Fraction of the band up to half the rate that is used: above, a sensor's own filter may have removed noise.
 const USABLE: f64 = 0.8;
-/// Length of the stretches whose spectra are compared, s.
+/// Length of the stretches for the spectra, s.
 const STRETCH_S: f64 = 0.4;
-/// The spectrum at f is the mean from f/WIDTH to f·WIDTH: its scatter would let noise through in places.
+/// The spectrum at f is the mean from f/WIDTH to f·WIDTH; without averaging, its scatter would let noise through in places.
 const WIDTH: f64 = 1.25;
-/// How many times the noise is taken off: the spectrum scatters, and noise that is let through costs more than force that is not
+/// Factor on the noise that is subtracted: the spectrum scatters, and passing noise costs more than losing force
 /// (Berouti, Schwartz & Makhoul 1979).
 const OVER: f64 = 1.2;
-/// Frequency above which less and less may pass: slower than this is aim and tremor, whose spectrum has peaks.
+/// Frequency above which the gain never rises: aim and tremor, with peaks in their spectrum, are slower than this.
 const FALLING_HZ: f64 = 15.0;
 
-/// Returns the filtered values of an even record at `rate_hz`, `finer` of them for each; `None` where its rate or length does not
-/// show the noise.
+/// Returns the filtered values of an evenly sampled record at `rate_hz`, with `finer` output values for each; `None` if its
+/// rate or length does not reveal the noise.
 ///
 /// ```
 /// let press_n = |i: usize| 0.6 + 0.02 * (i as f64 / 160.0).sin();
@@ -86,7 +87,7 @@ impl Spectrum {
                 powers.push(bin.norm_sqr());
             }
         }
-        // A landing or a lift-off has all frequencies at once, and would pull a mean.
+        // A touch or a lift-off contains all frequencies at once, and would bias a mean.
         let power = powers
             .iter_mut()
             .map(|of| {
@@ -117,13 +118,13 @@ impl Spectrum {
             .min(nyquist_hz / 2.0);
         let mut band = self.power[self.bin(floor_hz)..=self.bin(USABLE * nyquist_hz)].to_vec();
         band.sort_by(f64::total_cmp);
-        // A hum would pull the mean; the median of averaged power is near enough to it.
+        // Hum would bias the mean; the median of averaged power is close enough to it.
         band.get(band.len() / 2)
             .copied()
             .filter(|noise| *noise > 0.0)
     }
 
-    /// Returns how much passes of each bin.
+    /// Returns the gain of each bin.
     fn passes(&self, noise: f64) -> Vec<f64> {
         let mut least: f64 = 1.0;
         (0..self.power.len())
@@ -144,7 +145,7 @@ impl Spectrum {
     }
 }
 
-/// Returns slope per sample and mean of the straight line through values, least squares.
+/// Returns slope per sample and mean of the least-squares line through values.
 fn line_through(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -157,7 +158,7 @@ fn line_through(values: &[f64]) -> (f64, f64) {
     (across / along, mean)
 }
 
-/// Multiplies the spectrum of a record, continued by its mirror image so that its ends meet, and returns it on a finer grid.
+/// Multiplies the spectrum of a record, extended by its mirror image so that its ends meet, and returns it on a finer grid.
 fn through(
     values: &[f64],
     rate_hz: f64,
@@ -175,7 +176,7 @@ fn through(
     forward.process(&mut mirrored, &mut spectrum).ok()?;
     let step_hz = rate_hz / (2 * n) as f64;
     for (bin, value) in spectrum.iter_mut().enumerate() {
-        // The mean and what is slower than a stretch are the finger's.
+        // The mean and components slower than a stretch belong to the finger.
         let part = if bin == 0 {
             1.0
         } else {
@@ -183,7 +184,7 @@ fn through(
         };
         *value *= part / (2 * n) as f64;
     }
-    // What lies at half the old rate would be there twice.
+    // The component at half the old rate would appear twice.
     let mut fine = inverse.make_input_vec();
     let below_half = n.min(fine.len());
     fine[..below_half].copy_from_slice(&spectrum[..below_half]);
@@ -203,7 +204,7 @@ mod tests {
 
     use super::*;
 
-    /// A finger's force: aim, tremor, and a wander of which every octave has a quarter of the power of the one below.
+    /// Returns a finger's force: aim, tremor, and a wander in which every octave has a quarter of the power of the one below.
     fn force(rate_hz: f64, seconds: f64, wander_n: f64) -> Vec<f64> {
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let (mut wander, time_s) = (0.0, 1.0);
@@ -224,7 +225,7 @@ mod tests {
         force.iter().map(|n| n + noise_n * white()).collect()
     }
 
-    /// RMS of what is left of the noise and of what is lacking of the force, away from the ends.
+    /// Returns the RMS of the remaining noise and the missing force, away from the ends.
     fn rms_apart(a: &[f64], b: &[f64]) -> f64 {
         let edge = a.len() / 20;
         let inside = edge..a.len() - edge;
@@ -239,7 +240,7 @@ mod tests {
             let noise_n = 3e-3 * (rate_hz / 10_000.0).sqrt();
             let filtered = filtered(&noisy(&smooth, noise_n), rate_hz, 1).unwrap();
             let left_n = rms_apart(&filtered, &smooth);
-            // A low-pass of 100 Hz leaves a tenth of 3 mN at 10 kHz, and this two thirds of that or less.
+            // A low-pass of 100 Hz leaves a tenth of 3 mN at 10 kHz, and this filter at most two thirds of that.
             let of_low_pass_n = noise_n * (200.0 / rate_hz).sqrt();
             assert!(left_n < 0.65 * of_low_pass_n, "{rate_hz}: {left_n}");
         }
@@ -273,7 +274,7 @@ mod tests {
         assert_eq!(filtered(&[0.5; 4000], 2000.0, 1), None, "no noise at all");
     }
 
-    /// The ends meet their mirror images; what rings there is gone within the margin that is read beyond an exploration.
+    /// The ends meet their mirror images; ringing there decays within the margin that is read beyond an exploration.
     #[test]
     fn a_slow_record_is_given_on_a_finer_grid() {
         let (slow_hz, finer) = (250.0, 8);

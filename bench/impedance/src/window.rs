@@ -1,13 +1,13 @@
 //! The Kaiser window and its derivatives.
 
-/// The Kaiser window I₀(β√(1−u²))/I₀(β) on −1 ≤ u ≤ 1 (Kaiser & Schafer 1980).
+/// Kaiser window I₀(β√(1−u²))/I₀(β) on −1 ≤ u ≤ 1 (Kaiser & Schafer 1980).
 #[derive(Clone, Copy, Debug)]
 pub struct Kaiser {
     beta: f64,
 }
 
 impl Kaiser {
-    /// Makes the window of this β.
+    /// Makes the window with this β.
     #[must_use]
     pub fn new(beta: f64) -> Self {
         Self { beta }
@@ -31,7 +31,7 @@ impl Kaiser {
     }
 }
 
-/// Returns Iₙ(z)/zⁿ, given z², by the power series, whose terms are all positive (DLMF 10.25.2).
+/// Returns Iₙ(z)/zⁿ, given z², by the power series, in which all terms are positive (DLMF 10.25.2).
 fn bessel_over_power(order: u32, z_squared: f64) -> f64 {
     let factorial: f64 = (1..=order).map(f64::from).product();
     let mut term = 1.0 / (2f64.powi(order as i32) * factorial);

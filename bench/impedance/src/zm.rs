@@ -10,7 +10,7 @@
 //!   = [iω m_p + k_p/(iω) + b_p] ṽ + f̃_c + m_p dṽ/dt + i (k_p/ω) dx̃/dt
 //! ```
 //!
-//! for x̃ = (ṽ − dx̃/dt)/(iω). The bracket is Z_p(ω), and f̃_c/ṽ what the contact adds to it, so the impedance free of
+//! for x̃ = (ṽ − dx̃/dt)/(iω). The bracket is Z_p(ω), and f̃_c/ṽ is the contribution of the contact, so the impedance without
 //! the plate's own transients is
 //!
 //! ```text
@@ -18,14 +18,14 @@
 //! ```
 //!
 //! To first order in the rates this is f̃ = Z ṽ − i Z′(ω) dṽ/dt with Z′ = i (m_p + k_p/ω²), at resonance the published
-//! correction 2 m_p dṽ/dt; but it stays exact off resonance and at envelope nulls, where the second order is 7e-5 of
-//! Z_p at 6 Hz and index 0.9. The plain ratio γŨ/(iω x̃) (Huloux 2021, Eq. 20) keeps both transients and takes ṽ for iω
-//! x̃.
+//! correction 2 m_p dṽ/dt. It remains exact off resonance and at envelope nulls, where the second order is 7e-5 of
+//! Z_p at 6 Hz and index 0.9. The plain ratio γŨ/(iω x̃) (Huloux 2021, Eq. 20) keeps both transients and takes iω x̃ for
+//! ṽ.
 //!
 //! On the exact response of an unloaded plate at index 0.9 the mean of the corrected Z_m is within 1e-6 and every frame
-//! within 2e-5 of Z_p, while the plain one errs by 1.2 N·s/m
-//! (`corrected_impedance_of_the_modulated_plate_is_unbiased`). In white noise the mean over a 2 s record has 1.01 times
-//! the variance of least squares over all its samples, which attains the Cramér–Rao bound
+//! within 2e-5 of Z_p, while the plain one is wrong by 1.2 N·s/m
+//! (`corrected_impedance_of_the_modulated_plate_is_unbiased`). In white noise the variance of the mean over a 2 s record is
+//! 1.01 times that of least squares over all its samples, which attains the Cramér–Rao bound
 //! (`mean_impedance_attains_the_cramer_rao_bound`).
 
 use crate::demodulator::EnvelopeFrame;
@@ -34,7 +34,7 @@ use crate::mask::Mask;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Amplitudes under this many standard deviations of their noise are masked (an assumption of this project).
+/// Amplitudes below this many standard deviations of their noise are masked (an assumption of this project).
 pub const NULL_SIGMAS: f64 = 10.0;
 
 const I: Complex64 = Complex64::I;
@@ -58,7 +58,7 @@ impl PlateConstants {
     }
 }
 
-/// Scales that turn sample values into volts and metres.
+/// Scale factors that convert sample values to volts and metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelScales {
     /// Actuator voltage per sample value, V.
@@ -69,7 +69,7 @@ pub struct ChannelScales {
     pub pickup_phase_rad: f64,
 }
 
-/// A constant out of its range.
+/// A constant outside its range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{name} is {value}, but must be {required}")]
 pub struct ConstantError {
@@ -77,14 +77,14 @@ pub struct ConstantError {
     pub name: &'static str,
     /// Value of the constant.
     pub value: f64,
-    /// Values that are accepted.
+    /// Accepted values.
     pub required: &'static str,
 }
 
-/// Turns frames of drive and pickup into impedances.
+/// Converts frames of drive and pickup to impedances.
 ///
 /// The corrected impedance is Z_m = (f̃ − m_p dṽ/dt − i (k_p/ω) dx̃/dt)/ṽ with ṽ = iω x̃ + dx̃/dt: to first order the
-/// correction 2 m_p dṽ/dt at resonance, but exact for any envelope and carrier. Measured on the exact response of an
+/// correction 2 m_p dṽ/dt at resonance, but exact for any envelope and carrier. On the exact response of an
 /// unloaded plate, 6 Hz, index 0.9: mean within 1e-6, every frame within 2e-5 of Z_p; variance of the mean over 2 s
 /// 1.01 times the Cramér–Rao bound (`tests/demodulation.rs`).
 ///
@@ -143,15 +143,15 @@ pub struct Zm {
     derivative_noise_per_s: f64,
 }
 
-/// The impedance at one instant. All envelopes are peak values in exp(+iωt); whatever cannot be known is NaN, and
-/// `mask` says why.
+/// Impedance at one instant. All envelopes are peak values in exp(+iωt); unknown values are NaN, and
+/// `mask` states the reasons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ZmFrame {
     /// Sample of the stream that the frame belongs to.
     pub sample: u64,
     /// Time of that sample, s.
     pub time_s: f64,
-    /// Why the impedances are NaN; clear where they are not.
+    /// Reasons why the impedances are NaN; clear where they are valid.
     pub mask: Mask,
     /// Actuator voltage Ũ, V.
     pub drive_v: Complex64,
@@ -174,7 +174,7 @@ pub struct ZmFrame {
 }
 
 impl Zm {
-    /// Creates a converter of frames that passed `filter`.
+    /// Creates a converter for frames from `filter`.
     ///
     /// # Errors
     /// When a constant is not positive, or the phase not finite.
@@ -226,7 +226,7 @@ impl Zm {
         })
     }
 
-    /// Corrects for a pickup whose envelope is late by `pickup_delay_s`, beside its phase, to first order: at 6 Hz,
+    /// Corrects for a delay of the pickup's envelope by `pickup_delay_s`, in addition to its phase, to first order: at 6 Hz,
     /// index 0.95 and 0.1 ms the next term is 7e-6 of the mean amplitude.
     #[must_use]
     pub fn with_pickup_delay(self, pickup_delay_s: f64) -> Self {
@@ -250,13 +250,13 @@ impl Zm {
         let [x, dx, ddx] = [pickup.value, pickup.slope_per_s, pickup.curvature_per_s2]
             .map(|e| e * self.metres_per_unit);
         let [x, dx] = [x + self.pickup_delay_s * dx, dx + self.pickup_delay_s * ddx];
-        // Magnitudes are roots of `norm_sqr` here, for `hypot` guards against an overflow that no metre or volt comes
-        // near and took a sixth of the time.
+        // Magnitudes are square roots of `norm_sqr` here: `hypot` guards against an overflow that metres and volts never
+        // reach, and took a sixth of the time.
         let amplitude_m = x.norm_sqr().sqrt();
         let amplitude_std_m = pickup.noise * self.metres_per_unit.norm_sqr().sqrt();
 
         let mut mask = frame.mask();
-        // Before the noise has been seen its deviation is infinite, and no amplitude stands out; nor does 0 from 0.
+        // Before the first noise estimate the deviation is infinite, and no amplitude stands out; nor does 0 from 0.
         let stands_out = amplitude_m > NULL_SIGMAS * amplitude_std_m;
         if !mask.contains(Mask::LOST_SAMPLES) && !stands_out {
             mask |= Mask::ENVELOPE_NULL;

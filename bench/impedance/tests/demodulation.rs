@@ -1,4 +1,4 @@
-//! The demodulator and Z_m on signals whose envelopes are known in closed form.
+//! The demodulator and Z_m on signals with envelopes in closed form.
 
 #![expect(
     clippy::unwrap_used,
@@ -78,7 +78,7 @@ fn envelopes_and_their_derivatives_are_exact() {
                     ];
                 }
                 assert!((envelope.value - truth[0]).norm() < 1e-6);
-                // 2e-5 and 3e-4 of what the 90 Hz sideband has (57 and 32 000).
+                // 2e-5 and 3e-4 of the values of the 90 Hz sideband (57 and 32 000).
                 assert!(
                     (envelope.slope_per_s - truth[1]).norm() < 1e-3,
                     "{}",
@@ -162,7 +162,7 @@ fn corrected_impedance_of_the_modulated_plate_is_unbiased() {
             worst < 2e-5,
             "{rate} Hz, {carrier_hz} Hz: a frame off by {worst:e}"
         );
-        // The plain ratio errs by 2 m_p·(dṽ/dt)/ṽ (SCIENCE: 1.8 N·s/m at 95 %).
+        // The plain ratio is wrong by 2 m_p·(dṽ/dt)/ṽ (1.8 N·s/m at 95 %).
         let plain = frames
             .iter()
             .map(|f| (f.plain_n_s_per_m - truth).norm())
@@ -179,7 +179,7 @@ fn corrected_impedance_of_the_modulated_plate_is_unbiased() {
     }
 }
 
-/// Least squares over the whole record: attains the Cramér–Rao bound for a steady tone in white noise.
+/// Returns the least-squares ratio over the whole record, which attains the Cramér–Rao bound for a steady tone in white noise.
 fn full_record_ratio(interleaved: &[f32], carrier_hz: f64, rate: u32) -> Complex64 {
     let mut sums = [Complex64::ZERO; 2];
     for (n, pair) in (0..).zip(interleaved.chunks(2)) {
@@ -238,7 +238,7 @@ fn mean_impedance_attains_the_cramer_rao_bound() {
         ours / best,
         best / bound
     );
-    // Same noise in both: their ratio scatters by about 2 %, either over the bound by sqrt(1/60) = 13 %.
+    // The noise is the same in both: their ratio scatters by about 2 %, each relative to the bound by sqrt(1/60) = 13 %.
     assert!(ours / best < 1.05, "{}", ours / best);
     assert!((best / bound - 1.0).abs() < 0.4, "{}", best / bound);
 }

@@ -1,4 +1,4 @@
-//! The measured properties that the docs of `Filter` quote.
+//! Measured properties quoted by the docs of `Filter`.
 
 #![expect(
     clippy::unwrap_used,

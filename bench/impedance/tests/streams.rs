@@ -1,4 +1,4 @@
-//! Streams that are cut, lossy, clipped, wrong, or without a carrier.
+//! Streams that are split, lossy, clipped, wrong, or without a carrier.
 
 #![expect(
     clippy::unwrap_used,
@@ -109,7 +109,7 @@ proptest! {
             if rest.is_empty() { break; }
         }
         prop_assert_eq!(demodulator.samples_taken(), 20_000);
-        // NaN is not equal to itself; the printed form is.
+        // NaN differs from itself, but its printed form does not.
         prop_assert_eq!(format!("{whole:?}"), format!("{pieces:?}"));
     }
 

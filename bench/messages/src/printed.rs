@@ -13,7 +13,7 @@ const WIDTH: usize = 96;
 /// `messages`
 #[derive(Debug, Clone, Args)]
 pub struct Options {
-    /// A message, or words of one: what stands on the screen can be pasted, its numbers are passed over [default: all].
+    /// Message to look up, or words of it; numbers are ignored, so that text can be pasted from the screen [default: all].
     #[arg(value_name = "WORDS")]
     pub words: Vec<String>,
 }

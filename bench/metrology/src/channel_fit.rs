@@ -1,4 +1,4 @@
-//! One channel beside another that carries the same signal: gain, phase, delay, and slips by whole samples.
+//! Comparison of a channel with another that carries the same signal: gain, phase, delay, and slips by whole samples.
 
 use crate::fitted_value::FittedValue;
 use crate::regression::{Line, LineError, LinePoint};
@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 pub struct RatioReading {
     /// Frequency of the tone, Hz.
     pub frequency_hz: f64,
-    /// Envelope of the channel over that of the reference.
+    /// Ratio of the channel's envelope to the reference's.
     pub ratio: Complex64,
     /// Standard deviation of each quadrature of the ratio, relative to the magnitude.
     pub sigma: f64,
@@ -34,7 +34,7 @@ pub struct ChannelFit {
     /// Root mean square departure of the ratios from a constant gain and the pure delay of the carrier's phase,
     /// relative: the residual of a correction by two numbers.
     pub departure: f64,
-    /// Degrees of freedom: number of readings less two.
+    /// Degrees of freedom: number of readings minus two.
     pub degrees_of_freedom: usize,
 }
 
@@ -86,7 +86,7 @@ impl ChannelFit {
         }))?;
         let (gain, delay_s) = (size.offset, -turning.slope / TAU);
         let unexplained_rad = wrap(turning.offset + TAU * carrier_hz * delay_s);
-        // Of a pure delay, phase and slope tell the same; the phase of an inverted channel lacks half a turn.
+        // For a pure delay, phase and slope agree; the phase of an inverted channel is off by half a turn.
         let inverted = unexplained_rad.abs() > PI / 2.0;
         let half_turn = if inverted { PI } else { 0.0 };
         let excess_s = wrap(unexplained_rad - half_turn) / (TAU * carrier_hz);
@@ -116,7 +116,7 @@ impl ChannelFit {
         Ok(fit)
     }
 
-    /// Returns by how much a reading departs from a constant gain and the pure delay of the carrier's phase, relative:
+    /// Returns the relative deviation of a reading from a constant gain and the pure delay of the carrier's phase:
     /// the real part in size, the imaginary part in phase, rad.
     #[must_use]
     pub fn departure_of(&self, reading: &RatioReading, carrier_hz: f64) -> Complex64 {
@@ -127,14 +127,14 @@ impl ChannelFit {
     }
 }
 
-/// Departure from one line over frequency beyond which a slip is looked for, rad: a hundred times what converters do.
+/// Deviation from one line over frequency above which a slip is searched for, rad: a hundred times that of converters.
 const RAGGED_RAD: f64 = 0.02;
-/// Largest slip that is looked for, samples.
+/// Largest slip that is searched for, samples.
 const MOST_SLIP: i32 = 16;
-/// Undoing the slip must take away all but this share of the departure.
+/// Largest fraction of the deviation that may remain once the slip is undone.
 const EXPLAINED: f64 = 0.1;
 
-/// Returns the slip by whole samples at some moment of `readings`, which are in the order of time; `None` without one.
+/// Returns the slip by whole samples at some point of `readings`, which are in order of time; `None` without a slip.
 #[must_use]
 pub fn find_slip(
     readings: &[RatioReading],

@@ -1,4 +1,4 @@
-//! One complex factor between two tones at several levels: known displacements over a pickup's readings.
+//! Complex factor between two tones at several levels, such as known displacements and a pickup's readings.
 
 use num_complex::Complex64;
 
@@ -22,9 +22,9 @@ pub struct ComplexSlope {
 }
 
 impl ComplexSlope {
-    /// Fits points (x, y); `None` for fewer than two, and where they determine nothing.
+    /// Fits points (x, y); `None` for fewer than two, or if they do not determine the slope.
     ///
-    /// The error is that of the residuals (`the_phase_is_covered`).
+    /// The error follows from the residuals (`the_phase_is_covered`).
     #[must_use]
     pub fn fit(points: &[(Complex64, Complex64)]) -> Option<Self> {
         let power: f64 = points.iter().map(|(x, _)| x.norm_sqr()).sum();

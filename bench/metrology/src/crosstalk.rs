@@ -1,20 +1,20 @@
-//! Two crossed axes: what a two-axis sensor reads of known forces, by weighted least squares, and the matrix that turns
+//! Two crossed axes: the response of a two-axis sensor to known forces, by weighted least squares, and the matrix that turns
 //! its readings back into forces.
 //!
-//! reading = response · force, each axis fitted by itself: reading_k = A_k0 force_0 + A_k1 force_1 (Bevington &
+//! reading = response · force, each axis fitted separately: reading_k = A_k0 force_0 + A_k1 force_1 (Bevington &
 //! Robinson 2003, chapter 7). The matrix is M = A⁻¹; to first order δM = −M δA M, so that each entry's error has one
 //! part from each axis' scatter.
 
 use nalgebra::{Matrix2, Vector2};
 
-/// One known load and what it changed.
+/// One known load and the change of the readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loading {
     /// Known force on either axis, N.
     pub force_n: [f64; 2],
     /// Change of either reading, in the sensor's unit.
     pub reading: [f64; 2],
-    /// Standard deviation of either change; only ratios matter where the scatter is more.
+    /// Standard deviation of either change; only ratios matter where the scatter is larger.
     pub sigma: [f64; 2],
 }
 
@@ -57,18 +57,18 @@ pub struct Crosstalk {
     pub response: [[f64; 2]; 2],
     /// M = A⁻¹: force = M · reading, in rows.
     pub matrix: [[MatrixEntry; 2]; 2],
-    /// Known force less M · reading of each loading, N.
+    /// Known force minus M · reading of each loading, N.
     pub residuals_n: Vec<[f64; 2]>,
     /// Largest |residual| of either axis over its largest known force.
     pub nonlinearity: [f64; 2],
-    /// √(χ²/(n − 2)) of either reading: how much more it scatters than its `sigma` says. Errors are scaled by it above
+    /// √(χ²/(n − 2)) of either reading: the ratio of its scatter to its `sigma`. Errors are scaled by it where it is above
     /// 1.
     pub birge_ratio: [f64; 2],
-    /// Degrees of freedom: number of loadings less two.
+    /// Degrees of freedom: number of loadings minus two.
     pub degrees_of_freedom: usize,
 }
 
-/// Why loadings determine no matrix.
+/// Reasons why loadings determine no matrix.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CrosstalkError {
     /// Fewer than three loadings.
@@ -80,7 +80,7 @@ pub enum CrosstalkError {
     /// All loads act along one direction.
     #[error("all loads act in one direction: load both axes")]
     OneDirection,
-    /// The readings of both axes are the same, but for a factor.
+    /// The readings of both axes are the same up to a factor.
     #[error(
         "both axes read the same, but for a factor: one of them is not connected, or both read one sensor"
     )]
@@ -93,14 +93,14 @@ pub enum CrosstalkError {
     },
 }
 
-/// Loads this close to one direction, or readings to one line, determine no matrix.
+/// Determinant below which loadings along one direction, or readings along one line, determine no matrix.
 const LEAST_DETERMINANT: f64 = 1e-6;
 
 impl Crosstalk {
     /// Fits the response and inverts it. Errors come from the loadings' deviations, or from their scatter where that is
-    /// more.
+    /// larger.
     ///
-    /// Holds each true entry in its interval by Student's t in 95 % of noisy draws (`intervals_hold_the_truth`).
+    /// The interval by Student's t includes each true entry in 95 % of noisy draws (`intervals_hold_the_truth`).
     ///
     /// # Errors
     /// When the loadings determine no matrix.

@@ -1,4 +1,4 @@
-//! What a channel carries that nobody drives: a constant offset, mains hum, foreign tones.
+//! Disturbances of a channel: a constant offset, mains hum, foreign tones.
 
 use std::fmt;
 
@@ -6,21 +6,21 @@ use crate::spectrum::{Peak, Spectrum};
 
 /// Highest frequency at which a tone counts as mains hum, Hz.
 const HUM_HZ: f64 = 1e3;
-/// Distance from a multiple of the mains frequency within which a tone is one, Hz.
+/// Distance from a multiple of the mains frequency within which a tone counts as that harmonic, Hz.
 const OF_MAINS_HZ: f64 = 3.0;
 /// Distance from the carrier within which a tone falls into the envelope's band, Hz.
 const IN_BAND_HZ: f64 = 2.5e3;
 /// Distance from the carrier within which modulation, ramps and the finger move it, Hz.
 const MOVED_HZ: f64 = 400.0;
-/// Highest harmonic of the carrier that an amplifier makes.
+/// Highest harmonic of the carrier that an amplifier generates.
 const HARMONICS: u32 = 9;
-/// Most disturbances of a channel that are reported: one source has many harmonics.
+/// Largest number of disturbances reported for a channel: one source has many harmonics.
 const MOST: usize = 5;
-/// Amplitude, of full scale, from which on an offset, hum or a tone out of the carrier's band is reported: a hundredth
-/// of the range that is lost to the signal. An assumption.
+/// Amplitude, relative to full scale, from which on an offset, hum or a tone outside the carrier's band is reported: the signal
+/// loses a hundredth of the range. An assumption.
 const OUT_OF_BAND: f64 = 0.01;
-/// Amplitude of a tone in the carrier's band from which on it is reported, of full scale and of the carrier: it biases
-/// the impedance by as much. Assumptions.
+/// Amplitude of a tone in the carrier's band from which on it is reported, relative to full scale and to the carrier: it biases
+/// the impedance by the same fraction. Assumptions.
 const IN_BAND: f64 = 1e-3;
 const IN_BAND_OF_CARRIER: f64 = 0.01;
 
@@ -44,12 +44,12 @@ pub struct Disturbance {
     pub sort: Sort,
     /// Frequency, Hz; 0 for an offset.
     pub frequency_hz: f64,
-    /// Size of the offset, or peak amplitude of the tone, of full scale.
+    /// Size of the offset, or peak amplitude of the tone, relative to full scale.
     pub amplitude: f64,
 }
 
 impl Disturbance {
-    /// Returns whether both are one and the same source, seen twice.
+    /// Returns whether both come from the same source.
     #[must_use]
     pub fn is_again(&self, other: &Self) -> bool {
         self.sort == other.sort
@@ -79,8 +79,8 @@ impl fmt::Display for Disturbance {
     }
 }
 
-/// Returns what disturbs a channel whose drive, if any, is at `carrier_hz`; the offset first, then tones by their
-/// amplitude, five at most.
+/// Returns the disturbances of a channel with its drive, if any, at `carrier_hz`: the offset first, then tones by
+/// amplitude, at most five.
 ///
 /// ```
 /// use metrology::disturbance::{Sort, disturbances};
@@ -151,7 +151,7 @@ fn sort(hz: f64, carrier_hz: f64) -> Sort {
     }
 }
 
-/// Returns the frequency at which sampling shows a tone.
+/// Returns the frequency at which a tone appears after sampling.
 fn folded(hz: f64, sample_rate_hz: f64) -> f64 {
     (hz - sample_rate_hz * (hz / sample_rate_hz).round()).abs()
 }
@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn offset_hum_and_foreign_tones_are_named_beside_the_drive_and_in_silence() {
         for (drive, modulation_hz) in [(0.0, 0.0), (0.2, 6.0), (0.2, 20.0)] {
-            // The square of the drive is an offset of its own.
+            // The square of the drive adds an offset.
             let offset = 0.06;
             for (hz, amplitude, sort) in [
                 (50.0, 0.02, Sort::Hum),

@@ -1,19 +1,19 @@
-//! What the calibrations of a bench compute from tones, silence and known loads: each value with its standard error.
+//! Computations for the calibrations of a bench, from tones, silence and known loads; each value has a standard error.
 //!
-//! | what is measured | where |
+//! | quantity | module |
 //! | --- | --- |
 //! | amplitude and phase of a tone, with their errors | [`tone`] |
 //! | power density, noise, and the tones in a silent recording | [`spectrum`] |
-//! | offsets, hum and foreign tones beside a drive | [`disturbance`] |
-//! | whether a generated carrier comes back, and as itself | [`signal_path`] |
-//! | whether a converter cuts a tone's peaks off | [`tone_clipping`] |
+//! | offsets, hum and foreign tones in addition to a drive | [`disturbance`] |
+//! | whether a generated carrier comes back at its own frequency | [`signal_path`] |
+//! | whether a converter clips a tone | [`tone_clipping`] |
 //! | a straight line with its errors | [`regression`] |
 //! | gain, phase and delay between two channels | [`channel_fit`] |
 //! | the plate's resonance, quality and static response | [`plate_fit`] |
 //! | the matrix of a two-axis force sensor | [`crosstalk`] |
 //!
 //! Conventions, for the whole crate: exp(+iωt), peak amplitudes, SI units named in identifiers.
-//! No input or output, no threads: `clippy.toml` beside this crate's `Cargo.toml` disallows them.
+//! No input or output, no threads: `clippy.toml` next to this crate's `Cargo.toml` disallows them.
 
 pub mod channel_fit;
 pub mod complex_slope;

@@ -6,11 +6,10 @@
 //! H(f) = A e^{−iφ f/f₀} / (1 − (f/f₀)² + i f/(f₀ Q)) + C₀ + C₁ (f − f₀)/f₀
 //! ```
 //!
-//! one second-order mode seen through a delay, and what is smooth beside it: further modes and crosstalk between the
-//! channels (the residual terms of modal analysis, Ewins 2000, section 4.3). The delay is tied to the phase φ that it
-//! makes at resonance, for a delay of its own cannot be told from A and C₀ in a narrow band: a pickup whose phase is
-//! not a delay errs in A by φ/(2Q). With x̃ = M e^{+iφ}·sample and f̃ = γ V·sample the constants follow: k_p = (2πf₀)²
-//! m_p, b_p = 2πf₀ m_p/Q, γ = A k_p M/V.
+//! one second-order mode with a delay, and smooth residual terms for further modes and crosstalk between the channels (Ewins
+//! 2000, section 4.3). The delay is tied to its phase φ at resonance, because an independent delay cannot be separated from A
+//! and C₀ in a narrow band: a pickup with a phase that is not a delay causes an error of φ/(2Q) in A. With x̃ = M
+//! e^{+iφ}·sample and f̃ = γ V·sample the constants follow: k_p = (2πf₀)² m_p, b_p = 2πf₀ m_p/Q, γ = A k_p M/V.
 
 use crate::fitted_value::FittedValue;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -24,7 +23,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 pub struct Response {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Pickup's over drive's envelope, in sample units.
+    /// Ratio of the pickup's to the drive's envelope, in sample units.
     pub ratio: Complex64,
 }
 
@@ -66,7 +65,7 @@ pub struct PlateFit {
     pub degrees_of_freedom: usize,
 }
 
-/// Why responses determine no resonance.
+/// Reasons why responses determine no resonance.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PlateFitError {
     /// Fewer tones than the fit needs.
@@ -98,19 +97,19 @@ pub enum PlateFitError {
     NoFit,
 }
 
-/// Fewest complex tones: they hold four values more than the fit has parameters.
+/// Fewest complex tones: they have four values more than the fit has parameters.
 pub const LEAST_TONES: usize = 6;
 const PARAMETERS: usize = 8;
 const TOLERANCE: f64 = 1e-13;
-/// Mismatch of two channels of a card that is assumed as long as it was not measured, relative and rad: images of the
-/// converters and their slopes (an assumption of this project).
+/// Mismatch of two channels of a card, assumed until it is measured, relative and rad: images of the converters and their
+/// slopes (an assumption of this project).
 pub const CHANNEL_MATCH: f64 = 1e-4;
 
 impl PlateFit {
     /// Fits `responses`, in order of frequency.
     ///
-    /// Standard errors hold the scatter of the residuals, by how much the values move when C₁ is left out, and
-    /// `channel_match`: how well the two channels follow each other, as measured or [`CHANNEL_MATCH`]. Noise at 1e-4 of
+    /// Standard errors include the scatter of the residuals, the change of the values if C₁ is left out, and
+    /// `channel_match`, the mismatch of the two channels, as measured or [`CHANNEL_MATCH`]. Noise at 1e-4 of
     /// the peak, Q 250, 31 tones over ±2 bandwidths: f₀ within 0.05 Hz, Q within 0.1 % (`noisy_responses_are_covered`).
     ///
     /// # Errors
@@ -135,7 +134,7 @@ impl PlateFit {
         Ok(Self {
             resonance_hz: FittedValue {
                 value: f0,
-                // The resonance is where the phase is, and the phase turns by 2Q/f₀ per hertz there.
+                // The phase determines the resonance, about which it turns by 2Q/f₀ per hertz.
                 standard_error: full.reference_hz * error(0, channel_match / (2.0 * quality)),
             },
             quality: FittedValue {
@@ -157,7 +156,7 @@ impl PlateFit {
     }
 }
 
-/// Returns roughly f₀ (Hz) and Q, from the largest response and its neighbours: where to look closer.
+/// Returns rough values of f₀ (Hz) and Q from the largest response and its neighbours, to choose a narrower band.
 ///
 /// # Errors
 /// When there are too few tones, or the largest is the first or the last.
@@ -183,7 +182,7 @@ fn coarse(responses: &[Response]) -> Result<CoarseResonance, PlateFitError> {
             frequency_hz: bad.frequency_hz,
         });
     }
-    // 1/|H|² is a parabola in f about the resonance: exact from the peak and its neighbours, were it not for noise.
+    // 1/|H|² is a parabola in f about the resonance: without noise, exact from the peak and its neighbours.
     let peak = (0..count)
         .max_by(|&a, &b| {
             responses[a]
@@ -396,7 +395,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for PlateProblem<'_> {
     }
 }
 
-/// Returns the same angle between −π and π, rad.
+/// Returns the angle wrapped to −π to π, rad.
 #[must_use]
 pub fn wrap(angle_rad: f64) -> f64 {
     (angle_rad + PI).rem_euclid(2.0 * PI) - PI
@@ -425,7 +424,7 @@ mod tests {
     }
 
     impl TruePlate {
-        /// By the equation of motion, not by the fit's own model: one mode, a further one, a delay and crosstalk.
+        /// Follows from the equation of motion, not the fit's own model: one mode, a further one, a delay and crosstalk.
         fn ratio(self, f: f64) -> Complex64 {
             let i = Complex64::I;
             let mode = |f0: f64, q: f64| (f0 * f0 - f * f + i * f * f0 / q).inv() * f0 * f0;

@@ -1,12 +1,12 @@
-//! A straight line through points of known weight: known amplitudes against a pickup's readings, known forces against a
+//! A straight line through weighted points, such as known amplitudes against a pickup's readings or known forces against a
 //! sensor's.
 
 /// One point: y was known with standard deviation `sigma`, x without error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinePoint {
-    /// What the sensor read.
+    /// Reading of the sensor.
     pub x: f64,
-    /// What it should have read.
+    /// True value.
     pub y: f64,
     /// Standard deviation of `y`, in its unit; only ratios between points matter where all are scaled by the residuals.
     pub sigma: f64,
@@ -36,14 +36,14 @@ pub struct Line {
     pub residuals: Vec<f64>,
     /// Largest |residual| over the largest |y|.
     pub nonlinearity: f64,
-    /// √(χ²/(n − 2)): how much more the points scatter than their `sigma` says. Errors are scaled by it where it is
+    /// √(χ²/(n − 2)): the ratio of the points' scatter to their `sigma`. Errors are scaled by it where it is
     /// above 1.
     pub birge_ratio: f64,
-    /// Degrees of freedom: number of points less two.
+    /// Degrees of freedom: number of points minus two.
     pub degrees_of_freedom: usize,
 }
 
-/// Why points determine no line.
+/// Reasons why points determine no line.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum LineError {
     /// Fewer than three points.
@@ -52,7 +52,7 @@ pub enum LineError {
         /// Number of points.
         count: usize,
     },
-    /// All points lie at one x.
+    /// All points have the same x.
     #[error("all points lie at one reading of {x}: use levels that differ")]
     NoSpread {
         /// Mean x of the points.
@@ -75,12 +75,12 @@ pub enum LineError {
 }
 
 impl Line {
-    /// Fits the line. Errors come from the points' deviations, or from their scatter where that is more.
+    /// Fits the line. Errors come from the points' deviations, or from their scatter where that is larger.
     ///
-    /// Covers the true slope with its 95 % interval in 95 % of noisy draws (`intervals_hold_the_truth`).
+    /// The 95 % interval includes the true slope in 95 % of noisy draws (`intervals_hold_the_truth`).
     ///
     /// # Errors
-    /// When there are fewer than three points, no spread, or a value that is no number.
+    /// When there are fewer than three points, no spread, or a value that is not finite.
     pub fn fit(points: &[LinePoint]) -> Result<Self, LineError> {
         let bad = |p: &LinePoint| {
             !(p.x.is_finite() && p.y.is_finite() && p.sigma.is_finite() && p.sigma > 0.0)

@@ -1,30 +1,30 @@
 //! The path from the generator to an input: whether the carrier comes back, and at its own frequency.
 //!
-//! Sound layers resample without a warning. One that filters takes the carrier away; one that does not folds it to
-//! |k·f′ ± f| about its own rate f′, and the frequency at which it comes back tells the rate.
+//! Sound layers resample without a warning. A layer that filters removes the carrier. One that does not filter folds it to
+//! |k·f′ ± f| about its own rate f′, and the frequency at which it comes back reveals the rate.
 
 use crate::spectrum::Peak;
 
-/// The answer of the path to one tone.
+/// Response of the path to one tone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToneAnswer {
     /// Frequency played, Hz.
     pub played_hz: f64,
-    /// Amplitude at that frequency over the amplitude expected.
+    /// Amplitude at that frequency relative to the amplitude expected.
     pub share: f64,
-    /// Tones that stood out while it was played, strongest first; amplitudes over the amplitude expected.
+    /// Tones that stood out while it was played, strongest first; amplitudes relative to the amplitude expected.
     pub peaks: Vec<Peak>,
 }
 
-/// Why a path does not carry the carrier unchanged.
+/// Reasons why a path does not carry the carrier unchanged.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PathFault {
-    /// Nothing comes back at any frequency.
+    /// The tone does not come back at any frequency.
     #[error(
         "nothing comes back: of what was played {share:.1e} was read; is the amplifier on, its heartbeat wired, and the cable in the input that [channels.drive] names?"
     )]
     Silent {
-        /// Largest share of what was played.
+        /// Largest fraction of the played amplitude that came back.
         share: f64,
     },
     /// Low frequencies come back and the carrier does not.
@@ -36,7 +36,7 @@ pub enum PathFault {
         passes_hz: f64,
         /// Lowest tone that does not, Hz.
         loses_hz: f64,
-        /// The lowest common rate whose half lies above all that still seeps through, Hz.
+        /// Lowest common rate that is more than twice the frequency of every tone that still leaks through, Hz.
         rate_hz: f64,
     },
     /// The carrier comes back at another frequency.
@@ -46,28 +46,28 @@ pub enum PathFault {
     Aliased {
         /// Tone played, Hz.
         played_hz: f64,
-        /// Where it came back, Hz.
+        /// Frequency at which it came back, Hz.
         heard_hz: f64,
-        /// Rate that it points to, Hz.
+        /// Rate inferred from it, Hz.
         rate_hz: f64,
     },
 }
 
-/// Rates that sound layers run at. Where several explain what is heard the highest is named: folding about 48 kHz is
-/// also folding about 16.
+/// Common rates of sound layers. If several explain the tones, the highest is named: folding about 48 kHz is
+/// also folding about 16 kHz.
 const COMMON_RATES_HZ: [f64; 11] = [
     192_000.0, 176_400.0, 96_000.0, 88_200.0, 48_000.0, 44_100.0, 32_000.0, 24_000.0, 22_050.0,
     16_000.0, 8_000.0,
 ];
-/// A tone comes back when this share of it does.
+/// Smallest fraction of a tone that counts as coming back.
 pub const COMES_BACK: f64 = 0.3;
-/// A tone that is filtered off still seeps through at this share of it.
+/// Smallest fraction of a filtered tone that still leaks through.
 const SEEPS: f64 = 1e-3;
-/// An image this strong is no converter's.
+/// Smallest relative amplitude of an image that cannot come from a converter.
 const IMAGE: f64 = 1e-2;
 
-/// Judges the answers to tones: those within `band_hz` of the carrier, which must come back, and others below, which
-/// tell where a path ends. `resolution_hz` is that of the peaks' frequencies.
+/// Judges the responses to tones: those within `band_hz` of the carrier, which must come back, and others below, which
+/// show where a path ends. `resolution_hz` is that of the peaks' frequencies.
 ///
 /// # Errors
 /// [`PathFault`], with the frequencies that show it.
@@ -105,7 +105,7 @@ pub fn judge(
         by_frequency[lost - 1].played_hz,
         by_frequency[lost].played_hz,
     );
-    // A filter begins below half its rate: what still seeps through beyond tells more than where it begins.
+    // A filter begins below half its rate, so the tones that leak through beyond it determine the rate better.
     let seeps_hz = by_frequency
         .iter()
         .filter(|answer| answer.share >= SEEPS)
@@ -160,7 +160,7 @@ mod tests {
 
     const TONES_HZ: [f64; 9] = [5e3, 10e3, 14e3, 18e3, 21e3, 23e3, 34.5e3, 35e3, 35.5e3];
 
-    /// A path that makes of each tone the pairs of frequency and share of `law`.
+    /// Judges a path that turns each tone into the pairs of frequency and relative amplitude of `law`.
     fn path(law: impl Fn(f64) -> Vec<(f64, f64)>) -> Result<(), PathFault> {
         let answers: Vec<ToneAnswer> = TONES_HZ
             .iter()

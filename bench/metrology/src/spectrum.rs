@@ -1,11 +1,10 @@
-//! The power of a channel over frequency, by Welch's method: how noisy it is about the carrier, and which tones it
-//! carries.
+//! Power of a channel over frequency by Welch's method: noise about the carrier, and tones.
 
 use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
 /// One-sided power density of a stretch of samples: averaged periodograms of Hann-windowed segments that overlap by
-/// half (Welch 1967). The mean of the stretch is taken off first.
+/// half (Welch 1967). The mean of the stretch is subtracted first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
     /// Density at multiples of `resolution_hz`, sample units²/Hz.
@@ -36,7 +35,7 @@ pub struct NoiseDensity {
     pub degrees_of_freedom: usize,
 }
 
-/// Why a stretch has no spectrum.
+/// Reasons why a stretch has no spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SpectrumError {
     /// Shorter than one segment.
@@ -57,14 +56,14 @@ pub enum SpectrumError {
     },
 }
 
-/// A bin this many times above the median about it holds a tone. Of averages over 19 segments, noise alone exceeds it
-/// once in 10⁴⁰ bins; of a single segment once in 10³.
+/// Ratio to the median about it from which on a bin contains a tone. Averaged over 19 segments, noise alone exceeds it
+/// once in 10⁴⁰ bins; in a single segment once in 10³.
 const STANDS_OUT: f64 = 10.0;
 /// Bins over which the median is taken.
 const FLOOR_BINS: usize = 101;
 /// Bins to either side of a tone beyond which the Hann window's sidelobes are 80 dB down.
 const SIDELOBES: usize = 20;
-/// Bins to either side of a tone that the Hann window spreads it over.
+/// Bins to either side of a tone over which the Hann window spreads it.
 const SKIRT: usize = 2;
 
 impl Spectrum {
@@ -108,7 +107,7 @@ impl Spectrum {
             for ((x, sample), w) in input.iter_mut().zip(&samples[begin..]).zip(&window) {
                 *x = w * (sample - mean);
             }
-            // The buffers are the transform's own: they fit.
+            // The transform made the buffers, so they fit.
             if transform.process(&mut input, &mut output).is_ok() {
                 segments += 1;
                 for (sum, bin) in density.iter_mut().zip(&output) {
@@ -126,7 +125,7 @@ impl Spectrum {
         })
     }
 
-    /// Returns the noise between two frequencies, tones left out; taken as white there. The standard error is that of a
+    /// Returns the noise between two frequencies without tones, assumed white. The standard error is that of a
     /// power averaged over a bandwidth B and a duration T, 1/√(BT).
     #[must_use]
     pub fn noise(&self, from_hz: f64, to_hz: f64) -> NoiseDensity {
@@ -149,7 +148,7 @@ impl Spectrum {
         }
     }
 
-    /// Returns the tones that stand out of the spectrum about them, strongest first.
+    /// Returns the tones that stand out from the spectrum about them, strongest first.
     #[must_use]
     pub fn peaks(&self) -> Vec<Peak> {
         let floor = self.floor();

@@ -1,10 +1,10 @@
-//! A steady tone in a stretch of samples: what a calibration reads off each dwell.
+//! A steady tone in a stretch of samples, as a calibration reads it from each dwell.
 
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// The tone's complex envelope X̃ in one channel: x(t) = Re[X̃ exp(+iωt)], t from the first sample of the stretch,
-/// under a Hann window, together with what is left of the channel without it.
+/// Complex envelope X̃ of the tone in one channel: x(t) = Re[X̃ exp(+iωt)], t from the first sample of the stretch,
+/// under a Hann window, and the remainder of the channel without it.
 ///
 /// ```
 /// use metrology::tone::SteadyTone;
@@ -27,10 +27,10 @@ pub struct SteadyTone {
     pub rest_rms: f64,
 }
 
-/// Why no tone can be read in a stretch.
+/// Reasons why no tone can be read in a stretch.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ToneError {
-    /// Too short to tell the tone from its mirror image and from DC.
+    /// Too short to separate the tone from its mirror image and from DC.
     #[error("{frames} frames hold {cycles:.1} cycles of {carrier_hz} Hz, at least {least} wanted")]
     TooShort {
         /// Frames in the stretch.
@@ -128,7 +128,7 @@ impl SteadyTone {
         })
     }
 
-    /// Returns the one-sided density of the rest, taken as white, in sample units per √Hz.
+    /// Returns the one-sided density of the remainder, assumed white, in sample units per √Hz.
     #[must_use]
     pub fn noise_density(&self, sample_rate_hz: f64) -> f64 {
         self.rest_rms / (sample_rate_hz / 2.0).sqrt()

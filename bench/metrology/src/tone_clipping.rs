@@ -1,31 +1,31 @@
-//! Peaks of a tone that a converter cuts off.
+//! Clipping of a tone's peaks by a converter.
 
 use std::f64::consts::PI;
 
 /// Level and flatness of a tone's peaks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peaks {
-    /// Largest |sample| on the side that reaches less far.
+    /// Largest |sample| on the side with the smaller excursion.
     pub level: f64,
     /// Standard deviation of that side's largest sample among tenths of the stretch.
     pub scatter: f64,
-    /// Share of all samples within [`TOP`] of the largest on a side, the larger of both sides, over the share of a
+    /// Fraction of all samples within [`TOP`] of the largest on a side, the larger of both sides, relative to that of a
     /// sine.
     pub flatness: f64,
 }
 
-/// Depth of what counts as the top, relative to the largest sample.
+/// Depth of the top, relative to the largest sample.
 pub const TOP: f64 = 2e-3;
-/// Flatness from which on peaks are cut off: a sine that would reach 1 % beyond the limit has it.
+/// Flatness from which on peaks are clipped: that of a sine that would reach 1 % beyond the limit.
 pub const CUT_OFF: f64 = 2.5;
-/// Parts of the stretch in which the largest sample is looked for.
+/// Number of parts of the stretch, for comparing their largest samples.
 const PARTS: usize = 10;
 
 impl Peaks {
-    /// Reads one channel of an interleaved stretch that holds a tone of constant amplitude, at a frequency whose
-    /// samples do not repeat within a few. Returns `None` where a sample is lost, or with fewer than 1000 samples.
+    /// Reads one channel of an interleaved stretch with a tone of constant amplitude, at a frequency with sample
+    /// values that do not repeat after a few samples. Returns `None` if a sample is lost, or with fewer than 1000 samples.
     ///
-    /// A sine has a flatness of 1; cut off 1 %, 5 % and 20 % below its peak 2.5, 5.3 and 10
+    /// A sine has a flatness of 1; clipped 1 %, 5 % and 20 % below its peak it has 2.5, 5.3 and 10
     /// (`flatness_tells_a_cut_off_sine`).
     #[must_use]
     pub fn read(interleaved: &[f32], stream_channels: usize, channel: usize) -> Option<Self> {
@@ -61,7 +61,7 @@ impl Peaks {
         })
     }
 
-    /// Whether the peaks are cut off.
+    /// Whether the peaks are clipped.
     #[must_use]
     pub fn cut_off(&self) -> bool {
         self.flatness >= CUT_OFF

@@ -1,4 +1,4 @@
-//! Volts that a bench commands and reads back, against an independent meter.
+//! Comparison of the volts that a bench commands and reads back with an independent meter.
 
 use std::fmt;
 
@@ -7,17 +7,17 @@ use crate::regression::{Line, LineError, LinePoint};
 /// One level, V peak.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoltsPoint {
-    /// What was commanded.
+    /// Commanded value.
     pub commanded_v: f64,
-    /// What the bench read back.
+    /// Value read back by the bench.
     pub read_back_v: f64,
-    /// What the meter read.
+    /// Reading of the meter.
     pub known_v: f64,
     /// Standard deviation of the meter's reading.
     pub sigma_v: f64,
 }
 
-/// Lines through the meter's readings over what was commanded, and over what was read back.
+/// Lines through the meter's readings against the commanded and against the read-back values.
 ///
 /// ```
 /// use metrology::volts::{VoltsFit, VoltsPoint};
@@ -35,9 +35,9 @@ pub struct VoltsPoint {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct VoltsFit {
-    /// Meter over command.
+    /// Meter against command.
     pub per_commanded: Line,
-    /// Meter over read-back.
+    /// Meter against read-back.
     pub per_read_back: Line,
 }
 
@@ -45,7 +45,7 @@ impl VoltsFit {
     /// Fits both lines.
     ///
     /// # Errors
-    /// As [`Line::fit`].
+    /// Same as [`Line::fit`].
     pub fn of(points: &[VoltsPoint]) -> Result<Self, LineError> {
         let over = |x: fn(&VoltsPoint) -> f64| {
             let points: Vec<LinePoint> = points
@@ -65,28 +65,28 @@ impl VoltsFit {
     }
 }
 
-/// A mistake of units that a factor between a meter and a bench points to.
+/// Mistake of units inferred from the factor between a meter and a bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnitSlip {
-    /// The RMS of a sine where its peak was asked.
+    /// RMS of a sine in place of its peak.
     RmsForPeak,
-    /// The peak where the RMS was asked.
+    /// Peak in place of the RMS.
     PeakForRms,
-    /// The value from peak to peak where the peak was asked.
+    /// Peak-to-peak value in place of the peak.
     PeakToPeakForPeak,
-    /// The peak where the value from peak to peak was asked.
+    /// Peak in place of the peak-to-peak value.
     PeakForPeakToPeak,
-    /// The value from peak to peak where the RMS was asked.
+    /// Peak-to-peak value in place of the RMS.
     PeakToPeakForRms,
-    /// The RMS where the value from peak to peak was asked.
+    /// RMS in place of the peak-to-peak value.
     RmsForPeakToPeak,
 }
 
-/// Largest relative difference from a slip's factor at which it is named.
+/// Largest relative difference from a slip's factor for it to be named.
 const NEAR: f64 = 0.04;
 
 impl UnitSlip {
-    /// Returns the slip whose factor the meter's volts over the bench's come near; `None` if none does.
+    /// Returns the slip with a factor close to the ratio of the meter's to the bench's volts; `None` if there is no such slip.
     #[must_use]
     pub fn of(known_over_believed: f64) -> Option<Self> {
         let near = |slip: &Self| (known_over_believed / slip.factor() - 1.0).abs() <= NEAR;
@@ -102,7 +102,7 @@ impl UnitSlip {
         .find(near)
     }
 
-    /// Returns what was read over what should have been.
+    /// Returns the ratio of the value read to the value asked for.
     #[must_use]
     pub fn factor(self) -> f64 {
         use std::f64::consts::SQRT_2;

@@ -19,7 +19,7 @@ pub struct Options {
     pub assume: Assumptions,
 }
 
-/// Values that the model's curves assume; the defaults are those of the published figures where they are stated.
+/// Values assumed for the model's curves; the defaults are those of the published figures where they are stated.
 #[derive(Debug, Clone, Copy, Args)]
 #[command(next_help_heading = "Assumptions")]
 pub struct Assumptions {

@@ -1,94 +1,94 @@
-//! The course that a plate's impedance takes while fingers come and go, from where it was read without one.
+//! Course of a plate's impedance while fingers come and go, predicted from readings without a finger.
 //!
-//! Two things move a plate within a trial: the room, steadily, and the warmth of a finger, by first-order kinetics: it grows
-//! while the finger lies on the plate and wears off with the same time constant T, as does what is left of touches before the
-//! recording. Z_p is then z0 + ż t + w W(t; T) + h exp(−t/T): linear but for T, which is summed over, each T weighted by how well
-//! it explains what was read (Bayes). Both parts of Z_p share the warmth, but not quite T: stiffness and losses answer to other
-//! depths of the plate and its glue. So the damping's T may be another, which is summed over too.
+//! Two effects move a plate within a trial: the room, at a steady rate, and the warmth of a finger, with first-order kinetics.
+//! Warmth grows while the finger lies on the plate and decays with the same time constant T, as does the remainder from touches
+//! before the recording. Then Z_p = z0 + ż t + w W(t; T) + h exp(−t/T), linear except in T. The prediction sums over T, each
+//! weighted by how well it explains the readings (Bayes). Both parts of Z_p share the warmth, but not exactly T: stiffness and
+//! losses respond at different depths of the plate and its glue. The damping's T may thus differ, and is summed over too.
 
 use nalgebra::{Const, DMatrix, DVector, Dyn, Matrix4, OMatrix, SMatrix, Vector4};
 
 /// Median time constant of a finger's warmth, s, and the standard deviation of its logarithm (an assumption: 95 % between 1 and
-/// 70 s; a touch of some seconds does not tell the longest apart).
+/// 70 s; a touch of some seconds does not distinguish the longest).
 const WARMTH_S: f64 = 8.0;
 const WARMTH_LN_STD: f64 = 1.1;
-/// Time constants of each part that are summed over: between which, s, and how many.
+/// Limits, s, and number of the time constants of each part in the sum.
 const TIME_CONSTANTS_S: [f64; 2] = [0.7, 120.0];
 const TIME_CONSTANTS: usize = 24;
-/// Parts of the stated size that warmth may have, one as likely as the other.
+/// Candidate sizes of the warmth as fractions of the stated size, equally likely a priori.
 const SIZES: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
-/// Standard deviation of the logarithm of the damping's T over the reactance's (an assumption).
+/// Standard deviation of the logarithm of the ratio of the damping's T to the reactance's (an assumption).
 const DAMPING_RATIO_LN_STD: f64 = 0.3;
-/// Times that the sum goes closer where few of them are likely.
+/// Number of grid refinements.
 const CLOSER: usize = 6;
-/// A time constant that is less likely than this lies outside of those that are.
+/// Weight below which a time constant is excluded from a refined grid.
 const HARDLY: f64 = 1e-4;
 
-/// What was read, when, and its standard error.
+/// Reading with its time and standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Time, s.
     pub time_s: f64,
-    /// What was read, in the part's own unit.
+    /// Value read, in the part's own unit.
     pub value: f64,
-    /// Its standard error.
+    /// Standard error of the value.
     pub std: f64,
 }
 
 /// Number of parameters of a part.
 const PARTS: usize = 4;
-/// A pair of time constants that is less likely than this is left out of the sum.
+/// Weight below which a pair of time constants is left out of the sum.
 const UNLIKELY: f64 = 1e-9;
 
-/// Standard deviations beforehand of a part's value at first and of what a long touch makes of it, and of its change in a second;
-/// their means are 0.
+/// Prior standard deviations of a part's initial value, of the effect of a long touch, and of the change per second; their
+/// means are 0.
 #[derive(Debug, Clone, Copy)]
 pub struct CourseStds {
-    /// Of the value at first, and of what a long touch makes of it.
+    /// Standard deviation of the initial value, and of the effect of a long touch.
     pub size: f64,
-    /// Of its change in a second.
+    /// Standard deviation of the change per second.
     pub per_s: f64,
 }
 
-/// When a finger lay on the plate: begin and end of each touch in order, s.
+/// Begin and end of each touch of the plate by a finger in order, s.
 pub type Touches<'a> = &'a [(f64, f64)];
 
 /// A part of Z_p, real or imaginary.
 pub struct Part<'a> {
-    /// What was read where no finger was.
+    /// Readings without a finger.
     pub free: &'a [Reading],
-    /// What is likely of it beforehand.
+    /// Prior standard deviations.
     pub stds: CourseStds,
 }
 
-/// Both parts of Z_p at some times, all of the first before all of the second.
+/// Both parts of Z_p at some times, all values of the first part before those of the second.
 pub struct Predicted {
-    /// What is likely at each time.
+    /// Mean at each time.
     pub mean: DVector<f64>,
-    /// The covariance is this times its transpose: its columns do not grow with the times.
+    /// Factor of the covariance, which is its product with its transpose; the number of columns does not grow with the times.
     pub factor: DMatrix<f64>,
 }
 
 impl Predicted {
-    /// Returns the variance at one of the places.
+    /// Returns the variance at an index.
     #[must_use]
     pub fn variance(&self, place: usize) -> f64 {
         self.factor.row(place).norm_squared()
     }
 }
 
-/// A part explained with one T.
+/// Fit of a part with one T.
 struct Explained {
-    /// z0, ż, w and what is left of touches before, and their covariance.
+    /// Estimates of z0, ż, w and h, and their covariance.
     at: Vector4<f64>,
     covariance: Matrix4<f64>,
-    /// Logarithm of the readings' probability, but for what all T share.
+    /// Logarithm of the probability of the readings, up to a constant common to all T.
     ln_evidence: f64,
-    /// Σ ((read − explained)/std)².
+    /// Σ ((read − fitted)/std)².
     squares: f64,
 }
 
-/// What readings tell of a part's parameters for one T: the normal equations.
+/// Normal equations of a part's parameters for one T.
 #[derive(Default)]
 struct Told {
     precision: Matrix4<f64>,
@@ -104,16 +104,16 @@ impl Told {
         self.squares += reading.value.powi(2) * weight;
     }
 
-    /// Explains them where the warmth is of such a size beforehand.
+    /// Solves the normal equations for a prior standard deviation `warmth` of the warmth.
     fn explained(&self, stds: CourseStds, warmth: f64) -> Explained {
         let stds = Vector4::new(stds.size, stds.per_s, warmth, warmth);
         let prior = stds.map(|std| std.powi(-2));
         let precision = self.precision + Matrix4::from_diagonal(&prior);
-        // Scaled to a unit diagonal: long courses span many orders.
+        // Scale to a unit diagonal, because long courses span many orders of magnitude.
         let scale = precision.diagonal().map(|of| of.sqrt().recip());
         let scaling = Matrix4::from_diagonal(&scale);
         let Some(factor) = (scaling * precision * scaling).cholesky() else {
-            // What was likely beforehand, and less likely than whatever explains them.
+            // Return the prior, with less evidence than any solution.
             return Explained {
                 at: Vector4::zeros(),
                 covariance: Matrix4::from_diagonal(&stds.map(|std| std * std)),
@@ -135,7 +135,7 @@ impl Told {
     }
 }
 
-/// Returns both parts at `times_s`.
+/// Predicts both parts at `times_s`.
 #[must_use]
 pub fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -> Predicted {
     let since_s = parts[0].free.first().map_or(0.0, |of| of.time_s);
@@ -173,7 +173,7 @@ pub fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -
     sum(&weights, &each)
 }
 
-/// Logarithms of time constants, in s, evenly apart between two.
+/// Logarithms of time constants in s, evenly spaced between two limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Grid([f64; 2]);
 
@@ -186,7 +186,7 @@ impl Grid {
         std::array::from_fn(|k| self.0[0] + self.spacing() * k as f64)
     }
 
-    /// Returns a grid about those that are likely; `None` where they are not much fewer than all.
+    /// Returns a grid around the likely time constants; `None` if it would not be much narrower.
     fn closer(self, weights: &[f64; TIME_CONSTANTS]) -> Option<Self> {
         let likely = |weight: &f64| *weight > HARDLY;
         let first = weights.iter().position(likely)?;
@@ -198,10 +198,10 @@ impl Grid {
     }
 }
 
-/// How likely each pair of time constants is: a row for each of the first part, the damping, a column for each of the second.
+/// Weight of each pair of time constants: a row for each of the first part, the damping, a column for each of the second.
 type Pairs = SMatrix<f64, TIME_CONSTANTS, TIME_CONSTANTS>;
 
-/// Returns how likely pairs are, of which each part's readings tell so much.
+/// Returns the weights of the pairs from the evidence of each part's readings.
 fn pairs(grids: &[Grid; 2], ln_evidence: &[[f64; TIME_CONSTANTS]; 2]) -> Pairs {
     let [of_damping, of_reactance] = grids.map(Grid::ln_t);
     let ln_likely = Pairs::from_fn(|row, column| {
@@ -214,7 +214,7 @@ fn pairs(grids: &[Grid; 2], ln_evidence: &[[f64; TIME_CONSTANTS]; 2]) -> Pairs {
     weights / weights.sum()
 }
 
-/// Returns how likely each time constant of a part is.
+/// Returns the weight of each time constant of a part.
 fn of_part(pairs: &Pairs, part: usize) -> [f64; TIME_CONSTANTS] {
     std::array::from_fn(|k| match part {
         0 => pairs.row(k).sum(),
@@ -222,7 +222,7 @@ fn of_part(pairs: &Pairs, part: usize) -> [f64; TIME_CONSTANTS] {
     })
 }
 
-/// Sums over all pairs: what each T predicts, and how far that lies from the mean of all.
+/// Sums the predictions over all pairs, with their deviation from the common mean in the covariance.
 fn sum(pairs: &Pairs, each: &[[PartPredicted; TIME_CONSTANTS]; 2]) -> Predicted {
     let n = each[0][0].mean.len();
     let mut mean = DVector::zeros(2 * n);
@@ -259,14 +259,14 @@ fn sum(pairs: &Pairs, each: &[[PartPredicted; TIME_CONSTANTS]; 2]) -> Predicted 
     }
 }
 
-/// A part at some times for one T.
+/// Prediction of a part at some times for one T.
 struct PartPredicted {
     mean: DVector<f64>,
-    /// The covariance is this times its transpose.
+    /// Factor of the covariance, which is its product with its transpose.
     factor: OMatrix<f64, Dyn, Const<PARTS>>,
 }
 
-/// The shapes of what moves a plate, for one T.
+/// Basis functions of the course for one T.
 struct Course<'a> {
     t_s: f64,
     since_s: f64,
@@ -274,8 +274,8 @@ struct Course<'a> {
 }
 
 impl Course<'_> {
-    /// Explains the readings, whatever the size of the warmth: with one size alone, the T would be most likely that makes so
-    /// much warmth of so little change.
+    /// Fits the readings with the evidence summed over all sizes of the warmth: a single size would favour a T that turns a
+    /// small change into warmth of that size.
     fn explain(&self, readings: &[Reading], stds: CourseStds) -> Explained {
         let mut told = Told::default();
         for of in readings {
@@ -302,7 +302,7 @@ impl Course<'_> {
             self.row(times_s[index])[part]
         });
         let free = self.explain(readings, stds);
-        // Readings that scatter more about the course than their errors say are worth less.
+        // Scale the errors up if the readings scatter about the course by more than their own errors.
         let freedom = readings.len().saturating_sub(PARTS).max(1) as f64;
         let excess = (free.squares / freedom).max(1.0);
         PartPredicted {
@@ -314,7 +314,7 @@ impl Course<'_> {
         }
     }
 
-    /// Returns by how much each parameter of a part moves it at a time.
+    /// Returns the derivatives of the part at a time by its parameters.
     fn row(&self, time_s: f64) -> Vector4<f64> {
         let since_s = time_s - self.since_s;
         let left = (-since_s / self.t_s).exp();
@@ -322,7 +322,7 @@ impl Course<'_> {
     }
 }
 
-/// Returns the share, 0 to 1, of what a long touch makes of the plate.
+/// Returns the warmth at a time as a fraction, 0 to 1, of that of a long touch.
 fn warmth(time_s: f64, t_s: f64, touches: Touches<'_>) -> f64 {
     let (mut share, mut since_s) = (0.0f64, f64::NEG_INFINITY);
     for &(begin_s, end_s) in touches {
@@ -349,7 +349,7 @@ mod tests {
         per_s: 0.1,
     };
 
-    /// Independent of the closed form: steps of a millisecond.
+    /// Integrates in steps of 0.1 ms, independent of the closed form.
     fn stepped(until_s: f64, t_s: f64) -> f64 {
         let mut share = 0.0;
         for step in 0..(until_s * 1e4).round() as u32 {
@@ -410,7 +410,7 @@ mod tests {
         }
     }
 
-    /// A part that was read but once after a touch shows no T, and learns it from the other.
+    /// A part with a single reading after a touch does not determine T, and takes it from the other part.
     #[test]
     fn both_parts_share_a_time_constant() {
         let read_of = |w: f64| read(|time_s| w * warmth(time_s, 2.0, &TOUCHES), 1e-3);
@@ -424,7 +424,7 @@ mod tests {
         assert!(apart(&told) < 3.0 * told.variance(0).sqrt());
     }
 
-    /// A recording of twenty minutes, and readings that are none, leave a prediction all the same.
+    /// A recording of twenty minutes and readings that are not finite still give a prediction.
     #[test]
     fn long_courses_and_broken_readings_are_predicted() {
         let touches: Vec<(f64, f64)> = (0..120)
@@ -455,7 +455,7 @@ mod tests {
         assert_eq!(none.mean.len(), 2);
     }
 
-    /// What follows no such course is not predicted with the errors of what was read.
+    /// Readings that do not follow such a course give a prediction with larger errors.
     #[test]
     fn readings_astray_widen_the_prediction() {
         let std = |free: &[Reading]| {

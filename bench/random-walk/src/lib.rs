@@ -2,33 +2,33 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-/// Least part of a departure that is taken to be left at the next stretch: what forgets sooner does not show how fast it was.
+/// Smallest fraction of a deviation assumed to remain at the next stretch: the rate of a faster decay cannot be determined.
 const LEAST_LEFT: f64 = 1.0 / std::f64::consts::E;
 
-/// Means over stretches of a positive quantity whose logarithm walks.
+/// Means over stretches of a positive quantity; its logarithm performs a random walk.
 #[derive(Debug, Clone, Copy)]
 pub struct Means<'a> {
     /// Time of the middle of each stretch, s.
     pub times_s: &'a [f64],
     /// Length of a stretch, s.
     pub each_s: f64,
-    /// Stretches further apart than this are not of one walk, s.
+    /// Largest distance between successive stretches of one walk, s.
     pub apart_s: f64,
-    /// Each mean, and the variance that its measurement has by itself.
+    /// Each mean, and the variance of its measurement error.
     pub values: &'a [(f64, f64)],
-    /// Relative rate of the steady change about each stretch, 1/s, beside which the rest walks.
+    /// Relative rate of the steady trend about each stretch, 1/s; the walk is the deviation from it.
     pub per_s: &'a [f64],
 }
 
 impl Means<'_> {
-    /// Returns the variance of the logarithm that a second of the walk adds within a stretch, 1/s.
+    /// Returns the variance of the logarithm that the walk adds per second within a stretch, 1/s.
     ///
-    /// What returns to its mean wanders faster within a stretch than from one to the next: two steps are then less than twice one
-    /// (Uhlenbeck & Ornstein 1930).
+    /// A quantity that returns to its mean moves faster within a stretch than between stretches: the variance over two steps is
+    /// then less than twice that over one (Uhlenbeck & Ornstein 1930).
     #[must_use]
     pub fn diffusivity_per_s(&self) -> f64 {
         let (one, two) = (self.steps(1), self.steps(2));
-        // A rate took one of the steps.
+        // The trend uses one of the steps.
         if one.count < 2.0 || one.squares <= 0.0 {
             return 0.0;
         }
@@ -43,12 +43,12 @@ impl Means<'_> {
         } else {
             1.0
         };
-        // Two means over a walk are nearer to each other than two of its points.
+        // Means over two stretches of a walk differ less than the points at their middles.
         let lasted_s = one.time_s - one.count * self.each_s.min(one.time_s / one.count) / 3.0;
         one.squares / lasted_s * one.count / (one.count - 1.0) * faster
     }
 
-    /// Returns what so many steps at once come to.
+    /// Returns sums over all increments of `steps` samples.
     fn steps(&self, steps: usize) -> Steps {
         let mut of = Steps::default();
         for (index, near) in self.times_s.windows(steps + 1).enumerate() {
@@ -67,20 +67,20 @@ impl Means<'_> {
     }
 }
 
-/// Steps of the logarithm beside a steady change.
+/// Sums over increments of the logarithm relative to the trend.
 #[derive(Default)]
 struct Steps {
     count: f64,
     time_s: f64,
-    /// Sum of the squared steps, without the part of the measurement.
+    /// Sum of the squared increments minus the variance of the measurement.
     squares: f64,
 }
 
-/// Returns the covariance, for a walk of diffusivity 1 per sample, of three weighted sums over it: one with weights of its own, and two with
-/// those of a pair.
+/// Returns the covariance, for a walk of diffusivity 1 per sample, of three weighted sums over it: one with the weights
+/// `alone`, and two with the weights `pair`.
 #[must_use]
 pub fn spread(alone: &[f64], pair: &[Vector2<f64>]) -> Matrix3<f64> {
-    // What comes at a sample stays for all after it.
+    // An increment at a sample persists in all later samples.
     let (mut after, mut sum) = (Vector3::zeros(), Matrix3::zeros());
     for (alone, pair) in alone.iter().zip(pair).rev() {
         after += Vector3::new(*alone, pair[0], pair[1]);
@@ -150,7 +150,7 @@ mod tests {
         assert_relative_eq!(found, diffusivity, max_relative = 0.06);
     }
 
-    /// A departure of which a part of `left` is left after each step has 2 (1 − left) of its variance in a step.
+    /// The steps of a deviation that keeps a fraction `left` after each step have 2 (1 − left) times its variance.
     #[test]
     fn what_returns_to_its_mean_wandered_faster() {
         let mut random = ChaCha8Rng::seed_from_u64(5);
@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(apart, 0.0);
     }
 
-    /// Against the covariance of a walk: that of two samples is the time until the first.
+    /// Compares with the covariance of a walk, which for two samples equals the time until the first.
     #[test]
     fn the_spread_is_that_of_weighted_sums_over_a_walk() {
         let of_mu0: Vec<f64> = (0..30).map(|n| (0.4 * f64::from(n)).sin()).collect();

@@ -10,7 +10,7 @@ use crate::fault_kind::FaultKind;
 /// Latest time of a fault, s: a day.
 pub const LATEST_S: f64 = 86_400.0;
 
-/// A fault that is injected at its time, counted from the start of the bench's sound card.
+/// A fault and the time of its injection, counted from the start of the bench's sound card.
 ///
 /// ```
 /// use rehearsal::{FaultKind, RehearsedFault};
@@ -26,14 +26,14 @@ pub const LATEST_S: f64 = 86_400.0;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RehearsedFault {
-    /// What happens.
+    /// Kind of fault.
     pub fault: FaultKind,
-    /// When, s from the start of the bench's sound card.
+    /// Time of the injection, s from the start of the bench's sound card.
     pub at_s: f64,
-    /// When it ends, s; absent where it ends by itself or lasts.
+    /// End of the fault, s from the same start; absent if the fault is momentary or lasts until the program ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until_s: Option<f64>,
-    /// Its argument, in the unit of the table; absent for the table's value.
+    /// Argument of the fault, in the unit of the table of faults; absent for the table's value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub argument: Option<f64>,
 }

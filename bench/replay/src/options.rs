@@ -16,7 +16,7 @@ pub enum Speed {
 /// Options of `replay`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// Folder of a recording; of a study, participant or session, to list its recordings.
+    /// Folder of a recording, or of a study, participant or session to list its recordings.
     #[arg(value_name = "RECORDING|STUDY")]
     pub recording: PathBuf,
     /// Pace of the replay.

@@ -9,10 +9,10 @@ use crate::rig::Rig;
 /// Options of `init`.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// File to write; one that exists is left alone.
+    /// File to write; an existing file is not overwritten.
     #[arg(long, value_name = "FILE", default_value = "bench.toml")]
     pub config: PathBuf,
-    /// What the bench is made of.
+    /// Hardware of the bench.
     #[arg(long, value_enum)]
     pub rig: Option<Rig>,
     /// Sound card that drives the plate and reads the pickup, by id or name.
@@ -21,22 +21,22 @@ pub struct Options {
     /// Serial port of the force sensor.
     #[arg(long, value_name = "PORT")]
     pub force_port: Option<PathBuf>,
-    /// What the force sensor sends on it.
+    /// Format of the force sensor's data on the serial port.
     #[arg(long, value_enum)]
     pub force_line: Option<ForceLine>,
-    /// Address of an ATI Net F/T in the network.
+    /// Network address of an ATI Net F/T.
     #[arg(long, value_name = "ADDRESS", conflicts_with = "cal_file")]
     pub net_ft: Option<String>,
-    /// Maker's calibration file of a sensor whose gauges are on inputs of the card.
+    /// Maker's calibration file of a sensor with gauges on inputs of the card.
     #[arg(long, value_name = "FILE")]
     pub cal_file: Option<PathBuf>,
     /// Serial port of the field box.
     #[arg(long, value_name = "PORT")]
     pub box_port: Option<PathBuf>,
-    /// Name of the plate: a calibration holds for it alone.
+    /// Name of the plate; a calibration is valid only for this plate.
     #[arg(long, value_name = "NAME")]
     pub plate: Option<String>,
-    /// Look at simulated hardware instead, as a built-in scenario or a scenario file describes it.
+    /// Inspect simulated hardware instead, as described by a built-in scenario or a scenario file.
     #[arg(long, value_name = "SCENARIO", num_args = 0..=1, default_missing_value = "nominal")]
     pub mock: Option<String>,
 }
@@ -65,12 +65,12 @@ impl Options {
     }
 }
 
-/// What a force sensor sends on a serial line.
+/// Format of a force sensor's data on a serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ForceLine {
     /// Binary frames with a sequence number and a checksum.
     Frames,
-    /// Lines of text, as a microcontroller prints them.
+    /// Lines of text, as printed by a microcontroller.
     Lines,
 }
 

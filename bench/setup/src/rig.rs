@@ -2,10 +2,10 @@
 
 use clap::ValueEnum;
 
-/// A rig: what drives the plate, and where forces, positions and stops come from.
+/// A rig: the devices for drive, forces, positions and stops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Rig {
-    /// A card of National Instruments for everything but the forces, which come on a serial line, as on the published bench.
+    /// A National Instruments card for all signals except the forces, which use a serial line, as on the published bench.
     Published,
     /// A sound card, and a field box for forces, position and stops.
     FieldBox,

@@ -26,22 +26,22 @@ const CLIENT: &str = "apparatus";
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Cli {
-    /// Scenario file; the nominal bench without it.
+    /// Scenario file [default: the nominal bench].
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// Seed of everything random.
+    /// Seed of all random choices.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Path at which to create a link to the force sensor's serial port.
     #[arg(long, value_name = "PATH")]
     force_link: PathBuf,
-    /// How long to wait for a server, s.
+    /// Longest time to wait for a server, s.
     #[arg(long, default_value_t = 10.0)]
     server_within_s: f64,
-    /// Time from the beginning of the drive to the landing of the finger, s.
+    /// Time from the start of the drive to the landing of the finger, s.
     #[arg(long, default_value_t = Timetable::default().touch_after_s)]
     touch_after_s: f64,
-    /// Time from landing to the beginning of the slide, s.
+    /// Time from landing to the start of the slide, s.
     #[arg(long, default_value_t = Timetable::default().slide_after_s)]
     slide_after_s: f64,
     /// Normal force of the finger, N.

@@ -13,7 +13,7 @@ pub const MIN_AGE_YEARS: u8 = 18;
 /// Oldest participant, years; a higher number is more likely a typing error.
 pub const MAX_AGE_YEARS: u8 = 120;
 
-/// Something that a protocol asks about a participant.
+/// Detail that a protocol asks about a participant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -22,16 +22,16 @@ pub enum PersonDetail {
     Age,
     /// Sex.
     Sex,
-    /// The hand that the participant writes with.
+    /// Writing hand.
     Handedness,
 }
 
-/// What a protocol asks about each participant.
+/// Details that a protocol asks about each participant.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct AskedOfParticipant {
-    /// Details asked for; none by default.
+    /// Details asked for; empty by default.
     pub ask: Vec<PersonDetail>,
 }
 

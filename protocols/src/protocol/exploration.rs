@@ -18,7 +18,7 @@ pub struct Exploration {
     pub speed_m_per_s: f64,
     /// Whether sounds mark the slider's start and end.
     pub cues: bool,
-    /// Whether the participant sees where the finger is; no by default. Only the window shows it.
+    /// Whether the participant sees the position of the finger; no by default. Only the window shows it.
     #[serde(default)]
     pub show_finger: bool,
 }

@@ -8,7 +8,7 @@ use participant_texts::{Language, OwnTexts};
 use participants::AskedOfParticipant;
 use serde::Deserialize;
 
-/// A protocol of participants' sessions: what is driven, explored, judged and repeated.
+/// A protocol of participants' sessions: drive, explorations, verdicts and repetitions.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -17,18 +17,18 @@ pub(super) struct RawProtocol {
     pub name: String,
     /// Purpose, for the reader.
     pub description: String,
-    /// Publication that it comes from; may be empty.
+    /// Source publication; may be empty.
     pub citation: String,
-    /// Language of what the participant reads: en, fr, de, nl; English by default.
+    /// Language of the participant's texts: en, fr, de, nl; English by default.
     #[serde(default)]
     pub language: Language,
-    /// The laboratory's own texts, in place of those of the language.
+    /// Texts of the laboratory, in place of those of the language.
     #[serde(default)]
     pub texts: OwnTexts,
-    /// What is asked about each participant; nothing by default.
+    /// Details asked about each participant; empty by default.
     #[serde(default)]
     pub participant: AskedOfParticipant,
-    /// Drive of every condition, but for what a condition overrides.
+    /// Drive of every condition, except for values that a condition overrides.
     pub drive: Drive,
     /// Conditions, 1 to 64.
     pub conditions: Vec<RawCondition>,
@@ -38,11 +38,11 @@ pub(super) struct RawProtocol {
     pub exploration: Exploration,
     /// Durations of the steps of a trial.
     pub timing: Timing,
-    /// Normal forces that the participant is asked for.
+    /// Normal forces requested of the participant.
     pub force: ForceBand,
     /// Breaks between trials.
     pub rest: Rest,
-    /// Limits of repetitions because of a verdict.
+    /// Limits on repetitions after a verdict.
     pub redo: RedoLimits,
     /// Limits of an instance.
     pub selection: Selection,
@@ -50,25 +50,25 @@ pub(super) struct RawProtocol {
     pub quality: Quality,
     /// Times after which the session stops waiting.
     pub timeouts: Timeouts,
-    /// What becomes of the carrier once the plate's resonance has drifted.
+    /// Change of the carrier after a drift of the plate's resonance.
     #[serde(default)]
     pub resonance_drift: ResonanceDrift,
 }
 
-/// A condition, which overrides what it names of the drive.
+/// A condition; its values override those of the drive.
 #[derive(Debug, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawCondition {
     /// Name, unique in the protocol: 1 to 64 lower case letters, digits, `-`, `_`.
     pub name: String,
-    /// Carrier frequency, if not that of `[drive]`.
+    /// Carrier frequency, if different from `[drive]`.
     pub carrier: Option<Carrier>,
-    /// Peak voltage of the carrier across the actuators, averaged over the modulation, V; if not that of `[drive]`.
+    /// Peak voltage of the carrier across the actuators, averaged over the modulation, V; if different from `[drive]`.
     pub mean_amplitude_v: Option<f64>,
-    /// Modulation frequency, Hz; if not that of `[drive]`.
+    /// Modulation frequency, Hz; if different from `[drive]`.
     pub modulation_hz: Option<f64>,
-    /// Modulation index, 0 to 1; if not that of `[drive]`.
+    /// Modulation index, 0 to 1; if different from `[drive]`.
     pub modulation_index: Option<f64>,
 }
 

@@ -20,7 +20,7 @@ pub enum Order {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Trials {
-    /// Number of practice trials, before the others.
+    /// Number of practice trials, which precede the others.
     pub practice: u32,
     /// Number of trials of each condition.
     pub per_condition: u32,
@@ -67,7 +67,7 @@ impl Rest {
     }
 }
 
-/// Limits of repetitions because of a verdict. Interruptions (pause, safety, timeouts) do not count.
+/// Limits on repetitions after a verdict. Interruptions (pause, safety, timeouts) do not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -93,14 +93,14 @@ pub struct Selection {
     pub min_instances: u32,
 }
 
-/// What becomes of the carrier once the plate's resonance has drifted.
+/// Change of the carrier after a drift of the plate's resonance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ResonanceDrift {
     /// Drift beyond which a new carrier is proposed between trials, Hz.
     pub limit_hz: f64,
-    /// Who decides on it.
+    /// Whether the operator or the protocol decides on a new carrier.
     pub new_carrier: NewCarrier,
 }
 
@@ -113,14 +113,14 @@ impl Default for ResonanceDrift {
     }
 }
 
-/// Who decides on a new carrier.
+/// Decision on a new carrier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum NewCarrier {
-    /// The operator.
+    /// The operator decides.
     Ask,
-    /// The protocol: it is taken without a question.
+    /// The protocol decides: the new carrier is used without asking.
     Auto,
 }
 

@@ -15,15 +15,15 @@ pub(super) type OfInstance = fn(&InstanceAnalysis, &Estimated) -> f64;
 /// Value of a sample of an instance.
 pub type OfSample = fn(&InstanceBy<'_>, usize) -> f64;
 
-/// All instances as one method sees them.
+/// All instances by one method.
 pub(super) struct Pool<'a> {
-    /// Constants of the skin; `None` where each estimate has found its own.
+    /// Constants of the skin; `None` if each estimate has its own.
     assumed: Option<AssumedConstants>,
     trials: Vec<Group<'a>>,
     participants: BTreeMap<&'a str, Group<'a>>,
 }
 
-/// Explorations that belong together: of a trial, or of a participant.
+/// Explorations of a trial or of a participant.
 #[derive(Default)]
 struct Group<'a> {
     /// Number of the participant, from 0; `None` if unknown.
@@ -89,7 +89,7 @@ impl<'a> Pool<'a> {
         }
     }
 
-    /// Takes the spread over the instances of the participant whose mean is the (lower) median; over none if no
+    /// Returns the spread over the instances of the participant with the (lower) median mean; over none if no
     /// participant is known.
     pub(super) fn typical_participant(&self, value: OfInstance) -> Found {
         let mut participants: Vec<_> = self.participants.values().collect();
@@ -103,13 +103,13 @@ impl<'a> Pool<'a> {
         ))
     }
 
-    /// Takes the spread over trials of what `statistic` is within each.
+    /// Returns the spread of `statistic` over trials.
     fn over_trials(&self, statistic: impl Fn(&Group<'a>) -> f64) -> Found {
         let each = self.trials.iter().map(statistic);
         Found::alone(Statistic::spread(Level::Trials, each))
     }
 
-    /// Takes the median over trials of what `statistic` is within each.
+    /// Returns the median of `statistic` over trials.
     fn median_trial(&self, statistic: impl Fn(&Group<'a>) -> f64) -> Found {
         let mut values: Vec<f64> = self.trials.iter().map(statistic).collect();
         values.retain(|value| value.is_finite());
@@ -128,23 +128,23 @@ impl<'a> Pool<'a> {
         self.median_trial(|trial| trial.mean(value))
     }
 
-    /// R² of the impedance that is modelled with the participant's average σ_t, the samples of a trial together.
+    /// Returns R² of the impedance modelled with the participant's average σ_t, with the samples of a trial together.
     pub(super) fn r2_averaged(&self) -> Found {
         self.median_trial(|trial| trial.r2_averaged())
     }
 
-    /// Spearman's coefficient of a sampled quantity and the measured friction within the median trial.
+    /// Returns Spearman's coefficient of a sampled quantity and the measured friction within the median trial.
     pub(super) fn sampled_in_median_trial(&self, value: OfSample) -> Found {
         self.median_trial(|trial| trial.sampled(value))
     }
 
-    /// The same within each trial.
+    /// Returns Spearman's coefficient of a sampled quantity and the measured friction within each trial.
     pub(super) fn sampled_within_trials(&self, value: OfSample) -> Found {
         self.over_trials(|trial| trial.sampled(value))
     }
 
-    /// Spearman's coefficient, within each trial, of two quantities' maximum less minimum of an instance. Of explorations, of
-    /// which the published changes are, a trial has but two.
+    /// Returns Spearman's coefficient, within each trial, of the ranges (maximum minus minimum) of two quantities in an
+    /// instance. The published ranges are those of explorations, but a trial has only two of them.
     pub(super) fn ranges_within_trials(&self, x: OfSample, y: OfSample) -> Found {
         self.over_trials(|trial| {
             let of = |value| trial.ranges_of_instances(value);
@@ -153,7 +153,7 @@ impl<'a> Pool<'a> {
         })
     }
 
-    /// Correlates two quantities' means over the instances of a trial.
+    /// Correlates the means of two quantities over the instances of a trial.
     pub(super) fn correlate(
         &self,
         coefficient: Coefficient,
@@ -168,8 +168,8 @@ impl<'a> Pool<'a> {
         self.correlations(coefficient, &means, (Level::Instances, instances))
     }
 
-    /// Correlates two quantities' maximum less minimum of an exploration; those of a trial or participant are the means over
-    /// their explorations.
+    /// Correlates the ranges (maximum minus minimum) of two quantities in an exploration; for a trial or participant, their
+    /// means over the explorations.
     pub(super) fn correlate_ranges(
         &self,
         coefficient: Coefficient,
@@ -187,7 +187,8 @@ impl<'a> Pool<'a> {
         )
     }
 
-    /// Slope of `y` on `x`, of each the maximum less minimum of an exploration, averaged over a trial's.
+    /// Returns the slope of `y` on `x`, each the range (maximum minus minimum) in an exploration, averaged over a trial's
+    /// explorations.
     pub(super) fn slope_of_ranges(&self, x: OfSample, y: OfSample) -> Found {
         let over = |level, groups: &mut dyn Iterator<Item = &Group<'_>>| {
             let (x, y): (Vec<f64>, Vec<f64>) =
@@ -206,7 +207,7 @@ impl<'a> Pool<'a> {
         }
     }
 
-    /// R² of the estimated against the measured friction about the line of slope 1, all samples together.
+    /// Returns R² of the estimated against the measured friction about the line of slope 1, with all samples together.
     pub(super) fn r2_mu(&self) -> Found {
         let instances = || self.trials.iter().flat_map(Group::instances);
         let measured: Vec<f64> = instances()
@@ -222,12 +223,12 @@ impl<'a> Pool<'a> {
         })
     }
 
-    /// Greatest departure of Z_t from the mean of a trial, over its modulus.
+    /// Returns the largest deviation of Z_t from the mean of a trial, relative to the modulus of the mean.
     pub(super) fn drift_of_z_t(&self) -> Found {
         self.over_trials(|trial| trial.departures_of_z_t().fold(f64::NAN, f64::max))
     }
 
-    /// Standard deviation of Z_t within a trial over the modulus of its mean.
+    /// Returns the standard deviation of Z_t within a trial, relative to the modulus of its mean.
     pub(super) fn variation_of_z_t(&self) -> Found {
         self.over_trials(|trial| {
             let parts: Vec<f64> = trial.departures_of_z_t().collect();
@@ -252,7 +253,7 @@ impl<'a> Pool<'a> {
         (mean(x), mean(y))
     }
 
-    /// The pairs of all trials, with whose each is.
+    /// Returns the pairs of all trials, each with its person.
     fn pairs_of(&self, pairs: impl Fn(&Group<'a>) -> Vec<(f64, f64)>) -> Pairs {
         let mut found = Pairs {
             people: Some(Vec::new()),
@@ -313,7 +314,7 @@ impl<'a> Group<'a> {
         each.map(|one| one.range(value)).collect()
     }
 
-    /// Returns Spearman's coefficient of a sampled quantity and the measured friction, all instances together.
+    /// Returns Spearman's coefficient of a sampled quantity and the measured friction, with all instances together.
     fn sampled(&self, value: OfSample) -> f64 {
         let (x, y): (Vec<f64>, Vec<f64>) = self
             .instances()
@@ -339,7 +340,7 @@ impl<'a> Group<'a> {
         r_squared_complex(&measured, &modelled)
     }
 
-    /// Returns |Z_t − mean|/|mean| of each instance; nothing of fewer than two.
+    /// Returns |Z_t − mean|/|mean| of each instance; empty for fewer than two.
     fn departures_of_z_t(&self) -> impl Iterator<Item = f64> {
         let z_t: Vec<Complex64> = self
             .instances()
@@ -354,7 +355,7 @@ impl<'a> Group<'a> {
 }
 
 impl Exploration<'_> {
-    /// Returns the maximum less the minimum of a sampled quantity; NaN without a finite one.
+    /// Returns the maximum minus the minimum of a sampled quantity; NaN without a finite value.
     fn range(&self, value: OfSample) -> f64 {
         let samples = self
             .0

@@ -1,5 +1,5 @@
-//! The published statistics (Huloux 2021, as digested in SCIENCE.md section 7) over instances, trials and participants,
-//! by each method, beside the published values. A trial is a recording.
+//! Published statistics (Huloux 2021, as digested in SCIENCE.md section 7) over instances, trials and participants,
+//! by each method, with the published values. A trial is a recording.
 
 mod grouped;
 mod rows;
@@ -17,7 +17,7 @@ pub use statistic::{Found, Level, Statistic};
 pub use table::{StatisticRow, Statistics};
 pub use text::TableFormat;
 
-/// Fewest trials that are drawn as such, as many as a coefficient needs.
+/// Fewest trials for a plot over trials, the same as for a coefficient.
 const FEWEST_TRIALS: usize = 3;
 
 /// Returns all statistics of an analysis.
@@ -39,18 +39,18 @@ pub fn statistics(analysed: &Analysed) -> Statistics {
     }
 }
 
-/// Changes of a quantity beside those of the measured friction, each a maximum less a minimum.
+/// Changes of a quantity and of the measured friction, each a maximum minus a minimum.
 pub struct Changes {
     /// Level of the pairs.
     pub over: Level,
-    /// Change of friction, change of the quantity.
+    /// Pairs of the change of friction and the change of the quantity.
     pub pairs: Vec<(f64, f64)>,
 }
 
-/// Returns the changes of an exploration, averaged over a trial's; with too few trials for a correlation those of an instance.
+/// Returns the changes in an exploration, averaged over a trial; with too few trials for a correlation, those in an instance.
 pub fn changes(analysed: &Analysed, method: Method, change: Change) -> Changes {
     let pool = Pool::new(analysed, method);
-    // The same for every method, whichever recordings it has an estimate of.
+    // The count is the same for every method, whichever recordings it could estimate.
     let trials = analysed.findings().filter(|of| !of.instances.is_empty());
     if trials.count() >= FEWEST_TRIALS {
         Changes {

@@ -1,4 +1,4 @@
-//! The rows: what was published, under its name, and how it is computed.
+//! Rows of the statistics: name, published value and computation.
 
 use contact::{AssumedConstants, Contact};
 
@@ -9,7 +9,7 @@ use crate::statistics::Coefficient::{Pearson, Spearman};
 /// Amplitude, m, and normal force, N, at which k_c is compared with k_c at rest.
 const FALL_AT: (f64, f64) = (5e-6, 1.0);
 
-/// Published value of a row that the paper does not have.
+/// Published value of a row that is not in the paper.
 const UNPUBLISHED: &str = "not published";
 
 /// |Z_m|, N·s/m.
@@ -19,13 +19,13 @@ const ABS_IM_Z_M: OfSample = |of, k| of.z_m()[k].im.abs();
 const REACTION_FORCE: OfSample = |of, k| of.estimated.motion.reaction_force_n[k].norm();
 const FILM_FORCE: OfSample = |of, k| of.estimated.film_force_n[k];
 const K_C: OfSample = |of, k| of.estimated.series.k_c_n_per_m[k];
-/// The levitation gap, m.
+/// Levitation gap, m.
 pub const GAP: OfSample = |of, k| of.estimated.series.gap_m[k];
 /// Estimated friction.
 pub const MU_ESTIMATED: OfSample = |of, k| of.estimated.series.mu[k];
 pub(super) const MU: OfSample = |of, k| of.instance.samples.mu()[k];
 
-/// How a row is computed.
+/// Computation of a row.
 pub(super) type Compute = fn(&Pool<'_>) -> Found;
 
 /// Name in results, meaning in words, published value and computation, in the order of SCIENCE.md section 7.

@@ -1,11 +1,11 @@
-//! A statistic with what it is of.
+//! A statistic with its level and number of values.
 
 use serde::Serialize;
 
 use crate::clustered::{self, Clustered};
 use crate::statistics::{Coefficient, Spread, spread};
 
-/// Level that a statistic is taken over.
+/// Level of a statistic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Level {
@@ -15,9 +15,9 @@ pub enum Level {
     Instances,
     /// Explorations with an instance.
     Explorations,
-    /// Trials, each by the mean over its instances or explorations or by its own statistic.
+    /// Trials, each by the mean over its instances or explorations, or by its own statistic.
     Trials,
-    /// Participants whose name is known, each by the mean over their instances or explorations.
+    /// Participants known by name, each by the mean over their instances or explorations.
     Participants,
 }
 
@@ -37,15 +37,15 @@ impl Level {
 /// Statistic with its number of values.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Statistic {
-    /// Mean, median, coefficient, slope or share; `None` if there is too little data.
+    /// Mean, median, coefficient, slope or fraction; `None` with too few data.
     pub value: Option<f64>,
-    /// Sample standard deviation of what the value is the mean of; standard error of a slope.
+    /// Sample standard deviation of the values behind a mean; standard error of a slope.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub std: Option<f64>,
-    /// Two-sided p-value of a correlation, as if its pairs were independent.
+    /// Two-sided p-value of a correlation, with its pairs treated as independent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub p: Option<f64>,
-    /// The same at the level of participants, where one has several pairs and all are known by name.
+    /// p-value at the level of participants, if one has several pairs and all are known by name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clustered: Option<Clustered>,
     /// Number of values.
@@ -96,7 +96,7 @@ impl Statistic {
 pub(super) struct Pairs {
     pub(super) x: Vec<f64>,
     pub(super) y: Vec<f64>,
-    /// Who each is of, as a number from 0; `None` if that is not known of all, or each is another's.
+    /// Person of each pair, as a number from 0; `None` if not all are known, or each pair has another person.
     pub(super) people: Option<Vec<usize>>,
 }
 

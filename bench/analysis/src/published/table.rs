@@ -1,11 +1,11 @@
-//! Rows of statistics beside the published values.
+//! Rows of statistics with the published values.
 
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
 use super::statistic::Found;
 
-/// Published value beside what the data give.
+/// Published value and the statistics of the data.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StatisticRow {
     /// Name in results.
@@ -19,7 +19,7 @@ pub struct StatisticRow {
     pub paper: Found,
     /// Statistic by the dynamic method.
     pub dynamic: Found,
-    /// Statistic by the fit of whole trials, over those where it can be used.
+    /// Statistic by the fit of whole trials, over those in which it can be used.
     pub trial: Found,
 }
 

@@ -1,4 +1,4 @@
-//! The statistics as one table: for a terminal, a spreadsheet, a page or a manuscript.
+//! Statistics as a table for a terminal, a spreadsheet, a page or a manuscript.
 
 use comfy_table::presets::NOTHING;
 use comfy_table::{ContentArrangement, Table};
@@ -11,16 +11,16 @@ use crate::estimate::Method;
 /// Form of the table of statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TableFormat {
-    /// Columns of text, wrapped so that no line is longer than so many, if they are told.
+    /// Text in columns, wrapped to the width of the terminal if it is given.
     Text {
-        /// Columns of the terminal.
+        /// Width of the terminal, columns.
         columns: Option<u16>,
     },
-    /// A row for each statistic, method and level, every number in a column of its own.
+    /// One row for each statistic, method and level, with every number in a separate column.
     Csv,
     /// Markdown.
     Markdown,
-    /// LaTeX, to be set with `booktabs`.
+    /// LaTeX, for `booktabs`.
     Latex,
 }
 
@@ -28,7 +28,7 @@ const HEADER: [&str; COLUMNS] = ["statistic", "published", "paper", "dynamic", "
 const COLUMNS: usize = 5;
 
 impl Statistics {
-    /// Returns the table of the statistics beside the published values.
+    /// Returns the table of the statistics with the published values.
     pub fn to_table(&self, format: TableFormat) -> String {
         match format {
             TableFormat::Text { columns } => self.to_text(columns),
@@ -38,7 +38,7 @@ impl Statistics {
         }
     }
 
-    /// Returns the lines of the table, those of further levels after the published one's.
+    /// Returns the lines of the table, with further levels after the published one.
     fn lines(&self) -> Vec<[String; COLUMNS]> {
         let mut lines = Vec::new();
         for row in &self.rows {
@@ -73,7 +73,7 @@ impl Statistics {
         }
         table.set_header(HEADER);
         for line in self.lines() {
-            // What stands under a row belongs to it; the table would take its indentation off.
+            // The indentation marks lines that belong to the row above; the table would remove it.
             table.add_row(line.map(|cell| cell.replacen("  ", "\u{a0}\u{a0}", 1)));
         }
         table.to_string()
@@ -82,7 +82,7 @@ impl Statistics {
     fn to_csv(&self) -> String {
         let mut rows = csv::Writer::from_writer(Vec::new());
         let header = "statistic,meaning,published,method,over,value,std,n,p,p_clustered,people";
-        // Into memory, nothing fails.
+        // Writing to memory does not fail.
         let _ = rows.write_record(header.split(','));
         for row in &self.rows {
             for method in Method::ALL {
@@ -135,7 +135,7 @@ impl StatisticRow {
 }
 
 impl Found {
-    /// Returns the statistics at all levels, that of the published one first.
+    /// Returns the statistics at all levels, the published one first.
     pub fn all(&self) -> impl Iterator<Item = &Statistic> {
         std::iter::once(&self.main).chain(&self.also)
     }
@@ -161,7 +161,7 @@ impl Statistic {
     }
 
     fn to_text(self) -> String {
-        // Metres need an exponent, what rounding leaves of a zero does not.
+        // Metres need an exponent, but the rounding error of a zero does not.
         let number = |value: f64| match value.abs() {
             size if size < 1e-12 => "0.00".to_owned(),
             size if size < 1e-3 => format!("{value:.2e}"),
@@ -195,7 +195,7 @@ impl Statistic {
     }
 }
 
-/// Symbols of the table's words in LaTeX, each before those that it begins with.
+/// Symbols of the table's words in LaTeX, each before its own prefixes.
 const SYMBOLS: [(&str, &str); 20] = [
     ("|Z_m⁰ - Z_p|", r"$|Z_m^0 - Z_p|$"),
     ("|Im Z_m|", r"$|\operatorname{Im} Z_m|$"),
@@ -219,7 +219,7 @@ const SYMBOLS: [(&str, &str); 20] = [
     ("_", r"\_"),
 ];
 
-/// Returns the text as LaTeX sets it: symbols where whole words are.
+/// Returns the text for LaTeX, with symbols in place of whole words.
 fn latex(text: &str) -> String {
     let mut set = String::new();
     let mut rest = text;

@@ -1,5 +1,5 @@
-//! Recordings of a world of its own (world.c), in which nothing about skin or plate is as assumed, beside the truth that made
-//! them. docs/accuracy.md has the numbers from here.
+//! Recordings of an independent simulation (world.c), in which skin and plate differ from all assumptions, compared with their
+//! true values. docs/accuracy.md quotes the numbers from here.
 
 #![expect(
     clippy::unwrap_used,
@@ -25,7 +25,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use tempfile::TempDir;
 
-/// Numbers of a world, by the names of world.c.
+/// Parameters of a world, by their names in world.c.
 type World = Vec<(&'static str, f64)>;
 
 const Q0_RAD_PER_M: f64 = 1.4e4;
@@ -49,7 +49,7 @@ fn program() -> &'static Path {
     path
 }
 
-/// The truth of a recording, every millisecond.
+/// True values of a recording, every millisecond.
 struct Truth {
     columns: Vec<String>,
     rows: Vec<Vec<f64>>,
@@ -76,7 +76,7 @@ impl Truth {
     }
 }
 
-/// How far `trial` is off, at worst of all instances.
+/// Largest errors of `trial` over all instances.
 #[derive(Debug, Clone, Copy, Default)]
 struct Errors {
     sigma_t: f64,
@@ -89,7 +89,7 @@ struct Errors {
     tau_s: f64,
     floor: f64,
     lateral_lag_s: f64,
-    /// Of all stated 95 % intervals, how many hold the truth, and how many there are.
+    /// Number of stated 95 % intervals that include the true value, and number of all intervals.
     held: (usize, usize),
 }
 
@@ -161,7 +161,7 @@ impl Errors {
         errors
     }
 
-    /// Asserts what is promised of a recording of seven instances at 80 dB.
+    /// Asserts the accuracy promised for a recording of seven instances at 80 dB.
     fn assert_within(&self, name: &str) {
         println!("{name}: {self:?}");
         for (what, error, most) in [
@@ -183,7 +183,7 @@ impl Errors {
     }
 }
 
-/// Makes a recording, and analyses it.
+/// Makes a recording and analyses it.
 fn recorded(world: &World) -> (RecordingFindings, Truth) {
     let folder = tempfile::tempdir().unwrap();
     let made = Command::new(program())
@@ -236,7 +236,7 @@ fn one_thing_that_is_not_as_assumed_is_found() {
     assert_found(worlds);
 }
 
-/// Where the skin is as `dynamic` assumes it.
+/// The skin is as `dynamic` assumes it.
 #[test]
 fn dynamic_bears_a_plate_that_drifts() {
     for drift_hz in [-10.0, 10.0] {

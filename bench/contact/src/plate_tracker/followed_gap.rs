@@ -1,12 +1,12 @@
 use super::sample::FingerLoad;
 use crate::finger::FittedFinger;
 
-/// Time from which the gap no longer remembers how it began, s: some ten τ.
+/// Time after which the gap no longer depends on its initial value, s: some ten τ.
 const SETTLED_S: f64 = 0.02;
-/// Samples further apart than this do not follow each other, s.
+/// Largest interval between consecutive samples, s.
 const LONGEST_STEP_S: f64 = 0.01;
 
-/// The gap that a finger's parameters, the amplitude and the measured force make, with the lag of levitation.
+/// Gap computed from a finger's parameters, the amplitude and the measured force, with the levitation lag.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct FollowedGap {
     now: Option<Followed>,
@@ -21,8 +21,8 @@ struct Followed {
 }
 
 impl FollowedGap {
-    /// Follows the gap to the next sample; returns it once it has forgotten how it began. Where the model has no gap it
-    /// begins again.
+    /// Advances the gap to the next sample; returns it once it no longer depends on its initial value. Restarts where the
+    /// model has no gap.
     pub(super) fn follow(
         &mut self,
         time_s: f64,
@@ -54,7 +54,7 @@ impl FollowedGap {
 }
 
 impl Followed {
-    /// Solves τ dx/dt = x_eq − x for an equilibrium that goes straight to `equilibrium_m`.
+    /// Solves τ dx/dt = x_eq − x for an equilibrium that moves linearly to `equilibrium_m`.
     fn gap_at(&self, time_s: f64, equilibrium_m: f64, tau_s: f64) -> f64 {
         let step_s = time_s - self.time_s;
         if !(tau_s > 0.0 && step_s > 0.0) {

@@ -1,14 +1,14 @@
-//! The plate's resonance, tracked while a finger slides.
+//! Tracking of the plate's resonance while a finger slides.
 //!
-//! A resonance that has moved by δf adds i·y to Z_p, with y = −4π m_p δf. At the crest of the modulation the finger is
-//! nearly let go: what is measured there beyond Z_p is little, and depends little on what is known of the finger. So
-//! once in a period of the modulation the samples near the crest tell y, and without a finger every sample does.
-//! Between these readings y wanders: it is the state of a scalar Kalman filter. The damping is read whenever no finger
-//! is on the plate, by another: at the crest it cannot be told from the finger's own losses.
+//! A resonance shifted by δf adds i·y to Z_p, with y = −4π m_p δf. At the crest of the modulation the finger is nearly
+//! released: its part of the measured impedance is small there and depends little on its parameters. The samples near the
+//! crest therefore determine y once per period of the modulation, and without a finger every sample does. Between these
+//! readings y performs a random walk: it is the state of a scalar Kalman filter. A second filter reads the damping while no
+//! finger is on the plate; at the crest it cannot be separated from the finger's own losses.
 //!
 //! On modelled records with a noisy force the tracked resonance is within 0.5 Hz of one that falls by 8 Hz in 6 s, also
-//! with a σ_t that is 10 % wrong, and within 1 Hz of one that begins to rise by 3 Hz/s; live gap and μ/μ0 then err by 2
-//! % and 0.01 RMS, and by 18 to 66 % and 0.08 on a plate that is taken to stand still (`tests/plate_tracker.rs`).
+//! with σ_t wrong by 10 %, and within 1 Hz of one that begins to rise by 3 Hz/s. The RMS errors of live gap and μ/μ0 are then
+//! 2 % and 0.01, against 18 to 66 % and 0.08 if the resonance is assumed constant (`tests/plate_tracker.rs`).
 
 mod followed_gap;
 mod reading;

@@ -13,21 +13,21 @@ use crate::parameters::{IM_Z_T, LN_AREA, LN_LOSS_FACTOR, LN_Q0, LN_SIGMA_T, PARA
 
 /// Fewest samples of a reading.
 const FEWEST: u32 = 8;
-/// Samples whose finger adds at most this many times the least of the period before are near the crest.
+/// Samples near the crest have a finger impedance of at most this many times the minimum of the previous period.
 const NEAR_CREST: f64 = 1.3;
-/// Change of σ_t and of |Z_t| within a stroke that no fit knows of, as a part of them: moisture (an assumption of this
+/// Relative change of σ_t and of |Z_t| within a stroke that the fit does not include, due to moisture (an assumption of this
 /// project).
 const MOISTURE: f64 = 0.1;
-/// Error of the normal force at a sample, N and as a part of it: what a sensor's noise leaves of a mean over half a
-/// millisecond, and its gain (an assumption of this project).
+/// Error of the normal force at a sample, N and relative: the sensor's noise after averaging over half a millisecond, and the
+/// error of its gain (an assumption of this project).
 const FORCE_STD_N: f64 = 0.01;
 const FORCE_GAIN_STD: f64 = 0.02;
-/// Error of any reading, N·s/m: 0.05 Hz at 8 g.
+/// Error of every reading, N·s/m: 0.05 Hz at 8 g.
 const FLOOR: f64 = 0.005;
-/// Neighbouring frames share noise: the variance of a mean is larger by this.
+/// Factor on the variance of a mean, because neighbouring frames share noise.
 const SHARED_NOISE: f64 = 4.0;
-/// Part of the finger's own modulation that the model may leave unexplained; a finger that is not there leaves all of
-/// it.
+/// Largest fraction of the finger's own modulation that the model may leave unexplained; without a finger all of it is
+/// unexplained.
 const UNEXPLAINED: f64 = 0.25;
 
 /// A reading of the plate.
@@ -38,7 +38,7 @@ pub(super) struct PlateReading {
     pub(super) reactance: f64,
     /// Variance of the reactance, (N·s/m)².
     pub(super) variance: f64,
-    /// Re Z_p, N·s/m, and its variance; `None` under a finger, where it cannot be told from the finger's own losses.
+    /// Re Z_p, N·s/m, and its variance; `None` under a finger, where it cannot be separated from the finger's own losses.
     pub(super) resistance: Option<(f64, f64)>,
 }
 
@@ -63,8 +63,8 @@ impl Sums {
         self.squares.1 += weight * before.im * after.im;
     }
 
-    /// Returns the variances of the mean's real and imaginary part: noise, and all of the scatter, which noise alone
-    /// does not explain.
+    /// Returns the variances of the mean's real and imaginary part: noise, plus all of the scatter, because noise alone
+    /// does not explain it.
     fn variances(&self) -> (f64, f64) {
         let of = |squares: f64| (SHARED_NOISE + squares) / self.weight + FLOOR * FLOOR;
         (of(self.squares.0), of(self.squares.1))
@@ -75,15 +75,15 @@ impl Sums {
     }
 }
 
-/// Returns the weight of a sample by its noise; `None` if that is not known.
+/// Returns the weight of a sample from its noise; `None` if the noise is unknown.
 fn weight(sample: &PlateSample) -> Option<f64> {
     let std = sample.z_m_std_n_s_per_m;
     let known = std.is_finite() && sample.z_m_corrected_n_s_per_m.is_finite();
-    // Without any noise, as in synthetic records, all samples are alike.
+    // Without noise, as in synthetic records, all samples have the same weight.
     known.then(|| (std * std + FLOOR * FLOOR).recip())
 }
 
-/// Reading of a plate without a finger, in the making.
+/// Reading in progress of a plate without a finger.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct FreeReading {
     since_s: Option<f64>,
@@ -114,10 +114,10 @@ impl FreeReading {
     }
 }
 
-/// Reading of a plate at the crest of the modulation under a finger, in the making.
+/// Reading in progress of a plate at the crest of the modulation under a finger.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CrestReading {
-    /// Least impedance of the finger in the period before, N·s/m.
+    /// Smallest impedance of the finger in the previous period, N·s/m.
     least_before: Option<f64>,
     period: Period,
 }
@@ -126,7 +126,7 @@ pub(super) struct CrestReading {
 struct Period {
     since_s: Option<f64>,
     least: f64,
-    /// Residuals and modelled finger over all of the period.
+    /// Residuals and modelled finger over the whole period.
     residuals: Sums,
     finger: Sums,
     /// Residuals near the crest.
@@ -152,12 +152,12 @@ impl Default for Period {
 }
 
 impl CrestReading {
-    /// Forgets the period that is being read.
+    /// Discards the period in progress.
     pub(super) fn restart(&mut self) {
         self.period = Period::default();
     }
 
-    /// Takes a sample under a finger whose modelled gap is given.
+    /// Adds a sample under a finger with the given modelled gap.
     pub(super) fn take(
         &mut self,
         sample: &PlateSample,
@@ -229,7 +229,7 @@ impl Period {
     }
 }
 
-/// A finger as its impedance needs it.
+/// Parameters of a finger that determine its impedance.
 #[derive(Clone, Copy)]
 struct FingerModel {
     contact: Contact,
@@ -246,7 +246,7 @@ impl FingerModel {
         }
     }
 
-    /// Returns what the finger adds to Z_p, N·s/m.
+    /// Returns the finger's contribution to Z_p, N·s/m.
     fn impedance_at(&self, gap_m: f64, amplitude_m: f64) -> Complex64 {
         let k_c = self.contact.stiffness_n_per_m(gap_m, amplitude_m);
         let z_c = self
@@ -255,13 +255,13 @@ impl FingerModel {
         observed(Complex64::ZERO, self.z_t, z_c)
     }
 
-    /// Returns what the finger adds to Im Z_p in equilibrium, N·s/m.
+    /// Returns the finger's contribution to Im Z_p in equilibrium, N·s/m.
     fn reactance(&self, amplitude_m: f64, normal_n: f64) -> Option<f64> {
         let gap_m = self.contact.equilibrium_gap_m(amplitude_m, normal_n).ok()?;
         Some(self.impedance_at(gap_m, amplitude_m).im)
     }
 
-    /// Returns the finger with one parameter larger by `step`.
+    /// Returns the finger with one parameter increased by `step`.
     fn with(mut self, parameter: usize, step: f64) -> Option<Self> {
         let mut skin: AssumedConstants = *self.contact.assumed();
         let mut sigma_t_m = self.contact.sigma_t_m();
@@ -282,7 +282,8 @@ impl FingerModel {
 /// Step of the differences, relative to 1, 1 N·s/m and the force.
 const STEP: f64 = 1e-4;
 
-/// Returns how what a finger adds to Im Z_p depends on its parameters, and on the errors of the normal force together.
+/// Returns the derivatives of a finger's contribution to Im Z_p by its parameters, and its standard error from the normal
+/// force.
 fn slopes(finger: &FittedFinger, load: &FingerLoad) -> Option<(SVector<f64, PARAMETERS>, f64)> {
     let model = FingerModel::of(finger);
     let (amplitude_m, normal_n) = (load.amplitude_m, load.normal_n);

@@ -7,24 +7,24 @@ use crate::error::{ModelError, not_negative, positive};
 use crate::finger::FittedFinger;
 use crate::uncertain::Uncertain;
 
-/// Shortest and longest stretch that a reading is made of, s.
+/// Shortest and longest stretch for a reading, s.
 const SHORTEST_S: f64 = 0.1;
 const LONGEST_S: f64 = 10.0;
-/// Time after the last sample under a finger before the plate counts as free, s: a force sensor's burst may come late.
+/// Time after the last sample under a finger before the plate counts as free, s: a burst of the force sensor may be late.
 const LIFTED_S: f64 = 0.06;
-/// Innovations beyond this many standard deviations are no drift of the plate.
+/// Innovations beyond this many standard deviations are not attributed to drift of the plate.
 const GATE: f64 = 4.0;
 
-/// How the plate is expected to move, and what a reading spans.
+/// Expected drift of the plate, and its modulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlateTracking {
     /// Modal mass m_p, kg.
     pub modal_mass_kg: f64,
-    /// Random walk of the resonance, Hz/√s. Default 1: a crest every sixth of a second then follows the steepest drift
-    /// that is to be expected, 4 Hz/s under a warm finger, within a hertz (an assumption of this project).
+    /// Random walk of the resonance, Hz/√s. Default 1: with a crest every sixth of a second, the tracker then follows the
+    /// steepest drift expected, 4 Hz/s under a warm finger, within one hertz (an assumption of this project).
     pub drift_hz_per_sqrt_s: f64,
-    /// Random walk of the damping Re Z_p, N·s/m/√s. Default 0.005, read only while no finger is on the plate: a glue
-    /// that warms by some kelvin changes it by as many per mille of 7 N·s/m (an assumption of this project).
+    /// Random walk of the damping Re Z_p, N·s/m/√s. Default 0.005, for readings only while no finger is on the plate: warming
+    /// the glue by some kelvin changes it by as many per mille of 7 N·s/m (an assumption of this project).
     pub damping_n_s_per_m_per_sqrt_s: f64,
     /// Frequency of the drive's modulation, Hz; 0 without one.
     pub modulation_hz: f64,
@@ -41,7 +41,7 @@ impl PlateTracking {
         }
     }
 
-    /// Returns the length of a reading, s: whole periods of the modulation.
+    /// Returns the length of a reading, s, in whole periods of the modulation.
     fn span_s(&self) -> f64 {
         if self.modulation_hz <= 0.0 {
             return SHORTEST_S;
@@ -51,7 +51,7 @@ impl PlateTracking {
     }
 }
 
-/// Tracker of the plate's resonance; allocates nothing.
+/// Tracker of the plate's resonance; does not allocate.
 #[derive(Debug, Clone)]
 pub struct PlateTracker {
     tracking: PlateTracking,
@@ -62,7 +62,7 @@ pub struct PlateTracker {
     touched_s: f64,
 }
 
-/// The plate as it is known.
+/// Current estimate of the plate.
 #[derive(Debug, Clone, Copy)]
 struct Tracked {
     /// Im Z_p as first read, N·s/m.
@@ -80,7 +80,7 @@ struct Walk {
 }
 
 impl PlateTracker {
-    /// Makes a tracker that has not seen the plate.
+    /// Makes a tracker without readings.
     ///
     /// # Errors
     /// If the modal mass is not positive, or a drift or frequency negative.
@@ -100,7 +100,7 @@ impl PlateTracker {
         })
     }
 
-    /// Goes on under a drive of another modulation.
+    /// Changes the modulation frequency.
     pub fn modulate(&mut self, modulation_hz: f64) {
         if modulation_hz >= 0.0 && modulation_hz != self.tracking.modulation_hz {
             self.tracking.modulation_hz = modulation_hz;
@@ -108,8 +108,8 @@ impl PlateTracker {
         }
     }
 
-    /// Goes on at a carrier that is higher by `by_hz`: Im Z_p grows by 4π m_p times that, and what is called drift is
-    /// counted from the resonance that fits the new carrier as the first one fitted the old.
+    /// Changes to a carrier that is higher by `by_hz`: Im Z_p grows by 4π m_p times that, and drift is counted from the first
+    /// resonance plus `by_hz`.
     pub fn retune(&mut self, by_hz: f64) {
         if let Some(plate) = &mut self.plate {
             plate.reactance.value += self.tracking.n_s_per_m_and_hz() * by_hz;
@@ -117,7 +117,7 @@ impl PlateTracker {
         self.interrupt();
     }
 
-    /// Forgets the reading that is being made: to be called when it is not known whether a finger is on the plate.
+    /// Discards the reading in progress; call it when it is unknown whether a finger is on the plate.
     pub fn interrupt(&mut self) {
         self.free = FreeReading::default();
         self.crest.restart();
@@ -137,8 +137,8 @@ impl PlateTracker {
         }
     }
 
-    /// Takes a sample of the plate under a finger whose parameters are `finger`. Nothing is learnt of a plate that was
-    /// never seen without a finger.
+    /// Takes a sample of the plate under a finger with the parameters `finger`. It does not update a plate that has never been
+    /// read without a finger.
     pub fn take_loaded(&mut self, sample: &PlateSample, finger: &FittedFinger, load: &FingerLoad) {
         self.touch(sample.time_s);
         if self.plate.is_none() {
@@ -153,7 +153,7 @@ impl PlateTracker {
         }
     }
 
-    /// Takes notice of a finger of which nothing is known.
+    /// Registers a finger with unknown parameters.
     pub fn touch(&mut self, time_s: f64) {
         self.touched_s = time_s;
         self.free = FreeReading::default();
@@ -179,7 +179,7 @@ impl PlateTracker {
             });
             return;
         };
-        // A reading that is none of the plate's resonance is none of its damping either.
+        // A reading rejected for the resonance is rejected for the damping too.
         if plate
             .reactance
             .learn(&reactance, self.tracking.reactance_rate())
@@ -190,19 +190,19 @@ impl PlateTracker {
         }
     }
 
-    /// Returns Im Z_p at a time, N·s/m; `None` before the plate was seen.
+    /// Returns Im Z_p at a time, N·s/m; `None` before the first reading.
     pub fn reactance_n_s_per_m(&self, time_s: f64) -> Option<Uncertain> {
         let rate = self.tracking.reactance_rate();
         Some(self.plate?.reactance.at(time_s, rate))
     }
 
-    /// Returns Re Z_p at a time, N·s/m, from when no finger was on the plate; `None` before the plate was seen.
+    /// Returns Re Z_p at a time, N·s/m, from readings without a finger; `None` before the first one.
     pub fn resistance_n_s_per_m(&self, time_s: f64) -> Option<Uncertain> {
         let rate = self.tracking.damping_n_s_per_m_per_sqrt_s;
         Some(self.plate?.resistance.at(time_s, rate))
     }
 
-    /// Returns how far the resonance is from where it was when the plate was first seen, Hz, up positive.
+    /// Returns the shift of the resonance since the first reading, Hz, positive upwards.
     pub fn drift_hz(&self, time_s: f64) -> Option<Uncertain> {
         let (first, reactance) = (self.plate?.first, self.reactance_n_s_per_m(time_s)?);
         let per_hz = self.tracking.n_s_per_m_and_hz();
@@ -214,7 +214,7 @@ impl PlateTracker {
 }
 
 impl PlateTracking {
-    /// Returns 4π m_p: what a hertz of the resonance takes from Im Z_p, N·s/m.
+    /// Returns 4π m_p, the decrease of Im Z_p per hertz of resonance shift, N·s/m.
     fn n_s_per_m_and_hz(&self) -> f64 {
         4.0 * PI * self.modal_mass_kg
     }
@@ -226,7 +226,7 @@ impl PlateTracking {
 }
 
 impl Walk {
-    /// Takes a reading of what walks at this rate per √s; false if it is too far away to be one.
+    /// Updates a random walk of this rate per √s with a reading; returns false if the reading is too far away.
     fn learn(&mut self, reading: &Self, rate: f64) -> bool {
         let predicted = self.variance_at(reading.at_s, rate);
         let expected = reading.variance + predicted;

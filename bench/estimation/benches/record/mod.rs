@@ -1,4 +1,4 @@
-//! A rising stretch of an exploration as the model has it, for the benchmarks.
+//! Model-generated rising stretch of an exploration, for the benchmarks.
 
 use std::f64::consts::TAU;
 
@@ -15,22 +15,22 @@ pub const Z_P: Complex64 = Complex64::new(7.01, 0.0);
 pub const Z_T: Complex64 = Complex64::new(0.47, 3.16);
 const SIGMA_T_M: f64 = 1.7e-6;
 
-/// A finger of σ_t = 1.7 µm.
+/// Contact of a finger with σ_t = 1.7 µm.
 pub fn contact() -> Contact {
     Contact::new(&AssumedConstants::default(), SIGMA_T_M).expect("physical constants")
 }
 
-/// 6 Hz at 95 %, as the published protocol drives the plate.
+/// Vibration amplitude modulated at 6 Hz with index 95 %, as in the published protocol.
 pub fn amplitude_m(time_s: f64) -> f64 {
     1.95e-6 * (1.0 + 0.95 * (TAU * 6.0 * time_s).sin())
 }
 
-/// What the finger presses with.
+/// Normal force, N.
 pub fn normal_n(time_s: f64) -> f64 {
     0.65 + 0.03 * (TAU * 1.3 * time_s).cos()
 }
 
-/// Steady-state samples of one rising stretch; the fits take as long on them as on any.
+/// Steady-state samples of one rising stretch; a fit takes as long on them as on any other.
 pub struct Record {
     time_s: Vec<f64>,
     pub z_m: Vec<Complex64>,
@@ -41,7 +41,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// 80 ms of which the last 60 are the instance.
+    /// Returns 80 ms of samples; the last 60 ms are the instance.
     pub fn at_rate(rate_hz: f64) -> Self {
         let contact = contact();
         let lead = (0.02 * rate_hz) as usize;
@@ -80,7 +80,7 @@ impl Record {
         }
     }
 
-    /// Instances of a trial at 2 kHz, with a skin that is not the assumed one, a plate that drifts and a lag of 0.9 ms.
+    /// Instances of a trial at 2 kHz: the skin differs from the assumed one, the plate drifts, and the lag is 0.9 ms.
     pub fn trial(instances: usize) -> Vec<Self> {
         (0..instances).map(|k| Self::of_trial(k as f64)).collect()
     }
@@ -136,7 +136,7 @@ impl Record {
         record
     }
 
-    /// As the fits read it.
+    /// Returns the samples as the fits read them.
     pub fn series(&self) -> InstanceSeries<'_> {
         let samples = InstanceSamples {
             time_s: &self.time_s,
@@ -159,7 +159,7 @@ pub fn fit_trial(records: &[Record]) -> TrialFit {
             off_centre_m: 0.0,
         })
         .collect();
-    // The plate as a session reads it before and after the finger, which moved it by 3 Hz.
+    // The plate as read before and after the finger, which shifted its resonance by 3 Hz.
     let references = [(-100.0, 0.0), (100.0, -0.28)].map(|(time_s, moved)| PlateReference {
         time_s,
         z_p_n_s_per_m: Z_P + Complex64::I * moved,
@@ -174,7 +174,7 @@ pub fn fit_trial(records: &[Record]) -> TrialFit {
         .expect("instances that the model allows")
 }
 
-/// What the fits take as known.
+/// Returns the known conditions of the fits.
 pub fn conditions() -> FitConditions {
     FitConditions {
         assumed: AssumedConstants::default(),

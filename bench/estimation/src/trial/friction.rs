@@ -1,9 +1,9 @@
-//! The measured friction against the modelled ratio: μ0, the floor that friction does not fall below, and the delay of the
+//! Fit of the measured friction to the modelled ratio: μ0, the floor below which friction does not fall, and the lag of the
 //! lateral force.
 //!
-//! The lateral force μ f_n is read through a first-order lag, that of its sensor. φ and the lag are a trial's, μ0 is an
-//! instance's; all three come from the measured friction, after the impedance has been fitted and without a say in it. Given φ
-//! and the lag, μ0 of an instance is linear, and is left out of the search (Golub & Pereyra 1973, with Kaufman's slopes).
+//! The lateral force μ f_n is read through the first-order lag of its sensor. φ and the lag are shared by a trial, μ0 belongs
+//! to an instance. All three are fitted to the measured friction after the impedance and do not affect its fit. Given φ and
+//! the lag, the problem is linear in the instance's μ0, which is projected out (Golub & Pereyra 1973, with Kaufman's slopes).
 
 use first_order_lag::Lag;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -19,7 +19,7 @@ use crate::trend::{NEIGHBOURS_S, rate_about};
 use contact::parameters::{LN_FORCE, MS, PARAMETERS};
 use contact::uncertain::Uncertain;
 
-/// Samples of one instance that a trial's friction is fitted to.
+/// Samples of one instance for the fit of a trial's friction.
 pub(super) struct RatioSamples<'a> {
     /// Modelled friction ratio, with the lead-in.
     pub(super) ratio: Vec<f64>,
@@ -27,13 +27,13 @@ pub(super) struct RatioSamples<'a> {
     pub(super) normal_n: &'a [f64],
     /// Number of samples of lead-in.
     pub(super) lead: usize,
-    /// Measured friction, of the instance alone.
+    /// Measured friction of the instance, without the lead-in.
     pub(super) mu: &'a [f64],
-    /// ∂ `ratio`/∂parameter, for those of [`OF_GAP`].
+    /// ∂`ratio`/∂parameter, for the parameters in [`OF_GAP`].
     pub(super) ratio_slopes: [Vec<f64>; OF_GAP.len()],
     /// Time, with the lead-in, s.
     pub(super) time_s: &'a [f64],
-    /// Time of the middle of the instance, s.
+    /// Time at the middle of the instance, s.
     pub(super) middle_s: f64,
 }
 
@@ -43,33 +43,33 @@ pub(super) struct TrialFriction {
     pub(super) floor: Uncertain,
     /// Lag of the lateral force, s.
     pub(super) lag_s: Uncertain,
-    /// Of each instance.
+    /// Friction at rest of each instance.
     pub(super) each: Vec<AtRest>,
 }
 
-/// φ and the lag.
+/// Number of parameters shared by a trial: φ and the lag.
 pub(super) const OF_TRIAL: usize = 2;
 
-/// μ0 of an instance, and what it comes from.
+/// μ0 of an instance, with its variances and derivatives.
 pub(super) struct AtRest {
     /// μ0 at the middle of the instance.
     pub(super) mu0: f64,
-    /// How μ0 changes within it.
+    /// Change of μ0 within the instance.
     pub(super) course: Course,
-    /// Variance of μ0 from the scatter of the measured friction where φ and the lag are held and μ0 does not wander.
+    /// Variance of μ0 from the scatter of the measured friction, with φ and the lag held fixed and no random walk of μ0.
     alone: f64,
     /// Covariance of μ0 and φ from the scatter of the measured friction.
     pub(super) scatter: Matrix2<f64>,
-    /// How μ0 follows φ and the lag.
+    /// Derivatives of μ0 by φ and the lag.
     pub(super) by_trial: SVector<f64, OF_TRIAL>,
-    /// How μ0 follows the instance's contact where φ and the lag are held.
+    /// Derivatives of μ0 by the instance's contact, with φ and the lag held fixed.
     pub(super) by_contact: SVector<f64, PARAMETERS>,
-    /// How φ and the lag follow the instance's contact.
+    /// Derivatives of φ and the lag by the instance's contact.
     pub(super) trial_by_contact: SMatrix<f64, OF_TRIAL, PARAMETERS>,
 }
 
 impl TrialFriction {
-    /// Returns an instance's friction for a contact that is exact.
+    /// Returns an instance's friction law for an exactly known contact.
     pub(super) fn held(&self, index: usize) -> FrictionLaw<PARAMETERS> {
         let of = &self.each[index];
         FrictionLaw {
@@ -84,22 +84,22 @@ impl TrialFriction {
     }
 }
 
-/// Standard deviations of φ and of the lag, ms, beforehand, about 0: a finger that hardly lifts shows neither.
+/// Prior standard deviations of φ and of the lag, ms, about 0: a finger that hardly lifts determines neither.
 const PRIOR_STD: [f64; 2] = [0.3, 5.0];
 const START: [f64; 2] = [0.05, 0.5];
 pub(super) const FLOOR: usize = 0;
 pub(super) const LAG_MS: usize = 1;
-/// Standard deviation of the measured friction that the first search weighs priors with.
+/// Standard deviation of the measured friction by which the first search weighs the priors.
 const FIRST_STD: f64 = 1e-2;
 
-/// Diffusivity of μ0 within an instance over that from one instance to the next. Friction depends on the finger's speed; the hand's
-/// tremor of 8 to 12 Hz changes that within 60 ms, and hardly its mean over an instance.
+/// Ratio of the diffusivity of μ0 within an instance to that between instances. Friction depends on the finger's speed; the
+/// hand's tremor of 8 to 12 Hz changes speed within 60 ms, but hardly its mean over an instance.
 const FASTER_WITHIN: f64 = 2.0;
 
-/// Times that μ0 within each instance is taken to change as it does from instance to instance.
+/// Number of iterations in which the trend of μ0 between instances is applied within each.
 const FOLLOWED: usize = 2;
 
-/// Fits φ, the lag and every instance's μ0 to the measured friction; `None` without a minimum.
+/// Fits φ, the lag and every instance's μ0 to the measured friction; `None` if the fit does not converge.
 pub(super) fn fit(instances: &[RatioSamples<'_>], interval_s: f64) -> Option<TrialFriction> {
     let times_s: Vec<f64> = instances.iter().map(|of| of.middle_s).collect();
     let at = |middle_s: f64, per_s: f64| Course { per_s, middle_s };
@@ -144,7 +144,7 @@ fn fit_on(
         parameters: Vector2::from(START),
     };
     problem = LevenbergMarquardt::new().minimize(problem).0;
-    // A prior weighs against the data as much as their scatter says.
+    // Weigh the priors against the data by the scatter of the residuals.
     let squares: f64 = problem.each().iter().map(InstanceFriction::squares).sum();
     problem.std = (squares / freedom).sqrt().max(f64::MIN_POSITIVE.sqrt());
     let (problem, report) = LevenbergMarquardt::new().minimize(problem);
@@ -172,7 +172,7 @@ fn fit_on(
         .iter()
         .zip(of_samples)
         .map(|(of, ((samples, course), wandered))| {
-            // μ0 gives way to φ and the lag, and scatters by itself.
+            // The variance of μ0 combines its own scatter with that of φ and the lag.
             let follows = Vector2::from(of.mu0_slopes);
             let with_trial = wandered.fixed_view::<2, 1>(1, 0);
             let alone = variance / of.power;
@@ -209,13 +209,13 @@ struct FrictionProblem<'a> {
     instances: &'a [RatioSamples<'a>],
     courses: &'a [Course],
     interval_s: f64,
-    /// Standard deviation of the measured friction that the priors are weighed with.
+    /// Standard deviation of the measured friction by which the priors are weighed.
     std: f64,
     /// φ and the lag in ms.
     parameters: Vector2<f64>,
 }
 
-/// An instance with the μ0 that fits it best.
+/// Instance with its best-fitting μ0.
 struct InstanceFriction {
     mu0: f64,
     /// Σ of the squares of the friction for a μ0 of 1.
@@ -225,7 +225,7 @@ struct InstanceFriction {
     /// Friction for a μ0 of 1.
     unit: Vec<f64>,
     residuals: Vec<f64>,
-    /// Slopes of the residuals by φ and by the lag, where μ0 follows.
+    /// Slopes of the residuals by φ and by the lag, with μ0 refitted.
     slopes: [Vec<f64>; 2],
 }
 
@@ -234,8 +234,8 @@ impl InstanceFriction {
         self.residuals.iter().map(|r| r * r).sum()
     }
 
-    /// Returns the covariance of μ0, φ and the lag for a μ0 that wanders with a diffusivity of 1 per sample; μ0 without what it
-    /// follows the other two by.
+    /// Returns the covariance of μ0, φ and the lag for a μ0 that walks with a diffusivity of 1 per sample; the variance of μ0
+    /// excludes its dependence on the other two.
     fn wandered(&self, inverse: &Matrix2<f64>) -> Matrix3<f64> {
         let least = 1.0 / self.unit.len() as f64;
         let of_mu0 = self.unit.iter().map(|u| u * u / self.power - least);
@@ -300,7 +300,8 @@ impl FrictionProblem<'_> {
         }
     }
 
-    /// Returns how μ0 of an instance follows its contact where φ and the lag are held, and how the gradient by those two does.
+    /// Returns the derivatives by the contact of an instance's μ0, with φ and the lag held fixed, and of the gradient by those
+    /// two.
     fn moved_by_contact(
         &self,
         of: &RatioSamples<'_>,
@@ -324,7 +325,7 @@ impl FrictionProblem<'_> {
                 .map(|(read, n)| read / n)
                 .collect();
             if parameter == LN_FORCE {
-                // The measured friction is the lateral force over the normal one.
+                // The measured friction is the lateral force divided by the normal force.
                 moved.iter_mut().zip(of.mu).for_each(|(by, mu)| *by += mu);
             }
             by_contact[parameter] = -dot(&fitted.unit, &moved) / fitted.power;
@@ -398,14 +399,14 @@ mod tests {
     const LEAD: usize = 40;
     const SAMPLES: usize = 160;
 
-    /// Friction as a finger with a floor and a slow sensor shows it, of ratios that are moved by `by` along `way`.
+    /// Returns friction with a floor and a slow sensor, for ratios displaced by `by` along `way`.
     fn moved(
         mu: &[Vec<f64>],
         (time_s, normal_n): (&[f64], &[f64]),
         by: f64,
         way: fn(usize, f64) -> f64,
     ) -> TrialFriction {
-        // Each in an exploration of its own: none says how μ0 changes within another.
+        // Each instance is in a separate exploration, so no trend is derived between them.
         let middle_s: Vec<f64> = (0..mu.len())
             .map(|instance| 3.0 * instance as f64)
             .collect();
@@ -437,8 +438,8 @@ mod tests {
         (0..SAMPLES).map(at).collect()
     }
 
-    /// What is said to follow the contact does so when the friction is fitted again: floor, lag, and each instance's μ0, whether all
-    /// contacts move or a single one.
+    /// Compares the derivatives by the contact with refits of floor, lag and each instance's μ0, both when all contacts move
+    /// and when only one does.
     #[test]
     fn the_friction_follows_the_contact() {
         let time_s: Vec<f64> = (0..SAMPLES).map(|n| n as f64 * INTERVAL_S).collect();

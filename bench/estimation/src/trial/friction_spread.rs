@@ -1,7 +1,7 @@
-//! How far μ0 and φ are open, since they follow the contact that was fitted before them.
+//! Uncertainty of μ0 and φ due to the contact fitted before them.
 //!
-//! φ and the lag are fitted to all instances: they move with every contact of the trial, and μ0 of an instance moves with its
-//! own contact and with those two. Where a ratio that is modelled too high would ask for a lower μ0, φ gives way first.
+//! φ and the lag are fitted to all instances, so they depend on every contact of the trial; μ0 of an instance depends on its
+//! own contact and on those two. Where a modelled ratio that is too high would lower μ0, φ changes first.
 
 use nalgebra::{Matrix2, SMatrix, SVector};
 
@@ -13,7 +13,7 @@ use contact::parameters::{MS, PARAMETERS};
 
 type OfParameters = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
-/// How φ and the lag go with the contacts of a trial.
+/// Covariances of φ and the lag due to the contacts of a trial.
 pub(super) struct FrictionSpread {
     /// Covariance of φ and the lag from that of the contacts.
     of_trial: Matrix2<f64>,
@@ -22,7 +22,7 @@ pub(super) struct FrictionSpread {
 }
 
 impl FrictionSpread {
-    /// Returns it for the covariance of a minimum; `None` where the normal matrix has no inverse.
+    /// Returns the spread for the covariance of a minimum; `None` if the normal matrix is singular.
     pub(super) fn new(
         friction: &TrialFriction,
         following: &[Following],
@@ -68,7 +68,7 @@ impl FrictionSpread {
         })
     }
 
-    /// Returns the standard deviations of φ and of the lag in s, with those from the scatter of the measured friction.
+    /// Returns the standard deviations of φ and of the lag in s, combined with those from the scatter of the measured friction.
     pub(super) fn stds(&self, scatter: [f64; OF_TRIAL]) -> [f64; OF_TRIAL] {
         let unit = [1.0, MS];
         std::array::from_fn(|at| {
@@ -77,8 +77,8 @@ impl FrictionSpread {
         })
     }
 
-    /// Returns an instance's friction, with what the covariance of its parameters tells of φ and the lag as slopes, and the rest as
-    /// scatter.
+    /// Returns an instance's friction law: the dependence of φ and the lag on its parameters as slopes, and the remaining
+    /// variance as scatter.
     pub(super) fn law(
         &self,
         friction: &TrialFriction,
@@ -98,10 +98,10 @@ impl FrictionSpread {
     }
 }
 
-/// A direction of parameters that are scaled to a variance of 1 with less than this is rounding.
+/// Variance below which a direction of parameters, scaled to unit variance, is rounding.
 const ROUNDING: f64 = 1e-10;
 
-/// Returns the slopes by parameters that have a covariance, of quantities that have one with them.
+/// Returns the regression slopes, on parameters with this covariance, of quantities with covariance `with` to them.
 fn regression(
     covariance: &OfParameters,
     with: &SMatrix<f64, PARAMETERS, OF_TRIAL>,
@@ -122,7 +122,7 @@ fn regression(
 mod tests {
     use super::*;
 
-    /// Of parameters of which some are exact and one is the sum of two others, the slopes still give the covariance.
+    /// With some exact parameters and one that is the sum of two others, the slopes still reproduce the covariance.
     #[test]
     fn slopes_give_the_covariance_of_what_they_were_made_of() {
         let follows = OfParameters::from_fn(|row, column| match (row, column) {

@@ -1,4 +1,4 @@
-//! The parameters of an instance, those that a trial's instances share, and how the model's follow from both.
+//! Parameters of an instance, parameters shared by a trial's instances, and the model's parameters as a function of both.
 
 use std::ops::{Add, Mul};
 
@@ -14,7 +14,7 @@ use contact::parameters::{
     RESIDUAL_MOBILITY, TAU_MS,
 };
 
-/// Number of parameters that an instance has of its own.
+/// Number of parameters per instance.
 pub(super) const OWN: usize = 7;
 /// Number of parameters that all instances share.
 pub(super) const SHARED: usize = 16;
@@ -25,7 +25,7 @@ pub(super) type Minimised = ArrowMinimum<OWN, SHARED>;
 pub(super) type Step = Place<OWN, SHARED>;
 pub(super) type Covariance = ArrowCovariance<OWN, SHARED, ERRORS>;
 
-/// Parameters of one instance, in a block's order.
+/// Model parameters of one instance, in the order of a block.
 pub(super) const OF_INSTANCE: [usize; OWN] = [
     LN_SIGMA_T,
     RE_Z_T,
@@ -42,8 +42,8 @@ pub(super) const DAMPING: usize = 4;
 pub(super) const ANGLE: usize = 5;
 pub(super) const RESIDUAL: usize = 6;
 
-/// Parameters of the model that are the trial's, in the arrow's order; after them stand [`COURSE`] and the two
-/// of the amplitude along the plate. Times are there as their logarithms.
+/// Model parameters shared by the trial, in the arrow's order, followed by [`COURSE`] and the two of the amplitude along the
+/// plate. Times are stored as their logarithms.
 pub(super) const OF_TRIAL: [usize; SHARED - COURSES - 4] = [
     LN_AREA,
     LN_Q0,
@@ -60,27 +60,27 @@ pub(super) const TAU: usize = 3;
 pub(super) const GROWTH: usize = 4;
 pub(super) const FILM_MEAN: usize = 5;
 pub(super) const LAG_GROWTH: usize = 6;
-/// First of the [`COURSES`] that the plate may take beside the likely one, in standard deviations.
+/// Index of the first of the [`COURSES`], deviations of the plate from its likely course in standard deviations.
 pub(super) const COURSE: usize = 7;
-/// Logarithm of the amplitude along the plate over that at the pickup: by how much it grows over [`ALONG_M`], and by how much
-/// it is greater there on both sides.
+/// Logarithm of the ratio of the amplitude along the plate to that at the pickup: its growth over [`ALONG_M`], and its
+/// increase at that distance on both sides.
 pub(super) const TILT: usize = COURSE + COURSES;
 pub(super) const BOW: usize = TILT + 1;
-/// What other modes do at all instances alike: angle and residual mobility.
+/// Effect of other modes that is common to all instances: angle and residual mobility.
 pub(super) const ANGLE_OF_ALL: usize = BOW + 1;
 pub(super) const RESIDUAL_OF_ALL: usize = ANGLE_OF_ALL + 1;
-/// Length along the plate at which tilt and bow are stated, m: half of the published central part.
+/// Distance along the plate at which tilt and bow are stated, m: half of the published central part.
 pub(super) const ALONG_M: f64 = 0.03;
 
-/// Times that are there as their logarithms, and those of the model in ms.
+/// Times stored as their logarithms, paired with the model's parameters in ms.
 const IN_MS: [(usize, usize); 2] = [(TAU, TAU_MS), (FILM_MEAN, FILM_MEAN_MS)];
 
 /// An instance of a trial.
 pub(super) struct Member<'a> {
     pub(super) model: LaggedModel<'a>,
-    /// The plate's offset that is likely.
+    /// Prior of the plate's offset.
     pub(super) offset: OffsetPrior,
-    /// Distance from the plate's centre, in [`ALONG_M`].
+    /// Distance from the plate's centre, in units of [`ALONG_M`].
     pub(super) along: f64,
 }
 
@@ -106,7 +106,7 @@ impl Member<'_> {
         parameters
     }
 
-    /// Returns the slopes by the parameters that all instances share, from those by the model's.
+    /// Returns the slopes by the parameters that all instances share, from the slopes by the model's parameters.
     pub(super) fn by_shared<T: Copy + Default + Add<Output = T> + Mul<f64, Output = T>>(
         &self,
         slopes: &[T; PARAMETERS],
@@ -124,7 +124,7 @@ impl Member<'_> {
         })
     }
 
-    /// Returns the model's parameters that one of the last shared ones moves, and by how much.
+    /// Returns the model's parameters that depend on one of the last shared ones, with the slopes.
     fn beside(&self, index: usize) -> [(usize, f64); 2] {
         let (parameter, by) = match index {
             TILT => (LN_RATIO, self.along),
@@ -139,7 +139,7 @@ impl Member<'_> {
         [(parameter, by), (parameter, 0.0)]
     }
 
-    /// Returns how the model's parameters follow those of the instance and those of the trial.
+    /// Returns the derivatives of the model's parameters by those of the instance and those of the trial.
     pub(super) fn following(&self, parameters: &[f64; PARAMETERS]) -> Following {
         let mut by_own = SMatrix::zeros();
         for (column, parameter) in OF_INSTANCE.into_iter().enumerate() {
@@ -163,14 +163,14 @@ impl Member<'_> {
     }
 }
 
-/// How the model's parameters at an instance follow its own and the shared ones.
+/// Derivatives of the model's parameters at an instance by the instance's and the shared ones.
 pub(super) struct Following {
     pub(super) by_own: SMatrix<f64, PARAMETERS, OWN>,
     pub(super) by_shared: SMatrix<f64, PARAMETERS, SHARED>,
 }
 
 impl Following {
-    /// Returns what errors of the calibration do to the model's parameters once the fitted ones have followed.
+    /// Returns the effect of calibration errors on the model's parameters, with the response of the fitted ones.
     pub(super) fn response(
         &self,
         of: &Covariance,
@@ -180,7 +180,7 @@ impl Following {
         self.by_own * of.response.own[instance] + self.by_shared * of.response.shared + by_error
     }
 
-    /// Returns the covariance of the model's parameters, on which errors of the calibration act as `by_error` says.
+    /// Returns the covariance of the model's parameters, including calibration errors that act on them by `by_error`.
     pub(super) fn covariance(
         &self,
         of: &Covariance,
@@ -202,7 +202,7 @@ impl Following {
     }
 }
 
-/// Returns how far each course is taken.
+/// Returns the coefficient of each course.
 pub(super) fn courses(shared: &Shared) -> &[f64] {
     &shared.as_slice()[COURSE..TILT]
 }

@@ -1,4 +1,4 @@
-//! Signs that the model's laws are not those of this finger on this plate.
+//! Signs that the model's laws do not hold for this finger on this plate.
 
 use std::fmt;
 
@@ -6,32 +6,32 @@ use super::members::{SHARED, Shared};
 use super::plate::PlateApart;
 use crate::instance_fit::InstanceFit;
 
-/// A sign that the model does not hold for a trial: its parameters and their errors are then none of the finger's.
+/// A sign that the model does not hold for a trial, so that its parameters and their errors do not describe the finger.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Misfit {
-    /// A parameter that the data put far from what is likely of any finger.
+    /// A parameter estimated far from its likely range for any finger.
     Unlikely {
-        /// Its name.
+        /// Name of the parameter.
         name: &'static str,
-        /// How many standard deviations of its prior it lies from the prior's middle.
+        /// Distance from the prior's middle, in standard deviations of the prior.
         deviations: f64,
     },
-    /// The plate under the finger would not be the one that was read before and after it.
+    /// The plate under the finger appears to differ from the readings before and after it.
     Plate {
-        /// RMS over the instances by which its reactance lies from the course between the readings, N·s/m.
+        /// RMS deviation of its reactance over the instances from the course between the readings, N·s/m.
         apart_n_s_per_m: f64,
     },
-    /// The friction that follows from the impedance is not the measured one, although it had no say in the fit.
+    /// The friction estimated from the impedance differs from the measured one, which the fit does not use.
     Friction {
-        /// RMS of estimated less measured friction over all instances.
+        /// RMS of estimated − measured friction over all instances.
         rms_mu: f64,
     },
 }
 
-/// Standard deviations of its prior that a parameter may lie from the middle: a fit that bends the skin to another law goes far
-/// beyond; no fit of the 79 simulated people of docs/accuracy.md does.
+/// Largest plausible distance of a parameter from the middle of its prior, in standard deviations. A fit that bends the skin to
+/// another law exceeds it by far; no fit of the 79 simulated people of docs/accuracy.md does.
 const MOST_DEVIATIONS: f64 = 4.0;
-/// RMS of estimated less measured friction from which the model does not explain it.
+/// RMS of estimated − measured friction from which on the model does not explain it.
 const MOST_RMS_MU: f64 = 0.03;
 
 impl fmt::Display for Misfit {
@@ -55,7 +55,7 @@ impl fmt::Display for Misfit {
     }
 }
 
-/// Names of the shared parameters that a misfit can show in, in their order.
+/// Names of the shared parameters that a misfit is checked for, in their order.
 const NAMES: [&str; 7] = [
     "the contact area S",
     "q0",
@@ -66,7 +66,7 @@ const NAMES: [&str; 7] = [
     "the growth of the levitation lag with the gap",
 ];
 
-/// Returns the signs of misfit at parameters with their priors' middles and standard deviations.
+/// Returns the signs of misfit for parameters, given their priors' middles and standard deviations.
 pub(super) fn signs(
     shared: &Shared,
     priors: &[(f64, f64); SHARED],
@@ -100,7 +100,7 @@ pub(super) fn signs(
     signs
 }
 
-/// Returns the RMS over the instances with friction to compare; `None` without any.
+/// Returns the RMS over the instances with comparable friction; `None` without any.
 fn rms_of_known(each: impl Iterator<Item = f64>) -> Option<f64> {
     let (mut count, mut squares) = (0.0, 0.0);
     for rms_mu in each.filter(|rms_mu| !rms_mu.is_nan()) {

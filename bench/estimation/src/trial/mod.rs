@@ -1,13 +1,13 @@
-//! One fit of all instances of a trial, in which nothing about the skin is assumed.
+//! One fit of all instances of a trial, without assumed constants of the skin.
 //!
-//! σ_t, Z_t and the plate's offset belong to an instance; S, q0, η and τ are the same for all of a trial, and are fitted. One
-//! instance tells S and τ apart badly, a trial well: S from the film's force (Huloux 2021, Eq. 14) beside the measured normal
-//! force, q0 from the gap at rest (Eq. 16), η from the phase of the contact (Eq. 6). Only q0 E/(1 − ν²) and p0 S enter, so q0
-//! is that for the assumed E and ν.
+//! σ_t, Z_t and the plate's offset belong to an instance; S, q0, η and τ are shared by all instances of a trial and fitted. A
+//! single instance hardly separates S from τ, but a trial does: S follows from the film's force (Huloux 2021, Eq. 14) and the
+//! measured normal force, q0 from the gap at rest (Eq. 16), η from the phase of the contact (Eq. 6). Only q0 E/(1 − ν²) and p0
+//! S enter, so q0 is the value for the assumed E and ν.
 //!
-//! The impedance, the gap's lag and the normal force are those of [`dynamic`](super::dynamic), and the skin has inertia while the
-//! amplitude changes (`transient.rs`). Σ|Z_m,model − Z_m|² over all instances is minimised with wide log-normal
-//! [priors](TrialPriors), from several starts, in the logarithms of what is positive.
+//! The impedance, the gap's lag and the normal force are those of [`dynamic`](super::dynamic); in addition the skin has inertia
+//! while the amplitude changes (`transient.rs`). Σ|Z_m,model − Z_m|² over all instances is minimised with wide log-normal
+//! [priors](TrialPriors), from several starts, in the logarithms of the positive parameters.
 
 mod friction;
 mod friction_spread;
@@ -47,9 +47,9 @@ use contact::uncertain::{LogUncertain, Uncertain};
 /// Options of a trial's fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrialOptions {
-    /// How long before each instance its gap is integrated, s. Default 20 ms, some ten τ.
+    /// Time before each instance from which its gap is integrated, s. Default 20 ms, some ten τ.
     pub lead_in_s: f64,
-    /// What is likely beforehand.
+    /// Priors of the parameters.
     pub priors: TrialPriors,
 }
 
@@ -62,7 +62,7 @@ impl Default for TrialOptions {
     }
 }
 
-/// An instance and where on the plate it was.
+/// An instance and its position on the plate.
 #[derive(Debug, Clone, Copy)]
 pub struct Placed<'a> {
     /// The instance.
@@ -74,7 +74,7 @@ pub struct Placed<'a> {
 /// Parameters that the instances of a trial share.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SharedFit {
-    /// Whether the parameters, and those of the instances, may be used.
+    /// Whether the parameters, including those of the instances, may be used.
     pub verdict: FitVerdict,
     /// Apparent contact area S under the mean normal force of all instances, m².
     pub contact_area_m2: LogUncertain,
@@ -90,11 +90,11 @@ pub struct SharedFit {
     pub film_mean_s: LogUncertain,
     /// Exponent of the lag's growth with the gap.
     pub lag_exponent: Uncertain,
-    /// Signs that the model does not hold; where there is one, no error is to be believed.
+    /// Signs that the model does not hold; if there are any, the standard errors cannot be trusted.
     pub misfit: Vec<Misfit>,
-    /// Floor φ of friction as a part of μ0; `None` if the measured friction could not be fitted.
+    /// Floor φ of friction as a fraction of μ0; `None` if the measured friction could not be fitted.
     pub friction_floor: Option<Uncertain>,
-    /// Lag of the lateral force, s; `None` with the floor.
+    /// Lag of the lateral force, s; `None` if the measured friction could not be fitted.
     pub lateral_lag_s: Option<Uncertain>,
 }
 
@@ -103,11 +103,11 @@ pub struct SharedFit {
 pub struct TrialFit {
     /// Parameters that the instances share.
     pub shared: SharedFit,
-    /// Each instance, in the order in which they were given.
+    /// Each instance, in the order given.
     pub instances: Vec<InstanceFit>,
 }
 
-/// Fits all instances of a trial, with what `readings` tell of the plate.
+/// Fits all instances of a trial, using the plate's `readings`.
 ///
 /// # Errors
 /// If there is no instance, a lead-in is too short, or the model allows no such contacts.
@@ -152,7 +152,7 @@ fn report(
     errors: &CalibrationErrors,
 ) -> Result<TrialFit, FitError> {
     let mut by_error = errors.by_parameter();
-    // Of all places alike, and of each by itself.
+    // The component common to all places and that of each place add in quadrature.
     by_error[(FILM_MOBILITY, OF_OTHER_MODES)] =
         std::f64::consts::SQRT_2 * search.priors.residual_mobility_std_m_per_n_s;
     search
@@ -274,7 +274,7 @@ fn tau_at_mean_gap(
     }
 }
 
-/// Fits the trial's friction with the contact at a minimum.
+/// Fits the trial's friction to the contact at a minimum.
 fn friction(
     members: &mut [Member<'_>],
     instances: &[InstanceSeries<'_>],

@@ -1,55 +1,55 @@
-//! What is known of the plate at the instances from where no finger was on it.
+//! Prior of the plate's impedance at the instances, from readings without a finger.
 
 use super::prior::TrialPriors;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 use plate_course::{CourseStds, Part, Predicted, Reading};
 
-/// The plate's impedance where no finger was on it.
+/// Plate impedance read without a finger.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlateReference {
     /// Time, s.
     pub time_s: f64,
     /// Z_p, N·s/m.
     pub z_p_n_s_per_m: Complex64,
-    /// Standard error of each of its parts, N·s/m.
+    /// Standard error of each part, N·s/m.
     pub std_n_s_per_m: f64,
 }
 
-/// What was read of the plate during a recording.
+/// Readings of the plate during a recording.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PlateReadings {
-    /// Where no finger was on it, in order of time.
+    /// Readings without a finger, in order of time.
     pub references: Vec<PlateReference>,
-    /// Begin and end of each time that one was, in order, s.
+    /// Begin and end of each touch, in order, s.
     pub touches_s: Vec<(f64, f64)>,
 }
 
-/// Ways in which the offsets of all instances may depart from what is likely, together.
+/// Number of joint deviations of all offsets from their likely course.
 pub(super) const COURSES: usize = 5;
 
-/// Standard deviation of a change within a second beforehand, N·s/m²: three hertz of a plate of 8 g, and two and a half per cent
-/// of the published plate's damping within a minute.
+/// Prior standard deviation of the change per second, N·s/m²: three hertz for a plate of 8 g, and 2.5 % of the published
+/// plate's damping per minute.
 const REACTANCE_PER_S: f64 = 0.3;
 const DAMPING_PER_S: f64 = 0.003;
-/// Part of a course's departure from the straight line between two references by which an instance may depart from the
-/// course, alone: warmth that spreads is not of first order.
+/// Deviation of a single instance from the course, as a fraction of the course's deviation from the straight line between two
+/// references: the diffusion of heat is not of first order.
 const ASTRAY: f64 = 0.03;
-/// Least departure of an instance's damping from the course of all, N·s/m.
+/// Smallest standard deviation of an instance's damping about the common course, N·s/m.
 const LEAST_STD_N_S_PER_M: f64 = 1e-4;
-/// Departure of an instance's reactance from the course of all before any is found, N·s/m: a tenth of a hertz.
+/// Standard deviation of an instance's reactance about the common course before any is fitted, N·s/m: a tenth of a hertz.
 const UNSEEN_STD_N_S_PER_M: f64 = 0.01;
-/// Least departure of those that were found, N·s/m: three hundredths of a hertz.
+/// Smallest standard deviation of the fitted reactances, N·s/m: three hundredths of a hertz.
 const FOUND_STD_N_S_PER_M: f64 = 3e-3;
-/// How much more an error of the damping counts than one of the reactance, which the finger shows too.
+/// Weight of damping errors relative to reactance errors; the reactance is also observed under the finger.
 const DAMPING_COUNTS: f64 = 10.0;
 
-/// Part of the change along its course by which a plate may depart from it, and the least such departure, N·s/m: half a hertz.
-/// What departs further is no plate: the finger's own law is another.
+/// Largest deviation of a plate from its course, as a fraction of its change along the course, and the smallest such limit,
+/// N·s/m: half a hertz. A larger deviation does not come from the plate: the finger follows another law.
 const MOST_APART: f64 = 0.1;
 const LEAST_APART_N_S_PER_M: f64 = 0.05;
 
-/// By how much the reactances of a trial lie from their course, and the course itself from 0, RMS over the instances, N·s/m.
+/// Deviation of the reactances of a trial from their course, and of the course from 0, RMS over the instances, N·s/m.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PlateApart {
     pub(super) apart_n_s_per_m: f64,
@@ -62,17 +62,17 @@ impl PlateApart {
     }
 }
 
-/// What the readings tell of the plate's offset at an instance.
+/// Prior of the plate's offset at an instance, from the readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct OffsetPrior {
-    /// Offset that is likely; 0 where no readings tell.
+    /// Mean of the offset; 0 without readings.
     mean: Complex64,
-    /// By how much each course moves it, N·s/m.
+    /// Change of the offset by each course, N·s/m.
     pub(super) by_course: [Complex64; COURSES],
     /// Standard deviation of the reactance's offset about its course, N·s/m.
     pub(super) reactance_std: f64,
-    /// Standard deviation of the damping's offset about its course, N·s/m; `None` where no reference follows: nothing then
-    /// tells a damping that changed from one that did not.
+    /// Standard deviation of the damping's offset about its course, N·s/m; `None` without a later reference, because a changed
+    /// damping then cannot be distinguished from a constant one.
     pub(super) damping_std: Option<f64>,
 }
 
@@ -86,15 +86,15 @@ impl OffsetPrior {
         }
     }
 
-    /// Returns the offset where each course is taken so far, N·s/m.
+    /// Returns the offset for the given coefficients of the courses, N·s/m.
     pub(super) fn on_course(&self, courses: &[f64]) -> Complex64 {
         let moved = self.by_course.iter().zip(courses);
         self.mean + moved.map(|(by, course)| by * course).sum::<Complex64>()
     }
 }
 
-/// Returns the priors at `times_s`, as offsets from the plate of the unloaded interval. Reactances that were `found` there show
-/// how far the plate departs from the course.
+/// Returns the priors at `times_s`, as offsets from the plate of the unloaded interval. Reactances `found` at these times
+/// determine the plate's scatter about the course.
 pub(super) fn offsets(
     times_s: &[f64],
     readings: &PlateReadings,
@@ -179,7 +179,7 @@ pub(super) fn offsets(
     offsets
 }
 
-/// Returns by how much reactances that lie `apart` from the likely course scatter about one that is taken as far as they show.
+/// Returns the RMS scatter of reactances about the course fitted to them; `apart` is their deviation from the likely course.
 fn scatter_about(course: &Predicted, apart: DVector<f64>) -> f64 {
     let n = apart.len();
     let of_course = course.factor.rows(n, n);
@@ -191,7 +191,7 @@ fn scatter_about(course: &Predicted, apart: DVector<f64>) -> f64 {
     scatter.max(FOUND_STD_N_S_PER_M)
 }
 
-/// Returns the [`COURSES`] in which the plate is least certain, at each instance by how much they move it.
+/// Returns the [`COURSES`] in which the plate is least certain, as their effect on each instance.
 fn directions(course: &Predicted) -> Vec<[Complex64; COURSES]> {
     let n = course.mean.len() / 2;
     let counts = |row: usize| if row < n { DAMPING_COUNTS } else { 1.0 };

@@ -1,4 +1,4 @@
-//! What is taken to be likely of a skin and a plate before a trial is seen.
+//! Priors of the skin and the plate for the fit of a trial.
 
 use contact::uncertain::WITHIN_95;
 
@@ -12,7 +12,7 @@ pub struct LogNormal {
 }
 
 impl LogNormal {
-    /// Returns the distribution of which 95 % lies between two values.
+    /// Returns the distribution with 95 % between two values.
     #[must_use]
     pub fn between(low: f64, high: f64) -> Self {
         Self {
@@ -31,7 +31,7 @@ pub struct Normal {
     pub std: f64,
 }
 
-/// Priors of a trial's parameters. Wide: they keep a short trial sane and leave a whole one to its data.
+/// Priors of a trial's parameters. They are wide: they keep a short trial plausible and leave a full one to its data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrialPriors {
     /// Apparent contact area S, m². Default 95 % between 60 and 450 mm².
@@ -42,34 +42,34 @@ pub struct TrialPriors {
     pub loss_factor: LogNormal,
     /// Levitation lag τ, s. Default 95 % between 0.1 and 10 ms.
     pub tau_s: LogNormal,
-    /// Exponent ν of the contact area's growth with the normal force. Default 0.3 ± 0.3: none at all, Hertz's 2/3 and what was
-    /// measured of finger pads in between (Adams et al. 2013) are all likely.
+    /// Exponent ν of the contact area's growth with the normal force. Default 0.3 ± 0.3, which covers 0, Hertz's 2/3 and the
+    /// values measured on finger pads in between (Adams et al. 2013).
     pub area_exponent: Normal,
     /// Time over which the film averages the squared amplitude, s. Default 95 % between 0.03 and 0.3 ms, one to ten cycles
     /// of the carrier.
     pub film_mean_s: LogNormal,
-    /// Exponent of the levitation lag's growth with the gap. Default 0.25 ± 0.15: nobody knows the law (decision 21).
+    /// Exponent of the levitation lag's growth with the gap. Default 0.25 ± 0.15: the law is unknown (decision 21).
     pub lag_exponent: Normal,
-    /// Growth of the logarithm of the amplitude over 30 mm along the plate, beside what was measured. Default 0 ± 0.015.
+    /// Growth of the logarithm of the amplitude over 30 mm along the plate, relative to the measurement. Default 0 ± 0.015.
     pub amplitude_tilt: Normal,
-    /// By how much it is greater 30 mm from the centre on both sides. Default −0.01 ± 0.02.
+    /// Increase of the logarithm of the amplitude 30 mm from the centre on both sides. Default −0.01 ± 0.02.
     pub amplitude_bow: Normal,
-    /// Standard deviation of the angle by which the finger's part of Z_m is turned, rad, at all places alike and at each by itself;
-    /// their means are 0. Default 0.02: what a second mode of the plate a kilohertz away does to it.
+    /// Standard deviation of the angle by which the finger's part of Z_m is rotated, rad, both for the component common to all
+    /// places and for that of each place; their means are 0. Default 0.02: the effect of a second mode a kilohertz away.
     pub finger_angle_std_rad: f64,
-    /// Standard deviation of the residual mobility that such a mode adds to the finger's part of Z_m, m/(N·s), likewise. Default
-    /// 0.003: a mode of 20 g a kilohertz away has 0.004.
+    /// Standard deviation of the residual mobility that a second mode adds to the finger's part of Z_m, m/(N·s), for the common
+    /// component and for that of each place. Default 0.003: a mode of 20 g a kilohertz away has 0.004.
     pub residual_mobility_std_m_per_n_s: f64,
-    /// Standard deviation of the offset of the plate's reactance, N·s/m; its mean is 0. Default 3, thirty hertz of a plate of 8
-    /// g.
+    /// Standard deviation of the offset of the plate's reactance, N·s/m; its mean is 0. Default 3, thirty hertz for a plate of
+    /// 8 g.
     pub plate_reactance_std_n_s_per_m: f64,
-    /// Standard deviation of the offset of its damping, N·s/m; its mean is 0. Default 0.5, seven per cent of the published
-    /// plate's.
+    /// Standard deviation of the offset of the plate's damping, N·s/m; its mean is 0. Default 0.5, 7 % of the published
+    /// plate's damping.
     pub plate_damping_std_n_s_per_m: f64,
 }
 
 impl TrialPriors {
-    /// Returns the priors on a plate whose amplitude along it was measured and is accounted for.
+    /// Returns the priors for a plate with a measured amplitude along its length, for which the data are corrected.
     #[must_use]
     pub fn on_a_measured_plate(self) -> Self {
         let left = |prior: Normal| Normal {

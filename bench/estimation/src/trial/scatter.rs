@@ -1,9 +1,9 @@
-//! How the residuals of an instance scatter, and with each other.
+//! Scatter and correlation of the residuals of an instance.
 //!
-//! Three things make them: noise of force and velocity, which on their ratio grows as 1/|ṽ_p|; the model's
-//! own error, alike for all; and what the force sensor's filter left of its noise and took of the finger's force. The last one
-//! moves the gap for as long as it lasts and its lag, so that many samples share it: least squares that knew nothing of it would
-//! take it for a property of the skin.
+//! Three sources contribute: noise of force and velocity, which grows as 1/|ṽ_p| in their ratio; the model's own error, equal
+//! for all samples; and the error of the force sensor's filter, which leaves some noise and removes some of the finger's force.
+//! The last one moves the gap for as long as it lasts plus the lag, so that many samples share it. Least squares without this
+//! correlation would attribute it to the skin.
 
 use arrowhead::{Whitening, lasting, variance_components};
 use nalgebra::DMatrix;
@@ -12,34 +12,35 @@ use num_complex::Complex64;
 use super::members::{Member, OWN, SHARED};
 use crate::least_squares::ImpedanceModel;
 
-/// Time for which an error of the force lasts, s. The force's filter is wrong about 80 Hz and right far below. An error that decays
-/// in 1/(2π 80 Hz) = 2 ms has full power at all lower frequencies too, and what the force tells of the skin there would count too
-/// little (decision 21).
+/// Correlation time of force errors, s. The force's filter has errors about 80 Hz and none far below. A correlation time of
+/// 1/(2π 80 Hz) = 2 ms would give all lower frequencies full error power too, and underweight their information about the skin
+/// (decision 21).
 const FORCE_ERROR_LASTS_S: f64 = 8e-4;
-/// Time for which an error of the impedance lasts, s: between the demodulator's window and the milliseconds of what the model leaves
-/// out.
+/// Correlation time of impedance errors, s: between the demodulator's window and the milliseconds of effects that the model
+/// leaves out.
 const NOISE_LASTS_S: f64 = 1.5e-3;
-/// Error of the force that is always reckoned with, as a part of it: no sensor is better.
+/// Smallest relative error of the force that is assumed: no sensor is better.
 const LEAST_FORCE_ERROR: f64 = 1e-4;
-/// Most samples of an instance, with its lead-in, that are weighed together: time goes with their third power, and an instance of
-/// the published length has 160.
+/// Largest number of samples of an instance, lead-in included, that are weighted with their correlation. The time grows with
+/// the third power of the number; an instance of the published length has 160.
 const MOST_TOGETHER: usize = 600;
-/// A variance below this part of the mean is taken for it, so that no sample has all the weight.
+/// Smallest variance relative to the mean, so that no sample has all the weight.
 const LEAST_VARIANCE: f64 = 1e-6;
 
 /// Covariance of an instance's residuals, real parts first, then imaginary ones.
 #[derive(Clone)]
 pub(super) enum Scatter {
-    /// Independent and alike, with this standard deviation.
+    /// Independent, with this standard deviation for all.
     Alike(f64),
-    /// Independent, each of its own standard deviation.
+    /// Independent, with a standard deviation for each.
     Apart(Vec<f64>),
-    /// Together.
+    /// Correlated.
     Together(Whitening),
 }
 
 impl Scatter {
-    /// Estimates the scatter of each instance's residuals, of one kind for all. `None` where the residuals are 0.
+    /// Estimates the scatter of each instance's residuals, with variances common to all instances. `None` where the residuals
+    /// are 0.
     pub(super) fn of_all(residuals: &[Vec<Complex64>], kinds: &[Kinds]) -> Option<Vec<Self>> {
         let squares: Vec<f64> = residuals
             .iter()
@@ -63,7 +64,7 @@ impl Scatter {
             .collect()
     }
 
-    /// Multiplies columns by the inverse of the factor: what had this scatter is then independent and of variance 1.
+    /// Multiplies columns by the inverse factor of the covariance, which makes the residuals independent with unit variance.
     pub(super) fn whiten(&self, columns: &mut DMatrix<f64>) {
         match self {
             Self::Alike(std) => *columns /= *std,
@@ -77,17 +78,17 @@ impl Scatter {
     }
 }
 
-/// What each kind of error would make of an instance's residuals.
+/// Contributions of each kind of error to an instance's residuals.
 pub(super) struct Kinds {
     interval_s: f64,
-    /// Squares of the shape of noise.
+    /// Squared shape of the noise.
     shapes2: Vec<f64>,
-    /// Covariance of the residuals for an error of the force of its own size; `None` of an instance of too many samples.
+    /// Covariance of the residuals for a unit error of the force; `None` for an instance of too many samples.
     by_force: Option<DMatrix<f64>>,
 }
 
 impl Kinds {
-    /// Takes them at the parameters at which the model was evaluated last.
+    /// Computes the contributions at the parameters of the model's last evaluation.
     pub(super) fn of(member: &Member<'_>) -> Self {
         let model = &member.model;
         let all = model.gap.len();
@@ -107,7 +108,7 @@ impl Kinds {
         }
     }
 
-    /// Returns the variance of each residual for each kind of its own size: alike for all, noise, force.
+    /// Returns the variance of each residual for a unit of each kind: constant, noise, force.
     fn rows(&self) -> impl Iterator<Item = [f64; 3]> {
         let n = self.shapes2.len();
         let of_force = move |at: usize| self.by_force.as_ref().map_or(0.0, |of| of[(at, at)]);
@@ -123,7 +124,7 @@ impl Kinds {
             .collect();
         let samples_alike = NOISE_LASTS_S / self.interval_s;
         let Some(by_force) = &self.by_force else {
-            // As many samples as share a noise tell no more than one.
+            // Samples that share a noise carry the information of only one.
             let widened = (1.0 + 2.0 * samples_alike).sqrt();
             let both = stds.iter().chain(&stds);
             return Some(Scatter::Apart(both.map(|std| std * widened).collect()));
@@ -141,8 +142,8 @@ impl Kinds {
     }
 }
 
-/// Multiplies a response to each sample by the lower factor of [`lasting`]: an error is what is left of the last one, and news,
-/// so that news of a sample acts on all after it.
+/// Multiplies a response to each sample by the lower factor of [`lasting`]: an error is the decayed previous error plus an
+/// innovation, so the innovation of a sample acts on all later ones.
 fn by_errors_that_last(response: &mut DMatrix<f64>, intervals: f64) {
     let left = (-intervals.recip()).exp();
     for sample in (1..response.ncols()).rev() {
@@ -155,7 +156,7 @@ fn by_errors_that_last(response: &mut DMatrix<f64>, intervals: f64) {
     after_first *= news;
 }
 
-/// Returns the real part of a sample's residual, or the imaginary one of the second half.
+/// Returns the real part of a sample's residual, or the imaginary part for an index in the second half.
 fn part(residuals: &[Complex64], at: usize) -> f64 {
     match residuals.get(at) {
         Some(residual) => residual.re,

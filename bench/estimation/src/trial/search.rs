@@ -1,4 +1,4 @@
-//! The search for the parameters that fit all instances of a trial best.
+//! Search for the parameters that best fit all instances of a trial.
 
 use arrowhead::{ArrowProblem, BlockNormal, Prior, Until, minimise};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
@@ -21,20 +21,20 @@ use crate::trend::{Rates, rate_about};
 use contact::calibration_errors::{ByError, ERRORS};
 use contact::parameters::PARAMETERS;
 
-/// S and τ that starts are tried with, m² and s: the first two are the furthest apart.
+/// Starting values of S and τ, m² and s; the first two are the furthest apart.
 const STARTS: [(f64, f64); 4] = [
     (300e-6, 0.7e-3),
     (150e-6, 2e-3),
     (300e-6, 2e-3),
     (150e-6, 0.7e-3),
 ];
-/// Parts of its median that q0 is tried with at each start.
+/// Starting values of q0 relative to its median, tried at each start.
 const Q0_STARTS: [f64; 3] = [0.5, 1.0, 2.0];
-/// Part by which the squares of two minima differ that are the same.
+/// Relative difference of the squares below which two minima are the same.
 const THE_SAME: f64 = 1e-3;
-/// Standard deviation of a residual's component that the first search weighs priors with, N·s/m.
+/// Standard deviation of a residual's component by which the first search weighs the priors, N·s/m.
 const FIRST_STD: f64 = 0.01;
-/// What belongs to laws beside the published ones.
+/// Parameters that extend the published laws.
 const LAWS: [usize; 7] = [
     GROWTH,
     FILM_MEAN,
@@ -44,45 +44,45 @@ const LAWS: [usize; 7] = [
     ANGLE_OF_ALL,
     RESIDUAL_OF_ALL,
 ];
-/// Part of their standard deviations that a search from afar allows them.
+/// Factor on the prior standard deviations of the extensions of the published laws in a search from afar.
 const SEARCHING: f64 = 0.05;
 const TO_THE_MINIMUM: Until = Until {
     tolerance: 1e-7,
     iterations: 500,
 };
-/// Until a minimum is refined once more.
+/// Termination for a minimum that will be refined.
 const TO_BE_REFINED: Until = Until {
     tolerance: 1e-4,
     iterations: 500,
 };
-/// A start that is far from the finger wanders for long: what leads on is found by others sooner.
+/// Limit for one start: poor starts rarely converge, and another gets there sooner.
 const FROM_AFAR: Until = Until {
     tolerance: 1e-4,
     iterations: 60,
 };
-/// Times that a minimum is refined: another no longer moves it.
+/// Number of refinements of a minimum; further ones do not change it.
 const REFINEMENTS: usize = 3;
-/// Standard deviation that holds the plate's damping, N·s/m.
+/// Prior standard deviation that holds the plate's damping fixed, N·s/m.
 const HELD: f64 = 1e-9;
 
-/// The instances of a trial, with what is known of them at present.
+/// Instances of a trial, with the current state of the search.
 pub(super) struct Search<'a> {
     pub(super) members: Vec<Member<'a>>,
     pub(super) priors: TrialPriors,
-    /// How the residuals of each instance scatter.
+    /// Scatter of the residuals of each instance.
     scatters: Vec<Scatter>,
-    /// What each kind of error would make of them, so far as it was found.
+    /// Contributions of each kind of error to the residuals; empty before they are computed.
     kinds: Vec<Kinds>,
-    /// Standard deviation of the offset of the plate's damping where no reference tells, N·s/m.
+    /// Standard deviation of the offset of the plate's damping without references, N·s/m.
     damping_std: f64,
     readings: &'a PlateReadings,
-    /// Whether the laws beside the published ones are still held close to what is likely.
+    /// Whether the parameters that extend the published laws are still held close to their priors.
     from_afar: bool,
     z_m: Vec<Complex64>,
     slopes: Vec<[Complex64; PARAMETERS]>,
 }
 
-/// State between two refinements: how the residuals scatter, the plate's likely offset, the trends, and the skin's transients.
+/// State between two refinements: the residuals' scatter, the plate's likely offset, the trends, and the skin's transients.
 struct Refinement {
     scatters: Vec<Scatter>,
     of_members: Vec<(OffsetPrior, Rates, Transient)>,
@@ -109,10 +109,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Searches, and where references do not tell whether the plate's damping has changed, does so with it held and with it
-    /// fitted. The second is taken if it explains so much more that the Bayesian information criterion (Schwarz 1978) grants
-    /// each instance a damping of its own: where the damping stands still, fitting it lets the model's own error into σ_t
-    /// (decision 21).
+    /// Searches with the plate's damping held fixed and, where references do not determine it, also with it fitted. The second
+    /// result is accepted if the Bayesian information criterion (Schwarz 1978) favours a separate damping for each instance:
+    /// if the damping is constant, fitting it lets the model's own error into σ_t (decision 21).
     pub(super) fn solve(&mut self) -> Result<Minimised, FitError> {
         let found = self.search_from_afar().ok_or(FitError::NoStart)?;
         self.from_afar = false;
@@ -143,7 +142,7 @@ impl<'a> Search<'a> {
         Ok(held)
     }
 
-    /// Takes what a minimum was refined by.
+    /// Returns the refinement of the current minimum.
     fn refinement(&self) -> Refinement {
         let members = self.members.iter();
         Refinement {
@@ -167,7 +166,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Returns the best minimum from all starts, or the first at which two of them meet.
+    /// Returns the best minimum from all starts, or the first one found twice.
     fn search_from_afar(&mut self) -> Option<Minimised> {
         let mut best: Option<Minimised> = None;
         for (area_m2, tau_s) in STARTS {
@@ -190,8 +189,8 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// Returns where a search begins: with the q0 and the σ_t, of all instances alike, that leave least of Z_m of the
-    /// first, the middle and the last one, where each has the Z_t and the plate's reactance that go best with them.
+    /// Returns a start: the q0 and the σ_t, common to all instances, that leave the smallest residuals of Z_m in the first, the
+    /// middle and the last one, each with its best Z_t and plate reactance.
     fn start(&mut self, area_m2: f64, tau_s: f64) -> Option<(Shared, Vec<Own>)> {
         let priors = &self.priors;
         let mut shared = Shared::from([
@@ -238,7 +237,7 @@ impl<'a> Search<'a> {
         Some((shared, own.collect()))
     }
 
-    /// Returns what goes best with the parameters at each of some instances; `None` where the model allows no such contact.
+    /// Returns the best Z_t and reactance at each of some instances; `None` where the model allows no such contact.
     fn beside(&mut self, some: &[usize], shared: &Shared, own: &Own) -> Option<Vec<Beside>> {
         let each = some.iter().map(|&index| {
             let member = &mut self.members[index];
@@ -248,8 +247,8 @@ impl<'a> Search<'a> {
         each.collect()
     }
 
-    /// Minimises from a minimum nearby, with what it tells of the trends within the instances, of the plate's course, and of
-    /// how much each sample weighs.
+    /// Minimises from a nearby minimum, after updating the trends within the instances, the plate's course, and the weights of
+    /// the samples from it.
     fn refined(&mut self, mut at: Minimised) -> Result<Minimised, FitError> {
         for refinement in 1..=REFINEMENTS {
             self.follow_trends(&at);
@@ -263,7 +262,7 @@ impl<'a> Search<'a> {
         Ok(at)
     }
 
-    /// Takes the reactances of a minimum for what they tell of the plate's course, and the damping for what it is on that course.
+    /// Updates the plate's course from the reactances of a minimum, and the damping from that course.
     fn follow_plate(&mut self, at: &mut Minimised) {
         let courses = courses(&at.shared).to_vec();
         let before: Vec<Complex64> = self
@@ -288,14 +287,14 @@ impl<'a> Search<'a> {
         at.shared.as_mut_slice()[COURSE..TILT].fill(0.0);
         for (index, (member, offset)) in self.members.iter_mut().zip(offsets).enumerate() {
             member.offset = offset;
-            // Nothing moves but what the plate is said to be by: the search goes on from where it was.
+            // Keep the plate's impedance unchanged, so that the search continues from the same point.
             let moved = before[index] - offset.on_course(&[]);
             at.own[index][REACTANCE] += moved.im;
             at.own[index][DAMPING] += moved.re;
         }
     }
 
-    /// Takes the rates at which parameters change from instance to instance for those within each.
+    /// Applies the rates at which parameters change between instances within each instance.
     fn follow_trends(&mut self, minimum: &Minimised) {
         let courses = courses(&minimum.shared);
         let (times_s, at): (Vec<f64>, Vec<Own>) = self
@@ -321,7 +320,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Takes what the skins of a minimum add while they follow the plate.
+    /// Updates the transients of the skin for a minimum.
     fn follow_transients(&mut self, minimum: &Minimised) -> Option<()> {
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let parameters = member.parameters(&minimum.shared, own);
@@ -330,7 +329,7 @@ impl<'a> Search<'a> {
         Some(())
     }
 
-    /// Takes how other modes move the film of each contact at a minimum.
+    /// Updates the film's motion by other modes for each contact at a minimum.
     pub(super) fn follow_other_modes(&mut self, minimum: &Minimised) -> Option<()> {
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let parameters = member.parameters(&minimum.shared, own);
@@ -339,7 +338,7 @@ impl<'a> Search<'a> {
         Some(())
     }
 
-    /// Takes the scatter of the residuals at a minimum, and what each kind of error makes of them `anew` or as it was last.
+    /// Updates the scatter of the residuals at a minimum, and if `anew` also the contributions of each kind of error.
     fn weigh(&mut self, minimum: &Minimised, anew: bool) {
         let residuals = self.left(minimum);
         if anew {
@@ -365,8 +364,8 @@ impl<'a> Search<'a> {
         all
     }
 
-    /// Returns each instance's residuals, their slopes by its own and by the shared parameters, and what errors of the calibration
-    /// do to them, with the residuals' scatter taken out.
+    /// Returns each instance's whitened residuals, their slopes by its own and by the shared parameters, and their response to
+    /// calibration errors.
     fn whitened(
         &mut self,
         shared: &Shared,
@@ -400,7 +399,7 @@ impl<'a> Search<'a> {
         Some(all)
     }
 
-    /// Returns middle and standard deviation of each shared parameter beforehand.
+    /// Returns mean and standard deviation of the prior of each shared parameter.
     pub(super) fn priors_of_shared(&self) -> [(f64, f64); SHARED] {
         let of = &self.priors;
         let of_ln = |prior: LogNormal| (prior.median.ln(), prior.ln_std);
@@ -426,7 +425,7 @@ impl<'a> Search<'a> {
         ]
     }
 
-    /// Returns by how much the plate departs from its course; `None` where it was not read before and after.
+    /// Returns the plate's deviation from its course; `None` if it was not read before and after.
     pub(super) fn plate_apart(&self, minimum: &Minimised) -> Option<PlateApart> {
         let courses = courses(&minimum.shared);
         let (mut apart, mut course, mut known) = (0.0, 0.0, 0.0);
@@ -443,7 +442,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Returns by how much more the residuals scatter than the scatter they were weighed with, at least 1.
+    /// Returns the ratio of the residuals' variance to that of their weights, at least 1.
     fn excess(&mut self, minimum: &Minimised) -> f64 {
         let squares = self
             .residuals(&minimum.shared, &minimum.own)
@@ -459,7 +458,7 @@ impl<'a> Search<'a> {
         (squares / freedom.max(1) as f64).max(1.0)
     }
 
-    /// Returns the covariance of all parameters, from the priors, the residuals, and errors of the calibration.
+    /// Returns the covariance of all parameters, from the priors, the residuals, and calibration errors.
     pub(super) fn covariance(
         &mut self,
         minimum: &Minimised,

@@ -1,4 +1,4 @@
-//! What a wrong constant does to the estimates is what their errors hold of it.
+//! The standard errors of the estimates cover the effect of wrong calibration constants.
 
 use contact::CalibrationErrors;
 use estimation::dynamic::{self, DynamicOptions};
@@ -13,12 +13,12 @@ use crate::trial::{SKINS, instances, placed, records, references};
 /// Size of each error. Its effects are linear to a few per cent.
 const SIZE: f64 = 3e-3;
 
-/// A bench one of whose constants is off by [`SIZE`].
+/// A bench with one constant wrong by [`SIZE`].
 struct Wrong {
     name: &'static str,
     errors: CalibrationErrors,
     record: fn(&mut Record),
-    /// By what every impedance is multiplied.
+    /// Factor on every impedance.
     impedance: Complex64,
 }
 
@@ -111,7 +111,7 @@ impl Wrong {
     }
 }
 
-/// Estimates of an instance in their order, with standard errors.
+/// Returns the estimates of an instance in order, with standard errors.
 fn of_instance(fit: &InstanceFit) -> Vec<(&'static str, f64, f64)> {
     let (z_t, z_t_std) = (fit.z_t_n_s_per_m, fit.z_t_std_n_s_per_m);
     let middle = fit.series.mu.len() / 2;
@@ -143,8 +143,9 @@ fn of_trial(fit: &TrialFit) -> Vec<(&'static str, f64, f64)> {
     all
 }
 
-/// Compares what estimates did with a wrong constant to what their errors have more of once it is known to be uncertain. τ is
-/// stated at a mean gap that is taken as certain, which makes its error a little too large where the gap goes with the constant.
+/// Compares the change of estimates by a wrong constant with the increase of their errors when the constant is stated as
+/// uncertain. τ is stated at a mean gap that is taken as certain, so its error is slightly too large if the gap depends on the
+/// constant.
 fn assert_held(
     name: &str,
     right: &[(&'static str, f64, f64)],
@@ -217,8 +218,8 @@ fn errors_of_an_instance_alone_hold_those_of_the_calibration() {
     }
 }
 
-/// A standard deviation of what other modes of the plate do to the film, which no fitted parameter has: every estimate may move by
-/// no more than its error, to first order.
+/// The film's motion by other modes has no fitted parameter: at one standard deviation of it, no estimate moves by more than
+/// its error, to first order.
 #[test]
 fn errors_of_a_trial_hold_what_other_modes_do_to_the_film() {
     let options = TrialOptions::default();

@@ -1,4 +1,4 @@
-//! The fits on synthetic instances whose gap this file integrates by itself.
+//! Fits of synthetic instances with a gap integrated by independent code.
 #![expect(clippy::unwrap_used, reason = "helpers of tests may panic as tests do")]
 
 mod calibration;
@@ -42,7 +42,7 @@ fn fit_paper(record: &Record) -> paper::PaperFit {
     .unwrap()
 }
 
-/// To 2e-6: the fit interpolates the equilibrium gap by cubics between samples 0.5 ms apart.
+/// Accurate to 2e-6: the fit interpolates the equilibrium gap by cubics between samples 0.5 ms apart.
 #[test]
 fn dynamic_recovers_what_made_the_record() {
     let others = [
@@ -100,7 +100,7 @@ fn dynamic_recovers_what_made_the_record() {
     }
 }
 
-/// Standard errors are what the scatter of repeated measurements is.
+/// Standard errors agree with the scatter of repeated measurements.
 #[test]
 fn standard_errors_are_the_scatter() {
     let record = TRUTH.record();
@@ -124,13 +124,13 @@ fn standard_errors_are_the_scatter() {
             *score += (error / std).powi(2) / runs as f64;
         }
     }
-    // χ² of 60 runs, and a margin for the estimated autocorrelation.
+    // χ² of 60 runs, with a margin for the estimated autocorrelation.
     for score in scores {
         assert!((0.5..1.7).contains(&score), "{scores:?}");
     }
 }
 
-/// In a steady world that rests at low amplitude, the published method is right.
+/// In a steady world with true rest at low amplitude, the published method is unbiased.
 #[test]
 fn paper_is_right_without_lag_without_envelope_bias_and_with_a_true_rest() {
     let truth = Truth {
@@ -145,7 +145,7 @@ fn paper_is_right_without_lag_without_envelope_bias_and_with_a_true_rest() {
         rest_amplitude_m: 2e-8,
         lowest_s: 5e-4,
     };
-    // Steadiness of the force as well: the method takes its mean.
+    // The force must be steady as well: the method takes its mean.
     let lowest = record
         .time_s
         .iter()
@@ -170,8 +170,7 @@ fn paper_is_right_without_lag_without_envelope_bias_and_with_a_true_rest() {
     assert!(fit.agreement.rms_mu < 1e-3, "{:?}", fit.agreement);
 }
 
-/// Lag and envelope push the published fit the way they do in time-domain simulations: σ_t up, |Z_t| down, Re Z_t below
-/// zero.
+/// Lag and envelope bias the published fit as in time-domain simulations: σ_t up, |Z_t| down, Re Z_t below zero.
 #[test]
 fn paper_is_biased_by_envelope_and_lag() {
     let record = TRUTH.record();
@@ -195,7 +194,7 @@ fn paper_is_biased_by_envelope_and_lag() {
         fit.agreement
     );
 
-    // μ0 is read where the rise begins, before the instance, of which no sample has as much friction.
+    // μ0 is read at the start of the rise, before the instance, where friction exceeds that of every sample of the instance.
     let most = record.mu[LEAD..].iter().copied().fold(0.0, f64::max);
     assert!(most < fit.mu0, "{most} {}", fit.mu0);
     assert_relative_eq!(fit.mu0, TRUTH.mu0, max_relative = 0.02);
@@ -213,7 +212,7 @@ fn paper_is_biased_by_envelope_and_lag() {
 
 #[test]
 fn a_lag_at_its_bound_says_so() {
-    // An impedance that leads its amplitude by a sample.
+    // Impedance that leads its amplitude by one sample.
     let steady = Truth {
         tau_s: 0.0,
         ..TRUTH
@@ -254,7 +253,7 @@ fn no_lag_is_found_where_there_is_none() {
     assert_relative_eq!(fit.sigma_t_m, TRUTH.sigma_t_m, max_relative = 1e-6);
 }
 
-/// Without modulation there is nothing to tell σ_t from Z_t, and no motion to show a lag.
+/// Without modulation the data neither separate σ_t from Z_t nor show a lag.
 #[test]
 fn constant_amplitude_identifies_nothing() {
     let mut record = Truth {
@@ -278,7 +277,7 @@ fn constant_amplitude_identifies_nothing() {
     assert!(!fit.verdict.is_usable());
 }
 
-/// At a hundredth of the amplitude the finger hardly lifts, and noise drowns what it does.
+/// At a hundredth of the amplitude the finger hardly lifts, and noise hides its motion.
 #[test]
 fn a_finger_that_hardly_lifts_is_not_identified() {
     let record = Truth {
@@ -297,7 +296,7 @@ fn a_finger_that_hardly_lifts_is_not_identified() {
     );
 }
 
-/// σ_t hangs on q0 and S, friction hardly does. Compared with what refits at ±20 % give.
+/// σ_t depends on q0 and S, friction hardly does. Compared with refits at ±20 %.
 #[test]
 fn sensitivities_are_those_of_wider_refits() {
     let record = TRUTH.record();

@@ -1,4 +1,4 @@
-//! Synthetic instances from a model that is written out here once more, on purpose.
+//! Synthetic instances from a model that is deliberately implemented a second time.
 
 use std::f64::consts::TAU;
 
@@ -16,7 +16,7 @@ pub const RATE_HZ: f64 = 2000.0;
 /// Lead-in samples.
 pub const LEAD: usize = 40;
 
-/// What a record is made from. The equations are written out here once more, on purpose.
+/// Parameters of a record. The equations are deliberately implemented a second time here.
 #[derive(Clone, Copy)]
 pub struct Truth {
     pub sigma_t_m: f64,
@@ -30,7 +30,7 @@ pub struct Truth {
     pub area_m2: f64,
     pub area_exponent: f64,
     pub film_mean_s: f64,
-    /// Of τ, which holds at a gap of 10 µm.
+    /// Exponent of the growth of τ, which is stated at a gap of 10 µm.
     pub lag_exponent: f64,
     pub q0_rad_per_m: f64,
     pub loss_factor: f64,
@@ -40,11 +40,11 @@ pub struct Truth {
     pub friction_floor: f64,
     /// Imaginary part of the residual mobility by which other modes of the plate move the film, m/(N·s).
     pub film_mobility: f64,
-    /// What the force does that its sensor's filter takes for noise: amplitude, as a part of it, Hz, and rad.
+    /// Components of the force that its sensor's filter treats as noise: relative amplitude, frequency in Hz, phase in rad.
     pub unseen: [(f64, f64, f64); 8],
 }
 
-/// Force at which an area is that of the truth, N.
+/// Force at which the area is `area_m2`, N.
 pub const AREA_AT_N: f64 = 0.65;
 
 pub const TRUTH: Truth = Truth {
@@ -74,12 +74,12 @@ impl Truth {
         self.mean_amplitude_m * (1.0 + self.modulation_index * (TAU * 6.0 * t).sin())
     }
 
-    /// The amplitude that the film answers to: of a mean over a short time, the one of that time ago.
+    /// Returns the effective amplitude of the film; a mean over a short time is replaced by a delay of that time.
     pub fn answered_m(&self, t: f64) -> f64 {
         self.amplitude_m(t - self.film_mean_s)
     }
 
-    /// That amplitude where the finger, with a gap of `x`, pushes other modes of the plate.
+    /// Returns that amplitude where the finger, with a gap of `x`, drives other modes of the plate.
     pub fn film_m(&self, t: f64, x: f64, n: f64) -> f64 {
         let answered_m = self.answered_m(t);
         (0..5).fold(answered_m, |a, _| {
@@ -137,7 +137,7 @@ impl Truth {
         0.5 * (lo + hi)
     }
 
-    /// Runge–Kutta over the lead-in and 60 ms around time 0, from 100 ms earlier.
+    /// Runge–Kutta integration over the lead-in and 60 ms around time 0, from 100 ms earlier.
     pub fn record(&self) -> Record {
         let substeps = 20;
         let h = 1.0 / RATE_HZ / f64::from(substeps);
@@ -226,8 +226,8 @@ impl Record {
         }
     }
 
-    /// With what the inertia of the skin adds while plate and contact change, from the parts of the plate's velocity that fall on contact
-    /// and skin.
+    /// Adds the effect of the skin's inertia while plate and contact change, from the fractions of the plate's velocity on
+    /// contact and skin.
     pub fn with_inertia(mut self, truth: &Truth) -> Self {
         let skin_kg = truth.z_t.im / OMEGA;
         let parts: Vec<[Complex64; 2]> = self
@@ -260,7 +260,7 @@ impl Record {
         self
     }
 
-    /// The lateral force through a first-order lag, exact for one that is constant over a sample.
+    /// Applies a first-order lag to the lateral force, exact for a force constant over a sample.
     pub fn with_lateral_lag(&self, lag_s: f64) -> Self {
         let mut lagging = self.clone();
         let share = 1.0 - (-1.0 / RATE_HZ / lag_s).exp();
@@ -272,7 +272,7 @@ impl Record {
         lagging
     }
 
-    /// The same with as many samples for each, on straight lines between them.
+    /// Returns the record with `times` samples for each, linearly interpolated.
     pub fn finer(&self, times: usize) -> Self {
         let last = times * (self.time_s.len() - 1);
         let at = |i: usize| (i / times, (i % times) as f64 / times as f64);
@@ -303,7 +303,7 @@ impl Record {
         }
     }
 
-    /// The same at another time.
+    /// Returns the record at a later time.
     pub fn later(mut self, by_s: f64) -> Self {
         self.time_s.iter_mut().for_each(|t| *t += by_s);
         self
@@ -313,7 +313,7 @@ impl Record {
         InstanceSeries::new(self.samples(), LEAD).unwrap()
     }
 
-    /// Noise of the impedance that lasts 0.7 ms.
+    /// Adds noise of the impedance with a correlation time of 0.7 ms.
     pub fn with_lasting_noise(&self, seed: u64, relative: f64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -327,7 +327,7 @@ impl Record {
         noisy
     }
 
-    /// White noise on force and velocity, as a sound card adds it: noise on Z_m that grows as 1/amplitude.
+    /// Adds white noise of force and velocity, as from a sound card: noise of Z_m that grows as 1/amplitude.
     pub fn with_noise(&self, seed: u64, relative: f64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };

@@ -1,4 +1,4 @@
-//! The fit of a whole trial, on instances that [`record`](crate::record) makes.
+//! Fit of a whole trial, on instances from [`record`](crate::record).
 
 use approx::assert_relative_eq;
 use estimation::dynamic::{self, DynamicOptions};
@@ -40,7 +40,7 @@ pub const SKINS: [Truth; 3] = [
     },
 ];
 
-/// A trial in which moisture grows, the plate warms and no two instances are pressed alike.
+/// A trial in which moisture grows, the plate warms, and each instance has a different normal force.
 pub fn instances(skin: Truth, n: usize) -> Vec<Truth> {
     (0..n)
         .map(|i| i as f64 / n as f64)
@@ -56,7 +56,7 @@ pub fn instances(skin: Truth, n: usize) -> Vec<Truth> {
         .collect()
 }
 
-/// The plate of [`instances`] before the first and after the last.
+/// Plate of [`instances`] before the first and after the last.
 pub fn references(n: usize) -> PlateReadings {
     let reference = |time_s: f64| {
         let part = time_s / n as f64;
@@ -88,7 +88,7 @@ pub fn placed(series: InstanceSeries<'_>) -> Placed<'_> {
     }
 }
 
-/// Records of instances so far apart that none tells how another changes.
+/// Records of instances too far apart to determine trends.
 pub fn records(truths: &[Truth]) -> Vec<Record> {
     let each = (0..).map(f64::from).zip(truths);
     each.map(|(at_s, truth)| truth.record().with_inertia(truth).later(at_s))
@@ -100,7 +100,7 @@ fn mean_force_n(record: &Record) -> f64 {
     inside.iter().sum::<f64>() / inside.len() as f64
 }
 
-/// Mean of τ at the mean gap of each instance.
+/// Returns the mean of τ at the mean gap of each instance.
 fn mean_lag_s(truths: &[Truth]) -> f64 {
     let each = truths.iter().map(|truth| {
         let record = truth.record();
@@ -111,7 +111,7 @@ fn mean_lag_s(truths: &[Truth]) -> f64 {
     each.sum::<f64>() / truths.len() as f64
 }
 
-/// Nothing about the skin is assumed, and all of it is found; what an instance has of its own is told apart.
+/// The fit recovers all constants of the skin without assumptions, and the parameters of each instance separately.
 #[test]
 fn a_trial_recovers_the_skin_and_every_instance() {
     for skin in SKINS {
@@ -122,7 +122,7 @@ fn a_trial_recovers_the_skin_and_every_instance() {
             .collect();
         let fit = fitted(&noisy);
         assert_eq!(fit.shared.verdict, FitVerdict::Converged);
-        // Where every residual is one of rounding the priors pull as if the force were known to 1e-4.
+        // Where all residuals are rounding, the priors pull as if the force were known to 1e-4.
         let forces = truths.iter().map(|of| mean_force_n(&of.record()));
         let area_m2 = skin.area_m2(forces.sum::<f64>() / truths.len() as f64);
         let shared = &fit.shared;
@@ -134,7 +134,7 @@ fn a_trial_recovers_the_skin_and_every_instance() {
         };
         near(shared.contact_area_m2.value, area_m2, 0.025);
         near(shared.q0_rad_per_m.value, skin.q0_rad_per_m, 0.03);
-        // η and the angle by which the finger's part is turned are told apart by the priors alone.
+        // Only the priors separate η from the rotation angle of the finger's part.
         near(shared.loss_factor.value, skin.loss_factor, 0.02);
         let tau_s = fit.instances.iter().map(|of| of.tau_s);
         near(
@@ -142,7 +142,7 @@ fn a_trial_recovers_the_skin_and_every_instance() {
             tau_s.sum::<f64>() / truths.len() as f64,
             0.02,
         );
-        // A film that averages is late as a lag is.
+        // A film that averages causes the same delay as a lag.
         let late_s = shared.tau_s.value + shared.film_mean_s.value;
         near(late_s, mean_lag_s(&truths) + skin.film_mean_s, 0.1);
         let exponents = [
@@ -170,7 +170,7 @@ fn a_trial_recovers_the_skin_and_every_instance() {
     }
 }
 
-/// A plate read before and after tells how its damping changed under the finger, which warmed it.
+/// A plate read before and after determines how its damping changed under the finger, which warmed it.
 #[test]
 fn references_tell_of_the_damping_between_them() {
     let (touch, time_constant_s) = ((-0.5, 4.5), 4.0);
@@ -214,7 +214,7 @@ fn references_tell_of_the_damping_between_them() {
     }
 }
 
-/// A plate under the finger that is not the one before and after is another law of the finger's.
+/// A plate that differs under the finger from the one before and after indicates another law of the finger.
 #[test]
 fn a_plate_that_only_the_finger_has_shows() {
     let truths = [Truth {
@@ -236,7 +236,7 @@ fn a_plate_that_only_the_finger_has_shows() {
     assert!(fit.shared.misfit.iter().any(of_plate), "{:?}", fit.shared);
 }
 
-/// A skin that no finger has is not believed, nor a friction that the contact does not explain.
+/// An implausible skin is rejected, as is a friction that the contact does not explain.
 #[test]
 fn a_law_that_is_not_the_models_shows() {
     let lagging = Truth {
@@ -265,7 +265,7 @@ fn a_law_that_is_not_the_models_shows() {
     assert_eq!(fit.shared.misfit.len(), 1);
 }
 
-/// An instance of many samples costs no third power of them.
+/// The fit of a long instance does not take a time that grows with the third power of its samples.
 #[test]
 fn long_instances_are_weighed_sample_by_sample() {
     let finer = 6;
@@ -285,7 +285,7 @@ fn long_instances_are_weighed_sample_by_sample() {
     }
 }
 
-/// What another contact area does to the method that assumes one, it does not do to the trial's.
+/// A wrong contact area biases the method that assumes one, but not the trial's fit.
 #[test]
 fn an_instance_alone_is_biased_by_a_skin_that_is_not_the_assumed_one() {
     let [_, other, _] = SKINS;
@@ -305,7 +305,7 @@ fn an_instance_alone_is_biased_by_a_skin_that_is_not_the_assumed_one() {
         let fit = dynamic::fit(&record.series(), &conditions(), options).unwrap();
         (fit.sigma_t_m / warmer.sigma_t_m - 1.0).abs()
     };
-    // One hertz of the resonance.
+    // The resonance has shifted by one hertz.
     assert!(bias(&held) > 0.05, "{}", bias(&held));
     assert!(bias(&DynamicOptions::default()) < 1e-5);
 }
@@ -321,7 +321,7 @@ fn a_lag_of_the_lateral_force_is_found_and_does_not_touch_the_contact() {
             .collect();
         let [prompt, late] = [&records, &lagging].map(|of| fitted_on(of, &references(4)));
         assert_eq!(prompt.shared.contact_area_m2, late.shared.contact_area_m2);
-        // The record's lag holds the force over a sample, which is half of one late.
+        // The record's lag keeps the force constant over a sample, which delays it by half a sample.
         let found_s = late.shared.lateral_lag_s.unwrap().value;
         assert!((found_s - lag_s).abs() < 0.3e-3, "{found_s}");
         for (instance, truth) in late.instances.iter().zip(&truths) {
@@ -331,8 +331,8 @@ fn a_lag_of_the_lateral_force_is_found_and_does_not_touch_the_contact() {
     }
 }
 
-/// Where laws are drawn as the priors have them, the impedance has noise that lasts, and the force does what is not seen, the errors that are stated are
-/// those that are made.
+/// With laws drawn from the priors, correlated noise of the impedance and unseen components of the force, the stated errors
+/// agree with the actual ones.
 #[test]
 fn standard_errors_of_a_trial_are_the_scatter() {
     let runs = 16;
@@ -348,7 +348,7 @@ fn standard_errors_of_a_trial_are_the_scatter() {
         };
         let mut truths = instances(skin, 5);
         for truth in &mut truths {
-            // A thousandth of the force, that lasts for some 2 ms.
+            // Components of a thousandth of the force that last for some 2 ms.
             truth.unseen = [8.0, 13.0, 21.0, 34.0, 55.0, 89.0, 110.0, 144.0].map(|hz| {
                 (
                     5e-4 * normal() / (1.0 + (hz / 80.0_f64).powi(2)).sqrt(),
@@ -396,14 +396,14 @@ fn standard_errors_of_a_trial_are_the_scatter() {
     }
     let [area, q0, loss_factor, others @ ..] = scores;
     for score in [area, q0].into_iter().chain(others) {
-        // Errors are taken to last 2 ms, and these last 0.7.
+        // Errors are assumed to last 2 ms, but these last 0.7 ms.
         assert!((0.1..1.6).contains(&score), "{scores:?}");
     }
-    // What a second mode of the plate would do to η is stated too, and this plate has none.
+    // The error of η includes the effect of a second mode, which this plate does not have.
     assert!(loss_factor < 1.6, "{scores:?}");
 }
 
-/// A single instance that hardly tells S from τ is kept sane by the priors; one without a lift is not identified.
+/// The priors keep a single instance that hardly separates S from τ plausible; one without lift-off is not identified.
 #[test]
 fn one_instance_is_held_by_the_priors() {
     let fit = fitted(&[TRUTH.record().with_inertia(&TRUTH).with_noise(3, 1e-4)]);

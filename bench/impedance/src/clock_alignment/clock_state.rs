@@ -1,40 +1,40 @@
-//! How a clock fares, and how far it may be off.
+//! State of a source's clock, and its tolerance.
 
-/// Largest share by which a source's clock may differ from the clock that it is placed on. A crystal is within 100 ppm,
-/// a ceramic resonator within 0.5 %. The map follows any drift; who uses it refuses one beyond this.
+/// Largest relative difference between a source's clock and its reference clock. A crystal is within 100 ppm,
+/// a ceramic resonator within 0.5 %. The map follows any drift; the caller rejects one beyond this.
 pub const TOLERANCE: f64 = 0.01;
 /// Residual beyond which times on the map are flagged, s.
 pub const MISPLACED_S: f64 = 2e-3;
 
-/// Time by which a clock must have left its tolerance before it is called beyond, s: more than arrivals vary by.
+/// Time by which a clock must exceed its tolerance to be reported, s: more than the variation of arrivals.
 const BEYOND_S: f64 = 0.05;
 /// The same while the span is shorter than [`FIRST_S`], s: the first arrivals on a busy computer come late and in bursts.
 const BEYOND_AT_FIRST_S: f64 = 0.25;
-/// Span of observations from which the first arrivals do not weigh any more, s.
+/// Span of observations beyond which the first arrivals no longer matter, s.
 const FIRST_S: f64 = 30.0;
 
-/// Shortest span on either clock from which one is judged, s: what had waited to be read when the first reading was comes all
-/// at once, and looks like a clock that runs many times too fast. The map follows the clock meanwhile.
+/// Shortest span on either clock from which a clock is judged, s. Data that were queued before the first reading arrive all
+/// at once, and look like a clock that runs many times too fast. The map follows the clock meanwhile.
 const JUDGED_FROM_S: f64 = 10.0;
 
-/// Shortest span from which the clock that it is judged by is known, s.
+/// Shortest span from which the reference clock is known, s.
 const SETTLED_S: f64 = 2.0;
 
-/// How a source's clock fares against the host's.
+/// State of a source's clock relative to the host's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClockState {
-    /// How much faster the host's clock runs than the source's, parts per million.
+    /// Excess rate of the host's clock over the source's, parts per million.
     pub drift_ppm: f64,
-    /// Span of the observations from which the drift is known, s.
+    /// Span of the observations that determine the drift, s.
     pub span_s: f64,
     /// Whether the map is settled.
     pub settled: bool,
-    /// How far the map was from the promptest arrivals of the last 5 s, s: their median; `None` until that is known.
+    /// Median distance of the map from the promptest arrivals of the last 5 s, s; `None` until it is known.
     pub residual_s: Option<f64>,
 }
 
 impl ClockState {
-    /// Returns how much faster the clock runs than the host's, parts per million; `None` until the map is settled.
+    /// Returns the excess rate of the clock over the host's, parts per million; `None` until the map is settled.
     #[must_use]
     pub fn fast_ppm(&self) -> Option<f64> {
         let host = Self {
@@ -44,15 +44,15 @@ impl ClockState {
         self.fast_ppm_against(&host)
     }
 
-    /// Returns how much faster the clock runs than that of `reference`, parts per million; `None` until both maps are
+    /// Returns the excess rate of the clock over that of `reference`, parts per million; `None` until both maps are
     /// settled.
     #[must_use]
     pub fn fast_ppm_against(&self, reference: &Self) -> Option<f64> {
         (self.settled && reference.settled).then(|| 1e6 * self.fast_by(reference))
     }
 
-    /// Returns how much faster the clock runs than that of `reference`, parts per million, if that is surely more than
-    /// [`TOLERANCE`] either way: after 10 s, if it has gained or lost 250 ms more than it may, and 50 ms after 30 s.
+    /// Returns the excess rate of the clock over that of `reference`, parts per million, if it surely exceeds [`TOLERANCE`] in
+    /// either direction: after 10 s, if it has gained or lost 250 ms more than allowed; after 30 s, 50 ms more.
     #[must_use]
     pub fn beyond(&self, reference: &Self) -> Option<f64> {
         let fast = self.fast_by(reference);
@@ -97,7 +97,7 @@ mod tests {
         };
         let (card, late) = (at(80.0, 60.0), at(8e6, 0.02));
         assert_eq!(at(0.0, 60.0).beyond(&late), None);
-        // Forty seconds of readings that had waited, read in 0.6 s.
+        // Forty seconds of queued readings, read in 0.6 s.
         assert_eq!(at(-985e3, 40.0).beyond(&card), None);
         assert_eq!(at(-3e4, 11.0).beyond(&card), None, "0.23 s");
         assert!(at(-4e4, 11.0).beyond(&card).is_some());

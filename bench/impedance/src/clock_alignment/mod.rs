@@ -1,4 +1,4 @@
-//! Another device's clock on the host's, estimated from arrivals in bursts.
+//! Mapping of another device's clock to the host's, estimated from arrivals in bursts.
 
 mod clock_state;
 #[cfg(test)]
@@ -8,23 +8,23 @@ use std::collections::VecDeque;
 
 pub use clock_state::{ClockState, MISPLACED_S, TOLERANCE};
 
-/// Length of the buckets, in the source's time, of which each keeps only its promptest observation, s.
+/// Length of a bucket in the source's time, s; each bucket keeps only its promptest observation.
 const BUCKET_S: f64 = 0.25;
-/// The same until the map is trusted: a drift is known within a second then.
+/// Length of a bucket until the map is settled, s: the drift is then known within a second.
 const EARLY_BUCKET_S: f64 = 0.025;
-/// How far back observations count, s.
+/// Age beyond which observations are dropped, s.
 const HORIZON_S: f64 = 60.0;
-/// Span of observations after which the map is trusted, and from which on they change the drift, s.
+/// Span of observations after which the map is settled, and from which on they change the drift, s.
 const SETTLING_S: f64 = 5.0;
 /// Number of buckets over which the residual is the median: 5 s.
 const RECENT: usize = 20;
-/// A change of the estimate is worked off in about this time, at no more than this rate, or the second one while the map
-/// is off by more than [`MISPLACED_S`].
+/// Approximate time in which a change of the estimate is applied, s, and the largest rate of doing so: the second one applies
+/// while the map is off by more than [`MISPLACED_S`].
 const SLEW_S: f64 = 1.0;
 const FASTEST_SLEW: f64 = 1e-3;
 const FASTEST_CORRECTION: f64 = 0.2;
 
-/// Why an observation is refused.
+/// Reasons why an observation is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ClockError {
     /// The source's clock did not advance.
@@ -32,13 +32,13 @@ pub enum ClockError {
     NotLater {
         /// Source time observed, s.
         source_s: f64,
-        /// Source time of the observation before, s.
+        /// Source time of the previous observation, s.
         last_s: f64,
     },
     /// A time is NaN or infinite.
     #[error("{name} is {value}, not a time")]
     NotFinite {
-        /// Which of the two times.
+        /// Name of the invalid time.
         name: &'static str,
         /// Value given, s.
         value: f64,
@@ -47,20 +47,20 @@ pub enum ClockError {
 
 /// Estimates offset and drift of a source's clock against the host's from (source time, arrival time) pairs.
 ///
-/// Arrivals are late by a delay that varies (USB bursts, scheduling) but has a floor. The map is the line under all
-/// observations of the last minute that lies nearest to them: an edge of the lower convex hull of the delays
-/// (Moon, Skelly & Towsley, INFOCOM 1999). A least-squares line would follow the bursts instead. The least delay
-/// cannot be observed and stays in the offset, and so does the time that the newest sample of every burst waits for it:
-/// up to one sampling period of the source, when its samples are locked to the bursts.
+/// Arrivals are late by a delay that varies (USB bursts, scheduling) but has a floor. The map is the closest line below all
+/// observations of the last minute: an edge of the lower convex hull of the delays
+/// (Moon, Skelly & Towsley, INFOCOM 1999). A least-squares line would follow the bursts instead. The minimum delay
+/// cannot be observed and remains in the offset, as does the time that the newest sample of every burst waits for it:
+/// up to one sampling period of the source, if its samples are locked to the bursts.
 ///
-/// The drift is fitted, not bounded, once [`settled`](Self::settled); until then it is taken to be within [`TOLERANCE`].
+/// Once [`settled`](Self::settled) the drift is fitted without bounds; until then it is limited to [`TOLERANCE`].
 /// The settled map is continuous and monotone and never changes for times already passed: a new estimate is approached
-/// at no more than 1 ms a second, or faster while [`residual_s`](Self::residual_s) is over [`MISPLACED_S`].
+/// at no more than 1 ms per second, or faster while [`residual_s`](Self::residual_s) exceeds [`MISPLACED_S`].
 ///
-/// In ten minutes of 16 ms bursts, 0.5 ms mean jitter, up to ±1 %, the error stays under 0.1 ms at 10 kHz; at 1 kHz
-/// under 0.25 ms for half a minute, then under 0.1 ms (`bursts_and_drift_over_ten_minutes`). From the first second on it
-/// is under 0.5 ms and the sampling period together, from the fifth on under 0.25 ms
-/// (`a_drift_is_followed_from_the_first_second_on`). Memory is bounded, an observation takes amortised constant time.
+/// In ten minutes of 16 ms bursts with 0.5 ms mean jitter and drifts up to ±1 %, the error stays below 0.1 ms at 10 kHz; at
+/// 1 kHz below 0.25 ms for half a minute, then below 0.1 ms (`bursts_and_drift_over_ten_minutes`). From the first second on it
+/// is below the sum of 0.5 ms and the sampling period, from the fifth on below 0.25 ms
+/// (`a_drift_is_followed_from_the_first_second_on`). Memory is bounded; an observation takes amortised constant time.
 ///
 /// ```
 /// use impedance::clock_alignment::LowerEnvelope;
@@ -79,19 +79,19 @@ pub enum ClockError {
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct LowerEnvelope {
-    /// The first observation, from which all else counts, so that hours of uptime cost no digits.
+    /// The first observation, to which all others are relative, so that hours of uptime cost no digits.
     origin: Option<ClockPair>,
     last_source_s: f64,
     open: Option<Observation>,
     closed: VecDeque<Observation>,
     line: DelayLine,
-    /// Slope of the edge that the line was last laid along, unbounded, and span of the observations about it, s.
+    /// Slope of the last edge used for the line, unbounded, and span of the observations about it, s.
     edge: (f64, f64),
     settled: bool,
-    /// The map's corners, oldest first; it goes on from the last one, which may be ahead, at `rate`.
+    /// Corners of the map, oldest first; it continues from the last one, which may be ahead, at `rate`.
     corners: VecDeque<ClockPair>,
     rate: f64,
-    /// How far the map was from the promptest arrivals of the latest buckets, s, and the median.
+    /// Distances of the map from the promptest arrivals of the latest buckets, s, and their median.
     recent_s: VecDeque<f64>,
     residual_s: Option<f64>,
 }
@@ -102,7 +102,7 @@ struct ClockPair {
     host_s: f64,
 }
 
-/// Source time and delay, both from the origin.
+/// Source time and delay, both relative to the origin.
 #[derive(Clone, Copy, Debug)]
 struct Observation {
     source_s: f64,
@@ -129,12 +129,12 @@ impl LowerEnvelope {
         Self::default()
     }
 
-    /// Notes that what was sampled at `source_s` of the source's clock arrived at `arrival_s` of the host's. One call a
-    /// burst, with its newest sample, is enough; more do no harm. An arrival may be stated late, never early: it is to
-    /// be read off the clock after the data, because one that is too early pulls the map down for a minute.
+    /// Records that a sample taken at `source_s` of the source's clock arrived at `arrival_s` of the host's. One call per
+    /// burst, with its newest sample, is enough; more do no harm. An arrival time may be too late but not too early: read the
+    /// clock after the data, because an early time pulls the map down for a minute.
     ///
     /// # Errors
-    /// When the source's time does not advance or a time is not finite; nothing is noted then. A source that has been
+    /// When the source's time does not advance or a time is not finite; the observation is then ignored. A source that has been
     /// reset needs a new map.
     pub fn observe(&mut self, source_s: f64, arrival_s: f64) -> Result<(), ClockError> {
         for (name, value) in [("source_s", source_s), ("arrival_s", arrival_s)] {
@@ -177,7 +177,7 @@ impl LowerEnvelope {
             Some(open) => {
                 self.judge(open);
                 self.closed.push_back(open);
-                // The newest stays however long the silence after it: with the drift known so far it still tells the
+                // Keep the newest one however long the silence after it: with the drift known so far it still determines the
                 // offset.
                 while self.closed.len() > 1
                     && self
@@ -212,7 +212,7 @@ impl LowerEnvelope {
         Some(origin.source_s + from.source_s + (host - from.host_s) / rate)
     }
 
-    /// Returns the source's time that is expected at `host_s` of the host's clock, s, however far ahead; `None` before
+    /// Returns the source's time expected at `host_s` of the host's clock, s, however far ahead; `None` before
     /// the first observation.
     #[must_use]
     pub fn expected_s(&self, host_s: f64) -> Option<f64> {
@@ -221,13 +221,13 @@ impl LowerEnvelope {
         Some(origin.source_s + (host - self.line.offset_s) / (1.0 + self.line.slope))
     }
 
-    /// Returns how much faster the host's clock runs than the source's, parts per million.
+    /// Returns the excess rate of the host's clock over the source's, parts per million.
     #[must_use]
     pub fn drift_ppm(&self) -> f64 {
         self.edge.0 * 1e6
     }
 
-    /// Returns how the clock fares.
+    /// Returns the state of the clock.
     #[must_use]
     pub fn state(&self) -> ClockState {
         ClockState {
@@ -238,14 +238,14 @@ impl LowerEnvelope {
         }
     }
 
-    /// Returns how far the map was from the promptest arrivals of the last 5 s, s: their median; `None` until it has
-    /// been settled for so long.
+    /// Returns the median distance of the map from the promptest arrivals of the last 5 s, s; `None` until the map has
+    /// been settled for that long.
     #[must_use]
     pub fn residual_s(&self) -> Option<f64> {
         self.residual_s
     }
 
-    /// Whether the observations span 5 s; before that the map may still jump.
+    /// Whether the observations span 5 s. Before that the map may still jump.
     #[must_use]
     pub fn settled(&self) -> bool {
         self.settled
@@ -264,7 +264,7 @@ impl LowerEnvelope {
         (point.source_s / length_s).floor() as i64
     }
 
-    /// Notes how far the map was from the promptest arrival of a bucket.
+    /// Records the distance of the map from the promptest arrival of a bucket.
     fn judge(&mut self, promptest: Observation) {
         if !self.settled {
             return;
@@ -280,13 +280,13 @@ impl LowerEnvelope {
             sorted.sort_by(f64::total_cmp);
             self.residual_s = sorted.get(RECENT / 2).copied();
         }
-        // The delay has stepped: no line lies near what came before and what comes now.
+        // The delay has stepped, so no line is close to both the old and the new observations.
         while self.closed.len() > RECENT && self.state().misplaces() {
             self.closed.pop_front();
         }
     }
 
-    /// The edge of the lower hull above the middle of the observations: of all lines under them, the nearest.
+    /// Fits the closest line below the observations: the edge of the lower hull at their middle.
     fn fit(&mut self) {
         let mut hull: Vec<Observation> = vec![];
         for &c in &self.closed {
@@ -305,12 +305,12 @@ impl LowerEnvelope {
             _ => 0.0,
         };
         let edge = hull.windows(2).find(|edge| edge[1].source_s >= middle);
-        // After a long silence the few that have come tell the offset, and not yet another drift.
+        // After a long silence the few new observations determine the offset, but not yet another drift.
         if let Some(&[a, b]) = edge.filter(|_| !self.settled || span_s >= SETTLING_S) {
             let slope = (b.delay_s - a.delay_s) / (b.source_s - a.source_s);
             self.edge = (slope, span_s);
             self.settled |= span_s >= SETTLING_S;
-            // A steeper line through few observations is an artefact, or of a clock that is refused.
+            // A steeper line through few observations is an artefact, or that of a rejected clock.
             let steepest = if self.settled {
                 f64::INFINITY
             } else {
@@ -318,7 +318,7 @@ impl LowerEnvelope {
             };
             self.line.slope = slope.clamp(-steepest, steepest);
         }
-        // With the slope kept, the edge may not support the line: lower it until all lie above.
+        // With a fixed slope, the edge may not support the line: lower it until all observations lie above.
         let slope = self.line.slope;
         let offsets = hull.iter().map(|p| p.delay_s - slope * p.source_s);
         self.line.offset_s = offsets.fold(f64::INFINITY, f64::min);
@@ -327,7 +327,7 @@ impl LowerEnvelope {
         }
     }
 
-    /// Keeps the promptest observation of each bucket: what was kept until the map settled has smaller ones.
+    /// Keeps the promptest observation of each bucket; the buckets used before the map settled are smaller.
     fn coarsen(&mut self) {
         let mut kept: VecDeque<Observation> = VecDeque::new();
         for point in std::mem::take(&mut self.closed) {
@@ -343,7 +343,7 @@ impl LowerEnvelope {
         self.closed = kept;
     }
 
-    /// Turns the map towards the line, from `source_s` on.
+    /// Bends the map towards the line, from `source_s` on.
     fn follow(&mut self, source_s: f64) {
         let target = source_s + self.line.at(source_s);
         let rate = 1.0 + self.line.slope;
@@ -372,7 +372,7 @@ impl LowerEnvelope {
             FASTEST_SLEW
         };
         let lasts_s = f64::max(SLEW_S, off_s.abs() / fastest);
-        // There the map has joined the line, should nothing come until then.
+        // Without further observations the map joins the line there.
         let joined_s = source_s + lasts_s;
         self.corners.push_back(ClockPair {
             source_s: joined_s,
@@ -393,7 +393,7 @@ impl LowerEnvelope {
         from.host_s + (source_s - from.source_s) * rate
     }
 
-    /// The corner and the rate that hold after the last corner that has `passed`; the first segment goes back for ever.
+    /// Returns the corner and the rate after the last corner that has `passed`; the first segment extends back indefinitely.
     fn segment(&self, passed: impl Fn(&ClockPair) -> bool) -> (ClockPair, f64) {
         let index = self.corners.partition_point(passed).saturating_sub(1);
         let from = self.corners[index];

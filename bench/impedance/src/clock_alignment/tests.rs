@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// A sensor whose samples reach the host only when a burst is due, some time after.
+/// A sensor with samples that reach the host only with the next burst, after a further delay.
 struct Link {
     period_s: f64,
     drift: f64,
@@ -40,7 +40,7 @@ impl Link {
 /// Fault 24.
 #[test]
 fn bursts_and_drift_over_ten_minutes() {
-    // A sensor at 1 kHz whose bursts were locked to its samples would hide up to 1 ms of waiting for many seconds.
+    // A sensor at 1 kHz with bursts locked to its samples would hide up to 1 ms of waiting for many seconds.
     for (seed, period_s, burst_s, drift) in [
         (1, 1e-4, 0.016, 100e-6),
         (2, 1e-4, 0.016, -100e-6),

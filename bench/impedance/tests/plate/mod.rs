@@ -1,4 +1,4 @@
-//! A plate whose recordings are known in closed form, and its demodulation.
+//! A plate with recordings in closed form, and its demodulation.
 
 use impedance::{
     ChannelScales, Demodulator, EnvelopeFrame, Filter, FilterSettings, InputChannel,
@@ -41,14 +41,14 @@ pub fn input(channel: usize) -> InputChannel {
     }
 }
 
-/// exp(2πi·turns) of a whole number of samples, with the turns reduced before they are rounded.
+/// Returns exp(2πi·turns) for a whole number of samples, with the turns reduced before rounding.
 pub fn turn(hz: f64, rate: u32, n: u64) -> Complex64 {
     let seconds = n / u64::from(rate);
     let rest = (n % u64::from(rate)) as f64 / f64::from(rate);
     Complex64::cis(TAU * ((hz.fract() * seconds as f64).fract() + hz * rest).fract())
 }
 
-/// All frames of drive and pickup in a stereo recording.
+/// Returns all frames of drive and pickup in a stereo recording.
 pub fn demodulate(filter: &Filter, interleaved: &[f32]) -> Vec<EnvelopeFrame<2>> {
     let mut frames = vec![];
     Demodulator::drive_and_pickup(filter.clone(), 2, input(0), input(1))
@@ -58,7 +58,7 @@ pub fn demodulate(filter: &Filter, interleaved: &[f32]) -> Vec<EnvelopeFrame<2>>
     frames
 }
 
-/// The unloaded plate, exactly: a displacement envelope Σ aₖ exp(iΩₖt) needs the drive Σ Fₖ/γ with
+/// Exact recording of the unloaded plate: a displacement envelope Σ aₖ exp(iΩₖt) needs the drive Σ Fₖ/γ with
 /// Fₖ = i(ω+Ωₖ)·Z_p(ω+Ωₖ)·aₖ at each of its sidebands.
 pub fn plate_recording(
     carrier_hz: f64,

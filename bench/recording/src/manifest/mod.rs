@@ -63,15 +63,15 @@ pub struct Manifest {
     pub format: u32,
     /// Carrier frequency, Hz.
     pub carrier_hz: f64,
-    /// Frequency of the amplitude modulation, Hz; 0 for none.
+    /// Frequency of the amplitude modulation, Hz; 0 for no modulation.
     pub modulation_hz: f64,
     /// Modulation index, 0 to 1: A(t) = A_mean (1 + index · sin 2πft).
     pub modulation_index: f64,
-    /// Channels that the impedance is read from.
+    /// Channels from which the impedance is computed.
     pub channels: RecordedChannels,
-    /// Plate that the finger rests on.
+    /// Plate under the finger.
     pub plate: RecordedPlate,
-    /// What the calibration leaves open of the constants; taken as exact where it is absent.
+    /// Standard errors of the constants, from the calibration; if absent, the constants are taken as exact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standard_errors: Option<StandardErrors>,
     /// Intervals of the recording with a known meaning.
@@ -80,16 +80,16 @@ pub struct Manifest {
     /// Participant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub participant: Option<Participant>,
-    /// Trial and protocol, and how the recording ended.
+    /// Trial, protocol, and the end of the recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trial: Option<Trial>,
-    /// Hardware that it was recorded with.
+    /// Hardware of the recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hardware: Option<RecordedHardware>,
-    /// Program that wrote it.
+    /// Program that wrote the recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub software: Option<Software>,
-    /// Clocks that readings were placed by; absent in recordings of earlier versions.
+    /// Clocks by which readings were placed in time; absent in recordings of earlier versions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clocks: Vec<RecordedClock>,
     /// Events during the recording.

@@ -18,14 +18,14 @@ pub struct Participant {
     pub session: u32,
 }
 
-/// Trial that a recording is of.
+/// Trial of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Trial {
-    /// Number among the practice trials or among the others, from 1.
+    /// Number of the trial, from 1; practice trials are numbered separately.
     pub number: u32,
-    /// Attempt at this trial, from 1; more after a redo.
+    /// Number of the attempt at this trial, from 1; higher after a redo.
     pub attempt: u32,
     /// Whether this is a practice trial, which is not analysed.
     pub practice: bool,
@@ -33,14 +33,14 @@ pub struct Trial {
     pub condition: String,
     /// Name of the protocol.
     pub protocol: String,
-    /// File in the session's folder that holds the protocol as this trial followed it, such as `demo.2.toml` after an edit;
-    /// absent in recordings of earlier versions.
+    /// File in the session's folder with the protocol as followed in this trial, such as `demo.2.toml` after an edit; absent in
+    /// recordings of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub protocol_file: Option<String>,
     /// Seed of the protocol's randomisation, at most 2⁶³ − 1.
     pub seed: u64,
-    /// How the recording ended; absent while it goes on, and for good if the bench was killed. Whether the trial was
-    /// accepted is in the session's log.
+    /// Manner in which the recording ended; absent while it is in progress, and permanently if the bench was killed. The
+    /// session's log says whether the trial was accepted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub end: Option<End>,
     /// Reason of the interruption.
@@ -63,18 +63,18 @@ impl Trial {
     }
 }
 
-/// How a recording ended.
+/// Manner in which a recording ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum End {
-    /// All of the trial is in it.
+    /// The whole trial was recorded.
     Completed,
-    /// Broken off by the operator or by a fault.
+    /// The operator or a fault interrupted the trial.
     Interrupted,
 }
 
-/// Hardware that a recording was made with.
+/// Hardware of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -83,14 +83,14 @@ pub struct RecordedHardware {
     pub input_device: String,
     /// Audio output device.
     pub output_device: String,
-    /// What tells the sound card from another one of its name: its serial number, or the port that it is plugged into.
+    /// Identification of the sound card among others of the same name: its serial number, or the port it is plugged into.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sound_card: Option<String>,
-    /// Sample rate that both run at, Hz.
+    /// Sample rate of both devices, Hz.
     pub sample_rate_hz: u32,
     /// Sample format of the input device, such as `i32`.
     pub sample_format: String,
-    /// Names of what is connected to each channel of `signals.wav`, in order.
+    /// Name of the signal on each channel of `signals.wav`, in order.
     pub channel_names: Vec<String>,
     /// The force sensor's port or identity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -103,28 +103,27 @@ pub struct RecordedHardware {
     /// Names of the hardware stops that the preflight did not require, such as `estop`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub waived: Vec<String>,
-    /// Name of the person who waived them; absent if and only if none is waived.
+    /// Name of the person who waived these hardware stops; absent if and only if no stop is waived.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waived_by: Option<String>,
-    /// Whether the drive needed a dead-man switch that somebody holds; absent in recordings of earlier versions,
-    /// which do not say.
+    /// Whether a dead-man switch had to be held during the drive; absent in recordings of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dead_man: Option<bool>,
     /// Safety limits that are looser than their defaults, such as `safety.readback_tolerance = 0.4 (default
     /// 0.25)`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub loosened: Vec<String>,
-    /// Whether the program's memory was kept from being paged out.
+    /// Whether the program's memory was locked against being paged out.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub memory_locked: bool,
-    /// Scheduling of the threads whose time counts; absent where no thread had one of its own.
+    /// Scheduling of the time-critical threads; absent if it was not set for any thread.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scheduling: Option<RecordedScheduling>,
-    /// Faults that were injected on purpose, such as `estop@12s`: the recording is of a rehearsal, not data.
+    /// Faults injected on purpose, such as `estop@12s`: the recording is a rehearsal, not data.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rehearsed: Vec<String>,
-    /// What nobody has measured although the safety of a real bench rests on it, a line each: the loop's delay, the
-    /// volts against a meter.
+    /// Values not measured although the safety of a real bench depends on them, one per line: the loop's delay, the volts
+    /// against a meter.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unverified: Vec<String>,
     /// The calibration in use; absent if and only if `uncalibrated`.
@@ -149,22 +148,22 @@ impl RecordedHardware {
     }
 }
 
-/// Scheduling of the threads whose time counts, each in words, such as `real-time priority 10`.
+/// Scheduling of the time-critical threads, each in words, such as `real-time priority 10`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordedScheduling {
-    /// The safety watch.
+    /// Scheduling of the safety watch.
     pub watch: String,
-    /// The output's callbacks; absent where nothing was asked for.
+    /// Scheduling of the output's callbacks; absent if not requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub output: Option<String>,
-    /// The input's callbacks; absent where nothing was asked for.
+    /// Scheduling of the input's callbacks; absent if not requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input: Option<String>,
 }
 
-/// Calibration that the constants of a recording come from.
+/// Calibration that supplied the constants of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
@@ -173,7 +172,7 @@ pub struct CalibrationReference {
     pub label: String,
     /// Hash of the calibration file.
     pub hash: String,
-    /// When and by whom the force sensor was calibrated and tared; absent if the sensor's own readings were used.
+    /// Date and operator of the calibration and tare of the force sensor; absent if the sensor's own readings were used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<String>,
 }

@@ -4,17 +4,17 @@ use serde::{Deserialize, Serialize};
 
 use super::manifest_error::{ManifestError, finite, not_negative};
 
-/// A clock during a recording.
+/// Clock of a device during a recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordedClock {
-    /// Device that it is of.
+    /// Device of the clock.
     pub of: ClockOf,
-    /// How much faster it ran than the sound card's, or the sound card's than the computer's, parts per million.
+    /// Excess of the clock's rate over the sound card's, or of the sound card's over the computer's, parts per million.
     pub drift_ppm: f64,
-    /// Greatest time by which its readings arrived from where the clock places them, s; the median over 5 s each. Absent
-    /// if it was not known yet.
+    /// Largest difference between the arrival of readings and the times given by the clock, s, each a median over 5 s; absent
+    /// if not yet known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_s: Option<f64>,
 }
@@ -24,11 +24,11 @@ pub struct RecordedClock {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ClockOf {
-    /// The sound card, whose clock the recording's times are on.
+    /// The sound card; its clock is the time base of the recording.
     SoundCard,
     /// The force sensor.
     ForceSensor,
-    /// Counter of the encoder.
+    /// The counter of the encoder.
     Encoder,
 }
 

@@ -11,7 +11,7 @@ const FEWEST_PLACES: usize = 2;
 /// Smallest distance between positions, m.
 const LEAST_STEP_M: f64 = 1e-6;
 
-/// Amplitude at places along the plate over that which the pickup reads.
+/// Amplitude at places along the plate relative to that read by the pickup.
 ///
 /// ```
 /// use recording::manifest::RecordedProfile;
@@ -27,7 +27,7 @@ const LEAST_STEP_M: f64 = 1e-6;
 pub struct RecordedProfile {
     /// Places on the scale of `position.csv`, metres, in order.
     pub positions_m: Vec<f64>,
-    /// Amplitude at each place over that which the pickup reads.
+    /// Amplitude at each place relative to that read by the pickup.
     pub ratios: Vec<f64>,
 }
 

@@ -15,10 +15,10 @@ pub struct RecordingEvent {
     pub kind: EventKind,
     /// Frame of `signals.wav` at which the event happened, from 0.
     pub sample: u64,
-    /// Number of frames that the event concerns, if it has a length.
+    /// Number of frames that the event affects, if it has a length.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<u64>,
-    /// Further text for the reader.
+    /// Additional text for the reader.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
 }
@@ -28,44 +28,43 @@ pub struct RecordingEvent {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum EventKind {
-    /// Samples were lost, `frames` of them, and written as NaN.
+    /// `frames` samples were lost and written as NaN.
     Gap,
     /// The input stream reported an overrun.
     InputXrun,
     /// The output stream reported an underrun.
     OutputXrun,
-    /// Samples of drive or pickup at the limits of the converter, within `frames`.
+    /// Samples of drive or pickup reached the limits of the converter, within `frames`.
     Clipping,
-    /// NaN or infinity came from the converter, within `frames`.
+    /// The converter delivered NaN or infinity, within `frames`.
     NonFinite,
-    /// The drive was taken to zero because its read-back differed from the command, or stayed away.
+    /// The drive was taken to zero because its read-back differed from the command or was missing.
     ReadbackMismatch,
-    /// Force frames were lost, rejected by their checksum or sent twice, within `frames`; resolved to a burst of the
-    /// sensor.
+    /// Force frames were lost, rejected by their checksum or sent twice, within `frames`; resolved to one burst of the sensor.
     ForceLost,
-    /// A sensor restarted, or its readings arrive from where its clock does not place them, within `frames`.
+    /// A sensor restarted, or its readings arrived at times that disagree with its clock, within `frames`.
     SensorClock,
-    /// An axis of the force sensor at the end of its range, within `frames`.
+    /// An axis of the force sensor reached the end of its range, within `frames`.
     ForceOverRange,
     /// The encoder moved at an impossible speed, or faster than its lines were read, within `frames`.
     PositionJump,
-    /// Rows of `force.csv` or `position.csv` whose time does not increase.
+    /// Times of `force.csv` or `position.csv` do not increase from row to row.
     TimeDisorder,
     /// The recorder's queue overflowed; the recording ends here.
     RecorderOverflow,
-    /// The drive was taken to zero by the emergency stop: pressed, its wire cut, or the operator's key.
+    /// The emergency stop took the drive to zero: it was pressed, its wire was cut, or the operator used the key.
     EmergencyStop,
-    /// The drive was taken to zero by another fault.
+    /// Another fault took the drive to zero.
     Safe,
-    /// A constant offset, mains hum or a foreign tone on drive or pickup, seen in the quarter of a second before.
+    /// A constant offset, mains hum or a foreign tone was on drive or pickup in the preceding quarter of a second.
     Interference,
-    /// The trial was broken off.
+    /// The trial was aborted.
     Abort,
-    /// The trial was broken off by a pause.
+    /// A pause interrupted the trial.
     Pause,
-    /// The session went on with this trial after a pause, a fault or the program's end.
+    /// The session resumed with this trial after a pause, a fault or the end of the program.
     Resume,
-    /// The trial was broken off to be done again, or is an attempt after another one.
+    /// The trial was aborted to be repeated, or is a further attempt.
     Redo,
     /// A remark.
     Note,

@@ -7,7 +7,7 @@ use super::manifest_error::{ManifestError, within};
 /// Largest allowed standard error, relative or in rad; beyond it the measurement would be meaningless.
 const MOST: f64 = 0.5;
 
-/// Standard errors of the constants, each independent of the others; one that is not stated is 0.
+/// Standard errors of the constants, independent of each other; 0 if not stated.
 ///
 /// ```
 /// use recording::manifest::StandardErrors;
@@ -21,15 +21,15 @@ const MOST: f64 = 0.5;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct StandardErrors {
-    /// Of the plate's amplitude, relative: the pickup's sensitivity.
+    /// Relative standard error of the plate's amplitude, from the pickup's sensitivity.
     pub amplitude_relative: f64,
-    /// Of every impedance, relative: the force factor over the pickup's sensitivity.
+    /// Relative standard error of every impedance, from the force factor over the pickup's sensitivity.
     pub impedance_relative: f64,
-    /// Of the pickup's phase against the drive, rad.
+    /// Standard error of the pickup's phase relative to the drive, rad.
     pub pickup_phase_rad: f64,
-    /// Of the normal force, relative.
+    /// Relative standard error of the normal force.
     pub normal_force_relative: f64,
-    /// Of the lateral force, relative.
+    /// Relative standard error of the lateral force.
     pub lateral_force_relative: f64,
 }
 

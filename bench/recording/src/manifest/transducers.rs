@@ -10,7 +10,7 @@ use super::recorded_profile::RecordedProfile;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordedChannels {
-    /// Channel of the voltage across the actuators, read back.
+    /// Channel of the read-back of the voltage across the actuators.
     pub drive: RecordedDrive,
     /// Channel of the displacement of the plate.
     pub pickup: RecordedPickup,
@@ -25,7 +25,7 @@ pub struct RecordedDrive {
     pub index: u16,
     /// Actuator volts per sample value.
     pub volts_per_unit: f64,
-    /// |sample value| from which on the input clipped, if it is known.
+    /// |sample value| at and above which the input clipped, if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clip_units: Option<f64>,
 }
@@ -41,7 +41,7 @@ pub struct RecordedPickup {
     pub metres_per_unit: f64,
     /// Phase of the displacement relative to the sample values, radians.
     pub phase_rad: f64,
-    /// |sample value| from which on the input clipped, if it is known.
+    /// |sample value| at and above which the input clipped, if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clip_units: Option<f64>,
 }

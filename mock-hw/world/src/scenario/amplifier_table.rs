@@ -16,7 +16,7 @@ pub struct AmplifierTable {
     pub bandwidth_hz: f64,
     /// Time for which the amplifier stays enabled after a heartbeat edge, s.
     pub one_shot_s: f64,
-    /// Whether the relay is welded, so that it never opens, whatever enable, heartbeat and e-stop say.
+    /// Whether the relay is welded, so that it never opens, regardless of enable, heartbeat and e-stop.
     pub relay_welded: bool,
 }
 

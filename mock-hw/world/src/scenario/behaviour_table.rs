@@ -5,12 +5,12 @@ use strict::OutOfRange;
 
 use super::ranges::all_within;
 
-/// How the person moves and presses. Probabilities are per exploration.
+/// Movement and force of the person. Probabilities are per exploration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct BehaviourTable {
-    /// Normal force aimed at when no band is shown, N.
+    /// Normal force at which the person aims when no band is shown, N.
     pub force_aim_n: f64,
     /// Standard deviation of the person's initial misjudgement of force, relative.
     pub force_misjudgement: f64,
@@ -24,7 +24,7 @@ pub struct BehaviourTable {
     pub tremor_n: f64,
     /// RMS of position tremor, m.
     pub tremor_m: f64,
-    /// Mean reaction time to what is seen or heard, s.
+    /// Mean reaction time to signals seen or heard, s.
     pub reaction_s: f64,
     /// Standard deviation of the person's constant speed error, relative.
     pub speed_error: f64,

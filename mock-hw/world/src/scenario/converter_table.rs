@@ -26,7 +26,7 @@ pub struct ConverterTable {
     pub noise_units_per_sqrt_hz: f64,
     /// Constant offset of every channel, sample units.
     pub offset_units: f64,
-    /// Sensitivity of each channel relative to nominal, negative where its wires are exchanged; missing entries are 1.
+    /// Sensitivity of each channel relative to nominal, negative if its wires are swapped; missing entries are 1.
     pub gains: Vec<f64>,
     /// Fraction of the signal of channel 0 that leaks into the other channels.
     pub crosstalk: f64,

@@ -5,7 +5,7 @@ use strict::OutOfRange;
 
 use super::ranges::all_within;
 
-/// Slow change of the plate's resonance and damping; by default there is none.
+/// Slow change of the plate's resonance and damping; zero by default.
 ///
 /// Glass with glued piezos shifts by some hertz per kelvin at 35 kHz; size and sign depend on glass and glue. All sizes
 /// are assumptions.
@@ -13,23 +13,23 @@ use super::ranges::all_within;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct DriftTable {
-    /// Rate at which the room moves the resonance when the simulation begins, which is its greatest, Hz/min.
+    /// Rate of change of the resonance with the room's temperature at the start of the simulation, where it is largest, Hz/min.
     pub room_hz_per_min: f64,
-    /// Rate at which the room changes the damping then, relative, 1/min.
+    /// Relative rate of change of the damping with the room's temperature at the start of the simulation, 1/min.
     pub room_damping_per_min: f64,
-    /// Period of the room's temperature, a sine, s.
+    /// Period of the sinusoidal temperature of the room, s.
     pub room_period_s: f64,
-    /// Shift of the resonance that a resting finger's warmth reaches after a long time, Hz.
+    /// Shift of the resonance by the warmth of a resting finger after a long time, Hz.
     pub warmth_hz: f64,
-    /// Relative change of the damping that it reaches then.
+    /// Relative change of the damping by the warmth of a resting finger after a long time.
     pub warmth_damping: f64,
     /// Time constant of warming under the finger, and of cooling without it, s.
     pub warmth_time_s: f64,
-    /// Share of warmth that follows more slowly, as heat spreads from under the finger.
+    /// Share of the warmth that acts more slowly, as heat spreads from under the finger.
     pub warmth_spread: f64,
-    /// Time constant of the damping's part over that of the resonance's, which other places of the plate make.
+    /// Ratio of the time constant of the damping to that of the resonance, as other places of the plate determine the damping.
     pub damping_time_ratio: f64,
-    /// Shift of the resonance by the square of the amplitude, Hz/µm²: negative where glass and piezos soften.
+    /// Shift of the resonance per squared amplitude, Hz/µm²: negative if glass and piezos soften.
     pub amplitude_hz_per_um2: f64,
 }
 

@@ -5,7 +5,7 @@ use strict::OutOfRange;
 
 use super::ranges::all_within;
 
-/// Squeeze film and asperities (`Huloux 2021`, Eqs. 13–18), as far as nothing of it is drawn for a person.
+/// Squeeze film and asperities (`Huloux 2021`, Eqs. 13–18): constants, unless drawn for a person.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -14,7 +14,7 @@ pub struct FilmTable {
     pub ambient_pressure_pa: f64,
     /// Apparent contact area S at a normal force of 1 N, m².
     pub contact_area_m2: f64,
-    /// Exponent of the normal force in the contact area, which is constant at 0.
+    /// Exponent of the normal force in the contact area; 0 for a constant area.
     pub area_force_exponent: f64,
     /// Roughness cut-off q0, rad/m (assumed: 2π over a 0.45 mm ridge).
     pub q0_rad_per_m: f64,

@@ -17,18 +17,18 @@ pub enum ForceProtocol {
     Lines,
 }
 
-/// How the force sensor is reached.
+/// Interface of the force sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum ForceInterface {
-    /// By a serial line.
+    /// Serial line.
     Serial,
-    /// Over the network, as an ATI Net F/T.
+    /// Network, as an ATI Net F/T.
     Netft,
-    /// By six inputs of the sound card, from the fourth on.
+    /// Six inputs of the sound card, from the fourth on.
     Gauges,
-    /// By a field box, which has the encoder and the lines too.
+    /// Field box, which also has the encoder and the digital lines.
     FieldBox,
 }
 
@@ -45,9 +45,9 @@ pub struct ForceSensorTable {
     pub resonance_hz: f64,
     /// Damping ratio of the mount.
     pub damping_ratio: f64,
-    /// Resonance of the mount along the plate, Hz; that of the other axis when absent.
+    /// Resonance of the mount along the plate, Hz; the same as `resonance_hz` if absent.
     pub lateral_resonance_hz: Option<f64>,
-    /// Time constant of a first-order lag of the lateral axis, as of its amplifier's filter, s.
+    /// Time constant of a first-order lag of the lateral axis, such as that of its amplifier's filter, s.
     pub lateral_lag_s: f64,
     /// Reading at which each axis saturates in either direction, N.
     pub range_n: f64,
@@ -67,7 +67,7 @@ pub struct ForceSensorTable {
     pub wander_n: f64,
     /// Correlation time of the random drift, s.
     pub wander_time_s: f64,
-    /// Creep: share of a load by which the reading still rises, and falls again after unloading.
+    /// Creep: share of a load by which the reading slowly rises after loading, and falls after unloading.
     pub creep: f64,
     /// Time constant of creep, s.
     pub creep_time_s: f64,
@@ -81,11 +81,11 @@ pub struct ForceSensorTable {
     pub burst_period_s: f64,
     /// Format of the serial line.
     pub protocol: ForceProtocol,
-    /// How the sensor is reached.
+    /// Interface of the sensor.
     pub interface: ForceInterface,
-    /// Whether a field box without forces stands beside it, for the encoder and the lines.
+    /// Whether a separate field box without forces provides the encoder and the digital lines.
     pub box_beside: bool,
-    /// The amplifier of its gauges, where they are on the sound card.
+    /// Amplifier of the gauges, if they are on the sound card.
     pub gauges: GaugesTable,
 }
 

@@ -5,26 +5,27 @@ use strict::OutOfRange;
 
 use super::ranges::all_within;
 
-/// Friction beyond `Huloux 2021`, Eq. 19; by default there is nothing beyond it.
+/// Friction beyond `Huloux 2021`, Eq. 19; no addition by default.
 ///
-/// That friction on glass grows by first-order kinetics for about 20 s as sweat softens the skin is measured: Dzidek et
-/// al. 2017, PNAS 114(41); Adams et al. 2013, J. R. Soc. Interface 10. All other laws here, and all sizes, are
-/// assumptions.
+/// The growth of friction on glass by first-order kinetics over about 20 s as sweat softens the skin is measured: Dzidek et al.
+/// 2017, PNAS 114(41); Adams et al. 2013, J. R. Soc. Interface 10. All other laws here, and all sizes, are assumptions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct FrictionTable {
-    /// Share of the friction coefficient that no levitation takes away; drawn for a person where `spread` says so.
+    /// Share of the friction coefficient that levitation does not reduce; drawn for a person if `spread` gives a range.
     pub floor: f64,
-    /// Exponent of the sliding speed, relative to 50 mm/s, in the friction coefficient; drawn likewise.
+    /// Exponent of the sliding speed, relative to 50 mm/s, in the friction coefficient; drawn for a person if `spread` gives a
+    /// range.
     pub speed_exponent: f64,
-    /// Relative growth of the friction coefficient while the finger touches, reached after a long time; drawn likewise.
+    /// Relative growth of the friction coefficient after a long touch; drawn for a person if `spread` gives a range.
     pub ageing: f64,
-    /// Time constant of that growth, and of its loss once the finger is lifted, s; drawn likewise.
+    /// Time constant of the growth during touch, and of its loss after lift-off, s; drawn for a person if `spread` gives a
+    /// range.
     pub ageing_time_s: f64,
     /// Exponent of the normal force, relative to 1 N, in the friction coefficient.
     pub load_exponent: f64,
-    /// Lateral force per sliding speed that is no share of the normal force, N·s/m.
+    /// Lateral force per sliding speed, independent of the normal force, N·s/m.
     pub viscous_n_s_per_m: f64,
 }
 

@@ -19,7 +19,7 @@ pub struct GaugesTable {
     pub noise_v: f64,
     /// Offset of each gauge without load, V.
     pub offset_v: f64,
-    /// Corner of a capacitor in the way, Hz; none when absent.
+    /// Corner frequency of a series capacitor, Hz; no capacitor if absent.
     pub ac_hz: Option<f64>,
 }
 

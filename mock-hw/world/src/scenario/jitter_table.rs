@@ -18,11 +18,11 @@ pub struct JitterTable {
     pub pickup_phase_rad: f64,
     /// Half width of the range of the plate's resonance, Hz.
     pub resonance_hz: f64,
-    /// Least and greatest quality factor of the carrier mode.
+    /// Smallest and largest quality factor of the carrier mode.
     pub quality: [f64; 2],
     /// Half width of the range of the force factor, relative.
     pub force_factor: f64,
-    /// Greatest skew of each channel but the first, samples; the least is 0.
+    /// Largest skew of each channel except the first, samples; the smallest is 0.
     pub skew_samples: f64,
     /// Half width of the range of the gain of each force axis, relative.
     pub force_gain: f64,
@@ -32,7 +32,7 @@ pub struct JitterTable {
     pub force_offset_n: f64,
     /// Half width of the range of each axis' steady drift, N/min.
     pub force_drift_n_per_min: f64,
-    /// Greatest share of the pull that the pulley's friction takes; the least is 0.
+    /// Largest share of the pull lost to the pulley's friction; the smallest is 0.
     pub pulley_friction: f64,
 }
 

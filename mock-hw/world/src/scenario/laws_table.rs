@@ -5,26 +5,25 @@ use strict::{OutOfRange, within};
 
 use super::ranges::all_within;
 
-/// Laws of the contact that differ from the published ones; by default none does. All sizes are assumptions.
+/// Departures from the published laws of the contact; inactive by default. All sizes are assumptions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct LawsTable {
-    /// Height at which the asperities end, in standard deviations of a normal distribution of heights whose
-    /// standard deviation is 3 σ_t; their force then follows Greenwood and Williamson (1966) instead of an exponential.
-    /// Exponential when absent.
+    /// Height at which the asperities end, in units of the standard deviation, 3 σ_t, of their normally distributed heights;
+    /// their force then follows Greenwood and Williamson (1966). If absent, their force is exponential.
     pub asperity_cutoff: Option<f64>,
     /// Attraction between skin and plate at zero gap, N.
     pub adhesion_n: f64,
     /// Distance over which the attraction falls to 1/e, m.
     pub adhesion_range_m: f64,
-    /// Gap at which half of the film's pressure has leaked from under the ridges, growing with its fourth power as the
-    /// inverse square of the squeeze number does; none leaks when absent.
+    /// Gap at which half of the film's pressure has leaked from under the ridges; the leak grows with the gap's fourth power,
+    /// as the inverse square of the squeeze number does. No leak if absent.
     pub leak_gap_m: Option<f64>,
-    /// Exponent of the normal force, relative to 1 N, in Z_t of a finger that touches; Z_t changes fivefold at most.
+    /// Exponent of the normal force, relative to 1 N, in Z_t of a touching finger; Z_t changes at most fivefold.
     pub tissue_force_exponent: f64,
-    /// Exponent of the contact stiffness, relative to 0.1 N/µm, in the loss factor, which grows threefold at most where
-    /// the contact is stiffer; −1 makes the damping constant.
+    /// Exponent of the contact stiffness, relative to 0.1 N/µm, in the loss factor, which grows at most threefold for a stiffer
+    /// contact; −1 makes the damping constant.
     pub loss_exponent: f64,
 }
 

@@ -7,7 +7,7 @@ use super::ranges::all_within;
 
 /// Known masses, which press on the plate or pull over the pulley towards increasing position.
 ///
-/// They load the sensor but do not change the plate's vibration: they are for a plate at rest.
+/// The masses load the sensor but do not change the plate's vibration: they are for a plate at rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -18,7 +18,7 @@ pub struct MassesTable {
     pub error: f64,
     /// Tilt of the plate, rad, positive where it slopes down towards increasing position; the string stays level.
     pub tilt_rad: f64,
-    /// Share of the pull that the pulley's friction takes.
+    /// Share of the pull lost to the pulley's friction.
     pub pulley_friction: f64,
     /// Frequency at which a mass placed on the plate bounces, Hz.
     pub bounce_hz: f64,

@@ -10,7 +10,7 @@ use super::ranges::all_within;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MeterTable {
-    /// Standard deviation of its gain from one meter to another, relative.
+    /// Standard deviation of the gain between meters, relative.
     pub error: f64,
     /// Standard deviation of the noise of one reading, V.
     pub noise_v: f64,

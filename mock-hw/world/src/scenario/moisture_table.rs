@@ -10,14 +10,14 @@ use super::ranges::all_within;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct MoistureTable {
-    /// Standard deviation of the relative change of μ0; Z_t changes by −0.7 and σ_t by −0.3 of it.
+    /// Standard deviation of the relative change of μ0; Z_t changes by −0.7 times, and σ_t by −0.3 times, this change.
     pub relative_sd: f64,
     /// Correlation time of the walk, s.
     pub time_s: f64,
-    /// Relative growth of σ_t and Im Z_t while the finger touches, reached after a long time (assumed: sweat that the
-    /// glass keeps in); drawn for a person where `spread` says so.
+    /// Relative growth of σ_t and Im Z_t after a long touch (assumed: sweat trapped by the glass); drawn for a person if
+    /// `spread` gives a range.
     pub growth: f64,
-    /// Time constant of that growth, and of its loss once the finger is lifted, s.
+    /// Time constant of the growth during touch, and of its loss after lift-off, s.
     pub growth_time_s: f64,
 }
 

@@ -8,7 +8,7 @@ use super::moisture_table::MoistureTable;
 use super::population_table::PopulationTable;
 use super::spread_table::SpreadTable;
 
-/// The person: pinned values, or drawn by seed from the population.
+/// The person: fixed values, or values drawn by seed from the population.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
@@ -25,7 +25,7 @@ pub struct ParticipantTable {
     pub spread: SpreadTable,
     /// Slow change of the skin within a session.
     pub moisture: MoistureTable,
-    /// How the person moves and presses.
+    /// Movement and force of the person.
     pub behaviour: BehaviourTable,
 }
 

@@ -21,7 +21,7 @@ pub struct PlateTable {
     pub force_factor_n_per_v: f64,
     /// Share by which the carrier mode's amplitude is lower at either end than in the middle, along a parabola.
     pub end_drop: f64,
-    /// Share by which it is higher at the far end and lower at the near one, along a line.
+    /// Share by which the amplitude is higher at the far end and lower at the near one, along a line.
     pub end_tilt: f64,
     /// Length of the plate, m.
     pub length_m: f64,
@@ -64,7 +64,7 @@ pub struct SecondModeTable {
     pub pickup_ratio: f64,
     /// Ratio under the finger at the plate's middle.
     pub contact_ratio: f64,
-    /// Half waves of the mode along the plate, a cosine about its middle; uniform at 0.
+    /// Half waves of the mode along the plate, a cosine about its middle; 0 for a uniform mode.
     pub half_waves: f64,
 }
 

@@ -15,13 +15,13 @@ pub const REFERENCE_INPUT: usize = 3;
 pub struct ReferenceTable {
     /// Quantity that the output follows.
     pub follows: Follows,
-    /// Metres, or metres per second, of a volt at the output.
+    /// Metres, or metres per second, per volt at the output.
     pub per_volt: f64,
     /// Volts at the output per sample value.
     pub volts_per_unit: f64,
     /// Delay of the output behind the plate, s.
     pub delay_s: f64,
-    /// Standard deviation of its noise in one sample, V.
+    /// Standard deviation of the noise in one sample, V.
     pub noise_v: f64,
 }
 
@@ -30,7 +30,7 @@ pub struct ReferenceTable {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Follows {
-    /// There is no vibrometer; the input is quiet.
+    /// No vibrometer; the input is quiet.
     Nothing,
     /// Displacement.
     Displacement,

@@ -25,7 +25,7 @@ use super::session_table::SessionTable;
 use super::sound_layer_table::SoundLayerTable;
 use crate::seed;
 
-/// A simulated bench with its participant: the truth, which may differ from what the bench assumes.
+/// A simulated bench with its participant: the truth, which may differ from the bench's assumptions.
 ///
 /// ```
 /// use mock_world::scenario::{Scenario, ScenarioError};
@@ -56,7 +56,7 @@ pub struct Scenario {
     pub sound_layer: SoundLayerTable,
     /// The squeeze film and asperities, without the skin of the person.
     pub film: FilmTable,
-    /// Friction beyond its share of the load.
+    /// Friction beyond the published law.
     pub friction: FrictionTable,
     /// Departures from the published laws of the contact.
     pub laws: LawsTable,
@@ -74,9 +74,9 @@ pub struct Scenario {
     pub participant: ParticipantTable,
     /// Spread of the constants from seed to seed.
     pub jitter: JitterTable,
-    /// Ranges of what holds for one session.
+    /// Ranges of the constants drawn for one session.
     pub session: SessionTable,
-    /// Faults that are injected, each at its time from the start of the bench's sound card.
+    /// Faults to inject, each at a time from the start of the bench's sound card.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<RehearsedFault>,
 }

@@ -7,24 +7,24 @@ use super::plate_table::PlateTable;
 use super::ranges::drawable;
 
 drawable! {
-    /// Ranges, each two ends, from which constants of the bench are drawn by seed; a constant without one keeps its
-    /// value. Times are drawn by their logarithm. The ranges of a scenario are assumptions.
+    /// Ranges, given by both ends, from which constants of the bench are drawn by seed; a constant without a range keeps its
+    /// value. Times are drawn on a logarithmic scale. The ranges of a scenario are assumptions.
     SessionTable => SessionDrawn, "session";
-    /// Greatest rate at which the room moves the resonance, Hz/min.
+    /// Largest rate of change of the resonance with the room's temperature, Hz/min.
     room_hz_per_min: linear, -60.0, 60.0, "Hz/min";
-    /// Rate at which it changes the damping then, 1/min.
+    /// Relative rate of change of the damping with the room's temperature at the same time, 1/min.
     room_damping_per_min: linear, -0.05, 0.05, "1/min";
     /// Shift of the resonance by the finger's warmth, Hz.
     warmth_hz: linear, -100.0, 100.0, "Hz";
-    /// Relative change of the damping by it.
+    /// Relative change of the damping by the finger's warmth.
     warmth_damping: linear, -0.5, 1.0, "";
     /// Time constant of warming, s.
     warmth_time_s: log, 0.1, 1e4, "s";
     /// Share by which the amplitude is lower at both ends.
     end_drop: linear, -0.5, 0.5, "";
-    /// Share by which it is higher at the far end and lower at the near one.
+    /// Share by which the amplitude is higher at the far end and lower at the near one.
     end_tilt: linear, -0.3, 0.3, "";
-    /// Distance of the second mode's resonance from the carrier mode's, above or below as the seed has it, Hz.
+    /// Distance of the second mode's resonance from the carrier mode's, above or below at random by seed, Hz.
     second_mode_off_hz: linear, 300.0, 1e4, "Hz";
     /// Half waves of the second mode along the plate.
     second_mode_half_waves: linear, 0.0, 10.0, "";
@@ -32,9 +32,9 @@ drawable! {
     lateral_resonance_hz: linear, 100.0, 20e3, "Hz";
     /// Lag of the lateral axis, s.
     lateral_lag_s: linear, 0.0, 0.02, "s";
-    /// Share of warmth that follows more slowly.
+    /// Share of the warmth that acts more slowly.
     warmth_spread: linear, 0.0, 1.0, "";
-    /// Time constant of the damping's part over that of the resonance's.
+    /// Ratio of the time constant of the damping to that of the resonance.
     damping_time_ratio: log, 0.1, 10.0, "";
     /// Modal mass of the second mode, kg.
     second_mode_mass_kg: log, 1e-3, 1.0, "kg";

@@ -8,17 +8,17 @@ use strict::{OutOfRange, within};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct SoundLayerTable {
-    /// Rate to which the output is resampled and from which it is resampled back, Hz; it is not resampled when absent.
+    /// Rate to which the output is resampled, and from which it is resampled back, Hz; not resampled if absent.
     pub rate_hz: Option<f64>,
-    /// Whether frequencies above half that rate are filtered off before; otherwise they fold back.
+    /// Whether frequencies above half of that rate are filtered out before resampling; otherwise they alias.
     pub anti_alias: bool,
-    /// Time that the drive waits in a buffer of its own on the way to the card, s.
+    /// Delay of the drive in an additional buffer on the way to the card, s.
     pub delay_s: f64,
-    /// Longest further wait, drawn anew at each opening of the streams, s.
+    /// Largest further delay, drawn anew at each opening of the streams, s.
     pub delay_spread_s: f64,
-    /// Converter channel that each channel of the input stream carries; missing entries carry their own.
+    /// Converter channel carried by each channel of the input stream; missing entries are the channel of the same number.
     pub inputs: Vec<usize>,
-    /// A channel that falls behind the others during a run.
+    /// Channel that falls behind the others during a run.
     pub slip: Option<ChannelSlip>,
 }
 
@@ -40,11 +40,11 @@ impl Default for SoundLayerTable {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ChannelSlip {
-    /// The channel of the input stream, from 0.
+    /// Channel of the input stream, from 0.
     pub channel: usize,
     /// Delay, samples.
     pub samples: usize,
-    /// Beginning of the delay, s after the sound card was switched on or its rate set.
+    /// Start of the delay, s after the sound card was switched on or its rate set.
     pub after_s: f64,
 }
 

@@ -1,5 +1,5 @@
 //! `LowPass::zero_phase` in a program that is one codegen unit and calls it once: rustc 1.95 (LLVM 22.1.2) compiled an earlier
-//! form of it, a collected chain of three iterators, into writes past the end of the vector. The workspace's test profile
+//! form of it, a collected chain of three iterators, into writes past the end of the vector. The release's profile
 //! compiles this package accordingly; other callers in this program would hide the fault.
 
 use std::hint::black_box;

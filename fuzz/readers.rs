@@ -1,7 +1,7 @@
 //! Fuzz properties of every reader of a file or a line: any input gives a value or an error that names the fault, never a
 //! panic. Each function reads one input, checks the value's invariants, and returns whether there was a value.
 //!
-//! Included by the fuzz targets and by `bench/tests/fuzz_seeds.rs`, which replays the seeds.
+//! Included by the fuzz targets and by `bench/tests/integration/fuzz_seeds.rs`, which replays the seeds.
 
 use std::cell::RefCell;
 use std::io::{Cursor, ErrorKind, Read};

@@ -100,7 +100,7 @@ pub struct DriveState {
 /// The envelope is continuous through every command: a new program is blended in from the amplitude of the last frame by a
 /// raised cosine. Between two frames it therefore changes by at most `Δ·π/(2N)` for the ramp (Δ the larger of the amplitudes on
 /// its two sides, N its number of frames) plus the program's own modulation slope; asserted by `envelope_never_steps` in
-/// `tests/generator`. Only a trip goes to zero at once.
+/// `tests/integration/generator`. Only a trip goes to zero at once.
 ///
 /// ```
 /// use signalgen::{DriveCommand, DriveConfig, DrivePhase, DriveSettings, Generator, Waveform};

@@ -6,7 +6,7 @@
 //! [`DriveSettings::admit`] checks a [`Waveform`] and turns it into a [`Program`]. A [`DriveCommand`] carries it over a
 //! lock-free ring ([`DriveHandle::send`]) to the [`DriveRenderer`], which renders it in the output callback. The input callback
 //! passes its blocks to an [`InputWriter`]; an [`InputReader`] takes them out on another thread. Neither callback allocates,
-//! locks, logs or panics (`tests/real_time.rs`).
+//! locks, logs or panics (`tests/integration/real_time.rs`).
 //!
 //! Cargo features:
 //!

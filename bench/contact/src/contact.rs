@@ -198,7 +198,7 @@ impl Contact {
     /// ⟨f_c⟩ \[1 − exp((x_t⁰ − x)/σ_t)\] = (5/4) p0 S |x̃_p|²/x².
     ///
     /// There is one root for every x_t⁰ > 0, on a bracket in closed form; it is found to 1e-12 relative
-    /// (`tests/model.rs`, against scipy's `brentq`; `tests/properties.rs`, against bisection).
+    /// (`tests/integration/model.rs`, against scipy's `brentq`; `src/properties.rs`, against bisection).
     ///
     /// # Errors
     /// Same as [`rest_gap_m`](Self::rest_gap_m), or if the amplitude is negative or not finite.

@@ -37,6 +37,8 @@ pub mod inversion;
 pub mod live_estimator;
 pub mod parameters;
 pub mod plate_tracker;
+#[cfg(test)]
+mod properties;
 pub mod residual_noise;
 mod root;
 pub mod self_sensed;

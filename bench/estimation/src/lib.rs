@@ -6,7 +6,7 @@
 //! constants that the others assume.
 //!
 //! Measured on two independent time-domain simulations of plate and finger (80 dB SNR, 6 Hz, 95 %; seven instances
-//! each, means; `bench/analysis/tests/reference_recordings.rs`):
+//! each, means; `bench/analysis/tests/integration/reference_recordings.rs`):
 //!
 //! | | σ_t µm | Z_t N·s/m | τ ms | RMS error of μ |
 //! | --- | --- | --- | --- | --- |

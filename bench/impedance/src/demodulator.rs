@@ -112,7 +112,7 @@ pub enum DemodulatorError {
 /// the division of the stream into blocks. A NaN or infinite sample invalidates only the frames with a window that includes
 /// it.
 ///
-/// Measured (`tests/demodulation.rs`): envelopes to 1e-6 of full scale from f32 samples, slopes to 2e-5, curvatures to
+/// Measured (`tests/integration/demodulation.rs`): envelopes to 1e-6 of full scale from f32 samples, slopes to 2e-5, curvatures to
 /// 3e-4 of those of a 90 Hz sideband. `benches/demodulate.rs` compares its speed with a plain lock-in.
 ///
 /// ```

@@ -98,7 +98,7 @@ pub enum FilterError {
 /// per frame, then a Kaiser-windowed low-pass that compensates the first one's droop and decimates to the frame rate.
 /// The envelope's time derivatives come from the second stage's analytic derivative.
 ///
-/// Measured at the default 2 kHz by `tests/filter.rs` (96, 100 and 192 kHz):
+/// Measured at the default 2 kHz by `tests/integration/filter.rs` (96, 100 and 192 kHz):
 ///
 /// | | |
 /// | --- | --- |

@@ -86,7 +86,7 @@ pub struct ConstantError {
 /// The corrected impedance is Z_m = (f̃ − m_p dṽ/dt − i (k_p/ω) dx̃/dt)/ṽ with ṽ = iω x̃ + dx̃/dt: to first order the
 /// correction 2 m_p dṽ/dt at resonance, but exact for any envelope and carrier. On the exact response of an
 /// unloaded plate, 6 Hz, index 0.9: mean within 1e-6, every frame within 2e-5 of Z_p; variance of the mean over 2 s
-/// 1.01 times the Cramér–Rao bound (`tests/demodulation.rs`).
+/// 1.01 times the Cramér–Rao bound (`tests/integration/demodulation.rs`).
 ///
 /// ```
 /// use impedance::{

@@ -14,6 +14,8 @@ mod guard;
 mod loop_delay;
 mod minutes;
 mod plate_heat;
+#[cfg(test)]
+mod properties;
 mod readback;
 mod safety_limits;
 mod safety_lines;

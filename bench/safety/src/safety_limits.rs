@@ -317,7 +317,7 @@ mod tests {
     use super::*;
 
     fn defaults() -> SafetyLimits {
-        include!("../tests/fixture/limits.rs")
+        include!("../tests/integration/fixture/limits.rs")
     }
 
     #[test]

@@ -2,8 +2,10 @@
 
 mod every_command;
 mod frozen;
+mod hangs;
 mod operators_keys;
 mod panics;
+mod participant_window;
 mod signals;
 mod standing_still;
 mod terminal;

@@ -9,6 +9,7 @@ mod calibration_reference;
 mod coverage;
 mod disk;
 mod earlier_files;
+mod failing_disk;
 mod first_hour;
 mod force_sources;
 mod forceless;

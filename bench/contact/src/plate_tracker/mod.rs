@@ -8,7 +8,7 @@
 //!
 //! On modelled records with a noisy force the tracked resonance is within 0.5 Hz of one that falls by 8 Hz in 6 s, also
 //! with σ_t wrong by 10 %, and within 1 Hz of one that begins to rise by 3 Hz/s. The RMS errors of live gap and μ/μ0 are then
-//! 2 % and 0.01, against 18 to 66 % and 0.08 if the resonance is assumed constant (`tests/plate_tracker.rs`).
+//! 2 % and 0.01, against 18 to 66 % and 0.08 if the resonance is assumed constant (`tests/integration/plate_tracker.rs`).
 
 mod followed_gap;
 mod reading;

@@ -19,7 +19,7 @@ const LIMITS: SafetyLimits = SafetyLimits {
     readback_tolerance: 0.2,
     readback_floor_v: 0.5,
     loop_latency_ns: 50_000_000,
-    ..include!("../../tests/fixture/limits.rs")
+    ..include!("../../tests/integration/fixture/limits.rs")
 };
 
 #[derive(Clone)]

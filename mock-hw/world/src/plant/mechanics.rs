@@ -3,7 +3,7 @@
 //! Within an interval the actuator voltage is a polynomial in time (see [`super::reconstruction`]) and the contact stiffness is
 //! constant; the state then follows from the matrix exponential and its integrals, summed as Taylor series to rounding error.
 //! The impedance is accurate to 2e-5 for the unloaded plate and to 5e-4 for the loaded one (test
-//! `loaded_steady_state_equals_the_harmonic_solution` in `tests/plant.rs`).
+//! `loaded_steady_state_equals_the_harmonic_solution` in `tests/integration/plant`).
 
 use nalgebra::Complex;
 

@@ -3,7 +3,7 @@
 //! Input frame `n` shows the plate at true time `n / (rate·(1 + 1e-6·clock_ppm))` since the rate was set. A generator sample
 //! reaches the actuators [`Plant::loop_latency_frames`] later, as through the filters of a real converter.
 //!
-//! Accuracy (`tests/plant.rs` and `tests.rs` of this module): Z_m from samples within 2e-5 of the harmonic solution
+//! Accuracy (`tests/integration/plant` and `tests.rs` of this module): Z_m from samples within 2e-5 of the harmonic solution
 //! without a finger and 5e-4 with one, at 96 and 192 kHz; friction under 6 Hz modulation within 4e-4 of a run with four
 //! times finer slow steps.
 

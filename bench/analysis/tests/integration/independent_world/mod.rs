@@ -1,0 +1,286 @@
+//! Recordings of an independent simulation (world.c), in which skin and plate differ from all assumptions, compared with their
+//! true values. docs/accuracy.md quotes the numbers from here.
+
+#![expect(
+    clippy::unwrap_used,
+    reason = "a helper that fails fails its test, as in the tests themselves"
+)]
+#![expect(
+    clippy::print_stdout,
+    reason = "docs/accuracy.md has the numbers from here"
+)]
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use analysis::Settings;
+use analysis::analysed::RecordingFindings;
+use analysis::method::Method;
+use analysis::recording_analysis::analyse;
+use contact::uncertain::{LogUncertain, Uncertain};
+use num_complex::Complex64;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use tempfile::TempDir;
+
+/// Parameters of a world, by their names in world.c.
+type World = Vec<(&'static str, f64)>;
+
+const Q0_RAD_PER_M: f64 = 1.4e4;
+
+/// Returns the program that makes recordings, compiled once.
+fn program() -> &'static Path {
+    static COMPILED: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
+    let (_, path) = COMPILED.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("world");
+        let source = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("tests/integration/independent_world/world.c");
+        let compiled = Command::new("cc")
+            .args(["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-o"])
+            .args([&path, &source])
+            .arg("-lm")
+            .status()
+            .expect("the C compiler that the build needs too");
+        assert!(compiled.success());
+        (folder, path)
+    });
+    path
+}
+
+/// True values of a recording, every millisecond.
+struct Truth {
+    columns: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Truth {
+    fn read(folder: &Path) -> Self {
+        let mut file = csv::Reader::from_path(folder.join("truth.csv")).unwrap();
+        let columns = file.headers().unwrap().iter().map(str::to_owned).collect();
+        let rows = file.deserialize().collect::<Result<_, _>>().unwrap();
+        Self { columns, rows }
+    }
+
+    fn mean(&self, column: &str, from_s: f64, to_s: f64) -> f64 {
+        let column = self.columns.iter().position(|of| of == column).unwrap();
+        let within = |row: &&Vec<f64>| (from_s..to_s).contains(&row[0]);
+        let values: Vec<f64> = self
+            .rows
+            .iter()
+            .filter(within)
+            .map(|row| row[column])
+            .collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    }
+}
+
+/// Largest errors of `trial` over all instances.
+#[derive(Debug, Clone, Copy, Default)]
+struct Errors {
+    sigma_t: f64,
+    z_t: f64,
+    shift_hz: f64,
+    mu: f64,
+    area: f64,
+    q0: f64,
+    loss_factor: f64,
+    tau_s: f64,
+    floor: f64,
+    lateral_lag_s: f64,
+    /// Number of stated 95 % intervals that include the true value, and number of all intervals.
+    held: (usize, usize),
+}
+
+impl Errors {
+    fn of(found: &RecordingFindings, truth: &Truth, is: impl Fn(&str, f64) -> f64) -> Self {
+        let shared = found.trial.as_ref().unwrap();
+        assert!(shared.verdict.is_usable(), "{:?}", shared.verdict);
+        assert!(shared.misfit.is_empty(), "{:?}", shared.misfit);
+        let ends = |index: usize| &found.instances[index];
+        let (first_s, last_s) = (ends(0).start_s, ends(found.instances.len() - 1).end_s);
+        let area_m2 = truth.mean("contact_area_m2", first_s, last_s);
+        let (q0, loss_factor, tau_s) = (
+            is("q0_rad_per_m", Q0_RAD_PER_M),
+            is("loss_factor", 0.3),
+            is("tau_s", 1e-3),
+        );
+        let mut errors = Self {
+            area: (shared.contact_area_m2.value / area_m2 - 1.0).abs(),
+            q0: (shared.q0_rad_per_m.value / q0 - 1.0).abs(),
+            loss_factor: (shared.loss_factor.value - loss_factor).abs(),
+            tau_s: (shared.tau_s.value - tau_s).abs(),
+            floor: (shared.friction_floor.unwrap().value - is("floor", 0.0)).abs(),
+            lateral_lag_s: (shared.lateral_lag_s.unwrap().value - is("lateral_lag_s", 0.0)).abs(),
+            ..Self::default()
+        };
+        let of_ln = |of: &LogUncertain, truth: f64| (of.interval95(), truth);
+        let mut stated = vec![
+            of_ln(&shared.contact_area_m2, area_m2),
+            of_ln(&shared.q0_rad_per_m, q0),
+            of_ln(&shared.loss_factor, loss_factor),
+        ];
+        let unloaded_hz = truth.mean("resonance_hz", 0.2, 1.0);
+        for instance in &found.instances {
+            let of = instance.trial.as_ref().unwrap();
+            let mean = |column| truth.mean(column, instance.start_s, instance.end_s);
+            let sigma_t_m = mean("sigma_t_m");
+            let z_t = Complex64::new(mean("re_z_t_n_s_per_m"), mean("im_z_t_n_s_per_m"));
+            let shift_hz = of.plate_offset.unwrap().resonance_shift_hz;
+            let shifted_hz = mean("resonance_hz") - unloaded_hz;
+            let mut worst = |of: fn(&mut Self) -> &mut f64, error: f64| {
+                let worst = of(&mut errors);
+                *worst = worst.max(error);
+            };
+            worst(|of| &mut of.sigma_t, (of.sigma_t_m / sigma_t_m - 1.0).abs());
+            worst(
+                |of| &mut of.z_t,
+                (of.z_t_n_s_per_m - z_t).norm() / z_t.norm(),
+            );
+            worst(|of| &mut of.shift_hz, (shift_hz - shifted_hz).abs());
+            worst(|of| &mut of.mu, of.agreement.rms_mu);
+            let interval = |value, std| Uncertain { value, std }.interval95();
+            stated.extend([
+                (interval(of.sigma_t_m, of.sigma_t_std_m), sigma_t_m),
+                (
+                    interval(of.z_t_n_s_per_m.re, of.z_t_std_n_s_per_m.re),
+                    z_t.re,
+                ),
+                (
+                    interval(of.z_t_n_s_per_m.im, of.z_t_std_n_s_per_m.im),
+                    z_t.im,
+                ),
+                (interval(of.mu0, of.mu0_std), is("mu0", 0.8)),
+            ]);
+        }
+        let hold = stated
+            .iter()
+            .filter(|([low, high], truth)| (low..=high).contains(&truth));
+        errors.held = (hold.count(), stated.len());
+        errors
+    }
+
+    /// Asserts the accuracy promised for a recording of seven instances at 80 dB.
+    fn assert_within(&self, name: &str) {
+        println!("{name}: {self:?}");
+        for (what, error, most) in [
+            ("sigma_t", self.sigma_t, 0.03),
+            ("Z_t", self.z_t, 0.05),
+            ("shift, Hz", self.shift_hz, 0.05),
+            ("RMS of mu", self.mu, 0.02),
+            ("S", self.area, 0.06),
+            ("q0", self.q0, 0.3),
+            ("eta", self.loss_factor, 0.03),
+            ("tau, s", self.tau_s, 0.5e-3),
+            ("floor", self.floor, 0.01),
+            ("lateral lag, s", self.lateral_lag_s, 0.3e-3),
+        ] {
+            assert!(error <= most, "{name}: {what} {error} > {most}");
+        }
+        let (held, all) = self.held;
+        assert!(held * 10 >= all * 9, "{name}: {held} of {all}");
+    }
+}
+
+/// Makes a recording and analyses it.
+fn recorded(world: &World) -> (RecordingFindings, Truth) {
+    let folder = tempfile::tempdir().unwrap();
+    let made = Command::new(program())
+        .arg(folder.path())
+        .args(world.iter().map(|(name, value)| format!("{name}={value}")))
+        .status()
+        .unwrap();
+    assert!(made.success());
+    let found = analyse(folder.path(), &Settings::default()).found.unwrap();
+    assert_eq!(found.instances.len(), 7, "{:?}", found.rejected);
+    (found, Truth::read(folder.path()))
+}
+
+fn errors(world: &World) -> Errors {
+    let (found, truth) = recorded(world);
+    let is = |name: &str, usual: f64| {
+        let mut stated = world.iter();
+        stated.find(|of| of.0 == name).map_or(usual, |of| of.1)
+    };
+    Errors::of(&found, &truth, is)
+}
+
+fn assert_found(worlds: Vec<(String, World)>) {
+    program();
+    let found: Vec<(String, Errors)> = worlds
+        .into_par_iter()
+        .map(|(name, world)| (name, errors(&world)))
+        .collect();
+    for (name, errors) in &found {
+        errors.assert_within(name);
+    }
+}
+
+#[test]
+fn one_thing_that_is_not_as_assumed_is_found() {
+    let one = |name: &'static str, value: f64| (format!("{name} = {value}"), vec![(name, value)]);
+    let mut worlds = vec![
+        one("growth", 0.2),
+        one("floor", 0.15),
+        one("lateral_lag_s", 2e-3),
+    ];
+    worlds.extend([-10.0, -3.0, 0.0, 3.0, 10.0].map(|hz| one("drift_hz", hz)));
+    worlds.extend([100e-6, 150e-6, 220e-6, 400e-6].map(|m2| one("contact_area_m2", m2)));
+    worlds.extend([0.5, 2.0].map(|part| one("q0_rad_per_m", part * Q0_RAD_PER_M)));
+    worlds.extend([0.2, 0.5].map(|eta| one("loss_factor", eta)));
+    worlds.extend([0.5e-3, 2e-3].map(|tau_s| one("tau_s", tau_s)));
+    worlds.extend([0.3, 0.6].map(|exponent| one("area_force_exponent", exponent)));
+    worlds.extend([3e-5, 2e-4].map(|mean_s| one("film_mean_s", mean_s)));
+    worlds.push(one("pickup_phase_rad", -0.3));
+    assert_found(worlds);
+}
+
+/// The skin is as `dynamic` assumes it.
+#[test]
+fn dynamic_bears_a_plate_that_drifts() {
+    for drift_hz in [-10.0, 10.0] {
+        let (found, truth) = recorded(&vec![("drift_hz", drift_hz)]);
+        for instance in &found.instances {
+            let of = instance.estimated(Method::Dynamic).unwrap();
+            let sigma_t_m = truth.mean("sigma_t_m", instance.start_s, instance.end_s);
+            let error = (of.sigma_t_m / sigma_t_m - 1.0).abs();
+            assert!(
+                error < 0.02,
+                "{drift_hz} Hz, {} s: {error}",
+                instance.start_s
+            );
+        }
+    }
+}
+
+fn drawn(seed: u64) -> World {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut within = |low: f64, high: f64| rng.random_range(low..high);
+    vec![
+        ("seed", seed as f64),
+        ("sigma_t_m", within(1.1e-6, 2.3e-6)),
+        ("re_z_t", within(0.2, 0.9)),
+        ("im_z_t", within(2.4, 4.0)),
+        ("growth", within(0.0, 0.2)),
+        ("contact_area_m2", within(100e-6, 400e-6)),
+        ("area_force_exponent", within(0.0, 0.6)),
+        ("q0_rad_per_m", Q0_RAD_PER_M * within(-1.0, 1.0).exp2()),
+        ("loss_factor", within(0.2, 0.5)),
+        ("tau_s", within(0.5e-3, 2e-3)),
+        ("film_mean_s", within(3e-5, 2e-4)),
+        ("mu0", within(0.5, 1.0)),
+        ("floor", within(0.0, 0.2)),
+        ("lateral_lag_s", within(0.0, 2e-3)),
+        ("normal_n", within(0.5, 0.8)),
+        ("drift_hz", within(-10.0, 10.0)),
+        ("pickup_phase_rad", within(-0.3, 0.3)),
+    ]
+}
+
+#[test]
+fn all_of_it_at_once_is_found() {
+    let worlds = (1..=16).map(|seed| (format!("seed {seed}"), drawn(seed)));
+    assert_found(worlds.collect());
+}

@@ -1,0 +1,204 @@
+//! Listing, selection and refusal of devices.
+
+use std::process;
+
+use cpal::traits::DeviceTrait;
+use signalgen::{
+    Generator, LayoutError, SampleFormat, StreamDirection,
+    audio::{
+        AudioError, ChoiceError, DuplexConfig, HostChoice, Offer, list_devices, open_duplex,
+        open_host, output_device,
+    },
+};
+
+use super::stepped_card::*;
+
+fn refused(bench: &Bench, config: &DuplexConfig) -> AudioError {
+    open_duplex(&bench.host(), config, Generator::new(settings()), None).unwrap_err()
+}
+
+/// Fault 2.
+#[test]
+fn a_stream_that_the_device_lacks_is_refused_with_its_capabilities() {
+    let bench = Bench::default();
+    let listed = list_devices(&bench.host()).unwrap();
+    let offered = listed[0].input.clone().unwrap();
+    let mut four = config(SampleFormat::I32);
+    four.input.channels = 4;
+    let error = refused(&bench, &four);
+    assert_eq!(
+        error,
+        AudioError::Unsupported {
+            direction: StreamDirection::Input,
+            device: "custom:stepped (stepped card)".to_owned(),
+            wanted: "4 channels of i32 at 192000 Hz".to_owned(),
+            offered,
+        }
+    );
+    let offered = "2 ch f32 192000 Hz; 2 ch i16 192000 Hz; 2 ch i24 192000 Hz; 2 ch i32 192000 Hz";
+    assert!(error.to_string().ends_with(offered), "{error}");
+
+    let mut buffered = config(SampleFormat::I32);
+    buffered.buffer_frames = Some(100);
+    match refused(&bench, &buffered) {
+        AudioError::Unsupported { wanted, .. } => {
+            assert!(wanted.ends_with("100 frames per buffer"), "{wanted}");
+        }
+        other => panic!("{other}"),
+    }
+}
+
+/// Cards with packed 24-bit samples alone appear through cpal like this.
+/// Fault 2.
+#[test]
+fn a_card_without_a_format_that_cpal_knows_is_refused_with_the_way_round() {
+    let bench = Bench::offering(&[]);
+    for format in SampleFormat::ALL {
+        let error = refused(&bench, &config(format));
+        assert_eq!(
+            error,
+            AudioError::NoUsableFormat {
+                direction: StreamDirection::Output,
+                device: "custom:stepped (stepped card)".to_owned(),
+                wanted: format!("3 channels of {format} at 192000 Hz"),
+            }
+        );
+        let message = error.to_string();
+        for word in ["S24_3LE", "JACK", "jackd"] {
+            assert!(message.contains(word), "{message}");
+        }
+    }
+    let listed = list_devices(&bench.host()).unwrap();
+    assert_eq!(listed[0].output, Some(Offer::Listed(Vec::new())));
+}
+
+#[test]
+fn contradictions_are_refused_by_name() {
+    let bench = Bench::default();
+    let good = config(SampleFormat::F32);
+    let refused = |change: fn(&mut DuplexConfig)| {
+        let mut bad = good.clone();
+        change(&mut bad);
+        refused(&bench, &bad)
+    };
+    for (name, error) in [
+        ("sample_rate_hz", refused(|c| c.sample_rate_hz = 48_000)),
+        ("ring_s", refused(|c| c.ring_s = 0.0)),
+        ("ring_s", refused(|c| c.ring_s = 121.0)),
+        ("ring_s", refused(|c| c.ring_s = f64::NAN)),
+    ] {
+        match error {
+            AudioError::Config { parameter, .. } => assert_eq!(parameter, name),
+            other => panic!("{name}: {other}"),
+        }
+    }
+    for (name, error) in [
+        ("output.channels", refused(|c| c.output.channels = 0)),
+        ("input.channels", refused(|c| c.input.channels = 0)),
+    ] {
+        let zero = LayoutError::Zero { parameter: name };
+        assert_eq!(error, AudioError::Layout(zero));
+    }
+    let beyond = LayoutError::DriveChannel {
+        drive_channel: 3,
+        channels: 3,
+    };
+    assert_eq!(refused(|c| c.drive_channel = 3), AudioError::Layout(beyond));
+    let unknown = refused(|c| c.input.device = "Babyface".to_owned());
+    let no_match = matches!(
+        &unknown,
+        AudioError::Device(ChoiceError::NoMatch { wanted, direction: StreamDirection::Input, .. })
+            if wanted == "Babyface"
+    );
+    assert!(no_match, "{unknown}");
+}
+
+/// Fault 5.
+#[test]
+fn a_device_in_use_is_busy() {
+    let bench = Bench::default();
+    let _held = bench.open(&config(SampleFormat::F32));
+    let error = refused(&bench, &config(SampleFormat::F32));
+    let AudioError::Busy { device, holder, .. } = &error else {
+        panic!("{error}");
+    };
+    assert_eq!(device, "custom:stepped (stepped card)");
+    // Not a card of this computer.
+    assert!(
+        holder.contains("sound server") && holder.contains("fuser"),
+        "{holder}"
+    );
+    assert!(error.to_string().contains(&**holder), "{error}");
+}
+
+#[test]
+fn an_output_for_other_sound_is_chosen_as_the_drives_is() {
+    let host = Bench::default().host();
+    let device = output_device(&host, "STEPPED").unwrap();
+    assert_eq!(device.id().unwrap().to_string(), "custom:stepped");
+    let error = output_device(&host, "headphones").err().unwrap();
+    assert!(error.to_string().contains("custom:stepped"), "{error}");
+}
+
+#[test]
+fn devices_are_listed_with_their_capabilities() {
+    let devices = list_devices(&Bench::default().host()).unwrap();
+    assert_eq!(devices.len(), 1);
+    assert_eq!(devices[0].id, "custom:stepped");
+    assert_eq!(devices[0].name, "stepped card");
+    assert!(devices[0].is_raw);
+    assert!(devices[0].is_sound_card);
+    let input = devices[0].offer(StreamDirection::Input).unwrap();
+    let capabilities = input.capabilities();
+    let formats: Vec<&str> = capabilities.iter().map(|c| c.format.as_str()).collect();
+    assert_eq!(formats, ["f32", "i32", "i24", "i16"]);
+}
+
+/// FAULTS 4: a machine without sound is an error that the program reports; no library prints it.
+/// Fault 4.
+#[test]
+fn a_machine_without_sound_is_refused_without_a_panic_or_a_print() {
+    const CHILD: &str = "SIGNALGEN_TEST_NO_SOUND";
+    if let Some(host) = std::env::var_os(CHILD) {
+        let choice = match host.to_str() {
+            Some("jack") => HostChoice::Jack,
+            Some("alsa") => HostChoice::Alsa,
+            _ => HostChoice::Default,
+        };
+        // ALSA may open without a configuration; then it has no such device.
+        let opened = open_host(choice).and_then(|host| {
+            open_duplex(
+                &host,
+                &config(SampleFormat::F32),
+                Generator::new(settings()),
+                None,
+            )
+        });
+        let error = opened.unwrap_err();
+        let refused = matches!(
+            error,
+            AudioError::HostUnavailable { .. } | AudioError::Device(ChoiceError::NoMatch { .. })
+        );
+        assert!(refused, "{error}");
+        return;
+    }
+    for host in ["default", "alsa", "jack"] {
+        let child = process::Command::new(std::env::current_exe().unwrap())
+            .args([
+                "--exact",
+                "duplex::devices_refused::a_machine_without_sound_is_refused_without_a_panic_or_a_print",
+                "--nocapture",
+            ])
+            .env(CHILD, host)
+            .env("ALSA_CONFIG_PATH", "/nonexistent/alsa.conf")
+            .env("JACK_DEFAULT_SERVER", "signalgen-test-no-such-server")
+            .env("JACK_NO_START_SERVER", "1")
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8_lossy(&child.stderr);
+        let stdout = String::from_utf8_lossy(&child.stdout);
+        assert!(child.status.success(), "{host}: {stdout}{stderr}");
+        assert!(stdout.contains("1 passed"), "{host}: {stdout}");
+        assert_eq!(stderr, "", "{host}");
+    }
+}

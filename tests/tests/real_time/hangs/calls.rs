@@ -1,0 +1,196 @@
+//! System calls allowed to each thread of a session, and the test that a thread makes no others.
+//!
+//! A thread that decides about the drive, or reads the stop key, makes no call to a disk, a network or a terminal for output.
+
+use std::collections::BTreeSet;
+use std::process::Command;
+use std::time::Duration;
+
+use bench_tests::held::threads;
+use bench_tests::program::{friction_bench, installed};
+use bench_tests::running::{Running, until};
+use bench_tests::screen::Screen;
+use bench_tests::session::{demo_with, patient_config};
+use rustix::process::Signal;
+
+/// Threads by name, and the calls in which each may wait. Every thread may also wait for another thread or for time (`futex`,
+/// `clock_nanosleep`) and request memory.
+pub const CALLS: &[(&str, &[&str])] = &[
+    // Threads that decide about the drive.
+    ("session", &[]),
+    ("safety", &[]),
+    ("acquisition", &[]),
+    // Display and input.
+    ("keys", &["poll", "ppoll", "read", "ioctl"]),
+    ("signals", &["read", "recvfrom", "poll", "ppoll"]),
+    // The size of the terminal is read from /dev/tty, which is opened each time.
+    ("dashboard", &["ioctl", "openat"]),
+    ("frames", &["write"]),
+    ("lines", &["write"]),
+    (
+        "page",
+        &["openat", "write", "close", "fcntl", "statx", "fsync"],
+    ),
+    // Measurement.
+    ("field", &["ioctl", "poll", "ppoll", "read"]),
+    ("interference", &[]),
+    ("refit", &[]),
+    // Disk access.
+    (
+        "journal",
+        &["write", "statx", "fdatasync", "openat", "close", "fcntl"],
+    ),
+    (
+        "recorder",
+        &[
+            "write",
+            "statx",
+            "fdatasync",
+            "fsync",
+            "openat",
+            "close",
+            "read",
+            "lseek",
+            "rename",
+            "mkdir",
+            "chmod",
+            "fcntl",
+        ],
+    ),
+    ("room", &["statfs", "statx"]),
+];
+
+/// Threads of the simulated hardware and of the program's start and end; they do not decide about the drive.
+const OTHERS: &[&str] = &["apparatus", "friction-bench"];
+
+/// Calls that `strace` shows: those on files, networks and descriptors.
+const SHOWN: &str = "trace=%file,%network,%desc";
+/// Call among them that requests memory.
+const MEMORY: &str = "mmap";
+
+fn may(thread: &str, call: &str) -> bool {
+    let row = CALLS.iter().find(|(name, _)| *name == thread);
+    call == MEMORY
+        || OTHERS.contains(&thread)
+        || row.is_some_and(|(_, calls)| calls.contains(&call))
+}
+
+/// Returns the thread and the call in a line of `strace --decode-pids=comm`.
+fn thread_and_call(line: &str) -> Option<(&str, &str)> {
+    let (before, _) = line.split_once('(')?;
+    let (thread, call) = before.split_once('<')?.1.rsplit_once('>')?;
+    let call = call.trim();
+    let is_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    (!call.is_empty() && call.chars().all(is_name)).then_some((thread, call))
+}
+
+#[test]
+fn a_line_of_strace_names_thread_and_call() {
+    for (line, expected) in [
+        (
+            "8471<session> statfs(\"/tmp/study\",  <unfinished ...>",
+            Some(("session", "statfs")),
+        ),
+        (
+            "8471<session> <... statfs resumed>{f_type=TMPFS}) = 0",
+            None,
+        ),
+        ("8473<safety>  +++ exited with 0 +++", None),
+    ] {
+        assert_eq!(thread_and_call(line), expected, "{line}");
+    }
+}
+
+/// Returns the names of the threads of strace's child that do not block SIGTERM.
+fn hearing_sigterm(strace: u32) -> Vec<String> {
+    let children = format!("/proc/{strace}/task/{strace}/children");
+    let children = std::fs::read_to_string(children).unwrap();
+    let program = children.split_whitespace().next().unwrap();
+    let mut hearing = Vec::new();
+    for thread in threads(program.parse().unwrap()) {
+        let status = format!("/proc/{program}/task/{}/status", thread.id);
+        let status = std::fs::read_to_string(status).unwrap_or_default();
+        let blocked = status.lines().find_map(|line| line.strip_prefix("SigBlk:"));
+        let blocked = blocked.map_or(0, |mask| u64::from_str_radix(mask.trim(), 16).unwrap());
+        if blocked >> (Signal::TERM.as_raw() - 1) & 1 == 0 {
+            hearing.push(thread.name);
+        }
+    }
+    hearing
+}
+
+/// Faults 27, 29.
+#[test]
+fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let study = folder.path().join("study");
+    let trace = folder.path().join("trace");
+    let config = patient_config(folder.path());
+    let changes = [
+        ("practice = 1", "practice = 0"),
+        ("per_condition = 4", "per_condition = 1"),
+        (
+            "[\"left_to_right\", \"right_to_left\"]",
+            "[\"left_to_right\"]",
+        ),
+        ("baseline_s = 0.8", "baseline_s = 0.4"),
+        ("countdown_s = 1.0", "countdown_s = 0.3"),
+        ("feedback_s = 1.0", "feedback_s = 0.3"),
+    ];
+    let protocol = demo_with(folder.path(), &changes);
+    let mut screen = Screen::open(120, 40);
+    let mut run = Command::new(installed("strace"));
+    // A filter in the kernel lets all other calls pass at their usual speed.
+    run.args(["-f", "--decode-pids=comm", "--seccomp-bpf", "-qq"])
+        .args(["-e", "signal=none", "-e", SHOWN, "-o"])
+        .arg(&trace)
+        .arg(friction_bench())
+        .args(["run", "--mock", "--participant", "sub-01"])
+        .args(["--consent-by", "A. Tester", "--protocol"])
+        .arg(&protocol)
+        .arg("--study")
+        .arg(&study)
+        .arg("--config")
+        .arg(&config)
+        .current_dir(folder.path());
+    let mut session = Running::on(&screen, &mut run);
+    let patience = Duration::from_secs(60);
+    let log = study.join("sub-01/ses-01/events.jsonl");
+    let logged = |words: &str| {
+        let log = std::fs::read_to_string(&log).ok()?;
+        log.contains(words).then_some(())
+    };
+    if until(patience, || logged("\"trial_began\"")).is_none() {
+        panic!("no trial:\n{}", screen.shown());
+    }
+    let written = || usize::try_from(trace.metadata().unwrap().len()).unwrap();
+    let from = written();
+    let hearing = hearing_sigterm(session.pid());
+    // A page is written while the plate is driven.
+    screen.press("w");
+    let accepted = until(patience, || logged("\"trial_settled\""));
+    assert!(accepted.is_some(), "{}", screen.shown());
+    let to = written();
+    screen.press("q");
+    std::thread::sleep(Duration::from_millis(200));
+    screen.press("y");
+    if until(patience, || session.ended()).is_none() {
+        panic!("it goes on:\n{}", screen.shown());
+    }
+    // Threads make more calls at their start and end, while the plate is not driven.
+    let text = std::fs::read(&trace).unwrap();
+    let text = String::from_utf8_lossy(&text[from..to]);
+    let made: BTreeSet<_> = text.lines().filter_map(thread_and_call).collect();
+    // The kernel delivers a signal to any thread that does not block it, and that thread might hang.
+    assert_eq!(hearing, ["signals"; 2], "who does not block SIGTERM");
+    let driven = made.iter().any(|(thread, _)| *thread == "recorder");
+    assert!(driven, "no recorder in:\n{made:?}");
+    let others: Vec<_> = made
+        .iter()
+        .filter(|(thread, call)| !may(thread, call))
+        .collect();
+    assert!(
+        others.is_empty(),
+        "calls that are not in the table of tests/tests/real_time/hangs/calls.rs: {others:?}"
+    );
+}

@@ -1,0 +1,151 @@
+//! Registration of two participants in a study on a failing disk, with their sessions' copies of files, and checks of the
+//! result.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use protocols::{Person, PersonDetail};
+use recording::storage::Storage;
+use recording::study::event_log::ExitStatus;
+use recording::study::{self, EVENTS_FILE, GeneratedBy, Study, StudyError};
+
+use super::memory_disk::MemoryDisk;
+
+const PARTICIPANTS: [&str; 2] = ["sub-01", "sub-02"];
+const HEADER: &str = "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness";
+/// Files to copy, with texts that `copy_of` repeats beyond the length of a sector.
+const COPIES: [(&str, &str); 2] = [
+    ("demo.toml", "# a protocol, long enough to be torn\n"),
+    ("bench.toml", "rate_hz = 192000 # and much more to say\n"),
+];
+
+/// Folder of the study, which exists from the start.
+pub fn folder() -> &'static Path {
+    Path::new("/study")
+}
+
+/// Content reported as being on the disk.
+#[derive(Debug, Default)]
+pub struct Registered {
+    /// Participants with a begun session.
+    begun: Vec<&'static str>,
+    /// Participants with age and sex reported as stored.
+    described: Vec<&'static str>,
+    /// Files reported as copied whole.
+    copies: Vec<(PathBuf, String)>,
+    /// Number of sessions with a finished log.
+    stopped: usize,
+    errors: Vec<String>,
+}
+
+fn copy_of(text: &str) -> String {
+    text.repeat(40)
+}
+
+impl Registered {
+    /// Registers both participants; after a failure it continues with the next one.
+    pub fn on(disk: &MemoryDisk) -> Self {
+        let mut said = Self::default();
+        for participant in PARTICIPANTS {
+            if let Err(error) = said.register(disk, participant) {
+                said.errors.push(error.to_string());
+            }
+        }
+        said
+    }
+
+    fn register(&mut self, disk: &MemoryDisk, participant: &'static str) -> Result<(), StudyError> {
+        let storage: Arc<dyn Storage> = Arc::new(disk.clone());
+        let generated_by = GeneratedBy {
+            name: "test".to_owned(),
+            version: "1".to_owned(),
+        };
+        let study = Study::open_or_create_on(storage, folder(), generated_by)?;
+        let id = participant.parse().unwrap();
+        let mut session = study.begin_session(&id, 1, "2026-01-31", "demo")?;
+        self.begun.push(participant);
+        let mut person = Person::default();
+        person.set(PersonDetail::Age, "31").unwrap();
+        person.set(PersonDetail::Sex, "female").unwrap();
+        study.describe(&id, &person)?;
+        self.described.push(participant);
+        for (name, text) in COPIES {
+            let path = session.snapshot(name, &copy_of(text))?;
+            self.copies.push((path, copy_of(text)));
+        }
+        let stopped = session.log().stop(String::new(), ExitStatus::Success, None);
+        stopped?;
+        self.stopped += 1;
+        Ok(())
+    }
+
+    /// Returns whether everything was reported as being on the disk.
+    pub fn is_saved(&self) -> bool {
+        self.stopped == PARTICIPANTS.len() && self.errors.is_empty()
+    }
+
+    /// Returns the number of participants that were not fully registered.
+    pub fn lost(&self) -> usize {
+        PARTICIPANTS.len() - self.stopped
+    }
+
+    /// Requires the content of `root` to agree with the reports, and every file to be whole.
+    pub fn require_kept(&self, root: &Path) {
+        let place = |path: &Path| root.join(path.strip_prefix("/").unwrap());
+        let study = place(folder());
+        let listed = participants(&study);
+        for participant in &self.begun {
+            assert!(
+                listed.iter().any(|p| p == participant),
+                "{listed:?}: {self:?}"
+            );
+        }
+        for participant in &self.described {
+            let table = std::fs::read_to_string(study.join(study::PARTICIPANTS_FILE)).unwrap();
+            let line = format!("{participant}\t2026-01-31\tdemo\t31\tfemale\tn/a\n");
+            assert!(table.contains(&line), "{table:?}: {self:?}");
+        }
+        for participant in &listed {
+            assert!(study.join(participant).is_dir(), "{participant}: {self:?}");
+        }
+        for (path, text) in &self.copies {
+            assert_eq!(std::fs::read_to_string(place(path)).unwrap(), *text);
+        }
+        for participant in PARTICIPANTS {
+            let session = study.join(participant).join(study::session_name(1));
+            for (name, text) in COPIES {
+                if let Ok(found) = std::fs::read_to_string(session.join(name)) {
+                    assert_eq!(found, copy_of(text), "{name} of {participant}");
+                }
+            }
+            let log = session.join(EVENTS_FILE);
+            assert!(!log.exists() || study::event_log::read(&log).is_ok());
+        }
+    }
+}
+
+/// Returns the participants in the table, each with a whole line; empty if there is no table.
+fn participants(study: &Path) -> Vec<String> {
+    let Ok(text) = std::fs::read_to_string(study.join(study::PARTICIPANTS_FILE)) else {
+        return Vec::new();
+    };
+    assert!(text.ends_with('\n'), "{text:?}");
+    let mut lines = text.lines();
+    assert_eq!(lines.next(), Some(HEADER));
+    lines
+        .map(|line| {
+            let [
+                participant,
+                "2026-01-31",
+                "demo",
+                "n/a" | "31",
+                "n/a" | "female",
+                "n/a",
+            ] = line.split('\t').collect::<Vec<_>>()[..]
+            else {
+                panic!("half a line: {line:?}");
+            };
+            participant.to_owned()
+        })
+        .collect()
+}

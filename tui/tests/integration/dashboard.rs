@@ -1,0 +1,484 @@
+//! The operator's screen at two sizes and in every kind of state; colours are asserted on the buffer.
+
+use crate::synthetic;
+use crossterm_key::press;
+use proptest::prelude::*;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::buffer::{Buffer, Cell};
+use ratatui::style::{Color, Modifier};
+use tui::drill_view::{DrillResult, DrillStep, DrillView};
+use tui::event::{
+    AskedDetail, CarrierProposal, Live, PhaseKind, PhaseView, SafetyState, ValueAndStd,
+};
+use tui::{Action, Event, Page, State, Theme, key, view};
+
+mod crossterm_key {
+    use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+    pub fn press(code: char) -> KeyEvent {
+        KeyEvent::new(KeyCode::Char(code), KeyModifiers::NONE)
+    }
+}
+
+/// Plays the synthetic session until `wanted` is true for the first time.
+fn played_until(wanted: impl Fn(&State) -> bool) -> State {
+    let mut state = State::new(Theme::Colour);
+    for (at_s, event) in synthetic::session() {
+        state.apply(&Event::Tick { now_s: at_s });
+        state.apply(&event);
+        if wanted(&state) {
+            return state;
+        }
+    }
+    panic!("the session never gets there");
+}
+
+fn exploring() -> State {
+    played_until(|state| {
+        let trial = &state.phase;
+        trial.kind == PhaseKind::Exploration
+            && (trial.trial, trial.practice) == (2, false)
+            && state.live().and_then(|live| live.slider_m) > Some(0.06)
+    })
+}
+
+fn pressed(mut state: State, code: char) -> State {
+    state.ui = key(&state, press(code)).ui;
+    state
+}
+
+fn states() -> Vec<(&'static str, State)> {
+    let mut stale = exploring();
+    stale.apply(&Event::Tick {
+        now_s: stale.now_s + 3.2,
+    });
+    let mut tripped = exploring();
+    for event in synthetic::trip() {
+        tripped.apply(&event);
+    }
+    let mut paused = exploring();
+    paused.phase.kind = PhaseKind::Paused;
+    let mut finished = played_until(|state| state.phase.kind == PhaseKind::Rest);
+    for event in synthetic::finish() {
+        finished.apply(&event);
+    }
+    vec![
+        ("empty", State::new(Theme::Colour)),
+        ("running", exploring()),
+        (
+            "countdown",
+            played_until(|state| state.phase.countdown == Some(2)),
+        ),
+        (
+            "rejected",
+            played_until(|state| state.verdict.as_ref().is_some_and(|v| !v.accepted)),
+        ),
+        ("stale", stale),
+        ("tripped", tripped),
+        ("paused", paused),
+        ("help", pressed(exploring(), '?')),
+        ("confirm", pressed(exploring(), 'a')),
+        ("finished", finished),
+    ]
+}
+
+fn drawn(state: &State, columns: u16, rows: u16) -> Terminal<TestBackend> {
+    let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
+    terminal.draw(|frame| view(state, frame)).unwrap();
+    terminal
+}
+
+fn buffer(state: &State, columns: u16, rows: u16) -> Buffer {
+    drawn(state, columns, rows).backend().buffer().clone()
+}
+
+fn row(buffer: &Buffer, y: u16) -> String {
+    (0..buffer.area.width)
+        .map(|x| buffer[(x, y)].symbol())
+        .collect()
+}
+
+/// Returns the cells that contain `words`.
+fn cells<'a>(buffer: &'a Buffer, words: &str) -> Vec<&'a Cell> {
+    for y in 0..buffer.area.height {
+        let symbols: Vec<&str> = (0..buffer.area.width)
+            .map(|x| buffer[(x, y)].symbol())
+            .collect();
+        let wanted: Vec<String> = words.chars().map(String::from).collect();
+        if let Some(x) = symbols.windows(wanted.len()).position(|w| w == wanted) {
+            return (x..x + wanted.len())
+                .map(|x| &buffer[(x as u16, y)])
+                .collect();
+        }
+    }
+    panic!("{words:?} is not on the screen");
+}
+
+#[test]
+fn words_that_are_no_alarm_give_way_to_the_flags() {
+    let mut state = State::new(Theme::Mono);
+    state.session.simulated = true;
+    state.session.uncalibrated = true;
+    state.apply(&Event::Safety {
+        state: SafetyState::Driving,
+        reason: Some("11 min of driving left this hour".to_owned()),
+    });
+    let line = |columns| row(&buffer(&state, columns, 24), 0);
+    let wide = line(80);
+    assert!(
+        wide.contains("11 min of driving left") && wide.contains("UNCALIBRATED"),
+        "{wide}"
+    );
+    let narrow = line(60);
+    assert!(
+        !narrow.contains("11 min") && narrow.contains("UNCALIBRATED"),
+        "{narrow}"
+    );
+}
+
+#[test]
+fn every_state_of_the_run_page() {
+    for (name, state) in states() {
+        for (columns, rows) in [(80, 24), (120, 40)] {
+            let screen = drawn(&state, columns, rows);
+            insta::assert_snapshot!(format!("{name}_{columns}x{rows}"), screen.backend());
+        }
+    }
+}
+
+#[test]
+fn small_terminals_keep_what_matters() {
+    for (columns, rows) in [(40, 10), (20, 5)] {
+        let screen = drawn(&exploring(), columns, rows);
+        insta::assert_snapshot!(format!("running_{columns}x{rows}"), screen.backend());
+    }
+}
+
+/// Returns a drill in which the third fault was just shown.
+fn drilled(asked: DrillStep, instruction: &str) -> State {
+    let mut state = State::new(Theme::Colour);
+    let result = |fault: &str, met, words: &str| DrillResult {
+        fault: fault.to_owned(),
+        met,
+        words: words.to_owned(),
+    };
+    for event in [
+        Event::Phase(PhaseView {
+            trial: 3,
+            trials: 20,
+            ..PhaseView::new(PhaseKind::Monitoring)
+        }),
+        Event::Safety {
+            state: SafetyState::Tripped,
+            reason: Some("drive reads back 0.0 V, commanded 1.0 to 39.0 V".to_owned()),
+        },
+        Event::Live(Live {
+            t_s: 1.0,
+            normal_n: Some(0.01),
+            ..Live::default()
+        }),
+        Event::Drill(DrillView {
+            exercise: 3,
+            exercises: 20,
+            instruction: instruction.to_owned(),
+            note: Some("The cause is still there.".to_owned()),
+            asked,
+            results: vec![
+                result("estop", true, "shown 2 ms, silent 4 ms, seen 1.2 s"),
+                result("xrun", false, "nobody acknowledged it"),
+            ],
+        }),
+    ] {
+        state.apply(&event);
+    }
+    state
+}
+
+#[test]
+fn a_drill_says_what_is_asked_at_every_size() {
+    let words = "It was: the amplifier is switched off. The cause is removed. Re-arm: x, then y.";
+    let state = drilled(DrillStep::Rearm, words);
+    for (columns, rows) in [(200, 60), (80, 24), (40, 10), (20, 5)] {
+        let screen = drawn(&state, columns, rows);
+        insta::assert_snapshot!(format!("drill_{columns}x{rows}"), screen.backend());
+    }
+}
+
+#[test]
+fn a_question_about_the_participant_is_read_at_every_size_and_on_every_page() {
+    let mut state = State::new(Theme::Colour);
+    state.apply(&Event::Tick { now_s: 1.0 });
+    state.apply(&Event::Phase(PhaseView::new(PhaseKind::Consent)));
+    state.apply(&Event::Asked {
+        detail: Some(AskedDetail {
+            question: "writing hand".to_owned(),
+            choices: ["right", "left", "ambidextrous"]
+                .map(str::to_owned)
+                .to_vec(),
+            note: Some("a number from 1 to 3".to_owned()),
+        }),
+    });
+    let mut state = pressed(pressed(state, '2'), 'h');
+    state.ui.help = false;
+    for (columns, rows) in [(120, 40), (80, 24), (40, 10), (20, 5)] {
+        let screen = drawn(&state, columns, rows);
+        insta::assert_snapshot!(format!("asked_{columns}x{rows}"), screen.backend());
+        let mut elsewhere = state.clone();
+        elsewhere.ui.page = Page::Participant;
+        let (here, there) = (screen.backend().buffer(), buffer(&elsewhere, columns, rows));
+        for y in 1..4 {
+            assert_eq!(row(here, y), row(&there, y), "{columns}x{rows}");
+        }
+    }
+}
+
+#[test]
+fn a_proposed_carrier_is_read_at_every_size() {
+    let mut state = exploring();
+    state.apply(&Event::NewCarrier {
+        proposal: Some(CarrierProposal {
+            from_hz: 35_000.0,
+            to_hz: 34_994.0,
+            drift_hz: ValueAndStd {
+                value: -5.8,
+                std: 0.4,
+            },
+        }),
+    });
+    for (columns, rows) in [(200, 60), (100, 30), (80, 24), (40, 10), (20, 5)] {
+        let screen = drawn(&state, columns, rows);
+        insta::assert_snapshot!(format!("new_carrier_{columns}x{rows}"), screen.backend());
+        let mut elsewhere = state.clone();
+        elsewhere.ui.page = Page::Participant;
+        let seen = buffer(&elsewhere, columns, rows);
+        assert!((0..rows).any(|y| row(&seen, y).contains("new carrier")));
+    }
+}
+
+#[test]
+fn the_safety_line_has_its_colours() {
+    let (_, tripped) = states().swap_remove(5);
+    let screen = buffer(&tripped, 80, 24);
+    for cell in cells(&screen, "TRIPPED") {
+        assert_eq!(cell.fg, Color::Red);
+        assert!(cell.modifier.contains(Modifier::REVERSED | Modifier::BOLD));
+    }
+    let screen = buffer(&exploring(), 80, 24);
+    for cell in cells(&screen, "DRIVING") {
+        assert_eq!(cell.fg, Color::Cyan);
+        assert!(cell.modifier.contains(Modifier::REVERSED));
+    }
+}
+
+#[test]
+fn kept_and_rejected_stretches_differ_in_colour_and_in_symbol() {
+    let state = played_until(|state| state.verdict.is_some());
+    let screen = buffer(&state, 120, 40);
+    for cell in cells(&screen, "▒▒") {
+        assert_eq!(cell.fg, Color::Green);
+    }
+    for cell in cells(&screen, "╱╱") {
+        assert_eq!(cell.fg, Color::Red);
+    }
+}
+
+#[test]
+fn the_corrected_curve_is_bold_and_the_plain_one_faint() {
+    let screen = buffer(&exploring(), 120, 40);
+    let curve: Vec<&Cell> = (13..17)
+        .flat_map(|y| (7..66).map(move |x| (x, y)))
+        .map(|at| &screen[at])
+        .filter(|cell| ("\u{2801}"..="\u{28ff}").contains(&cell.symbol()))
+        .collect();
+    let bold = |cell: &&&Cell| cell.fg == Color::Cyan && cell.modifier == Modifier::BOLD;
+    let faint = |cell: &&&Cell| cell.fg == Color::Reset && cell.modifier == Modifier::DIM;
+    assert!(curve.iter().filter(bold).count() > 50);
+    assert!(curve.iter().filter(faint).count() > 5);
+    assert!(curve.iter().all(|cell| bold(&cell) || faint(&cell)));
+}
+
+#[test]
+fn stale_values_are_grey_and_say_their_age() {
+    let (_, stale) = states().swap_remove(4);
+    let screen = buffer(&stale, 120, 40);
+    assert!(
+        cells(&screen, "stale 3 s")
+            .iter()
+            .all(|cell| cell.fg == Color::Magenta)
+    );
+    assert!(row(&screen, 0).contains("no data from the bench for 3 s"));
+    let little = buffer(&stale, 80, 24);
+    assert!((0..24).any(|y| row(&little, y).contains("stale 3 s")));
+    // The live panels are on the left; the safety word above them keeps its colour, and so does the last trial.
+    for y in 7..39 {
+        for x in 0..66 {
+            assert_ne!(screen[(x, y)].fg, Color::Cyan, "{x} {y}");
+        }
+    }
+}
+
+/// Fault 37.
+#[test]
+fn without_colours_only_modifiers_are_used() {
+    for (name, mut state) in states() {
+        state.ui.theme = Theme::Mono;
+        for cell in buffer(&state, 120, 40).content() {
+            assert_eq!((cell.fg, cell.bg), (Color::Reset, Color::Reset), "{name}");
+        }
+    }
+}
+
+/// Fault 37.
+#[test]
+fn the_background_is_the_terminals_own() {
+    for (name, state) in states() {
+        for cell in buffer(&state, 120, 40).content() {
+            assert_eq!(cell.bg, Color::Reset, "{name}");
+            let unreadable = [Color::White, Color::Black, Color::Gray, Color::Yellow];
+            assert!(!unreadable.contains(&cell.fg), "{name}");
+        }
+    }
+}
+
+#[test]
+fn no_cell_is_bold_and_faint_at_once() {
+    for (name, state) in states() {
+        let screen = buffer(&state, 120, 40);
+        for (i, cell) in screen.content().iter().enumerate() {
+            let both = Modifier::BOLD | Modifier::DIM;
+            assert!(
+                !cell.modifier.contains(both),
+                "{name} {:?} {}",
+                screen.pos_of(i),
+                cell.symbol()
+            );
+        }
+    }
+}
+
+#[test]
+fn the_participants_page_keeps_the_safety_line() {
+    let mut state = exploring();
+    state.ui.page = Page::Participant;
+    let screen = drawn(&state, 80, 24);
+    assert!(row(screen.backend().buffer(), 0).contains("DRIVING"));
+    insta::assert_snapshot!("page_participant_80x24", screen.backend());
+}
+
+/// Fault 37.
+#[test]
+fn every_small_size_in_every_state_is_drawn_with_the_safety_word_first() {
+    let mut preview = exploring();
+    preview.ui.page = Page::Participant;
+    let mut states = states();
+    states.push(("preview", preview));
+    for (_, state) in &mut states {
+        // One second of curves: ten seconds take much longer to draw and prove nothing else.
+        let old = state.history.len().saturating_sub(100);
+        state.history.drain(..old);
+    }
+    // States in the inner loop, because a solved layout is cached.
+    for (columns, rows) in (0..=60).flat_map(|c| (0..=30).map(move |r| (c, r))) {
+        for (name, state) in &states {
+            let screen = drawn(state, columns, rows);
+            let screen = screen.backend().buffer();
+            let at = format!("{name} {columns}x{rows}");
+            let word = match state.safety {
+                None => " UNKNOWN",
+                Some(SafetyState::Disarmed) => " DISARMED",
+                Some(SafetyState::Armed) => " ARMED",
+                Some(SafetyState::Driving) => " DRIVING",
+                Some(SafetyState::Tripped) => " TRIPPED",
+            };
+            if let Some(uncut) = columns.checked_sub(1).filter(|_| rows > 0) {
+                let shown = &word[..word.len().min(uncut.into())];
+                let first = row(screen, 0);
+                assert!(first.starts_with(shown), "{at}: {first:?}");
+            }
+            if columns >= 6 && rows >= 4 {
+                let last = row(screen, rows - 1);
+                let keys: &[&str] = match state.ui.confirm {
+                    Some(_) => &[" y/n:", " Abort the session?  y yes · n no "],
+                    None => &["e STOP"],
+                };
+                let whole = keys.iter().any(|keys| last.starts_with(keys));
+                assert!(whole, "{at}: {last:?}");
+            }
+        }
+    }
+}
+
+fn value() -> impl Strategy<Value = Option<f64>> {
+    prop_oneof![
+        Just(None),
+        Just(Some(f64::NAN)),
+        Just(Some(f64::INFINITY)),
+        Just(Some(f64::MAX)),
+        Just(Some(-f64::MAX)),
+        Just(Some(0.0)),
+        (-1e-5..1e3f64).prop_map(Some),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
+
+    /// Fault 37.
+    #[test]
+    fn any_size_in_any_state_shows_the_safety_word(
+        columns in 0..=200u16,
+        rows in 0..=60u16,
+        which in 0..10usize,
+        safety in proptest::option::of(0..4usize),
+        asked in any::<bool>(),
+        help in any::<bool>(),
+        page in any::<bool>(),
+    ) {
+        let known = [SafetyState::Disarmed, SafetyState::Armed, SafetyState::Driving, SafetyState::Tripped];
+        let words = ["DISARMED", "ARMED", "DRIVING", "TRIPPED"];
+        let mut state = STATES.with(|states| states[which].1.clone());
+        state.safety = safety.map(|i| known[i]);
+        state.ui.confirm = asked.then_some(Action::Abort);
+        state.ui.help = help;
+        state.ui.page = if page { Page::Participant } else { Page::Run };
+        let screen = buffer(&state, columns, rows);
+        if columns >= 10 && rows >= 1 {
+            let word = safety.map_or("UNKNOWN", |i| words[i]);
+            prop_assert!(row(&screen, 0).contains(word), "{:?}", row(&screen, 0));
+        }
+    }
+
+    #[test]
+    fn any_values_are_drawn_without_panic(
+        t_s in prop_oneof![Just(f64::NAN), Just(1e300), 0.0..100.0f64],
+        values in proptest::collection::vec(value(), 8),
+        columns in 0..=160u16,
+        rows in 0..=50u16,
+    ) {
+        let mut state = exploring_once();
+        let last_s = state.live().map_or(0.0, |live| live.t_s);
+        for (i, t_s) in [t_s, last_s + 0.01, last_s + 0.02].into_iter().enumerate() {
+            state.apply(&Event::Live(Live {
+                t_s,
+                amplitude_m: values[i],
+                normal_n: values[i + 1],
+                lateral_n: values[i + 2],
+                position_m: values[i + 3],
+                slider_m: values[i + 4],
+                drive_v: values[i + 5],
+                ..Live::default()
+            }));
+        }
+        state.session.plate_length_m = values[0].unwrap_or(0.1);
+        let _ = buffer(&state, columns, rows);
+    }
+}
+
+thread_local! {
+    static STATES: Vec<(&'static str, State)> = states();
+}
+
+fn exploring_once() -> State {
+    STATES.with(|states| states[1].1.clone())
+}

@@ -1,0 +1,118 @@
+//! The participant's screen on a separate terminal.
+
+#![cfg(unix)]
+
+use std::fs::File;
+use std::io::ErrorKind;
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::pty::{PATIENCE, Screen};
+use tui::display::{DisplayError, DisplayLoss};
+use tui::{Instruction, ParticipantDisplay, ParticipantView, Theme};
+
+fn shown(instruction: Instruction) -> ParticipantView {
+    ParticipantView {
+        instruction,
+        slider_m: None,
+        plate_m: 0.105,
+        start_m: 0.0,
+        end_m: 0.105,
+        countdown: None,
+        mean_force_n: None,
+        force_band_n: None,
+        trial: 0,
+        trials: 0,
+        ..ParticipantView::default()
+    }
+}
+
+/// Fault 37.
+#[test]
+fn it_draws_on_its_terminal_follows_its_size_and_puts_it_back() {
+    let mut screen = Screen::new(60, 20);
+    let display = ParticipantDisplay::open(&screen.path, Theme::Mono).unwrap();
+    screen.wait_for("\x1b[?1049h");
+    display.show(shown(Instruction::Wait));
+    // Centred in 60 columns, then in 100.
+    screen.wait_for(&(" ".repeat(24) + "Please wait"));
+    screen.resize(100, 30);
+    screen.wait_for(&(" ".repeat(44) + "Please wait"));
+    assert_eq!(display.lost(), None);
+    drop(display);
+    screen.wait_for("\x1b[?1049l");
+}
+
+#[test]
+fn a_terminal_that_stands_still_never_holds_the_caller() {
+    let screen = Screen::new(200, 60);
+    let display = ParticipantDisplay::open(&screen.path, Theme::Colour).unwrap();
+    rustix::termios::tcflow(
+        File::options().write(true).open(&screen.path).unwrap(),
+        rustix::termios::Action::OOff,
+    )
+    .unwrap();
+    for _ in 0..10_000 {
+        display.show(shown(Instruction::Wait));
+        display.show(shown(Instruction::Finished));
+    }
+    let deadline = Instant::now() + PATIENCE;
+    while display.lost() != Some(DisplayLoss::Stuck) {
+        assert!(Instant::now() < deadline, "nobody noticed");
+        display.show(shown(Instruction::Rest));
+        thread::sleep(Duration::from_millis(20));
+    }
+    // The test is that this returns: the thread may be blocked forever.
+    drop(display);
+}
+
+#[test]
+fn a_terminal_that_goes_away_is_noticed() {
+    let mut screen = Screen::new(60, 20);
+    let display = ParticipantDisplay::open(&screen.path, Theme::Colour).unwrap();
+    display.show(shown(Instruction::Wait));
+    screen.wait_for("Please wait");
+    let Screen {
+        controller,
+        written,
+        ..
+    } = screen;
+    drop(controller);
+    drop(written);
+    let deadline = Instant::now() + PATIENCE;
+    while display.lost() != Some(DisplayLoss::Gone) {
+        assert!(Instant::now() < deadline, "still thought alive");
+        display.show(shown(Instruction::Rest));
+        thread::sleep(Duration::from_millis(10));
+    }
+}
+
+#[test]
+fn what_is_no_terminal_is_refused_by_name() {
+    let nowhere = Path::new("/dev/no-such-terminal");
+    let absent = ParticipantDisplay::open(nowhere, Theme::Colour);
+    assert!(
+        matches!(&absent, Err(DisplayError::Open { path, source })
+            if path == nowhere && source.kind() == ErrorKind::NotFound),
+        "{absent:?}"
+    );
+    let file = ParticipantDisplay::open(Path::new("/dev/null"), Theme::Colour);
+    assert!(matches!(file, Err(DisplayError::NotATerminal { .. })));
+}
+
+/// A pipe without a reader would block a plain `open` forever.
+#[test]
+fn what_is_no_terminal_is_refused_at_once() {
+    use rustix::fs::{CWD, FileType, Mode, mknodat};
+
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe");
+    mknodat(CWD, &pipe, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0).unwrap();
+    let (done, refused) = std::sync::mpsc::channel();
+    thread::spawn(move || {
+        let opened = ParticipantDisplay::open(&pipe, Theme::Mono);
+        let _ = done.send(opened.is_err());
+    });
+    assert_eq!(refused.recv_timeout(PATIENCE), Ok(true));
+}

@@ -6,7 +6,7 @@ use protocols::SelectionRules;
 use serde::Serialize;
 use strict::TomlError;
 
-use crate::assumable::{NOT_NEGATIVE, Number, PART, POISSON, POSITIVE};
+use crate::assumable::{FRACTION, NOT_NEGATIVE, Number, POISSON, POSITIVE};
 use crate::prior_settings;
 
 /// Assumptions of an analysis. The names are the same in the results' `settings`, in `--assume` and in
@@ -218,7 +218,7 @@ impl Settings {
             ("lead_in_s", POSITIVE, &mut self.lead_in_s),
             ("central_m", POSITIVE, &mut self.central_m),
             ("speed_m_per_s", POSITIVE, &mut self.speed_m_per_s),
-            ("speed_tolerance", PART, &mut self.speed_tolerance),
+            ("speed_tolerance", FRACTION, &mut self.speed_tolerance),
             ("instance_s", POSITIVE, &mut self.instance_s),
             ("contact_n", POSITIVE, &mut self.contact_n),
         ];

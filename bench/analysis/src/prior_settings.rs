@@ -3,13 +3,13 @@
 use estimation::trial::{LogNormal, Normal, TrialPriors};
 use serde::{Serialize, Serializer};
 
-use crate::assumable::{Allowed, FINITE, Number, POSITIVE};
+use crate::assumable::{AllowedValues, FINITE, Number, POSITIVE};
 
 /// Key of the priors among the settings.
 const KEY: &str = "trial_priors";
 
 /// Standard deviations that can be weighed against data. The smallest one holds its parameter fixed.
-const SPREAD: Allowed = Allowed {
+const SPREAD: AllowedValues = AllowedValues {
     words: "1e-9 to 1e9",
     rule: |value| (1e-9..=1e9).contains(&value),
 };

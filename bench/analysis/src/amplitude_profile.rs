@@ -30,21 +30,21 @@ impl From<&RecordedPlate> for AmplitudeProfile {
 
 impl AmplitudeProfile {
     /// Makes the profile of a plate from places that have passed [`RecordedProfile::validate`].
-    pub fn new(recorded: &RecordedProfile) -> Self {
-        let points: Vec<(f64, f64)> = recorded
+    pub fn new(profile: &RecordedProfile) -> Self {
+        let points: Vec<(f64, f64)> = profile
             .positions_m
             .iter()
             .copied()
-            .zip(recorded.ratios.iter().copied())
+            .zip(profile.ratios.iter().copied())
             .collect();
         let places = points.iter().enumerate().map(|(i, &(position_m, ratio))| {
             // At an end, use the parabola through the three nearest places.
             let first = i.saturating_sub(1).min(points.len().saturating_sub(3));
-            let nearest = &points[first..points.len().min(first + 3)];
+            let nearest_points = &points[first..points.len().min(first + 3)];
             MeasuredPlace {
                 position_m,
                 ratio,
-                slope: slope(nearest, position_m),
+                slope: slope(nearest_points, position_m),
             }
         });
         Self {
@@ -96,8 +96,8 @@ impl AmplitudeProfile {
     /// Returns φ at each position of a sliding finger; an unknown position is replaced by the last known one,
     /// or by the first one before that is reached.
     pub fn along(&self, positions_m: &[f64]) -> Vec<f64> {
-        let first_known = positions_m.iter().find(|position_m| !position_m.is_nan());
-        let mut last_m = first_known.copied().unwrap_or(f64::NAN);
+        let first_position_m = positions_m.iter().find(|position_m| !position_m.is_nan());
+        let mut last_m = first_position_m.copied().unwrap_or(f64::NAN);
         positions_m
             .iter()
             .map(|&position_m| {
@@ -140,12 +140,12 @@ mod tests {
     use approx::assert_relative_eq;
 
     fn profile(places: &[(f64, f64)]) -> AmplitudeProfile {
-        let recorded = RecordedProfile {
+        let recorded_profile = RecordedProfile {
             positions_m: places.iter().map(|place| place.0).collect(),
             ratios: places.iter().map(|place| place.1).collect(),
         };
-        recorded.validate().unwrap();
-        AmplitudeProfile::new(&recorded)
+        recorded_profile.validate().unwrap();
+        AmplitudeProfile::new(&recorded_profile)
     }
 
     fn parabola(position_m: f64) -> f64 {
@@ -212,13 +212,13 @@ mod tests {
     #[test]
     fn every_ratio_is_within_the_allowed_range() {
         let [least, greatest] = PROFILE_RATIOS;
-        let steep = [
+        let steep_places = [
             (0.01, least),
             (0.010_002, greatest),
             (0.06, least),
             (0.1, greatest),
         ];
-        let profile = profile(&steep);
+        let profile = profile(&steep_places);
         for step in 0..1000 {
             let ratio = profile.at(1e-4 * f64::from(step));
             assert!((least..=greatest).contains(&ratio), "{ratio}");

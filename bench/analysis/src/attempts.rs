@@ -82,11 +82,13 @@ impl Attempts {
     /// Adds further attempts, except those in `known_folders`.
     pub(crate) fn extend(&mut self, attempts: Self, known_folders: &mut HashSet<PathBuf>) {
         let selection = attempts.selection.into_iter();
-        self.selection
-            .extend(selection.filter(|attempt| known_folders.insert(canonical(&attempt.path))));
+        self.selection.extend(
+            selection.filter(|attempt| known_folders.insert(canonical_path(&attempt.path))),
+        );
         let omissions = attempts.left_out.into_iter();
-        self.left_out
-            .extend(omissions.filter(|attempt| known_folders.insert(canonical(&attempt.path))));
+        self.left_out.extend(
+            omissions.filter(|attempt| known_folders.insert(canonical_path(&attempt.path))),
+        );
         for log in attempts.unread_logs {
             if !self.unread_logs.contains(&log) {
                 self.unread_logs.push(log);
@@ -113,7 +115,7 @@ impl Attempts {
             not_accepted: 0,
             excluded: excluded.len(),
             left_out: Vec::new(),
-            unread_logs: self.unread_logs.iter().map(log_words).collect(),
+            unread_logs: self.unread_logs.iter().map(log_message).collect(),
         };
         let standings: BTreeMap<&Path, Option<Standing>> = self
             .selection
@@ -142,7 +144,7 @@ impl Attempts {
     }
 }
 
-fn log_words((path, reason): &(PathBuf, String)) -> String {
+fn log_message((path, reason): &(PathBuf, String)) -> String {
     format!(
         "{}: nothing tells which attempts were accepted, so the last completed one of each trial is analysed: {reason}",
         path.display()
@@ -150,7 +152,7 @@ fn log_words((path, reason): &(PathBuf, String)) -> String {
 }
 
 /// Returns a folder's canonical path, even if the folder does not exist.
-fn canonical(path: &Path) -> PathBuf {
+fn canonical_path(path: &Path) -> PathBuf {
     let path_in_parent = || Some(path.parent()?.canonicalize().ok()?.join(path.file_name()?));
     let canonical_path = path.canonicalize().ok().or_else(path_in_parent);
     canonical_path.unwrap_or_else(|| path.to_owned())

@@ -56,7 +56,7 @@ impl Extremes {
     }
 
     /// Returns the number of clipped samples and their magnitude.
-    pub(super) fn clipped(&self) -> Option<(u64, f32)> {
+    pub(super) fn clipping(&self) -> Option<(u64, f32)> {
         let clipped_extremes = [&self.top, &self.bottom]
             .into_iter()
             .filter(|e| e.is_clipped());
@@ -89,20 +89,20 @@ mod tests {
 
     #[test]
     fn a_clipped_wave_is_distinguished_from_an_unclipped_one() {
-        assert_eq!(extremes(wave()).clipped(), None);
+        assert_eq!(extremes(wave()).clipping(), None);
         // With 16 bits, the crest stays at one code for a while.
         assert_eq!(
-            extremes(wave().map(|x| (x * 32768.0).round() / 32768.0)).clipped(),
+            extremes(wave().map(|x| (x * 32768.0).round() / 32768.0)).clipping(),
             None
         );
         let (samples, level) = extremes(wave().map(|x| x.clamp(-0.7, 0.7)))
-            .clipped()
+            .clipping()
             .unwrap();
         assert_eq!(level, 0.7);
         assert!(samples > 1000, "{samples}");
         // Only one side, as with DC.
         let (_, level) = extremes(wave().map(|x| (x + 0.1).min(0.8)))
-            .clipped()
+            .clipping()
             .unwrap();
         assert_eq!(level, 0.8);
     }

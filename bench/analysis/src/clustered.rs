@@ -38,7 +38,7 @@ pub fn test(coefficient: Coefficient, x: &[f64], y: &[f64], people: &[usize]) ->
     let (x, y) = (scores(x), scores(y));
     coefficient.of(&x, &y)?;
     let mut sums = std::collections::BTreeMap::<usize, f64>::new();
-    for (&pair, (x, y)) in pairs.iter().zip(centred(&x).zip(centred(&y))) {
+    for (&pair, (x, y)) in pairs.iter().zip(deviations(&x).zip(deviations(&y))) {
         *sums.entry(people[pair]).or_default() += x * y;
     }
     let sums: Vec<f64> = sums.into_values().collect();
@@ -48,7 +48,7 @@ pub fn test(coefficient: Coefficient, x: &[f64], y: &[f64], people: &[usize]) ->
     })
 }
 
-fn centred(values: &[f64]) -> impl Iterator<Item = f64> {
+fn deviations(values: &[f64]) -> impl Iterator<Item = f64> {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     values.iter().map(move |value| value - mean)
 }

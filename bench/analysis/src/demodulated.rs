@@ -76,7 +76,7 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
                 samples: extremes.lost_samples,
             });
         }
-        if let Some((samples, magnitude)) = extremes.clipped() {
+        if let Some((samples, magnitude)) = extremes.clipping() {
             *level = magnitude;
             flaws.push(Flaw::Clipped {
                 channel,

@@ -307,8 +307,8 @@ impl Edges {
     /// Returns the mean of the first minus the mean of the last finite values; NaN without any.
     fn fall(&self, value: impl Fn(usize) -> f64) -> f64 {
         let mean = |range: std::ops::Range<usize>| {
-            let finite: Vec<f64> = range.map(&value).filter(|v| v.is_finite()).collect();
-            finite.iter().sum::<f64>() / finite.len() as f64
+            let finite_values: Vec<f64> = range.map(&value).filter(|v| v.is_finite()).collect();
+            finite_values.iter().sum::<f64>() / finite_values.len() as f64
         };
         mean(0..self.edge_samples) - mean(self.samples - self.edge_samples..self.samples)
     }

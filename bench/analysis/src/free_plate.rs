@@ -30,7 +30,7 @@ const GREATEST_REACTANCE_ERROR: f64 = 0.15;
 
 /// Response of the plate without a finger.
 pub(super) struct FreePlate {
-    unloaded: Result<unloaded::UnloadedReading, UnloadedError>,
+    reading: Result<unloaded::UnloadedReading, UnloadedError>,
     /// Response to the modulation, if it is within the limits.
     transient: Option<Transient>,
     /// Response to the modulation, if it is clear but more than a delay of the pickup can explain.
@@ -51,8 +51,8 @@ impl FreePlate {
             .filter(|interval| interval.kind == RecordedIntervalKind::Unloaded)
             .map(|interval| (interval.start_s, interval.end_s))
             .collect();
-        let unloaded = unloaded::read(record, &intervals, manifest.modulation_hz, off_n);
-        let transient = unloaded.as_ref().ok().and_then(|reading| {
+        let reading = unloaded::read(record, &intervals, manifest.modulation_hz, off_n);
+        let transient = reading.as_ref().ok().and_then(|reading| {
             Transient::fit(
                 &reading.free,
                 manifest.carrier_hz,
@@ -70,7 +70,7 @@ impl FreePlate {
             transient => (transient, None),
         };
         Self {
-            unloaded,
+            reading,
             transient,
             heavy_transient,
         }
@@ -78,7 +78,7 @@ impl FreePlate {
 
     /// Returns Z_p, if it could be read.
     pub(super) fn z_p(&self) -> Option<PlateReading> {
-        self.unloaded.as_ref().ok().map(|reading| reading.plate)
+        self.reading.as_ref().ok().map(|reading| reading.plate)
     }
 
     /// Returns the deviation of the pickup from its stated values, if it is significant.
@@ -100,7 +100,7 @@ impl FreePlate {
 
     /// Returns the flaws of the intervals, and of the recording's stated values of plate and pickup.
     pub(super) fn flaws(&self, manifest: &Manifest) -> Vec<Flaw> {
-        let reading = match &self.unloaded {
+        let reading = match &self.reading {
             Ok(reading) => reading,
             Err(error) => return vec![Flaw::Unloaded(*error)],
         };

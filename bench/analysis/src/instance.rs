@@ -56,7 +56,8 @@ impl PreparedInstance {
         let range = lead_in_start..end;
         Self {
             time_s: series.time_s[range.clone()].to_vec(),
-            plain_n_s_per_m: smoothed_plain(&series.frames, first..end)[range.clone()].to_vec(),
+            plain_n_s_per_m: smooth_plain_impedance(&series.frames, first..end)[range.clone()]
+                .to_vec(),
             amplitude_m: series.amplitude_m[range.clone()].to_vec(),
             under_finger: under_finger.between(range.clone()),
             normal_n: series.normal_n[range.clone()].to_vec(),
@@ -151,7 +152,7 @@ impl PreparedInstance {
 }
 
 /// Returns the plain impedance of all frames, smoothed over the run of unmasked frames that contains `instance`.
-fn smoothed_plain(frames: &[ZmFrame], instance: Range<usize>) -> Vec<Complex64> {
+fn smooth_plain_impedance(frames: &[ZmFrame], instance: Range<usize>) -> Vec<Complex64> {
     let mut plain: Vec<Complex64> = frames.iter().map(|frame| frame.plain_n_s_per_m).collect();
     let is_usable = |frame: &ZmFrame| frame.mask.is_clear();
     let leading_frames = frames[..instance.start]

@@ -55,12 +55,12 @@ impl Levels {
                 ..(overlap.end - first) as usize * channels;
             let overlap_samples = block.get(frames).unwrap_or_default();
             for (channel, index) in indices.into_iter().enumerate() {
-                let finite = overlap_samples
+                let finite_values = overlap_samples
                     .iter()
                     .skip(index)
                     .step_by(channels)
                     .filter(|x| x.is_finite());
-                for x in finite {
+                for x in finite_values {
                     self.samples[channel] += 1;
                     self.total[channel] += f64::from(*x).powi(2);
                 }

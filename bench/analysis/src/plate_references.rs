@@ -191,12 +191,12 @@ mod tests {
     /// The error of a reference is the scatter, not the drift in the meantime.
     #[test]
     fn a_plate_that_drifts_steadily_is_read_as_well_as_one_that_stands_still() {
-        let reference_with = |per_s: f64, scatter: f64| {
+        let reference_with = |rate_per_s: f64, scatter: f64| {
             let mut record = record(|_| 0.0);
             for (i, frame) in record.frames.iter_mut().enumerate() {
                 let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
                 frame.corrected_n_s_per_m =
-                    Complex64::new(7.0 + per_s * frame.time_s, scatter * sign);
+                    Complex64::new(7.0 + rate_per_s * frame.time_s, scatter * sign);
             }
             read(&record, 0.05).references[3]
         };

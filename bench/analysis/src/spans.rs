@@ -29,11 +29,11 @@ impl Spans {
             .collect();
         spans.sort_by(|a, b| a.0.total_cmp(&b.0));
         spans.dedup_by(|next, span| {
-            let joined = next.0 <= span.1;
-            if joined {
+            let is_joined = next.0 <= span.1;
+            if is_joined {
                 span.1 = span.1.max(next.1);
             }
-            joined
+            is_joined
         });
         Self(spans)
     }

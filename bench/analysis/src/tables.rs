@@ -163,62 +163,62 @@ fn instances(analysed: &Analysed) -> Vec<Column> {
         real("end_s", |r| r.instance.end_s),
         real("normal_n", |r| r.instance.normal_n),
         real("measured_delta_mu", |r| r.instance.delta_mu),
-        real("sigma_t_m", |r| r.estimated().sigma_t_m),
-        real("sigma_t_std_m", |r| r.estimated().sigma_t_std_m),
-        real("re_z_t_n_s_per_m", |r| r.estimated().z_t_n_s_per_m.re),
+        real("sigma_t_m", |r| r.estimate().sigma_t_m),
+        real("sigma_t_std_m", |r| r.estimate().sigma_t_std_m),
+        real("re_z_t_n_s_per_m", |r| r.estimate().z_t_n_s_per_m.re),
         real("re_z_t_std_n_s_per_m", |r| {
-            r.estimated().z_t_std_n_s_per_m.re
+            r.estimate().z_t_std_n_s_per_m.re
         }),
-        real("im_z_t_n_s_per_m", |r| r.estimated().z_t_n_s_per_m.im),
+        real("im_z_t_n_s_per_m", |r| r.estimate().z_t_n_s_per_m.im),
         real("im_z_t_std_n_s_per_m", |r| {
-            r.estimated().z_t_std_n_s_per_m.im
+            r.estimate().z_t_std_n_s_per_m.im
         }),
         real("tau_s", |r| {
-            r.estimated().tau_s.map_or(f64::NAN, |tau| tau.0)
+            r.estimate().tau_s.map_or(f64::NAN, |tau| tau.0)
         }),
         real("tau_std_s", |r| {
-            r.estimated().tau_s.map_or(f64::NAN, |tau| tau.1)
+            r.estimate().tau_s.map_or(f64::NAN, |tau| tau.1)
         }),
-        real("mu0", |r| r.estimated().mu0),
-        real("mu0_std", |r| r.estimated().mu0_std),
-        real("r2_impedance", |r| r.estimated().agreement.r2_impedance),
-        real("rms_mu", |r| r.estimated().agreement.rms_mu),
+        real("mu0", |r| r.estimate().mu0),
+        real("mu0_std", |r| r.estimate().mu0_std),
+        real("r2_impedance", |r| r.estimate().agreement.r2_impedance),
+        real("rms_mu", |r| r.estimate().agreement.rms_mu),
         real("spearman_mu", |r| {
-            r.estimated().spearman_mu.map_or(f64::NAN, |s| s.rho)
+            r.estimate().spearman_mu.map_or(f64::NAN, |s| s.rho)
         }),
         real("carrier_hz", |r| r.findings.manifest.carrier_hz),
-        real("re_z_p_n_s_per_m", |r| r.estimated().z_p_n_s_per_m.re),
-        real("im_z_p_n_s_per_m", |r| r.estimated().z_p_n_s_per_m.im),
+        real("re_z_p_n_s_per_m", |r| r.estimate().z_p_n_s_per_m.re),
+        real("im_z_p_n_s_per_m", |r| r.estimate().z_p_n_s_per_m.im),
         real("re_rigid_z_t_n_s_per_m", |r| {
-            r.estimated().rigid_z_t_n_s_per_m.re
+            r.estimate().rigid_z_t_n_s_per_m.re
         }),
         real("im_rigid_z_t_n_s_per_m", |r| {
-            r.estimated().rigid_z_t_n_s_per_m.im
+            r.estimate().rigid_z_t_n_s_per_m.im
         }),
         real("at_rest_up_to_amplitude_m", |r| {
             let at_rest = r.instance.paper.rest;
             at_rest.map_or(f64::NAN, |rest| rest.up_to_amplitude_m)
         }),
-        real("averaged_sigma_t_m", |r| r.estimated().averaged.sigma_t_m),
+        real("averaged_sigma_t_m", |r| r.estimate().averaged.sigma_t_m),
         real("delta_abs_z_m_n_s_per_m", |r| {
-            r.estimated().deltas.abs_z_m_n_s_per_m
+            r.estimate().deltas.abs_z_m_n_s_per_m
         }),
         real("delta_re_z_m_n_s_per_m", |r| {
-            r.estimated().deltas.re_z_m_n_s_per_m
+            r.estimate().deltas.re_z_m_n_s_per_m
         }),
         real("delta_abs_im_z_m_n_s_per_m", |r| {
-            r.estimated().deltas.abs_im_z_m_n_s_per_m
+            r.estimate().deltas.abs_im_z_m_n_s_per_m
         }),
         real("delta_reaction_force_n", |r| {
-            r.estimated().deltas.reaction_force_n
+            r.estimate().deltas.reaction_force_n
         }),
-        real("delta_squeeze_n", |r| r.estimated().deltas.squeeze_n),
-        real("delta_gap_m", |r| r.estimated().deltas.gap_m),
-        real("delta_mu", |r| r.estimated().deltas.mu),
+        real("delta_squeeze_n", |r| r.estimate().deltas.squeeze_n),
+        real("delta_gap_m", |r| r.estimate().deltas.gap_m),
+        real("delta_mu", |r| r.estimate().deltas.mu),
         real("amplitude_ratio", |r| r.mean_amplitude_ratio()),
-        real("contact_area_m2", |r| r.estimated().skin.contact_area_m2),
-        real("q0_rad_per_m", |r| r.estimated().skin.q0_rad_per_m),
-        real("loss_factor", |r| r.estimated().skin.loss_factor),
+        real("contact_area_m2", |r| r.estimate().skin.contact_area_m2),
+        real("q0_rad_per_m", |r| r.estimate().skin.q0_rad_per_m),
+        real("loss_factor", |r| r.estimate().skin.loss_factor),
         real("re_plate_offset_n_s_per_m", |r| {
             r.offset(|offset| offset.n_s_per_m.re)
         }),
@@ -297,9 +297,7 @@ fn shared_columns(rows: &[Row<'_>]) -> Vec<Column> {
                 shared.lateral_lag_s.map_or(f64::NAN, |lag| lag.std)
             })
         }),
-        text(rows.iter(), "verdict", |r| {
-            r.estimated().verdict.to_string()
-        }),
+        text(rows.iter(), "verdict", |r| r.estimate().verdict.to_string()),
         Column::Flag("model_misfit", rows.iter().map(Row::is_misfit).collect()),
         text(rows.iter(), "misfit", |r| {
             let signs = r.trial().map_or(&[][..], |shared| &shared.misfit);
@@ -332,19 +330,19 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
         real("re_z_m_n_s_per_m", |r, k| r.fit.z_m()[k].re),
         real("im_z_m_n_s_per_m", |r, k| r.fit.z_m()[k].im),
         real("re_z_m_model_n_s_per_m", |r, k| {
-            r.estimated().series.z_m_model_n_s_per_m[k].re
+            r.estimate().series.z_m_model_n_s_per_m[k].re
         }),
         real("im_z_m_model_n_s_per_m", |r, k| {
-            r.estimated().series.z_m_model_n_s_per_m[k].im
+            r.estimate().series.z_m_model_n_s_per_m[k].im
         }),
-        real("k_c_n_per_m", |r, k| r.estimated().series.k_c_n_per_m[k]),
+        real("k_c_n_per_m", |r, k| r.estimate().series.k_c_n_per_m[k]),
         real("k_c_std_n_per_m", |r, k| {
-            r.estimated().series.k_c_std_n_per_m[k]
+            r.estimate().series.k_c_std_n_per_m[k]
         }),
-        real("gap_m", |r, k| r.estimated().series.gap_m[k]),
-        real("gap_std_m", |r, k| r.estimated().series.gap_std_m[k]),
-        real("mu", |r, k| r.estimated().series.mu[k]),
-        real("mu_std", |r, k| r.estimated().series.mu_std[k]),
+        real("gap_m", |r, k| r.estimate().series.gap_m[k]),
+        real("gap_std_m", |r, k| r.estimate().series.gap_std_m[k]),
+        real("mu", |r, k| r.estimate().series.mu[k]),
+        real("mu_std", |r, k| r.estimate().series.mu_std[k]),
         real("reaction_force_n", |r, k| {
             r.motion().reaction_force_n[k].norm()
         }),
@@ -363,18 +361,20 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
         }),
         real("plate_power_w", |r, k| r.motion().plate_power_w[k]),
         real("skin_power_w", |r, k| r.motion().skin_power_w[k]),
-        real("film_force_n", |r, k| r.estimated().film_force_n[k]),
+        real("film_force_n", |r, k| r.estimate().film_force_n[k]),
         real("re_z_m_averaged_n_s_per_m", |r, k| {
-            r.averaged(|model| model.z_m_n_s_per_m[k].re)
+            r.averaged_value(|model| model.z_m_n_s_per_m[k].re)
         }),
         real("im_z_m_averaged_n_s_per_m", |r, k| {
-            r.averaged(|model| model.z_m_n_s_per_m[k].im)
+            r.averaged_value(|model| model.z_m_n_s_per_m[k].im)
         }),
         real("k_c_averaged_n_per_m", |r, k| {
-            r.averaged(|model| model.k_c_n_per_m[k])
+            r.averaged_value(|model| model.k_c_n_per_m[k])
         }),
-        real("gap_averaged_m", |r, k| r.averaged(|model| model.gap_m[k])),
-        real("mu_averaged", |r, k| r.averaged(|model| model.mu[k])),
+        real("gap_averaged_m", |r, k| {
+            r.averaged_value(|model| model.gap_m[k])
+        }),
+        real("mu_averaged", |r, k| r.averaged_value(|model| model.mu[k])),
         real("amplitude_ratio", |r, k| {
             r.instance.samples.amplitude_ratio(r.fit.method, k)
         }),
@@ -383,23 +383,23 @@ fn samples(analysed: &Analysed) -> Vec<Column> {
 }
 
 impl Row<'_> {
-    fn estimated(&self) -> &crate::estimate::Estimated {
+    fn estimate(&self) -> &crate::estimate::Estimated {
         self.fit.estimated
     }
 
     fn motion(&self) -> &SkinMotion {
-        &self.estimated().motion
+        &self.estimate().motion
     }
 
     /// Returns a value of the model with the participant's average σ_t; NaN if it allows no such contact.
-    fn averaged(&self, value: impl Fn(&ModelledSeries) -> f64) -> f64 {
-        let series = &self.estimated().averaged.series;
+    fn averaged_value(&self, value: impl Fn(&ModelledSeries) -> f64) -> f64 {
+        let series = &self.estimate().averaged.series;
         series.as_ref().map_or(f64::NAN, value)
     }
 
     /// Returns a number of the plate's offset; 0 if none was fitted.
     fn offset(&self, value: impl Fn(&PlateOffset) -> f64) -> f64 {
-        self.estimated().plate_offset.as_ref().map_or(0.0, value)
+        self.estimate().plate_offset.as_ref().map_or(0.0, value)
     }
 
     /// Returns the fit of the whole recording, for a row by `trial`.

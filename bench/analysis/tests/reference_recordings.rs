@@ -109,7 +109,7 @@ fn the_second_reference_recording_is_estimated_within_the_stated_limits() {
 /// A filter or a buffer in the pickup's channel delays its envelope, not only its phase.
 #[test]
 fn a_pickup_delay_of_many_samples_is_found_and_corrected() {
-    for late_samples in [10, 30] {
+    for delay_samples in [10, 30] {
         let folder = tempfile::tempdir().unwrap();
         for file in ["recording.toml", "force.csv", "position.csv"] {
             fs::copy(
@@ -125,7 +125,7 @@ fn a_pickup_delay_of_many_samples_is_found_and_corrected() {
         let mut writer = hound::WavWriter::create(folder.path().join("signals.wav"), spec).unwrap();
         for (n, frame) in samples.chunks_exact(2).enumerate() {
             writer.write_sample(frame[0]).unwrap();
-            let source_index = n.checked_sub(late_samples);
+            let source_index = n.checked_sub(delay_samples);
             writer
                 .write_sample(source_index.map_or(0.0, |n| samples[2 * n + 1]))
                 .unwrap();
@@ -133,7 +133,7 @@ fn a_pickup_delay_of_many_samples_is_found_and_corrected() {
         writer.finalize().unwrap();
 
         let findings = assert_reference(folder.path(), "recording-a", &RECORDING_A);
-        let late_s = late_samples as f64 / f64::from(spec.sample_rate);
+        let true_delay_s = delay_samples as f64 / f64::from(spec.sample_rate);
         let [
             Flaw::PickupPhase { found_rad, .. },
             Flaw::PickupLate { delay_s },
@@ -141,8 +141,8 @@ fn a_pickup_delay_of_many_samples_is_found_and_corrected() {
         else {
             panic!("{:?}", findings.flaws);
         };
-        assert!((delay_s - late_s).abs() < 2e-6, "{delay_s}");
-        let phasor_error = Complex64::cis(found_rad) - Complex64::cis(TAU * 35e3 * late_s);
+        assert!((delay_s - true_delay_s).abs() < 2e-6, "{delay_s}");
+        let phasor_error = Complex64::cis(found_rad) - Complex64::cis(TAU * 35e3 * true_delay_s);
         assert!(phasor_error.norm() < 1e-3, "{found_rad}");
     }
 }
@@ -277,7 +277,7 @@ fn the_trials_fit_follows_a_drifting_plate_and_an_unknown_skin() {
     let floor = trial.friction_floor.unwrap().value;
     assert!((floor - number("friction_floor")).abs() < 0.005);
     // The stated intervals include the true values, and are no wider than necessary.
-    for (interval, truth, widest) in [
+    for (interval, truth, greatest_width) in [
         (
             trial.contact_area_m2.interval95(),
             number("contact_area_m2"),
@@ -293,7 +293,7 @@ fn the_trials_fit_follows_a_drifting_plate_and_an_unknown_skin() {
     ] {
         let [low, high] = interval;
         assert!(low < truth && truth < high, "{interval:?} {truth}");
-        assert!(high - low < widest * truth, "{interval:?} {truth}");
+        assert!(high - low < greatest_width * truth, "{interval:?} {truth}");
     }
     // In this world neither the lag nor the area grows.
     assert!(trial.lag_exponent.value.abs() < 0.05 && trial.area_exponent.value.abs() < 0.05);
@@ -333,7 +333,7 @@ fn the_table_of_instances_agrees_with_the_results() {
     let rows = table(&folder.path().join(tables::INSTANCES_FILE));
     let instances = recording["instances"].as_array().unwrap();
     assert_eq!(rows.len(), 3 * instances.len());
-    let mut compared = 0;
+    let mut comparisons = 0;
     for row in rows {
         let field = |name: &str| {
             let cell = row.iter().find(|(column, _)| column == name);
@@ -379,7 +379,7 @@ fn the_table_of_instances_agrees_with_the_results() {
                 value + deviations
             };
             assert_close(std, end, &result["interval95"][key][1]);
-            compared += 1;
+            comparisons += 1;
         };
         for (column, std) in [
             ("contact_area_m2", "contact_area_ln_std"),
@@ -399,5 +399,5 @@ fn the_table_of_instances_agrees_with_the_results() {
         assert_column(shift, "resonance_shift_std_hz", trial, shift);
         assert_close("tau_s", real("tau_s"), &trial["tau_s"]);
     }
-    assert_eq!(compared, 11 * instances.len());
+    assert_eq!(comparisons, 11 * instances.len());
 }

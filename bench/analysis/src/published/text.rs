@@ -86,7 +86,7 @@ impl Statistics {
         let _ = rows.write_record(header.split(','));
         for row in &self.rows {
             for method in Method::ALL {
-                for statistic in row.statistic(method).all() {
+                for statistic in row.statistic(method).statistics() {
                     let _ = rows.write_record(statistic.record(row, method));
                 }
             }
@@ -136,7 +136,7 @@ impl StatisticRow {
 
 impl MethodStatistic {
     /// Returns the statistics at all levels, the published one first.
-    pub fn all(&self) -> impl Iterator<Item = &Statistic> {
+    pub fn statistics(&self) -> impl Iterator<Item = &Statistic> {
         std::iter::once(&self.main).chain(&self.also)
     }
 }

@@ -32,18 +32,18 @@ const Q0_RAD_PER_M: f64 = 1.4e4;
 
 /// Returns the program that makes recordings, compiled once.
 fn program() -> &'static Path {
-    static COMPILED: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
-    let (_, path) = COMPILED.get_or_init(|| {
+    static PROGRAM: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
+    let (_, path) = PROGRAM.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("world");
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/independent_world/world.c");
-        let compiled = Command::new("cc")
+        let status = Command::new("cc")
             .args(["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-o"])
             .args([&path, &source])
             .arg("-lm")
             .status()
             .expect("the C compiler that the build needs too");
-        assert!(compiled.success());
+        assert!(status.success());
         (folder, path)
     });
     path

@@ -30,21 +30,21 @@ impl From<&RecordedPlate> for AmplitudeProfile {
 
 impl AmplitudeProfile {
     /// Makes the profile of a plate from places that have passed [`RecordedProfile::validate`].
-    pub fn new(recorded: &RecordedProfile) -> Self {
-        let at: Vec<(f64, f64)> = recorded
+    pub fn new(profile: &RecordedProfile) -> Self {
+        let points: Vec<(f64, f64)> = profile
             .positions_m
             .iter()
             .copied()
-            .zip(recorded.ratios.iter().copied())
+            .zip(profile.ratios.iter().copied())
             .collect();
-        let places = at.iter().enumerate().map(|(i, &(position_m, ratio))| {
+        let places = points.iter().enumerate().map(|(i, &(position_m, ratio))| {
             // At an end, use the parabola through the three nearest places.
-            let first = i.saturating_sub(1).min(at.len().saturating_sub(3));
-            let nearest = &at[first..at.len().min(first + 3)];
+            let first = i.saturating_sub(1).min(points.len().saturating_sub(3));
+            let nearest_points = &points[first..points.len().min(first + 3)];
             MeasuredPlace {
                 position_m,
                 ratio,
-                slope: slope(nearest, position_m),
+                slope: slope(nearest_points, position_m),
             }
         });
         Self {
@@ -87,17 +87,17 @@ impl AmplitudeProfile {
         if position_m >= last.position_m {
             return last.ratio;
         }
-        let after = self
+        let next = self
             .places
             .partition_point(|place| place.position_m <= position_m);
-        between(&self.places[after - 1], &self.places[after], position_m)
+        cubic_ratio(&self.places[next - 1], &self.places[next], position_m)
     }
 
     /// Returns φ at each position of a sliding finger; an unknown position is replaced by the last known one,
     /// or by the first one before that is reached.
     pub fn along(&self, positions_m: &[f64]) -> Vec<f64> {
-        let known = positions_m.iter().find(|position_m| !position_m.is_nan());
-        let mut last_m = known.copied().unwrap_or(f64::NAN);
+        let first_position_m = positions_m.iter().find(|position_m| !position_m.is_nan());
+        let mut last_m = first_position_m.copied().unwrap_or(f64::NAN);
         positions_m
             .iter()
             .map(|&position_m| {
@@ -124,14 +124,14 @@ fn slope(points: &[(f64, f64)], x: f64) -> f64 {
 }
 
 /// Returns the cubic with the ratios and slopes of two places, limited to the allowed ratios.
-fn between(before: &MeasuredPlace, after: &MeasuredPlace, position_m: f64) -> f64 {
-    let step_m = after.position_m - before.position_m;
-    let rise = (after.ratio - before.ratio) / step_m;
-    let (s0, s1) = (before.slope, after.slope);
-    let t = (position_m - before.position_m) / step_m;
+fn cubic_ratio(previous: &MeasuredPlace, next: &MeasuredPlace, position_m: f64) -> f64 {
+    let step_m = next.position_m - previous.position_m;
+    let rise = (next.ratio - previous.ratio) / step_m;
+    let (s0, s1) = (previous.slope, next.slope);
+    let t = (position_m - previous.position_m) / step_m;
     let cubic = s0 + t * (3.0 * rise - 2.0 * s0 - s1 + t * (s0 + s1 - 2.0 * rise));
     let [least, greatest] = PROFILE_RATIOS;
-    (before.ratio + step_m * t * cubic).clamp(least, greatest)
+    (previous.ratio + step_m * t * cubic).clamp(least, greatest)
 }
 
 #[cfg(test)]
@@ -140,52 +140,52 @@ mod tests {
     use approx::assert_relative_eq;
 
     fn profile(places: &[(f64, f64)]) -> AmplitudeProfile {
-        let recorded = RecordedProfile {
+        let recorded_profile = RecordedProfile {
             positions_m: places.iter().map(|place| place.0).collect(),
             ratios: places.iter().map(|place| place.1).collect(),
         };
-        recorded.validate().unwrap();
-        AmplitudeProfile::new(&recorded)
+        recorded_profile.validate().unwrap();
+        AmplitudeProfile::new(&recorded_profile)
     }
 
     fn parabola(position_m: f64) -> f64 {
-        let from_middle = position_m / 0.0525 - 1.0;
-        1.03 - 0.09 * from_middle * from_middle
+        let offset = position_m / 0.0525 - 1.0;
+        1.03 - 0.09 * offset * offset
     }
 
     #[test]
-    fn a_parabola_is_met_whatever_the_number_of_places_and_their_steps() {
+    fn a_parabola_is_reproduced_for_any_number_and_spacing_of_places() {
         for places in [
             &[0.005, 0.0525, 0.1][..],
             &[0.005, 0.02, 0.055, 0.1],
             &[0.005, 0.03, 0.05, 0.06, 0.09, 0.1],
         ] {
-            let at: Vec<(f64, f64)> = places.iter().map(|&x| (x, parabola(x))).collect();
-            let profile = profile(&at);
+            let points: Vec<(f64, f64)> = places.iter().map(|&x| (x, parabola(x))).collect();
+            let profile = profile(&points);
             for step in 0..=95 {
                 let x = 0.005 + 1e-3 * f64::from(step);
                 assert_relative_eq!(profile.at(x), parabola(x), max_relative = 1e-12);
             }
-            for &(x, ratio) in &at {
+            for &(x, ratio) in &points {
                 assert_relative_eq!(profile.at(x), ratio, max_relative = 1e-15);
             }
         }
     }
 
     #[test]
-    fn two_places_are_joined_by_a_line_and_the_ends_go_on_as_they_are() {
+    fn two_places_are_joined_by_a_line_with_constant_ends() {
         let profile = profile(&[(0.02, 0.9), (0.08, 1.1)]);
         assert_relative_eq!(profile.at(0.05), 1.0, max_relative = 1e-12);
-        for beyond in [-1e9, 0.0, f64::NEG_INFINITY] {
-            assert_eq!(profile.at(beyond), 0.9);
+        for position_m in [-1e9, 0.0, f64::NEG_INFINITY] {
+            assert_eq!(profile.at(position_m), 0.9);
         }
-        for beyond in [0.081, 1e9, f64::INFINITY] {
-            assert_eq!(profile.at(beyond), 1.1);
+        for position_m in [0.081, 1e9, f64::INFINITY] {
+            assert_eq!(profile.at(position_m), 1.1);
         }
     }
 
     #[test]
-    fn a_plate_without_a_profile_and_one_of_ones_are_exactly_one_everywhere() {
+    fn plates_without_a_profile_or_with_a_flat_one_have_a_ratio_of_one() {
         let flat = profile(&[(0.005, 1.0), (0.0287, 1.0), (0.07, 1.0), (0.1, 1.0)]);
         assert_eq!(flat.places.len(), 4);
         for profile in [AmplitudeProfile::default(), flat] {
@@ -210,15 +210,15 @@ mod tests {
     }
 
     #[test]
-    fn no_places_make_a_ratio_that_is_not_allowed() {
+    fn every_ratio_is_within_the_allowed_range() {
         let [least, greatest] = PROFILE_RATIOS;
-        let steep = [
+        let steep_places = [
             (0.01, least),
             (0.010_002, greatest),
             (0.06, least),
             (0.1, greatest),
         ];
-        let profile = profile(&steep);
+        let profile = profile(&steep_places);
         for step in 0..1000 {
             let ratio = profile.at(1e-4 * f64::from(step));
             assert!((least..=greatest).contains(&ratio), "{ratio}");

@@ -30,11 +30,11 @@ pub struct Analysed {
 impl Analysed {
     /// Returns every estimated instance with its recording.
     pub fn instances(&self) -> impl Iterator<Item = (&RecordingFindings, &InstanceAnalysis)> {
-        self.findings().flat_map(|found| {
-            found
+        self.findings().flat_map(|findings| {
+            findings
                 .instances
                 .iter()
-                .map(move |instance| (found, instance))
+                .map(move |instance| (findings, instance))
         })
     }
 
@@ -105,7 +105,7 @@ pub struct RecordingFindings {
     /// Self-sensed against measured normal force, by amplitude.
     pub model_check: Vec<Band>,
     /// Stretches without an estimate.
-    pub rejected: Vec<Rejected>,
+    pub rejected: Vec<RejectedStretch>,
     /// Defects of the recording.
     pub flaws: Vec<Flaw>,
 }
@@ -123,18 +123,19 @@ impl RecordingFindings {
 
     /// Returns the conditions shared by all fits, for the `assumed` skin; `None` if Z_p is not known.
     pub(crate) fn conditions(&self, assumed: AssumedConstants) -> Option<FitConditions> {
-        let stated = self.manifest.standard_errors.unwrap_or_default();
+        let standard_errors = self.manifest.standard_errors.unwrap_or_default();
         let z_p = self.z_p?;
-        Some(z_p.conditions(assumed, self.manifest.carrier_hz, &stated))
+        Some(z_p.conditions(assumed, self.manifest.carrier_hz, &standard_errors))
     }
 
     /// Returns the finger of the first instance usable by `dynamic`, which the model check extrapolates.
     pub fn first_finger(&self) -> Option<&FittedFinger> {
-        self.first_by_dynamic().map(|instance| &instance.finger)
+        self.first_dynamic_instance()
+            .map(|instance| &instance.finger)
     }
 
     /// Returns the first instance usable by `dynamic`.
-    pub(crate) fn first_by_dynamic(&self) -> Option<&InstanceAnalysis> {
+    pub(crate) fn first_dynamic_instance(&self) -> Option<&InstanceAnalysis> {
         let mut instances = self.instances.iter();
         instances.find(|instance| instance.estimated(Method::Dynamic).is_some())
     }
@@ -142,7 +143,7 @@ impl RecordingFindings {
 
 /// Stretch of rising amplitude without an estimate.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rejected {
+pub struct RejectedStretch {
     /// Direction of the exploration.
     pub direction: Direction,
     /// Start, s.

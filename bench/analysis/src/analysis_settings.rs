@@ -6,7 +6,7 @@ use protocols::SelectionRules;
 use serde::Serialize;
 use strict::TomlError;
 
-use crate::assumable::{NOT_NEGATIVE, Number, PART, POISSON, POSITIVE};
+use crate::assumable::{FRACTION, NOT_NEGATIVE, Number, POISSON, POSITIVE};
 use crate::prior_settings;
 
 /// Assumptions of an analysis. The names are the same in the results' `settings`, in `--assume` and in
@@ -177,16 +177,18 @@ impl Settings {
 
     fn set(&mut self, name: &str, value: &str) -> Result<(), SettingError> {
         let mut numbers = self.numbers();
-        let Some(at) = numbers.iter().position(|known| known.name == name) else {
-            let names = numbers.iter().map(|known| known.name.as_str());
-            let (below, own): (Vec<_>, Vec<_>) = names.partition(|known| known.contains('.'));
-            let of_its_own = strict::nearest(name, &own).filter(|_| !name.contains('.'));
+        let Some(index) = numbers.iter().position(|number| number.name == name) else {
+            let names = numbers.iter().map(|number| number.name.as_str());
+            let (prior_names, setting_names): (Vec<_>, Vec<_>) =
+                names.partition(|name| name.contains('.'));
+            let nearest_setting =
+                strict::nearest(name, &setting_names).filter(|_| !name.contains('.'));
             return Err(SettingError::Unknown {
                 name: name.to_owned(),
-                nearest: of_its_own.or_else(|| strict::nearest(name, &below)),
+                nearest: nearest_setting.or_else(|| strict::nearest(name, &prior_names)),
             });
         };
-        let number = numbers.swap_remove(at);
+        let number = numbers.swap_remove(index);
         match value.parse() {
             Ok(value) if (number.allowed.rule)(value) => {
                 *number.value = value;
@@ -202,7 +204,7 @@ impl Settings {
 
     /// Returns all numbers that can be changed.
     fn numbers(&mut self) -> Vec<Number<'_>> {
-        let own = [
+        let entries = [
             ("sigma_q0_rad_per_m", POSITIVE, &mut self.sigma_q0_rad_per_m),
             ("poisson_ratio", POISSON, &mut self.poisson_ratio),
             ("young_modulus_pa", POSITIVE, &mut self.young_modulus_pa),
@@ -218,16 +220,17 @@ impl Settings {
             ("lead_in_s", POSITIVE, &mut self.lead_in_s),
             ("central_m", POSITIVE, &mut self.central_m),
             ("speed_m_per_s", POSITIVE, &mut self.speed_m_per_s),
-            ("speed_tolerance", PART, &mut self.speed_tolerance),
+            ("speed_tolerance", FRACTION, &mut self.speed_tolerance),
             ("instance_s", POSITIVE, &mut self.instance_s),
             ("contact_n", POSITIVE, &mut self.contact_n),
         ];
-        let own = own.into_iter().map(|(name, allowed, value)| Number {
+        let entries = entries.into_iter().map(|(name, allowed, value)| Number {
             name: name.to_owned(),
             allowed,
             value,
         });
-        own.chain(prior_settings::numbers(&mut self.trial_priors))
+        entries
+            .chain(prior_settings::numbers(&mut self.trial_priors))
             .collect()
     }
 
@@ -281,15 +284,15 @@ impl Settings {
 }
 
 /// Returns the values of a table and its subtables, by their names with dots.
-fn leaves(above: &str, table: toml::Table) -> Vec<(String, toml::Value)> {
-    let each = table.into_iter().flat_map(|(key, value)| {
-        let name = format!("{above}{key}");
+fn leaves(prefix: &str, table: toml::Table) -> Vec<(String, toml::Value)> {
+    let values = table.into_iter().flat_map(|(key, value)| {
+        let name = format!("{prefix}{key}");
         match value {
-            toml::Value::Table(below) => leaves(&format!("{name}."), below),
+            toml::Value::Table(subtable) => leaves(&format!("{name}."), subtable),
             value => vec![(name, value)],
         }
     });
-    each.collect()
+    values.collect()
 }
 
 #[cfg(test)]
@@ -297,45 +300,53 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_name_sets_the_number_that_the_results_print_under_it() {
-        let printed = |settings: Settings| {
-            let printed = toml::Table::try_from(settings).unwrap();
-            let mut leaves = leaves("", printed);
+    fn each_name_sets_the_number_printed_under_the_same_name() {
+        let printed_leaves = |settings: Settings| {
+            let table = toml::Table::try_from(settings).unwrap();
+            let mut leaves = leaves("", table);
             leaves.sort_by(|a, b| a.0.cmp(&b.0));
             leaves
         };
-        let usual = printed(Settings::default());
-        for name in Settings::default().numbers().iter().map(|of| &of.name) {
+        let default_leaves = printed_leaves(Settings::default());
+        for name in Settings::default()
+            .numbers()
+            .iter()
+            .map(|number| &number.name)
+        {
             let mut settings = Settings::default();
             settings.assume(&format!("{name} = 0.125")).unwrap();
-            let changed: Vec<_> = printed(settings)
+            let changes: Vec<_> = printed_leaves(settings)
                 .into_iter()
-                .zip(&usual)
-                .filter(|(now, usual)| now != *usual)
-                .map(|(now, _)| now)
+                .zip(&default_leaves)
+                .filter(|(leaf, default_leaf)| leaf != *default_leaf)
+                .map(|(leaf, _)| leaf)
                 .collect();
-            assert_eq!(changed, [(name.clone(), toml::Value::Float(0.125))]);
+            assert_eq!(changes, [(name.clone(), toml::Value::Float(0.125))]);
         }
-        let priors = usual.iter().filter(|(name, _)| name.starts_with("trial"));
-        let named = Settings::default().numbers().len() - 14;
-        assert_eq!(priors.count(), named, "every prior can be another");
+        let priors = default_leaves
+            .iter()
+            .filter(|(name, _)| name.starts_with("trial"));
+        let prior_count = Settings::default().numbers().len() - 14;
+        assert_eq!(priors.count(), prior_count, "every prior can be another");
     }
 
     #[test]
-    fn what_cannot_be_assumed_is_named() {
-        let refuse = |text: &str| Settings::default().assume(text).unwrap_err().to_string();
-        assert!(refuse("q0_rad_per_m=1").contains("did you mean `sigma_q0_rad_per_m`?"));
-        assert!(refuse("poisson_ratio=0.6").contains("at most 0.5"));
-        assert!(refuse("contact_area_m2=nan").contains("above 0"));
-        assert!(refuse("lead_in_s=soon").contains("soon"));
-        assert!(refuse("lead_in_s").contains("NAME=VALUE"));
-        assert!(refuse("area=3").contains("did you mean `contact_area_m2`?"));
-        assert!(refuse("trial_priors.tau_s.std=1").contains("did you mean `trial_priors.tau_s."));
-        assert!(refuse("trial_priors.tau_s.ln_std=0").contains("1e-9"));
+    fn rejected_assumptions_are_named() {
+        let error_text = |text: &str| Settings::default().assume(text).unwrap_err().to_string();
+        assert!(error_text("q0_rad_per_m=1").contains("did you mean `sigma_q0_rad_per_m`?"));
+        assert!(error_text("poisson_ratio=0.6").contains("at most 0.5"));
+        assert!(error_text("contact_area_m2=nan").contains("above 0"));
+        assert!(error_text("lead_in_s=soon").contains("soon"));
+        assert!(error_text("lead_in_s").contains("NAME=VALUE"));
+        assert!(error_text("area=3").contains("did you mean `contact_area_m2`?"));
+        assert!(
+            error_text("trial_priors.tau_s.std=1").contains("did you mean `trial_priors.tau_s.")
+        );
+        assert!(error_text("trial_priors.tau_s.ln_std=0").contains("1e-9"));
     }
 
     #[test]
-    fn a_file_sets_what_it_names_and_nothing_else() {
+    fn a_file_sets_only_the_numbers_that_it_names() {
         let mut settings = Settings::default();
         let text = "# skin\nsigma_q0_rad_per_m = 2e4\n\ncontact_n = 1\n\n[trial_priors]\ntau_s.median = 2e-3\n";
         settings.assume_file(text, "skin.toml").unwrap();
@@ -347,11 +358,11 @@ mod tests {
         expected.trial_priors.tau_s.median = 2e-3;
         assert_eq!(settings, expected);
 
-        let refuse = |text: &str| {
-            let refused = Settings::default().assume_file(text, "skin.toml");
-            refused.unwrap_err().to_string()
+        let error_text = |text: &str| {
+            let result = Settings::default().assume_file(text, "skin.toml");
+            result.unwrap_err().to_string()
         };
-        let unknown = refuse("loss_factor = 0.3\nyoung_modulus_mpa = 20\n");
+        let unknown = error_text("loss_factor = 0.3\nyoung_modulus_mpa = 20\n");
         assert!(unknown.starts_with("skin.toml, line 2: "), "{unknown}");
         assert!(unknown.contains("`young_modulus_pa`"), "{unknown}");
         for (text, word) in [
@@ -362,7 +373,7 @@ mod tests {
             ("poisson_ratio = 0.4\npoisson_ratio = 0.5", "line 2"),
             ("poisson_ratio", "line 1"),
         ] {
-            let error = refuse(text);
+            let error = error_text(text);
             assert!(error.contains(word), "{text}: {error}");
         }
     }

@@ -2,28 +2,28 @@
 
 /// Allowed values of a number: in words, and as a rule.
 #[derive(Clone, Copy)]
-pub(crate) struct Allowed {
+pub(crate) struct AllowedValues {
     pub(crate) words: &'static str,
     pub(crate) rule: fn(f64) -> bool,
 }
 
-pub(crate) const POSITIVE: Allowed = Allowed {
+pub(crate) const POSITIVE: AllowedValues = AllowedValues {
     words: "finite numbers above 0",
     rule: |value| value.is_finite() && value > 0.0,
 };
-pub(crate) const FINITE: Allowed = Allowed {
+pub(crate) const FINITE: AllowedValues = AllowedValues {
     words: "finite numbers",
     rule: f64::is_finite,
 };
-pub(crate) const NOT_NEGATIVE: Allowed = Allowed {
+pub(crate) const NOT_NEGATIVE: AllowedValues = AllowedValues {
     words: "finite numbers from 0",
     rule: |value| value.is_finite() && value >= 0.0,
 };
-pub(crate) const POISSON: Allowed = Allowed {
+pub(crate) const POISSON: AllowedValues = AllowedValues {
     words: "above -1, at most 0.5",
     rule: |value| value > -1.0 && value <= 0.5,
 };
-pub(crate) const PART: Allowed = Allowed {
+pub(crate) const FRACTION: AllowedValues = AllowedValues {
     words: "above 0, at most 1",
     rule: |value| value > 0.0 && value <= 1.0,
 };
@@ -31,6 +31,6 @@ pub(crate) const PART: Allowed = Allowed {
 /// An assumed number that can be changed.
 pub(crate) struct Number<'a> {
     pub(crate) name: String,
-    pub(crate) allowed: Allowed,
+    pub(crate) allowed: AllowedValues,
     pub(crate) value: &'a mut f64,
 }

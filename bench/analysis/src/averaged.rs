@@ -16,7 +16,7 @@ use crate::statistics::r_squared_complex;
 
 /// Subject of the average: a participant, or the recording with this number.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-enum Whose {
+enum Subject {
     Participant(String),
     Recording(usize),
 }
@@ -24,27 +24,36 @@ enum Whose {
 /// Adds to each estimate of an analysis the model with its participant's average σ_t by the same method.
 pub fn fill(analysed: &mut Analysed) {
     let settings = analysed.settings;
-    let mut sigmas_m = BTreeMap::<(Whose, &str), Vec<f64>>::new();
-    for (number, found) in analysed.findings().enumerate() {
-        for estimate in found.instances.iter().flat_map(InstanceAnalysis::estimates) {
+    let mut sigmas_m = BTreeMap::<(Subject, &str), Vec<f64>>::new();
+    for (number, findings) in analysed.findings().enumerate() {
+        for estimate in findings
+            .instances
+            .iter()
+            .flat_map(InstanceAnalysis::estimates)
+        {
             sigmas_m
-                .entry((whose(number, found), estimate.method.name()))
+                .entry((subject(number, findings), estimate.method.name()))
                 .or_default()
                 .push(estimate.estimated.sigma_t_m);
         }
     }
-    for (number, found) in analysed.findings_mut().enumerate() {
-        let whose = whose(number, found);
+    for (number, findings) in analysed.findings_mut().enumerate() {
+        let subject = subject(number, findings);
         let average_m = |name| {
-            let of = sigmas_m.get(&(whose.clone(), name));
-            of.map_or(f64::NAN, |of| of.iter().sum::<f64>() / of.len() as f64)
+            let values_m = sigmas_m.get(&(subject.clone(), name));
+            values_m.map_or(f64::NAN, |values_m| {
+                values_m.iter().sum::<f64>() / values_m.len() as f64
+            })
         };
-        let Some(of_all) = found.conditions(settings.assumed()) else {
+        let Some(shared_conditions) = findings.conditions(settings.assumed()) else {
             continue;
         };
-        let floor = found.trial.as_ref().and_then(|of| of.friction_floor);
-        let floor = floor.map(|of| of.value);
-        for instance in &mut found.instances {
+        let floor = findings
+            .trial
+            .as_ref()
+            .and_then(|shared| shared.friction_floor);
+        let floor = floor.map(|floor| floor.value);
+        for instance in &mut findings.instances {
             let samples = &instance.samples;
             for (method, estimated) in [
                 (Method::Paper, Some(&mut instance.paper)),
@@ -55,9 +64,9 @@ pub fn fill(analysed: &mut Analysed) {
                 let sigma_t_m = average_m(method.name());
                 let conditions = FitConditions {
                     assumed: estimated.skin,
-                    ..of_all
+                    ..shared_conditions
                 };
-                let series = modelled(
+                let series = model_series(
                     samples,
                     method,
                     estimated,
@@ -68,7 +77,7 @@ pub fn fill(analysed: &mut Analysed) {
                 let mut series = series.ok();
                 if let (Method::Trial, Some(model), Some(floor)) = (method, &mut series, floor) {
                     let normal_n = samples.finger_force_n();
-                    model.mu = with_floor(model, estimated, sigma_t_m, normal_n, floor);
+                    model.mu = mu_with_floor(model, estimated, sigma_t_m, normal_n, floor);
                 }
                 let r2_impedance = series.as_ref().map_or(f64::NAN, |model| {
                     r_squared_complex(samples.z_m(method), &model.z_m_n_s_per_m)
@@ -83,14 +92,14 @@ pub fn fill(analysed: &mut Analysed) {
     }
 }
 
-fn whose(number: usize, found: &RecordingFindings) -> Whose {
-    match found.participant() {
-        Some(id) => Whose::Participant(id.to_owned()),
-        None => Whose::Recording(number),
+fn subject(number: usize, findings: &RecordingFindings) -> Subject {
+    match findings.participant() {
+        Some(id) => Subject::Participant(id.to_owned()),
+        None => Subject::Recording(number),
     }
 }
 
-fn modelled(
+fn model_series(
     samples: &PreparedInstance,
     method: Method,
     estimated: &Estimated,
@@ -102,17 +111,23 @@ fn modelled(
     match method {
         Method::Paper => paper::modelled(&series, conditions, &settings.paper(), sigma_t_m),
         Method::Dynamic | Method::Trial => {
-            let fitted = dynamic::AlongWith {
+            let parameters = dynamic::AlongWith {
                 tau_s: estimated.tau_s.map_or(0.0, |(tau_s, _)| tau_s),
                 z_p_n_s_per_m: estimated.z_p_n_s_per_m,
             };
-            dynamic::modelled(&series, conditions, &settings.dynamic(), sigma_t_m, &fitted)
+            dynamic::modelled(
+                &series,
+                conditions,
+                &settings.dynamic(),
+                sigma_t_m,
+                &parameters,
+            )
         }
     }
 }
 
 /// Returns the model's friction with the floor of the recording's friction.
-fn with_floor(
+fn mu_with_floor(
     model: &ModelledSeries,
     estimated: &Estimated,
     sigma_t_m: f64,
@@ -122,9 +137,9 @@ fn with_floor(
     let Ok(contact) = Contact::new(&estimated.skin, sigma_t_m) else {
         return model.mu.clone();
     };
-    let at = |(&gap_m, &normal_n): (&f64, &f64)| {
+    let mu_at = |(&gap_m, &normal_n): (&f64, &f64)| {
         let ratio = contact.friction_ratio(gap_m, normal_n);
         estimated.mu0 * (floor + (1.0 - floor) * ratio)
     };
-    model.gap_m.iter().zip(normal_n).map(at).collect()
+    model.gap_m.iter().zip(normal_n).map(mu_at).collect()
 }

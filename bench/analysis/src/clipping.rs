@@ -3,7 +3,7 @@
 /// Largest and smallest sample values, with their counts.
 #[derive(Debug, Default)]
 pub(super) struct Extremes {
-    pub(super) lost: u64,
+    pub(super) lost_samples: u64,
     top: Extreme,
     bottom: Extreme,
 }
@@ -12,34 +12,36 @@ pub(super) struct Extremes {
 #[derive(Debug, Default)]
 struct Extreme {
     value: f32,
-    at: u64,
-    near: u64,
+    count: u64,
+    near_count: u64,
 }
 
 /// Fraction of the largest value above which a value counts as just below it.
-const NEAR: f32 = 0.999;
+const NEAR_FRACTION: f32 = 0.999;
 /// Smallest number of samples at the largest value of a clipped wave, and smallest ratio to those just below it.
-const LEAST_CUT: u64 = 16;
-const CUT_RATIO: u64 = 4;
+const MIN_CLIPPED_SAMPLES: u64 = 16;
+const MIN_CLIPPED_RATIO: u64 = 4;
 
 impl Extreme {
     fn take(&mut self, value: f32) {
         if value > self.value {
-            self.near = if self.value > NEAR * value {
-                self.near + self.at
+            self.near_count = if self.value > NEAR_FRACTION * value {
+                self.near_count + self.count
             } else {
                 0
             };
-            (self.value, self.at) = (value, 1);
+            (self.value, self.count) = (value, 1);
         } else if value == self.value {
-            self.at += 1;
-        } else if value > NEAR * self.value {
-            self.near += 1;
+            self.count += 1;
+        } else if value > NEAR_FRACTION * self.value {
+            self.near_count += 1;
         }
     }
 
-    fn is_cut(&self) -> bool {
-        self.value > 0.0 && self.at >= LEAST_CUT && self.at > CUT_RATIO * self.near
+    fn is_clipped(&self) -> bool {
+        self.value > 0.0
+            && self.count >= MIN_CLIPPED_SAMPLES
+            && self.count > MIN_CLIPPED_RATIO * self.near_count
     }
 }
 
@@ -49,14 +51,17 @@ impl Extremes {
             self.top.take(value);
             self.bottom.take(-value);
         } else {
-            self.lost += 1;
+            self.lost_samples += 1;
         }
     }
 
     /// Returns the number of clipped samples and their magnitude.
-    pub(super) fn clipped(&self) -> Option<(u64, f32)> {
-        let cut = [&self.top, &self.bottom].into_iter().filter(|e| e.is_cut());
-        cut.map(|extreme| (extreme.at, extreme.value))
+    pub(super) fn clipping(&self) -> Option<(u64, f32)> {
+        let clipped_extremes = [&self.top, &self.bottom]
+            .into_iter()
+            .filter(|e| e.is_clipped());
+        clipped_extremes
+            .map(|extreme| (extreme.count, extreme.value))
             .reduce(|a, b| (a.0 + b.0, a.1.min(b.1)))
     }
 }
@@ -83,21 +88,21 @@ mod tests {
     }
 
     #[test]
-    fn a_wave_that_is_cut_off_is_told_from_one_that_is_not() {
-        assert_eq!(extremes(wave()).clipped(), None);
+    fn a_clipped_wave_is_distinguished_from_an_unclipped_one() {
+        assert_eq!(extremes(wave()).clipping(), None);
         // With 16 bits, the crest stays at one code for a while.
         assert_eq!(
-            extremes(wave().map(|x| (x * 32768.0).round() / 32768.0)).clipped(),
+            extremes(wave().map(|x| (x * 32768.0).round() / 32768.0)).clipping(),
             None
         );
         let (samples, level) = extremes(wave().map(|x| x.clamp(-0.7, 0.7)))
-            .clipped()
+            .clipping()
             .unwrap();
         assert_eq!(level, 0.7);
         assert!(samples > 1000, "{samples}");
         // Only one side, as with DC.
         let (_, level) = extremes(wave().map(|x| (x + 0.1).min(0.8)))
-            .clipped()
+            .clipping()
             .unwrap();
         assert_eq!(level, 0.8);
     }

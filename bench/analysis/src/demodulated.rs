@@ -33,9 +33,9 @@ pub struct DemodulatedRecording {
 
 impl DemodulatedRecording {
     /// Returns whether the carrier is missing from a channel.
-    pub fn carrier_missing(&self) -> bool {
-        let missing = |flaw: &Flaw| matches!(flaw, Flaw::CarrierMissing { .. });
-        self.flaws.iter().any(missing)
+    pub fn is_carrier_missing(&self) -> bool {
+        let is_missing = |flaw: &Flaw| matches!(flaw, Flaw::CarrierMissing { .. });
+        self.flaws.iter().any(is_missing)
     }
 }
 
@@ -64,30 +64,30 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
         }
     }
     let mut flaws: Vec<Flaw> = reader.warnings().iter().cloned().map(Flaw::from).collect();
-    let mut found = FoundProperties {
+    let mut properties = FoundProperties {
         pickup,
         ..FoundProperties::default()
     };
-    let levels = extremes.iter().zip(&mut found.clip_levels);
+    let levels = extremes.iter().zip(&mut properties.clip_levels);
     for ((extremes, level), (channel, _)) in levels.zip(indices) {
-        if extremes.lost > 0 {
+        if extremes.lost_samples > 0 {
             flaws.push(Flaw::LostSamples {
                 channel,
-                samples: extremes.lost,
+                samples: extremes.lost_samples,
             });
         }
-        if let Some((samples, at)) = extremes.clipped() {
-            *level = at;
+        if let Some((samples, magnitude)) = extremes.clipping() {
+            *level = magnitude;
             flaws.push(Flaw::Clipped {
                 channel,
                 samples,
-                level: at,
+                level: magnitude,
             });
         }
     }
 
     let mut reader = RecordingReader::open(folder)?;
-    let mut pipeline = Pipeline::of_recording_with(&manifest, reader.format(), &found)?;
+    let mut pipeline = Pipeline::of_recording_with(&manifest, reader.format(), &properties)?;
     let mut levels = Levels::new(&manifest, reader.format().sample_rate_hz);
     let mut record = Measurements::faults_of(&manifest, reader.format().sample_rate_hz);
     let spans = Spans::with_surroundings(&manifest);
@@ -109,12 +109,12 @@ pub fn read(folder: &Path, pickup: PickupOffset) -> Result<DemodulatedRecording,
     let duration_s = reader.duration_s();
     let mut rows = reader.force()?;
     let time_s = |row: &ForceRow| row.time_s;
-    let (force, times) = row_times::within(&spans, FORCE_FILE, rows.by_ref(), time_s)?;
+    let (force, times) = row_times::read_rows(&spans, FORCE_FILE, rows.by_ref(), time_s)?;
     record.force = force;
     flaws.extend(times.flaws(rows.warnings(), duration_s));
     let mut rows = reader.position()?;
     let time_s = |row: &PositionRow| row.time_s;
-    let (position, times) = row_times::within(&spans, POSITION_FILE, rows.by_ref(), time_s)?;
+    let (position, times) = row_times::read_rows(&spans, POSITION_FILE, rows.by_ref(), time_s)?;
     record.position = position;
     flaws.extend(times.flaws(rows.warnings(), duration_s));
     Ok(DemodulatedRecording {

@@ -82,12 +82,12 @@ impl InstanceAnalysis {
     }
 
     /// Returns the reason why `paper` or `dynamic` cannot be used; `None` if both can.
-    pub fn unusable(&self) -> Option<EstimateError> {
-        let alone = [
+    pub fn usability_error(&self) -> Option<EstimateError> {
+        let single_fits = [
             (Method::Paper, &self.paper),
             (Method::Dynamic, &self.dynamic),
         ];
-        let (method, estimated) = alone
+        let (method, estimated) = single_fits
             .into_iter()
             .find(|(_, estimated)| !estimated.verdict.is_usable())?;
         Some(EstimateError::Unusable {
@@ -237,21 +237,25 @@ pub fn estimate(
 ) -> Result<InstanceAnalysis, EstimateError> {
     let span = (instance.start_s, instance.end_s);
     let samples = PreparedInstance::cut(series, under_finger, span);
-    let of = |method| move |source| EstimateError::Fit { method, source };
-    let taken = |method| samples.series(method).map_err(of(method));
-    let (by_paper, by_dynamic) = (taken(Method::Paper)?, taken(Method::Dynamic)?);
+    let fit_error = |method| move |source| EstimateError::Fit { method, source };
+    let method_series = |method| samples.series(method).map_err(fit_error(method));
+    let (paper_series, dynamic_series) = (
+        method_series(Method::Paper)?,
+        method_series(Method::Dynamic)?,
+    );
     let (paper_options, dynamic_options) = (settings.paper(), settings.dynamic());
-    let paper = paper::fit(&by_paper, conditions, &paper_options).map_err(of(Method::Paper))?;
-    let dynamic =
-        dynamic::fit(&by_dynamic, conditions, &dynamic_options).map_err(of(Method::Dynamic))?;
+    let paper =
+        paper::fit(&paper_series, conditions, &paper_options).map_err(fit_error(Method::Paper))?;
+    let dynamic = dynamic::fit(&dynamic_series, conditions, &dynamic_options)
+        .map_err(fit_error(Method::Dynamic))?;
 
-    let measured = Measured::of(&samples, conditions, modal_mass_kg);
-    let at_rest = paper.rest;
-    let paper = measured.estimated(
+    let measurement = MeasuredValues::new(&samples, conditions, modal_mass_kg);
+    let rest = paper.rest;
+    let paper = measurement.estimate(
         Method::Paper,
-        Fitted {
+        FittedValues {
             z_p: conditions.z_p_plain_n_s_per_m,
-            z_m0: at_rest.z_m_plain_n_s_per_m,
+            z_m0: rest.z_m_plain_n_s_per_m,
             verdict: paper.verdict,
             sigma_t: (paper.sigma_t_m, paper.sigma_t_std_m),
             z_t: (paper.z_t_n_s_per_m, paper.z_t_std_n_s_per_m),
@@ -262,19 +266,19 @@ pub fn estimate(
             rest: Some(paper.rest),
             agreement: paper.agreement,
             series: paper.series,
-            sensitivities: paper::sensitivities(&by_paper, conditions, &paper_options).ok(),
+            sensitivities: paper::sensitivities(&paper_series, conditions, &paper_options).ok(),
         },
     );
     let finger = dynamic.finger;
-    let sensitivities = dynamic::sensitivities(&by_dynamic, conditions, &dynamic_options).ok();
-    let dynamic = measured.lagged(dynamic, at_rest.z_m_corrected_n_s_per_m, sensitivities);
+    let sensitivities = dynamic::sensitivities(&dynamic_series, conditions, &dynamic_options).ok();
+    let dynamic = measurement.lagged_estimate(dynamic, rest.z_m_corrected_n_s_per_m, sensitivities);
     Ok(InstanceAnalysis {
         exploration,
         direction,
         start_s: instance.start_s,
         end_s: instance.end_s,
         normal_n: samples.normal_n().iter().sum::<f64>() / samples.normal_n().len() as f64,
-        delta_mu: Edges::of(samples.time_s()).fall(|i| samples.mu()[i]),
+        delta_mu: Edges::new(samples.time_s()).fall(|i| samples.mu()[i]),
         samples,
         paper,
         dynamic,
@@ -286,32 +290,32 @@ pub fn estimate(
 /// First and last samples of an instance, for averages.
 struct Edges {
     samples: usize,
-    first: usize,
+    edge_samples: usize,
 }
 
 impl Edges {
-    fn of(time_s: &[f64]) -> Self {
+    fn new(time_s: &[f64]) -> Self {
         let last_s = time_s.last().copied().unwrap_or_default();
         let samples = time_s.len();
-        let after = time_s.partition_point(|&t| t <= last_s - EDGE_S);
+        let edge_start = time_s.partition_point(|&t| t <= last_s - EDGE_S);
         Self {
             samples,
-            first: samples - after,
+            edge_samples: samples - edge_start,
         }
     }
 
     /// Returns the mean of the first minus the mean of the last finite values; NaN without any.
     fn fall(&self, value: impl Fn(usize) -> f64) -> f64 {
         let mean = |range: std::ops::Range<usize>| {
-            let finite: Vec<f64> = range.map(&value).filter(|v| v.is_finite()).collect();
-            finite.iter().sum::<f64>() / finite.len() as f64
+            let finite_values: Vec<f64> = range.map(&value).filter(|v| v.is_finite()).collect();
+            finite_values.iter().sum::<f64>() / finite_values.len() as f64
         };
-        mean(0..self.first) - mean(self.samples - self.first..self.samples)
+        mean(0..self.edge_samples) - mean(self.samples - self.edge_samples..self.samples)
     }
 }
 
 /// Results common to both fits; values with their standard errors.
-struct Fitted {
+struct FittedValues {
     z_p: Complex64,
     z_m0: Complex64,
     verdict: FitVerdict,
@@ -328,21 +332,21 @@ struct Fitted {
 }
 
 /// Measured values to compare with an estimate.
-pub(crate) struct Measured<'a> {
+pub(crate) struct MeasuredValues<'a> {
     edges: Edges,
     conditions: &'a FitConditions,
     samples: &'a PreparedInstance,
     modal_mass_kg: f64,
 }
 
-impl<'a> Measured<'a> {
-    pub(crate) fn of(
+impl<'a> MeasuredValues<'a> {
+    pub(crate) fn new(
         samples: &'a PreparedInstance,
         conditions: &'a FitConditions,
         modal_mass_kg: f64,
     ) -> Self {
         Self {
-            edges: Edges::of(samples.time_s()),
+            edges: Edges::new(samples.time_s()),
             conditions,
             samples,
             modal_mass_kg,
@@ -350,7 +354,7 @@ impl<'a> Measured<'a> {
     }
 
     /// Returns the estimate of `dynamic` or `trial`, with the corrected impedance `z_m0` at rest.
-    pub(crate) fn lagged(
+    pub(crate) fn lagged_estimate(
         &self,
         fit: InstanceFit,
         z_m0: Complex64,
@@ -358,15 +362,15 @@ impl<'a> Measured<'a> {
     ) -> Estimated {
         // With φ times the amplitude, the finger experiences 1/φ² of the plate's offset.
         let n = self.samples.time_s().len();
-        let ratio = |at| self.samples.amplitude_ratio(Method::Dynamic, at).powi(2);
-        let of_plate = (0..n).map(ratio).sum::<f64>() / n as f64;
-        let offset = fit.plate_offset_n_s_per_m * of_plate;
-        let offset_std = fit.plate_offset_std_n_s_per_m * of_plate;
+        let ratio = |k| self.samples.amplitude_ratio(Method::Dynamic, k).powi(2);
+        let mean_square_ratio = (0..n).map(ratio).sum::<f64>() / n as f64;
+        let offset = fit.plate_offset_n_s_per_m * mean_square_ratio;
+        let offset_std = fit.plate_offset_std_n_s_per_m * mean_square_ratio;
         // Z_p at δω above its resonance is i 2 m δω.
         let hz_per_n_s_per_m = 1.0 / (2.0 * std::f64::consts::TAU * self.modal_mass_kg);
-        self.estimated(
+        self.estimate(
             Method::Dynamic,
-            Fitted {
+            FittedValues {
                 z_p: fit.finger.z_p_n_s_per_m(),
                 z_m0,
                 verdict: fit.verdict,
@@ -389,11 +393,11 @@ impl<'a> Measured<'a> {
         )
     }
 
-    fn estimated(&self, method: Method, fitted: Fitted) -> Estimated {
+    fn estimate(&self, method: Method, fit: FittedValues) -> Estimated {
         let (z_m, amplitude_m) = (self.samples.z_m(method), self.samples.amplitude_m(method));
-        let assumed = &fitted.skin;
-        let gap_m = &fitted.series.gap_m;
-        let film_force_n: Vec<f64> = match Contact::new(assumed, fitted.sigma_t.0) {
+        let assumed = &fit.skin;
+        let gap_m = &fit.series.gap_m;
+        let film_force_n: Vec<f64> = match Contact::new(assumed, fit.sigma_t.0) {
             Ok(contact) => gap_m
                 .iter()
                 .zip(amplitude_m)
@@ -402,15 +406,15 @@ impl<'a> Measured<'a> {
             Err(_) => vec![f64::NAN; gap_m.len()],
         };
         let impedances = Impedances {
-            z_p_n_s_per_m: fitted.z_p,
-            z_t_n_s_per_m: fitted.z_t.0,
+            z_p_n_s_per_m: fit.z_p,
+            z_t_n_s_per_m: fit.z_t.0,
             loss_factor: assumed.loss_factor,
             carrier_rad_per_s: std::f64::consts::TAU * self.conditions.carrier_hz,
         };
-        let k_c = &fitted.series.k_c_n_per_m;
-        let motion = SkinMotion::of(&impedances, z_m, amplitude_m, k_c);
+        let k_c = &fit.series.k_c_n_per_m;
+        let motion = SkinMotion::new(&impedances, z_m, amplitude_m, k_c);
         Estimated {
-            spearman_mu: Coefficient::Spearman.of(&fitted.series.mu, self.samples.mu()),
+            spearman_mu: Coefficient::Spearman.of(&fit.series.mu, self.samples.mu()),
             deltas: Deltas {
                 abs_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].norm()),
                 re_z_m_n_s_per_m: self.edges.fall(|i| z_m[i].re),
@@ -418,31 +422,31 @@ impl<'a> Measured<'a> {
                 gap_m: -self.edges.fall(|i| gap_m[i]),
                 reaction_force_n: -self.edges.fall(|i| motion.reaction_force_n[i].norm()),
                 squeeze_n: -self.edges.fall(|i| film_force_n[i]),
-                mu: self.edges.fall(|i| fitted.series.mu[i]),
+                mu: self.edges.fall(|i| fit.series.mu[i]),
             },
-            z_p_n_s_per_m: fitted.z_p,
-            rigid_z_t_n_s_per_m: fitted.z_m0 - fitted.z_p,
+            z_p_n_s_per_m: fit.z_p,
+            rigid_z_t_n_s_per_m: fit.z_m0 - fit.z_p,
             motion,
             film_force_n,
             averaged: Averaged {
-                sigma_t_m: fitted.sigma_t.0,
+                sigma_t_m: fit.sigma_t.0,
                 series: None,
                 r2_impedance: f64::NAN,
             },
-            verdict: fitted.verdict,
-            sigma_t_m: fitted.sigma_t.0,
-            sigma_t_std_m: fitted.sigma_t.1,
-            z_t_n_s_per_m: fitted.z_t.0,
-            z_t_std_n_s_per_m: fitted.z_t.1,
-            tau_s: fitted.tau_s,
-            skin: fitted.skin,
-            plate_offset: fitted.plate_offset,
-            mu0: fitted.mu0.0,
-            mu0_std: fitted.mu0.1,
-            rest: fitted.rest,
-            agreement: fitted.agreement,
-            series: fitted.series,
-            sensitivities: fitted.sensitivities,
+            verdict: fit.verdict,
+            sigma_t_m: fit.sigma_t.0,
+            sigma_t_std_m: fit.sigma_t.1,
+            z_t_n_s_per_m: fit.z_t.0,
+            z_t_std_n_s_per_m: fit.z_t.1,
+            tau_s: fit.tau_s,
+            skin: fit.skin,
+            plate_offset: fit.plate_offset,
+            mu0: fit.mu0.0,
+            mu0_std: fit.mu0.1,
+            rest: fit.rest,
+            agreement: fit.agreement,
+            series: fit.series,
+            sensitivities: fit.sensitivities,
         }
     }
 }
@@ -455,8 +459,8 @@ mod tests {
     #[test]
     fn a_fall_is_between_the_means_of_the_first_and_last_five_milliseconds() {
         let time_s: Vec<f64> = (0..121).map(|i| f64::from(i) * 5e-4).collect();
-        let edges = Edges::of(&time_s);
-        assert_eq!(edges.first, 10);
+        let edges = Edges::new(&time_s);
+        assert_eq!(edges.edge_samples, 10);
         assert_relative_eq!(edges.fall(|i| -(i as f64)), 111.0);
         assert_relative_eq!(edges.fall(|i| if i == 3 { f64::NAN } else { 7.0 }), 0.0);
     }

@@ -12,7 +12,7 @@ use recording::study::{EVENTS_FILE, TrialBlock, TrialLabel};
 use recording::{MANIFEST_FILE, reader};
 use sessions::{Session, Standing};
 
-use crate::attempts::{Attempts, LeftOut, Taken};
+use crate::attempts::{Attempts, OmittedAttempt, SelectedAttempt};
 
 /// Levels of folders below a study: participants, sessions, trials.
 const DEPTH: usize = 3;
@@ -33,7 +33,7 @@ pub enum FindError {
         "{} is no recording (it has no {MANIFEST_FILE}), and no study with accepted trials that can be analysed{}{}",
         path.display(),
         if *.practice { "" } else { "; practice trials are left out unless --practice is given" },
-        left_out.first().map(|of| format!("; left out: {of}")).unwrap_or_default()
+        left_out.first().map(|attempt| format!("; left out: {attempt}")).unwrap_or_default()
     )]
     None {
         /// Folder given.
@@ -41,7 +41,7 @@ pub enum FindError {
         /// Whether practice trials were looked for.
         practice: bool,
         /// Attempts that were found but left out.
-        left_out: Vec<LeftOut>,
+        left_out: Vec<OmittedAttempt>,
     },
 }
 
@@ -54,48 +54,48 @@ pub struct Wanted {
     pub rejected: bool,
 }
 
-/// Returns the recordings in the folders `named`, in order, and the attempts that are left out. A folder with a
+/// Returns the recordings in `folders`, in order, and the attempts that are left out. A folder with a
 /// `recording.toml` is a recording. For a study, the accepted trials are taken, by the logs of its sessions; for a session
 /// without a log, the last completed attempt at each trial. A folder that is named twice counts once.
 ///
 /// # Errors
 /// A folder cannot be listed, or contains no recording.
-pub fn attempts(named: &[PathBuf], wanted: Wanted) -> Result<Attempts, FindError> {
-    let mut found = Attempts::default();
-    let mut seen = HashSet::new();
-    for path in named {
+pub fn attempts(folders: &[PathBuf], filter: Wanted) -> Result<Attempts, FindError> {
+    let mut attempts = Attempts::default();
+    let mut known_folders = HashSet::new();
+    for path in folders {
         let mut search = Search {
-            wanted,
-            found: Attempts::default(),
+            filter,
+            attempts: Attempts::default(),
         };
         if path.join(MANIFEST_FILE).exists() {
             search.take(path.clone(), standing(path));
         } else {
             search.descend(path, DEPTH)?;
         }
-        let new = search.found;
-        if new.taken.is_empty() {
+        let folder_attempts = search.attempts;
+        if folder_attempts.selection.is_empty() {
             return Err(FindError::None {
                 path: path.clone(),
-                practice: wanted.practice,
-                left_out: new.left_out,
+                practice: filter.practice,
+                left_out: folder_attempts.left_out,
             });
         }
-        found.extend(new, &mut seen);
+        attempts.extend(folder_attempts, &mut known_folders);
     }
-    Ok(found)
+    Ok(attempts)
 }
 
 /// Returns the recordings found by [`attempts`], without those that are left out.
 ///
 /// # Errors
 /// Same as [`attempts`].
-pub fn recordings(named: &[PathBuf], practice: bool) -> Result<Vec<PathBuf>, FindError> {
-    let wanted = Wanted {
+pub fn recordings(folders: &[PathBuf], practice: bool) -> Result<Vec<PathBuf>, FindError> {
+    let filter = Wanted {
         practice,
         rejected: false,
     };
-    attempts(named, wanted).map(|found| found.recordings())
+    attempts(folders, filter).map(|attempts| attempts.recordings())
 }
 
 /// Returns the outcome of the attempt of a named recording, by the log in its folder.
@@ -104,13 +104,13 @@ fn standing(recording: &Path) -> Option<Standing> {
     let label: TrialLabel = folder.file_name()?.to_str()?.parse().ok()?;
     let session = sessions::read(folder.parent()?).ok()?;
     let mut attempts = session.attempts.iter();
-    let known = attempts.find(|attempt| attempt.label == label);
-    Some(known.map_or(Standing::Unknown, |attempt| attempt.standing()))
+    let attempt = attempts.find(|attempt| attempt.label == label);
+    Some(attempt.map_or(Standing::Unknown, |attempt| attempt.standing()))
 }
 
 struct Search {
-    wanted: Wanted,
-    found: Attempts,
+    filter: Wanted,
+    attempts: Attempts,
 }
 
 impl Search {
@@ -132,103 +132,118 @@ impl Search {
         }
         let log = folder.join(EVENTS_FILE);
         if !log.exists() {
-            self.by_recordings(&labels);
+            self.select_from_recordings(&labels);
             return Ok(());
         }
         match sessions::read(folder) {
-            Ok(session) => self.by_log(folder, &session, &labels),
+            Ok(session) => self.select_from_log(folder, &session, &labels),
             Err(reason) => {
-                self.found.unread_logs.push((log, reason));
-                self.by_recordings(&labels);
+                self.attempts.unread_logs.push((log, reason));
+                self.select_from_recordings(&labels);
             }
         }
         Ok(())
     }
 
-    fn is_wanted(&self, label: TrialLabel) -> bool {
-        label.block == TrialBlock::Main || self.wanted.practice
+    fn is_included(&self, label: TrialLabel) -> bool {
+        label.block == TrialBlock::Main || self.filter.practice
     }
 
     /// Takes the last completed attempt at each trial, because the accepted ones are unknown.
-    fn by_recordings(&mut self, labels: &BTreeMap<TrialLabel, PathBuf>) {
-        let mut last = BTreeMap::new();
+    fn select_from_recordings(&mut self, labels: &BTreeMap<TrialLabel, PathBuf>) {
+        let mut last_attempts = BTreeMap::new();
         for (label, path) in labels {
-            if self.is_wanted(*label) && may_count(path) {
-                last.insert((label.block, label.number), path.clone());
+            if self.is_included(*label) && is_countable(path) {
+                last_attempts.insert((label.block, label.number), path.clone());
             }
         }
-        for path in last.into_values() {
+        for path in last_attempts.into_values() {
             self.take(path, None);
         }
     }
 
     /// Takes the accepted attempts, and lists all others as left out.
-    fn by_log(&mut self, folder: &Path, session: &Session, labels: &BTreeMap<TrialLabel, PathBuf>) {
-        let accepted = session.accepted().into_iter().map(|attempt| attempt.label);
-        let accepted: Vec<TrialLabel> = accepted.filter(|label| self.is_wanted(*label)).collect();
-        let mut taken = BTreeMap::new();
-        for label in &accepted {
+    fn select_from_log(
+        &mut self,
+        folder: &Path,
+        session: &Session,
+        labels: &BTreeMap<TrialLabel, PathBuf>,
+    ) {
+        let accepted_labels = session.accepted().into_iter().map(|attempt| attempt.label);
+        let accepted_labels: Vec<TrialLabel> = accepted_labels
+            .filter(|label| self.is_included(*label))
+            .collect();
+        let mut selection = BTreeMap::new();
+        for label in &accepted_labels {
             let path = folder.join(label.to_string());
-            let because = match end(&path) {
+            let reason = match end(&path) {
                 _ if !path.is_dir() => "its recording is not there",
                 Some(Some(End::Completed)) | None => {
-                    taken.insert((label.block, label.number), (path, Standing::Accepted));
+                    selection.insert((label.block, label.number), (path, Standing::Accepted));
                     continue;
                 }
                 Some(Some(End::Interrupted)) => "its recording was broken off",
                 Some(None) => "its recording has no end",
             };
-            self.leave_out(path, Standing::Accepted, because);
+            self.leave_out(path, Standing::Accepted, reason);
         }
-        let of_trial = |label: &TrialLabel| (label.block, label.number);
-        let mut rejected = BTreeMap::new();
+        let trial_key = |label: &TrialLabel| (label.block, label.number);
+        let mut replacements = BTreeMap::new();
         for (label, path) in labels {
-            if accepted.contains(label) || !self.is_wanted(*label) {
+            if accepted_labels.contains(label) || !self.is_included(*label) {
                 continue;
             }
-            let known = session.attempts.iter().find(|of| of.label == *label);
-            let standing = known.map_or(Standing::Unknown, |of| of.standing());
-            let replaces = self.wanted.rejected
-                && !accepted.iter().any(|of| of_trial(of) == of_trial(label))
-                && may_count(path);
-            if replaces {
-                let earlier = rejected.insert(of_trial(label), (path.clone(), standing));
-                if let Some((path, standing)) = earlier {
+            let attempt = session
+                .attempts
+                .iter()
+                .find(|attempt| attempt.label == *label);
+            let standing = attempt.map_or(Standing::Unknown, |attempt| attempt.standing());
+            let is_replacement = self.filter.rejected
+                && !accepted_labels
+                    .iter()
+                    .any(|accepted| trial_key(accepted) == trial_key(label))
+                && is_countable(path);
+            if is_replacement {
+                let earlier_attempt =
+                    replacements.insert(trial_key(label), (path.clone(), standing));
+                if let Some((path, standing)) = earlier_attempt {
                     self.leave_out(path, standing, "a later attempt at its trial is analysed");
                 }
             } else {
-                let because = match standing {
+                let reason = match standing {
                     Standing::Accepted => "a later attempt at its trial was accepted too",
                     Standing::Repeated => "it was to be repeated",
                     Standing::GivenUp => "its trial was given up",
                     Standing::Interrupted => "it was interrupted",
                     Standing::Unknown => "the log does not know it",
                 };
-                self.leave_out(path.clone(), standing, because);
+                self.leave_out(path.clone(), standing, reason);
             }
         }
-        taken.extend(rejected);
-        for (path, standing) in taken.into_values() {
+        selection.extend(replacements);
+        for (path, standing) in selection.into_values() {
             self.take(path, Some(standing));
         }
     }
 
     fn take(&mut self, path: PathBuf, standing: Option<Standing>) {
-        self.found.taken.push(Taken { path, standing });
+        self.attempts
+            .selection
+            .push(SelectedAttempt { path, standing });
     }
 
-    fn leave_out(&mut self, path: PathBuf, standing: Standing, because: &'static str) {
-        self.found.left_out.push(LeftOut {
+    fn leave_out(&mut self, path: PathBuf, standing: Standing, reason: &'static str) {
+        self.attempts.left_out.push(OmittedAttempt {
             path,
             standing: Some(standing),
-            because: because.to_owned(),
+            because: reason.to_owned(),
         });
     }
 }
 
 /// Returns whether the trial in `folder` completed. An unreadable one counts, so that it is reported instead of
 /// ignored.
-fn may_count(folder: &Path) -> bool {
+fn is_countable(folder: &Path) -> bool {
     matches!(end(folder), None | Some(Some(End::Completed)))
 }
 
@@ -270,8 +285,8 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
 
     /// Makes a session of these attempts: number, attempt, outcome in the log, and end of the recording, if any.
     fn session(attempts: &[(u32, u32, &str, &str)]) -> tempfile::TempDir {
-        let place = tempfile::tempdir().unwrap();
-        let folder = place.path().join("study/sub-01/ses-01");
+        let temp_dir = tempfile::tempdir().unwrap();
+        let folder = temp_dir.path().join("study/sub-01/ses-01");
         fs::create_dir_all(&folder).unwrap();
         let event = |data: String| {
             format!(
@@ -303,24 +318,25 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
             fs::write(recording.join(MANIFEST_FILE), MANIFEST.to_owned() + &trial).unwrap();
         }
         fs::write(folder.join(EVENTS_FILE), log).unwrap();
-        place
+        temp_dir
     }
 
     const ACCEPTED: &str = r#"{"outcome":"accepted"}"#;
     const REDO: &str = r#"{"outcome":"redo","reasons":[]}"#;
     const GIVEN_UP: &str = r#"{"outcome":"given_up","reasons":[]}"#;
 
-    fn found(place: &Path, rejected: bool) -> (Vec<String>, Vec<String>) {
-        let wanted = Wanted {
+    fn attempt_names(temp_dir: &Path, rejected: bool) -> (Vec<String>, Vec<String>) {
+        let filter = Wanted {
             practice: false,
             rejected,
         };
-        let found = attempts(&[place.join("study")], wanted).unwrap();
+        let attempts = attempts(&[temp_dir.join("study")], filter).unwrap();
         let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
-        let taken = found.taken.iter().map(|of| name(&of.path));
-        let left_out = found.left_out.iter();
-        let left_out = left_out.map(|of| format!("{}: {}", name(&of.path), of.because));
-        (taken.collect(), left_out.collect())
+        let selection = attempts.selection.iter().map(|attempt| name(&attempt.path));
+        let omissions = attempts.left_out.iter();
+        let omissions =
+            omissions.map(|attempt| format!("{}: {}", name(&attempt.path), attempt.because));
+        (selection.collect(), omissions.collect())
     }
 
     /// Regression test: an abandoned trial and an interrupted repetition were analysed as data: n = 3 of 1 accepted.
@@ -328,17 +344,17 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
     /// Fault 52.
     #[test]
     fn attempts_are_taken_by_their_standing_in_the_log() {
-        let place = session(&[
+        let temp_dir = session(&[
             (1, 1, REDO, "completed"),
             (1, 2, ACCEPTED, "completed"),
             (2, 1, GIVEN_UP, "completed"),
             (3, 1, REDO, "completed"),
             (3, 2, "", "completed"),
         ]);
-        let (taken, left_out) = found(place.path(), false);
-        assert_eq!(taken, ["trial-001_attempt-2"]);
+        let (selection, omissions) = attempt_names(temp_dir.path(), false);
+        assert_eq!(selection, ["trial-001_attempt-2"]);
         assert_eq!(
-            left_out,
+            omissions,
             [
                 "trial-001_attempt-1: it was to be repeated",
                 "trial-002_attempt-1: its trial was given up",
@@ -347,16 +363,16 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
             ]
         );
         // Each trial still counts once.
-        let (taken, left_out) = found(place.path(), true);
+        let (selection, omissions) = attempt_names(temp_dir.path(), true);
         assert_eq!(
-            taken,
+            selection,
             [
                 "trial-001_attempt-2",
                 "trial-002_attempt-1",
                 "trial-003_attempt-2"
             ]
         );
-        assert_eq!(left_out.len(), 2);
+        assert_eq!(omissions.len(), 2);
     }
 
     /// Regression test: accepted trials without a complete recording were ignored silently.
@@ -364,15 +380,15 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
     /// Fault 27.
     #[test]
     fn an_accepted_trial_that_cannot_be_analysed_is_named() {
-        let place = session(&[
+        let temp_dir = session(&[
             (1, 1, ACCEPTED, "completed"),
             (2, 1, ACCEPTED, "interrupted"),
             (3, 1, ACCEPTED, ""),
         ]);
-        let (taken, left_out) = found(place.path(), false);
-        assert_eq!(taken, ["trial-001_attempt-1"]);
+        let (selection, omissions) = attempt_names(temp_dir.path(), false);
+        assert_eq!(selection, ["trial-001_attempt-1"]);
         assert_eq!(
-            left_out,
+            omissions,
             [
                 "trial-002_attempt-1: its recording was broken off",
                 "trial-003_attempt-1: its recording is not there",
@@ -382,7 +398,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
             settings: crate::Settings::default(),
             recordings: Vec::new(),
         };
-        let study = [place.path().join("study")];
+        let study = [temp_dir.path().join("study")];
         let account = attempts(&study, Wanted::default())
             .unwrap()
             .account(&analysed, &[]);
@@ -397,47 +413,63 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
     /// Fault 52.
     #[test]
     fn a_study_that_is_named_twice_counts_once_by_whichever_path() {
-        let place = session(&[(1, 1, ACCEPTED, "completed"), (2, 1, GIVEN_UP, "completed")]);
-        let study = place.path().join("study");
+        let temp_dir = session(&[(1, 1, ACCEPTED, "completed"), (2, 1, GIVEN_UP, "completed")]);
+        let study = temp_dir.path().join("study");
         let session = study.join("sub-01/../sub-01/ses-01");
-        let mut named = vec![
+        let mut folders = vec![
             study.clone(),
             session.clone(),
             session.join("trial-001_attempt-1"),
         ];
         #[cfg(unix)]
         {
-            let link = place.path().join("link");
+            let link = temp_dir.path().join("link");
             std::os::unix::fs::symlink(&study, &link).unwrap();
-            named.push(link);
+            folders.push(link);
         }
-        let found = attempts(&named, Wanted::default()).unwrap();
-        assert_eq!((found.taken.len(), found.left_out.len()), (1, 1));
+        let study_attempts = attempts(&folders, Wanted::default()).unwrap();
+        assert_eq!(
+            (
+                study_attempts.selection.len(),
+                study_attempts.left_out.len()
+            ),
+            (1, 1)
+        );
         // A folder that is named explicitly.
-        let named = [session.join("trial-002_attempt-1")];
-        let found = attempts(&named, Wanted::default()).unwrap();
-        assert_eq!(found.taken[0].standing, Some(Standing::GivenUp));
+        let folders = [session.join("trial-002_attempt-1")];
+        let folder_attempts = attempts(&folders, Wanted::default()).unwrap();
+        assert_eq!(
+            folder_attempts.selection[0].standing,
+            Some(Standing::GivenUp)
+        );
     }
 
     #[test]
     fn a_session_without_a_log_stands_for_the_last_completed_attempt_at_each_trial() {
-        let place = session(&[
+        let temp_dir = session(&[
             (1, 1, ACCEPTED, "completed"),
             (1, 2, REDO, "completed"),
             (2, 1, ACCEPTED, "interrupted"),
         ]);
-        let log = place.path().join("study/sub-01/ses-01").join(EVENTS_FILE);
+        let log = temp_dir
+            .path()
+            .join("study/sub-01/ses-01")
+            .join(EVENTS_FILE);
         fs::write(&log, "no log\n{}\n").unwrap();
-        let study = [place.path().join("study")];
-        let unread = attempts(&study, Wanted::default()).unwrap();
-        assert_eq!(unread.unread_logs.len(), 1);
+        let study = [temp_dir.path().join("study")];
+        let damaged_log = attempts(&study, Wanted::default()).unwrap();
+        assert_eq!(damaged_log.unread_logs.len(), 1);
         fs::remove_file(log).unwrap();
-        let without = attempts(&study, Wanted::default()).unwrap();
-        assert!(without.unread_logs.is_empty());
-        for found in [unread, without] {
-            assert_eq!(found.taken.len(), 1);
-            assert!(found.taken[0].path.ends_with("trial-001_attempt-2"));
-            assert_eq!(found.taken[0].standing, None);
+        let missing_log = attempts(&study, Wanted::default()).unwrap();
+        assert!(missing_log.unread_logs.is_empty());
+        for session_attempts in [damaged_log, missing_log] {
+            assert_eq!(session_attempts.selection.len(), 1);
+            assert!(
+                session_attempts.selection[0]
+                    .path
+                    .ends_with("trial-001_attempt-2")
+            );
+            assert_eq!(session_attempts.selection[0].standing, None);
         }
     }
 }

@@ -30,11 +30,11 @@ const GREATEST_REACTANCE_ERROR: f64 = 0.15;
 
 /// Response of the plate without a finger.
 pub(super) struct FreePlate {
-    unloaded: Result<unloaded::UnloadedReading, UnloadedError>,
+    reading: Result<unloaded::UnloadedReading, UnloadedError>,
     /// Response to the modulation, if it is within the limits.
     transient: Option<Transient>,
     /// Response to the modulation, if it is clear but more than a delay of the pickup can explain.
-    too_heavy: Option<Transient>,
+    heavy_transient: Option<Transient>,
 }
 
 impl FreePlate {
@@ -51,38 +51,40 @@ impl FreePlate {
             .filter(|interval| interval.kind == RecordedIntervalKind::Unloaded)
             .map(|interval| (interval.start_s, interval.end_s))
             .collect();
-        let unloaded = unloaded::read(record, &intervals, manifest.modulation_hz, off_n);
-        let transient = unloaded.as_ref().ok().and_then(|reading| {
+        let reading = unloaded::read(record, &intervals, manifest.modulation_hz, off_n);
+        let transient = reading.as_ref().ok().and_then(|reading| {
             Transient::fit(
                 &reading.free,
                 manifest.carrier_hz,
                 &manifest.plate.constants(),
             )
         });
-        let clear = transient.filter(|transient| {
+        let clear_transient = transient.filter(|transient| {
             transient.phase_error_rad < GREATEST_PHASE_ERROR_RAD
                 && transient.residual < GREATEST_RESIDUAL
         });
-        let (transient, too_heavy) = match clear {
-            Some(clear) if clear.delay_s.abs() >= GREATEST_DELAY_S => (None, Some(clear)),
-            believed => (believed, None),
+        let (transient, heavy_transient) = match clear_transient {
+            Some(clear_transient) if clear_transient.delay_s.abs() >= GREATEST_DELAY_S => {
+                (None, Some(clear_transient))
+            }
+            transient => (transient, None),
         };
         Self {
-            unloaded,
+            reading,
             transient,
-            too_heavy,
+            heavy_transient,
         }
     }
 
     /// Returns Z_p, if it could be read.
     pub(super) fn z_p(&self) -> Option<PlateReading> {
-        self.unloaded.as_ref().ok().map(|reading| reading.plate)
+        self.reading.as_ref().ok().map(|reading| reading.plate)
     }
 
     /// Returns the deviation of the pickup from its stated values, if it is significant.
     pub(super) fn pickup_offset(&self) -> Option<PickupOffset> {
         let transient = self.transient?;
-        let certain = |value: f64, error: f64| {
+        let significant_value = |value: f64, error: f64| {
             if value.abs() > CERTAIN_ERRORS * error {
                 value
             } else {
@@ -90,30 +92,30 @@ impl FreePlate {
             }
         };
         let offset = PickupOffset {
-            turn_rad: certain(transient.phase_rad, transient.phase_error_rad),
-            delay_s: certain(transient.delay_s, transient.delay_error_s),
+            turn_rad: significant_value(transient.phase_rad, transient.phase_error_rad),
+            delay_s: significant_value(transient.delay_s, transient.delay_error_s),
         };
         (offset != PickupOffset::default()).then_some(offset)
     }
 
     /// Returns the flaws of the intervals, and of the recording's stated values of plate and pickup.
     pub(super) fn flaws(&self, manifest: &Manifest) -> Vec<Flaw> {
-        let reading = match &self.unloaded {
+        let reading = match &self.reading {
             Ok(reading) => reading,
             Err(error) => return vec![Flaw::Unloaded(*error)],
         };
-        let touched = (reading.touched_s > 0.0).then_some(Flaw::Touched {
+        let touch_flaw = (reading.touched_s > 0.0).then_some(Flaw::Touched {
             touched_s: reading.touched_s,
         });
-        let scatters = reading
+        let scatter_flaw = reading
             .scatter_n_s_per_m
             .map(|scatter_n_s_per_m| Flaw::PlateScatters { scatter_n_s_per_m });
-        let heavy = self.too_heavy.map(|transient| Flaw::PlateMass {
+        let mass_flaw = self.heavy_transient.map(|transient| Flaw::PlateMass {
             mass_ratio: transient.mass_ratio,
             delay_s: transient.delay_s,
         });
-        let turned = self.turned(reading.plate, manifest);
-        [heavy, turned, touched, scatters]
+        let reactance_flaw = self.reactance_flaw(reading.plate, manifest);
+        [mass_flaw, reactance_flaw, touch_flaw, scatter_flaw]
             .into_iter()
             .flatten()
             .collect()
@@ -121,7 +123,7 @@ impl FreePlate {
 
     /// Returns the flaw of a Z_p with a phase that differs from the plate's constants. It is attributed to the resonance if
     /// the response to the modulation confirms the pickup; otherwise either of the two may be wrong.
-    fn turned(&self, plate: PlateReading, manifest: &Manifest) -> Option<Flaw> {
+    fn reactance_flaw(&self, plate: PlateReading, manifest: &Manifest) -> Option<Flaw> {
         let RecordedPlate {
             resonance_hz,
             modal_mass_kg,
@@ -134,8 +136,8 @@ impl FreePlate {
             TAU * modal_mass_kg * (carrier_hz - resonance_hz.powi(2) / carrier_hz);
         let measured_hz =
             (carrier_hz * (carrier_hz - z_p_n_s_per_m.im / (TAU * modal_mass_kg))).sqrt();
-        let off = (z_p_n_s_per_m.im - expected_im_n_s_per_m).abs();
-        (off > GREATEST_REACTANCE_ERROR * z_p_n_s_per_m.norm()).then_some(
+        let reactance_error = (z_p_n_s_per_m.im - expected_im_n_s_per_m).abs();
+        (reactance_error > GREATEST_REACTANCE_ERROR * z_p_n_s_per_m.norm()).then_some(
             if self.transient.is_some() {
                 Flaw::ResonanceElsewhere {
                     measured_hz,
@@ -155,10 +157,10 @@ impl FreePlate {
 pub(super) fn pickup_flaws(offset: PickupOffset, manifest: &Manifest) -> Vec<Flaw> {
     let PickupOffset { turn_rad, delay_s } = offset;
     let stated_rad = manifest.channels.pickup.phase_rad;
-    let phase = (turn_rad.abs() > REPORTED_TURN_RAD).then_some(Flaw::PickupPhase {
+    let phase_flaw = (turn_rad.abs() > REPORTED_TURN_RAD).then_some(Flaw::PickupPhase {
         stated_rad,
         found_rad: Complex64::cis(stated_rad + turn_rad).arg(),
     });
-    let late = (delay_s.abs() > REPORTED_DELAY_S).then_some(Flaw::PickupLate { delay_s });
-    [phase, late].into_iter().flatten().collect()
+    let delay_flaw = (delay_s.abs() > REPORTED_DELAY_S).then_some(Flaw::PickupLate { delay_s });
+    [phase_flaw, delay_flaw].into_iter().flatten().collect()
 }

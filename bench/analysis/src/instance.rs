@@ -50,13 +50,14 @@ impl PreparedInstance {
             .time_s
             .partition_point(|&t| t <= end_s + slack_s)
             .max(first);
-        let from = series
+        let lead_in_start = series
             .time_s
             .partition_point(|&t| t < start_s - LEAD_IN_S - slack_s);
-        let range = from..end;
+        let range = lead_in_start..end;
         Self {
             time_s: series.time_s[range.clone()].to_vec(),
-            plain_n_s_per_m: smoothed_plain(&series.frames, first..end)[range.clone()].to_vec(),
+            plain_n_s_per_m: smooth_plain_impedance(&series.frames, first..end)[range.clone()]
+                .to_vec(),
             amplitude_m: series.amplitude_m[range.clone()].to_vec(),
             under_finger: under_finger.between(range.clone()),
             normal_n: series.normal_n[range.clone()].to_vec(),
@@ -65,7 +66,7 @@ impl PreparedInstance {
                 .map(|i| (series.lateral_n[i] / series.normal_n[i]).abs())
                 .collect(),
             position_m: series.position_m[first..end].iter().sum::<f64>() / (end - first) as f64,
-            start: first - from,
+            start: first - lead_in_start,
         }
     }
 
@@ -73,7 +74,7 @@ impl PreparedInstance {
     ///
     /// # Errors
     /// Same as [`series`](Self::series).
-    pub fn placed(&self, centre_m: f64) -> Result<Placed<'_>, FitError> {
+    pub fn placement(&self, centre_m: f64) -> Result<Placed<'_>, FitError> {
         Ok(Placed {
             series: self.series(Method::Dynamic)?,
             off_centre_m: self.position_m - centre_m,
@@ -151,21 +152,21 @@ impl PreparedInstance {
 }
 
 /// Returns the plain impedance of all frames, smoothed over the run of unmasked frames that contains `instance`.
-fn smoothed_plain(frames: &[ZmFrame], instance: Range<usize>) -> Vec<Complex64> {
+fn smooth_plain_impedance(frames: &[ZmFrame], instance: Range<usize>) -> Vec<Complex64> {
     let mut plain: Vec<Complex64> = frames.iter().map(|frame| frame.plain_n_s_per_m).collect();
-    let usable = |frame: &ZmFrame| frame.mask.is_clear();
-    let before = frames[..instance.start]
+    let is_usable = |frame: &ZmFrame| frame.mask.is_clear();
+    let leading_frames = frames[..instance.start]
         .iter()
         .rev()
-        .take_while(|f| usable(f));
-    let from = instance.start - before.count();
-    let after = frames[instance.end..].iter().take_while(|f| usable(f));
-    let to = instance.end + after.count();
-    let run = from..to;
+        .take_while(|f| is_usable(f));
+    let start = instance.start - leading_frames.count();
+    let trailing_frames = frames[instance.end..].iter().take_while(|f| is_usable(f));
+    let end = instance.end + trailing_frames.count();
+    let run = start..end;
     if run.len() < 2 {
         return plain;
     }
-    let rate_hz = (run.len() - 1) as f64 / (frames[to - 1].time_s - frames[from].time_s);
+    let rate_hz = (run.len() - 1) as f64 / (frames[end - 1].time_s - frames[start].time_s);
     // A run that is too short or incomplete is left unchanged; the fit reports the sample that it cannot use.
     if let Ok(smooth) = LowPass::new(SMOOTHING_HZ, rate_hz)
         .and_then(|filter| filter.zero_phase(&plain[run.clone()]))
@@ -192,11 +193,11 @@ pub const FEWEST_PLATE_FRAMES: usize = 100;
 /// Reads Z_p from the frames of the unloaded intervals; `None` with fewer than [`FEWEST_PLATE_FRAMES`] usable
 /// ones. The corrected impedance is taken from a straight line in time at its middle: a weighted mean would favour the times of
 /// large amplitude, where a drifting plate has another impedance.
-pub fn plate<'a>(unloaded: impl IntoIterator<Item = &'a ZmFrame>) -> Option<PlateReading> {
-    let usable = unloaded
+pub fn plate<'a>(unloaded_frames: impl IntoIterator<Item = &'a ZmFrame>) -> Option<PlateReading> {
+    let usable_frames = unloaded_frames
         .into_iter()
         .filter(|frame| frame.mask == Mask::CLEAR);
-    let frames: Vec<(&ZmFrame, f64)> = usable
+    let frames: Vec<(&ZmFrame, f64)> = usable_frames
         .map(|frame| {
             let weight = frame.corrected_std_n_s_per_m.powi(-2);
             // Without noise, as in synthetic recordings, all frames have the same weight.
@@ -210,22 +211,23 @@ pub fn plate<'a>(unloaded: impl IntoIterator<Item = &'a ZmFrame>) -> Option<Plat
     let plain = frames.iter().map(|(frame, _)| frame.plain_n_s_per_m);
     let middle_s = frames.iter().map(|(frame, _)| frame.time_s).sum::<f64>() / n;
     let weights: f64 = frames.iter().map(|(_, weight)| weight).sum();
-    let weighted = |of: &dyn Fn(&ZmFrame) -> Complex64| {
-        let each = frames.iter().map(|(frame, weight)| of(frame) * weight);
-        each.sum::<Complex64>() / weights
+    let weighted_mean = |value: &dyn Fn(&ZmFrame) -> Complex64| {
+        let terms = frames.iter().map(|(frame, weight)| value(frame) * weight);
+        terms.sum::<Complex64>() / weights
     };
-    let mean = weighted(&|frame| frame.corrected_n_s_per_m);
-    let mean_s = weighted(&|frame| frame.time_s.into()).re;
-    let across = weighted(&|frame| (frame.time_s - mean_s) * (frame.corrected_n_s_per_m - mean));
-    let spread = weighted(&|frame| (frame.time_s - mean_s).powi(2).into()).re;
-    let per_s = if spread > 0.0 {
-        across / spread
+    let mean = weighted_mean(&|frame| frame.corrected_n_s_per_m);
+    let mean_s = weighted_mean(&|frame| frame.time_s.into()).re;
+    let covariance =
+        weighted_mean(&|frame| (frame.time_s - mean_s) * (frame.corrected_n_s_per_m - mean));
+    let variance = weighted_mean(&|frame| (frame.time_s - mean_s).powi(2).into()).re;
+    let rate_per_s = if variance > 0.0 {
+        covariance / variance
     } else {
         Complex64::ZERO
     };
     Some(PlateReading {
         plain_n_s_per_m: plain.sum::<Complex64>() / n,
-        corrected_n_s_per_m: mean + per_s * (middle_s - mean_s),
+        corrected_n_s_per_m: mean + rate_per_s * (middle_s - mean_s),
         frames: frames.len(),
     })
 }
@@ -244,7 +246,7 @@ impl PlateReading {
         &self,
         assumed: AssumedConstants,
         carrier_hz: f64,
-        stated: &StandardErrors,
+        standard_errors: &StandardErrors,
     ) -> FitConditions {
         FitConditions {
             assumed,
@@ -252,11 +254,11 @@ impl PlateReading {
             z_p_plain_n_s_per_m: self.plain_n_s_per_m,
             z_p_corrected_n_s_per_m: self.corrected_n_s_per_m,
             calibration: CalibrationErrors {
-                amplitude_relative: stated.amplitude_relative,
-                impedance_relative: stated.impedance_relative,
-                phase_rad: stated.pickup_phase_rad,
-                normal_force_relative: stated.normal_force_relative,
-                lateral_force_relative: stated.lateral_force_relative,
+                amplitude_relative: standard_errors.amplitude_relative,
+                impedance_relative: standard_errors.impedance_relative,
+                phase_rad: standard_errors.pickup_phase_rad,
+                normal_force_relative: standard_errors.normal_force_relative,
+                lateral_force_relative: standard_errors.lateral_force_relative,
             },
         }
     }

@@ -15,7 +15,7 @@ const MISSING_DB: f64 = 0.0;
 const WEAK_DB: f64 = 15.0;
 /// Offset of the carrier above which a flaw reports it, Hz: two clocks differ by less, which the demodulator
 /// tolerates.
-const ELSEWHERE_HZ: f64 = 10.0;
+const REPORTED_OFFSET_HZ: f64 = 10.0;
 
 /// Carrier and total power in both channels over the recording's intervals.
 pub(super) struct Levels {
@@ -32,7 +32,7 @@ pub(super) struct Levels {
 impl Levels {
     pub(super) fn new(manifest: &Manifest, sample_rate_hz: u32) -> Self {
         Self {
-            spans: Spans::of(manifest).samples(sample_rate_hz),
+            spans: Spans::new(manifest).samples(sample_rate_hz),
             units: [
                 manifest.channels.drive.volts_per_unit,
                 manifest.channels.pickup.metres_per_unit,
@@ -47,33 +47,33 @@ impl Levels {
 
     pub(super) fn take(&mut self, first: u64, block: &[f32], channels: usize, indices: [usize; 2]) {
         let end = first + (block.len() / channels) as u64;
-        let ended = self.spans.partition_point(|span| span.end <= first);
-        let begun = self.spans[ended..].iter();
-        for span in begun.take_while(|span| span.start < end) {
-            let within = span.start.clamp(first, end)..span.end.clamp(first, end);
-            let frames = (within.start - first) as usize * channels
-                ..(within.end - first) as usize * channels;
-            let inside = block.get(frames).unwrap_or_default();
-            for (at, index) in indices.into_iter().enumerate() {
-                let finite = inside
+        let ended_count = self.spans.partition_point(|span| span.end <= first);
+        let remaining_spans = self.spans[ended_count..].iter();
+        for span in remaining_spans.take_while(|span| span.start < end) {
+            let overlap = span.start.clamp(first, end)..span.end.clamp(first, end);
+            let frames = (overlap.start - first) as usize * channels
+                ..(overlap.end - first) as usize * channels;
+            let overlap_samples = block.get(frames).unwrap_or_default();
+            for (channel, index) in indices.into_iter().enumerate() {
+                let finite_values = overlap_samples
                     .iter()
                     .skip(index)
                     .step_by(channels)
                     .filter(|x| x.is_finite());
-                for x in finite {
-                    self.samples[at] += 1;
-                    self.total[at] += f64::from(*x).powi(2);
+                for x in finite_values {
+                    self.samples[channel] += 1;
+                    self.total[channel] += f64::from(*x).powi(2);
                 }
             }
         }
     }
 
     pub(super) fn take_frame(&mut self, frame: &ZmFrame) {
-        let ended = |span: &Range<u64>| span.end <= frame.sample;
-        let span = self.spans.get(self.spans.partition_point(ended));
-        let counts = span.is_some_and(|span| span.contains(&frame.sample));
-        if frame.mask.contains(Mask::LOST_SAMPLES) || !counts {
-            self.rotation.before = None;
+        let has_ended = |span: &Range<u64>| span.end <= frame.sample;
+        let span = self.spans.get(self.spans.partition_point(has_ended));
+        let is_counted = span.is_some_and(|span| span.contains(&frame.sample));
+        if frame.mask.contains(Mask::LOST_SAMPLES) || !is_counted {
+            self.rotation.previous_frame = None;
             return;
         }
         self.rotation.take(frame);
@@ -91,9 +91,9 @@ impl Levels {
         let mut flaws: Vec<Flaw> = [Channel::Drive, Channel::Pickup]
             .into_iter()
             .enumerate()
-            .filter_map(|(at, channel)| {
-                let carrier = self.carrier[at] / self.frames as f64;
-                let total = self.total[at] / self.samples[at] as f64;
+            .filter_map(|(index, channel)| {
+                let carrier = self.carrier[index] / self.frames as f64;
+                let total = self.total[index] / self.samples[index] as f64;
                 let level = CarrierLevel {
                     amplitude: (2.0 * carrier).sqrt(),
                     rest_rms: (total - carrier).max(0.0).sqrt(),
@@ -110,7 +110,7 @@ impl Levels {
                 }
             })
             .collect();
-        let driven = !flaws.iter().any(|flaw| {
+        let is_driven = !flaws.iter().any(|flaw| {
             matches!(
                 flaw,
                 Flaw::CarrierMissing {
@@ -120,7 +120,7 @@ impl Levels {
             )
         });
         let offset_hz = self.rotation.offset_hz();
-        if driven && offset_hz.abs() > ELSEWHERE_HZ {
+        if is_driven && offset_hz.abs() > REPORTED_OFFSET_HZ {
             flaws.push(Flaw::CarrierElsewhere {
                 measured_hz: carrier_hz + offset_hz,
                 stated_hz: carrier_hz,
@@ -134,16 +134,16 @@ impl Levels {
 /// drive and pickup leaves Z_m unchanged.
 #[derive(Default)]
 struct EnvelopeRotation {
-    before: Option<ZmFrame>,
+    previous_frame: Option<ZmFrame>,
     turns: Complex64,
     frame_s: f64,
 }
 
 impl EnvelopeRotation {
     fn take(&mut self, frame: &ZmFrame) {
-        if let Some(before) = self.before.replace(*frame) {
-            self.turns += frame.drive_v * before.drive_v.conj();
-            self.frame_s = frame.time_s - before.time_s;
+        if let Some(previous) = self.previous_frame.replace(*frame) {
+            self.turns += frame.drive_v * previous.drive_v.conj();
+            self.frame_s = frame.time_s - previous.time_s;
         }
     }
 

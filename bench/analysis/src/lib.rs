@@ -50,7 +50,7 @@ use rayon::prelude::*;
 pub use analysed::{Analysed, RecordingAnalysis};
 pub use analysis_settings::Settings;
 
-/// Analyses recording folders in parallel and returns them in the given order; `finished` is called after each one. A
+/// Analyses recording folders in parallel and returns them in the given order; `callback` is called after each one. A
 /// recording that cannot be read does not stop the others.
 ///
 /// ```
@@ -82,13 +82,13 @@ pub use analysis_settings::Settings;
 pub fn analyse(
     folders: &[PathBuf],
     settings: &Settings,
-    finished: impl Fn(&RecordingAnalysis) + Sync,
+    callback: impl Fn(&RecordingAnalysis) + Sync,
 ) -> Analysed {
     let recordings = folders
         .par_iter()
         .map(|folder| {
             let analysis = recording_analysis::analyse(folder, settings);
-            finished(&analysis);
+            callback(&analysis);
             analysis
         })
         .collect();

@@ -67,11 +67,11 @@ pub struct LiveContact {
     time_s: f64,
     force: Option<ForceRow>,
     /// Force readings later than the newest frame.
-    ahead: VecDeque<ForceRow>,
+    pending_force: VecDeque<ForceRow>,
     /// Last known position of the finger, m; NaN before the first.
     position_m: f64,
     /// Known positions later than the newest frame.
-    positions_ahead: VecDeque<PositionRow>,
+    pending_positions: VecDeque<PositionRow>,
     latest: Result<ContactReading, NoReading>,
 }
 
@@ -84,7 +84,7 @@ struct Fit {
 }
 
 /// Age beyond which a force reading is no longer used, s: bursts are late by less.
-const FORCE_HOLDS_S: f64 = 0.1;
+const MAX_FORCE_AGE_S: f64 = 0.1;
 
 impl LiveContact {
     /// Makes a reader without a fit, for a plate tracked by `tracking`. A normal force of `contact_n` or more, N,
@@ -96,9 +96,9 @@ impl LiveContact {
             tracker: PlateTracker::new(tracking).ok(),
             time_s: f64::NEG_INFINITY,
             force: None,
-            ahead: VecDeque::new(),
+            pending_force: VecDeque::new(),
             position_m: f64::NAN,
-            positions_ahead: VecDeque::new(),
+            pending_positions: VecDeque::new(),
             latest: Err(NoReading::NoFit),
         }
     }
@@ -117,23 +117,25 @@ impl LiveContact {
             });
     }
 
-    /// Reads the acquired frames; calls `each` for every frame in contact that has a gap.
-    pub fn take(&mut self, batch: &Batch, mut each: impl FnMut(&ContactReading)) {
-        self.ahead.extend(&batch.force);
-        let known = batch
+    /// Reads the acquired frames; calls `callback` for every frame in contact that has a gap.
+    pub fn take(&mut self, batch: &Batch, mut callback: impl FnMut(&ContactReading)) {
+        self.pending_force.extend(&batch.force);
+        let known_positions = batch
             .position
             .iter()
             .filter(|row| row.position_m.is_finite());
-        self.positions_ahead.extend(known);
+        self.pending_positions.extend(known_positions);
         for frame in &batch.frames {
-            let passed = |row: &PositionRow| row.time_s <= frame.time_s;
-            let due = self.positions_ahead.partition_point(passed);
-            if let Some(row) = self.positions_ahead.drain(..due).next_back() {
+            let is_due = |row: &PositionRow| row.time_s <= frame.time_s;
+            let due_count = self.pending_positions.partition_point(is_due);
+            if let Some(row) = self.pending_positions.drain(..due_count).next_back() {
                 self.position_m = row.position_m;
             }
             let (mut sum, mut rows) = ((0.0, 0.0), 0u32);
-            let due = self.ahead.partition_point(|row| row.time_s <= frame.time_s);
-            for row in self.ahead.drain(..due) {
+            let due_count = self
+                .pending_force
+                .partition_point(|row| row.time_s <= frame.time_s);
+            for row in self.pending_force.drain(..due_count) {
                 sum = (sum.0 + row.normal_n, sum.1 + row.lateral_n);
                 rows += 1;
             }
@@ -148,7 +150,7 @@ impl LiveContact {
             self.time_s = frame.time_s;
             self.latest = self.read(frame);
             if let Ok(reading) = &self.latest {
-                each(reading);
+                callback(reading);
             }
         }
     }
@@ -156,20 +158,20 @@ impl LiveContact {
     fn read(&mut self, frame: &ZmFrame) -> Result<ContactReading, NoReading> {
         let force = self
             .force
-            .filter(|force| frame.time_s - force.time_s < FORCE_HOLDS_S);
+            .filter(|force| frame.time_s - force.time_s < MAX_FORCE_AGE_S);
         self.track(frame, force.as_ref());
         let (reactance, resistance) = (self.reactance(), self.resistance());
-        let missing = match force {
+        let reason = match force {
             _ if self.fit.is_none() => NoReading::NoFit,
             None => NoReading::NoForce,
             Some(force) if force.normal_n < self.contact_n => NoReading::NoFinger,
             Some(_) => NoReading::Masked,
         };
-        let fit = self.fit.as_mut().ok_or(missing)?;
+        let fit = self.fit.as_mut().ok_or(reason)?;
         let force = force.filter(|force| force.normal_n >= self.contact_n);
         let (true, Some(force)) = (frame.mask.is_clear(), force) else {
             fit.estimator.reset();
-            return Err(missing);
+            return Err(reason);
         };
         let mut z_p = fit.finger.z_p_n_s_per_m();
         if let Some(reactance) = reactance {
@@ -246,11 +248,11 @@ impl LiveContact {
         }
     }
 
-    /// Changes to a carrier higher by `by_hz`; the drift is then counted from it.
-    pub fn retune(&mut self, by_hz: f64) {
+    /// Changes to a carrier higher by `shift_hz`; the drift is then counted from it.
+    pub fn retune(&mut self, shift_hz: f64) {
         self.latest = Err(NoReading::Masked);
         if let Some(tracker) = &mut self.tracker {
-            tracker.retune(by_hz);
+            tracker.retune(shift_hz);
         }
     }
 
@@ -306,13 +308,13 @@ mod tests {
         let gap_m = contact.equilibrium_gap_m(AMPLITUDE_M, NORMAL_N).unwrap();
         let k_c = contact.stiffness_n_per_m(gap_m, AMPLITUDE_M);
         let z_c = contact.impedance_n_s_per_m(k_c, omega);
-        let known = |value| Uncertain { value, std: 0.01 };
+        let uncertain = |value| Uncertain { value, std: 0.01 };
         let fit = TrialFit {
-            sigma_t_m: known(1.7e-6),
+            sigma_t_m: uncertain(1.7e-6),
             z_t_n_s_per_m: z_t,
             z_t_std_n_s_per_m: Complex64::ZERO,
-            tau_s: known(1e-3),
-            mu0: known(MU0),
+            tau_s: uncertain(1e-3),
+            mu0: uncertain(MU0),
             sigma_t_spread_m: 0.0,
             usable: 1,
             instances: 1,
@@ -325,8 +327,8 @@ mod tests {
         (fit, harmonic::observed(z_p, z_t, z_c), gap_m, ratio)
     }
 
-    fn batch(from: u64, z_m: Complex64, normal_n: f64) -> Batch {
-        let frames = (from..from + 10).map(|i| ZmFrame {
+    fn batch(first_frame: u64, z_m: Complex64, normal_n: f64) -> Batch {
+        let frames = (first_frame..first_frame + 10).map(|i| ZmFrame {
             sample: i * 96,
             time_s: i as f64 * 5e-4,
             mask: Mask::CLEAR,
@@ -341,8 +343,8 @@ mod tests {
             corrected_std_n_s_per_m: 1e-3,
         });
         // Five readings per frame, the last at the frame's own time.
-        let first = (from * 5).saturating_sub(4);
-        let force = (first..(from + 9) * 5 + 1).map(|i| ForceRow {
+        let first = (first_frame * 5).saturating_sub(4);
+        let force = (first..(first_frame + 9) * 5 + 1).map(|i| ForceRow {
             time_s: i as f64 * 1e-4,
             normal_n,
             lateral_n: -0.5 * normal_n,
@@ -366,8 +368,8 @@ mod tests {
         assert_relative_eq!(reading.gap_m.value, gap_m, max_relative = 1e-9);
         assert_relative_eq!(reading.mu.value, MU0 * ratio, max_relative = 1e-9);
         assert_relative_eq!(reading.measured_mu, 0.5, max_relative = 1e-12);
-        let sensed = reading.self_sensed_normal_n.unwrap();
-        assert_relative_eq!(sensed.value, NORMAL_N, max_relative = 1e-9);
+        let self_sensed = reading.self_sensed_normal_n.unwrap();
+        assert_relative_eq!(self_sensed.value, NORMAL_N, max_relative = 1e-9);
     }
 
     /// A finger where the plate's motion is 10 % smaller than at the pickup acts on it with 0.81 of its impedance.
@@ -379,21 +381,25 @@ mod tests {
             ratios: vec![1.0, 0.9, 0.9],
         });
         let z_p = fit.finger.z_p_n_s_per_m();
-        let mut seen = batch(0, z_p + 0.81 * (z_m - z_p), NORMAL_N);
-        for frame in &mut seen.frames {
+        let mut batch = batch(0, z_p + 0.81 * (z_m - z_p), NORMAL_N);
+        for frame in &mut batch.frames {
             frame.amplitude_m = AMPLITUDE_M / 0.9;
         }
-        let at = |time_s, position_m| PositionRow { time_s, position_m };
+        let position_row = |time_s, position_m| PositionRow { time_s, position_m };
         // The unknown position is skipped, and the last one is not reached yet.
-        seen.position = vec![at(0.0, 0.05), at(1e-3, f64::NAN), at(1.0, 0.0)];
+        batch.position = vec![
+            position_row(0.0, 0.05),
+            position_row(1e-3, f64::NAN),
+            position_row(1.0, 0.0),
+        ];
         let mut live = LiveContact::new(0.1, PlateTracking::of(0.008, 6.0));
         live.refit(&fit);
-        live.take(&seen, |_| {});
+        live.take(&batch, |_| {});
         let reading = live.latest().unwrap();
         assert_relative_eq!(reading.gap_m.value, gap_m, max_relative = 1e-9);
         assert_relative_eq!(reading.mu.value, MU0 * ratio, max_relative = 1e-9);
-        let sensed = reading.self_sensed_normal_n.unwrap();
-        assert_relative_eq!(sensed.value, NORMAL_N, max_relative = 1e-9);
+        let self_sensed = reading.self_sensed_normal_n.unwrap();
+        assert_relative_eq!(self_sensed.value, NORMAL_N, max_relative = 1e-9);
     }
 
     #[test]

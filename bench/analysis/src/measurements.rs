@@ -89,20 +89,20 @@ impl Measurements {
         self.frames.extend(batch.frames);
         self.force.extend(batch.force);
         self.position.extend(batch.position);
-        for at_s in batch.saturated_s {
-            self.saturate(at_s);
+        for time_s in batch.saturated_s {
+            self.saturate(time_s);
         }
         for gap in batch.drive_gaps {
-            self.drive_gaps.retain(|known| known.xrun != gap.xrun);
+            self.drive_gaps.retain(|previous| previous.xrun != gap.xrun);
             self.drive_gaps.push(gap);
         }
     }
 
     /// Adds a time at which the force sensor was at the end of its range, in order; joined as in a recording's events.
-    pub fn saturate(&mut self, at_s: f64) {
+    pub fn saturate(&mut self, time_s: f64) {
         match self.saturated.last_mut() {
-            Some((_, end_s)) if at_s - *end_s < QUIET_S => *end_s = at_s,
-            _ => self.saturated.push((at_s, at_s)),
+            Some((_, end_s)) if time_s - *end_s < QUIET_S => *end_s = time_s,
+            _ => self.saturated.push((time_s, time_s)),
         }
     }
 
@@ -120,24 +120,24 @@ impl Measurements {
 
     /// Returns the data from `start_s` to `end_s`.
     pub fn between(&self, start_s: f64, end_s: f64) -> Self {
-        let inside = |time_s: f64| (start_s..=end_s).contains(&time_s);
+        let is_inside = |time_s: f64| (start_s..=end_s).contains(&time_s);
         Self {
             frames: self
                 .frames
                 .iter()
-                .filter(|f| inside(f.time_s))
+                .filter(|f| is_inside(f.time_s))
                 .copied()
                 .collect(),
             force: self
                 .force
                 .iter()
-                .filter(|r| inside(r.time_s))
+                .filter(|r| is_inside(r.time_s))
                 .copied()
                 .collect(),
             position: self
                 .position
                 .iter()
-                .filter(|r| inside(r.time_s))
+                .filter(|r| is_inside(r.time_s))
                 .copied()
                 .collect(),
             saturated: self
@@ -157,8 +157,10 @@ impl Measurements {
 
     /// Returns the amplitude, m, of the frame nearest to `time_s`; `None` where samples were lost.
     pub fn amplitude_m(&self, time_s: f64) -> Option<f64> {
-        let at = self.frames.partition_point(|frame| frame.time_s < time_s);
-        let frame = self.frames.get(at.min(self.frames.len().checked_sub(1)?))?;
+        let index = self.frames.partition_point(|frame| frame.time_s < time_s);
+        let frame = self
+            .frames
+            .get(index.min(self.frames.len().checked_sub(1)?))?;
         (!frame.mask.contains(Mask::LOST_SAMPLES)).then_some(frame.amplitude_m)
     }
 
@@ -180,12 +182,14 @@ impl Measurements {
     }
 
     fn is_saturated(&self, time_s: f64) -> bool {
-        let ended = |(_, to_s): &(f64, f64)| *to_s + SATURATION_REACH_S < time_s;
-        let next = self.saturated.get(self.saturated.partition_point(ended));
-        next.is_some_and(|(from_s, _)| *from_s - SATURATION_REACH_S <= time_s)
+        let has_ended = |(_, to_s): &(f64, f64)| *to_s + SATURATION_REACH_S < time_s;
+        let span = self
+            .saturated
+            .get(self.saturated.partition_point(has_ended));
+        span.is_some_and(|(from_s, _)| *from_s - SATURATION_REACH_S <= time_s)
     }
 
-    fn is_broken_off(&self, time_s: f64) -> bool {
+    fn is_in_drive_gap(&self, time_s: f64) -> bool {
         self.drive_gaps.iter().any(|gap| {
             let reach_s = gap.from_s - GAP_REACH_S..=gap.to_s + GAP_REACH_S;
             gap.to_s > gap.from_s && reach_s.contains(&time_s)
@@ -197,7 +201,7 @@ impl Measurements {
             Validity::LostSamples
         } else if frame.mask.contains(Mask::CLIPPED) {
             Validity::Clipped
-        } else if self.is_broken_off(frame.time_s) {
+        } else if self.is_in_drive_gap(frame.time_s) {
             Validity::DriveGap
         } else if self.is_saturated(frame.time_s) {
             Validity::ForceSaturated
@@ -210,28 +214,26 @@ impl Measurements {
 
     /// Returns the series of the frames from `start_s` to `end_s`.
     pub fn series(&self, start_s: f64, end_s: f64) -> FrameSeries {
-        let from = self.frames.partition_point(|frame| frame.time_s < start_s);
-        let later = &self.frames[from..];
-        let frames = later[..later.partition_point(|frame| frame.time_s <= end_s)].to_vec();
+        let start = self.frames.partition_point(|frame| frame.time_s < start_s);
+        let tail = &self.frames[start..];
+        let frames = tail[..tail.partition_point(|frame| frame.time_s <= end_s)].to_vec();
         let time_s: Vec<f64> = frames.iter().map(|frame| frame.time_s).collect();
         let force = |value: fn(&ForceRow) -> f64| {
-            Readings::about(&self.force, |row| row.time_s, value, &time_s)
+            Readings::new(&self.force, |row| row.time_s, value, &time_s)
         };
         let normal = force(|row| row.normal_n);
-        let normal_n = normal.at(&time_s, normal.low_passed());
-        let finger_force_n = normal.at(
-            &time_s,
-            normal.finger_force().or_else(|| normal.low_passed()),
-        );
+        let normal_n = normal.resample(&time_s, normal.low_pass());
+        let finger_force_n =
+            normal.resample(&time_s, normal.finger_force().or_else(|| normal.low_pass()));
         let lateral = force(|row| row.lateral_n);
-        let lateral_n = lateral.at(&time_s, lateral.low_passed());
-        let position = Readings::about(
+        let lateral_n = lateral.resample(&time_s, lateral.low_pass());
+        let position = Readings::new(
             &self.position,
             |row| row.time_s,
             |row| row.position_m,
             &time_s,
         );
-        let position_m = position.at(&time_s, position.low_passed());
+        let position_m = position.resample(&time_s, position.low_pass());
         FrameSeries {
             amplitude_m: frames.iter().map(|frame| frame.amplitude_m).collect(),
             velocity_m_per_s: derivative(&time_s, &position_m),
@@ -258,18 +260,18 @@ fn interpolate<R>(
     rows: &[R],
     time: impl Fn(&R) -> f64,
     value: impl Fn(&R) -> f64,
-    at_s: f64,
+    time_s: f64,
 ) -> f64 {
-    let after = rows.partition_point(|row| time(row) < at_s);
+    let next = rows.partition_point(|row| time(row) < time_s);
     match (
-        after.checked_sub(1).map(|before| &rows[before]),
-        rows.get(after),
+        next.checked_sub(1).map(|previous| &rows[previous]),
+        rows.get(next),
     ) {
-        (Some(before), Some(after)) => {
-            let part = (at_s - time(before)) / (time(after) - time(before));
-            value(before) + part * (value(after) - value(before))
+        (Some(previous), Some(next)) => {
+            let fraction = (time_s - time(previous)) / (time(next) - time(previous));
+            value(previous) + fraction * (value(next) - value(previous))
         }
-        (None, Some(first)) if time(first) <= at_s => value(first),
+        (None, Some(first)) if time(first) <= time_s => value(first),
         _ => f64::NAN,
     }
 }
@@ -278,14 +280,14 @@ fn interpolate<R>(
 struct Readings(Vec<(f64, f64)>);
 
 /// Filtered values on an even grid.
-struct Even {
+struct EvenGrid {
     start_s: f64,
     step_s: f64,
     values: Vec<f64>,
 }
 
 impl Readings {
-    fn about<R>(
+    fn new<R>(
         rows: &[R],
         time: impl Fn(&R) -> f64,
         value: impl Fn(&R) -> f64,
@@ -294,11 +296,11 @@ impl Readings {
         let (Some(first_s), Some(last_s)) = (time_s.first(), time_s.last()) else {
             return Self(Vec::new());
         };
-        let from = rows.partition_point(|row| time(row) < first_s - MARGIN_S);
-        let to = rows.partition_point(|row| time(row) <= last_s + MARGIN_S);
-        let finite = rows[from..to.max(from)].iter();
+        let start = rows.partition_point(|row| time(row) < first_s - MARGIN_S);
+        let end = rows.partition_point(|row| time(row) <= last_s + MARGIN_S);
+        let nearby_rows = rows[start..end.max(start)].iter();
         Self(
-            finite
+            nearby_rows
                 .map(|row| (time(row), value(row)))
                 .filter(|row| row.1.is_finite())
                 .collect(),
@@ -306,17 +308,17 @@ impl Readings {
     }
 
     /// Returns the readings on an even grid at their own mean rate or finer.
-    fn even(&self, least_rate_hz: f64) -> Option<Even> {
+    fn even_grid(&self, least_rate_hz: f64) -> Option<EvenGrid> {
         let [(start_s, _), .., (end_s, _)] = self.0[..] else {
             return None;
         };
         let steps = ((self.0.len() - 1) as f64).max((end_s - start_s) * least_rate_hz);
         let step_s = (end_s - start_s) / steps.round();
-        let at = |i: usize| (start_s + i as f64 * step_s).min(end_s);
+        let grid_time_s = |i: usize| (start_s + i as f64 * step_s).min(end_s);
         let values = (0..=steps.round() as usize)
-            .map(|i| interpolate(&self.0, |row| row.0, |row| row.1, at(i)))
+            .map(|i| interpolate(&self.0, |row| row.0, |row| row.1, grid_time_s(i)))
             .collect();
-        Some(Even {
+        Some(EvenGrid {
             start_s,
             step_s,
             values,
@@ -324,45 +326,45 @@ impl Readings {
     }
 
     /// Returns the readings low-passed at [`SMOOTHING_HZ`].
-    fn low_passed(&self) -> Option<Even> {
-        let even = self.even(LEAST_RATE_HZ)?;
-        let filter = LowPass::new(SMOOTHING_HZ, even.step_s.recip()).ok()?;
-        let values = filter.zero_phase(&even.values).ok()?;
-        Some(Even { values, ..even })
+    fn low_pass(&self) -> Option<EvenGrid> {
+        let grid = self.even_grid(LEAST_RATE_HZ)?;
+        let filter = LowPass::new(SMOOTHING_HZ, grid.step_s.recip()).ok()?;
+        let values = filter.zero_phase(&grid.values).ok()?;
+        Some(EvenGrid { values, ..grid })
     }
 
     /// Returns the force without its sensor's noise; `None` if the readings do not reveal the noise.
-    fn finger_force(&self) -> Option<Even> {
-        let even = self.even(0.0)?;
-        let rate_hz = even.step_s.recip();
-        let finer = (LEAST_RATE_HZ / rate_hz).ceil().max(1.0);
-        let values = wiener::filtered(&even.values, rate_hz, finer as usize)?;
-        Some(Even {
-            start_s: even.start_s,
-            step_s: even.step_s / finer,
+    fn finger_force(&self) -> Option<EvenGrid> {
+        let grid = self.even_grid(0.0)?;
+        let rate_hz = grid.step_s.recip();
+        let refinement = (LEAST_RATE_HZ / rate_hz).ceil().max(1.0);
+        let values = wiener::filtered(&grid.values, rate_hz, refinement as usize)?;
+        Some(EvenGrid {
+            start_s: grid.start_s,
+            step_s: grid.step_s / refinement,
             values,
         })
     }
 
     /// Returns filtered values at `time_s`; NaN where readings are missing for longer than [`LONGEST_GAP_S`].
-    fn at(&self, time_s: &[f64], filtered: Option<Even>) -> Vec<f64> {
-        let Some(even) = filtered else {
+    fn resample(&self, time_s: &[f64], grid: Option<EvenGrid>) -> Vec<f64> {
+        let Some(grid) = grid else {
             return vec![f64::NAN; time_s.len()];
         };
-        let on_grid: Vec<(f64, f64)> = (0..)
-            .zip(&even.values)
-            .map(|(i, value)| (even.start_s + f64::from(i) * even.step_s, *value))
+        let grid_points: Vec<(f64, f64)> = (0..)
+            .zip(&grid.values)
+            .map(|(i, value)| (grid.start_s + f64::from(i) * grid.step_s, *value))
             .collect();
         time_s
             .iter()
-            .map(|&at_s| {
-                let after = self.0.partition_point(|row| row.0 < at_s);
-                let before_s = after.checked_sub(1).map_or(at_s, |before| self.0[before].0);
-                let gap_s = self.0.get(after).map_or(at_s, |row| row.0) - before_s;
+            .map(|&t| {
+                let next = self.0.partition_point(|row| row.0 < t);
+                let previous_s = next.checked_sub(1).map_or(t, |previous| self.0[previous].0);
+                let gap_s = self.0.get(next).map_or(t, |row| row.0) - previous_s;
                 if gap_s > LONGEST_GAP_S {
                     return f64::NAN;
                 }
-                interpolate(&on_grid, |row| row.0, |row| row.1, at_s)
+                interpolate(&grid_points, |row| row.0, |row| row.1, t)
             })
             .collect()
     }
@@ -380,8 +382,8 @@ fn derivative(time_s: &[f64], values: &[f64]) -> Vec<f64> {
     let last = time_s.len().saturating_sub(1);
     (0..time_s.len())
         .map(|i| {
-            let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
-            (values[after] - values[before]) / (time_s[after] - time_s[before])
+            let (previous, next) = (i.saturating_sub(1), (i + 1).min(last));
+            (values[next] - values[previous]) / (time_s[next] - time_s[previous])
         })
         .collect()
 }

@@ -32,34 +32,34 @@ pub struct Band {
 /// instance from which `finger` was fitted. Bands without samples are left out.
 pub fn bands(
     finger: &FittedFinger,
-    fitted: (f64, f64),
+    fit_span: (f64, f64),
     explorations: &[ExplorationFindings],
     rules: &SelectionRules,
 ) -> Vec<Band> {
     let mut differences: Vec<(f64, f64)> = explorations
         .iter()
-        .flat_map(|exploration| of_exploration(finger, fitted, exploration, rules))
+        .flat_map(|exploration| exploration_differences(finger, fit_span, exploration, rules))
         .collect();
     differences.sort_by(|a, b| a.0.total_cmp(&b.0));
     let greatest_m = differences.last().map_or(0.0, |d| d.0);
-    let below = |edge_m: f64| differences.partition_point(|d| d.0 < edge_m);
+    let edge_index = |edge_m: f64| differences.partition_point(|d| d.0 < edge_m);
     EDGES_M
         .iter()
         .enumerate()
         .filter_map(|(i, &from_m)| {
             let to_m = EDGES_M.get(i + 1).copied();
-            let end = to_m.map_or(differences.len(), below);
-            let mut inside: Vec<f64> = differences[below(from_m)..end]
+            let end = to_m.map_or(differences.len(), edge_index);
+            let mut band_differences: Vec<f64> = differences[edge_index(from_m)..end]
                 .iter()
                 .map(|d| d.1)
                 .collect();
-            inside.sort_by(f64::total_cmp);
+            band_differences.sort_by(f64::total_cmp);
             Some(Band {
                 amplitude_from_m: from_m,
                 amplitude_to_m: to_m.unwrap_or(greatest_m),
-                n: inside.len(),
-                median: quantile(&inside, 0.5)?,
-                p90: quantile(&inside, 0.9)?,
+                n: band_differences.len(),
+                median: quantile(&band_differences, 0.5)?,
+                p90: quantile(&band_differences, 0.9)?,
             })
         })
         .collect()
@@ -79,13 +79,13 @@ pub(super) fn flaw(bands: &[Band]) -> Option<Flaw> {
 }
 
 /// Returns amplitude and relative difference of each comparable sample.
-fn of_exploration(
+fn exploration_differences(
     finger: &FittedFinger,
-    fitted: (f64, f64),
+    fit_span: (f64, f64),
     exploration: &ExplorationFindings,
     rules: &SelectionRules,
 ) -> Vec<(f64, f64)> {
-    let sensed = exploration.interval_s().and_then(|interval_s| {
+    let self_sensed_force = exploration.interval_s().and_then(|interval_s| {
         self_sensed::normal_force(
             finger,
             interval_s,
@@ -94,23 +94,23 @@ fn of_exploration(
         )
         .ok()
     });
-    let Some(sensed) = sensed else {
+    let Some(self_sensed_force) = self_sensed_force else {
         return Vec::new();
     };
     (0..exploration.time_s.len())
         .filter(|&i| {
             let time_s = exploration.time_s[i];
-            let central =
+            let is_central =
                 (exploration.position_m[i] - rules.centre_m).abs() <= rules.central_m / 2.0;
             exploration.validity[i] == Validity::Valid
-                && central
+                && is_central
                 && exploration.normal_n[i] >= rules.contact_n
-                && sensed.normal_n[i].is_finite()
-                && !(fitted.0..=fitted.1).contains(&time_s)
+                && self_sensed_force.normal_n[i].is_finite()
+                && !(fit_span.0..=fit_span.1).contains(&time_s)
         })
         .map(|i| {
             let measured_n = exploration.normal_n[i];
-            let difference = (sensed.normal_n[i] - measured_n).abs() / measured_n;
+            let difference = (self_sensed_force.normal_n[i] - measured_n).abs() / measured_n;
             (exploration.under_finger.amplitude_m[i], difference)
         })
         .collect()
@@ -118,9 +118,9 @@ fn of_exploration(
 
 /// Returns a quantile, linear between order statistics like numpy's default; `None` without values.
 pub fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
-    let at = share * sorted.len().checked_sub(1)? as f64;
-    let (below, above) = (at.floor() as usize, at.ceil() as usize);
-    Some(sorted[below] + (sorted[above] - sorted[below]) * at.fract())
+    let rank = share * sorted.len().checked_sub(1)? as f64;
+    let (lower, upper) = (rank.floor() as usize, rank.ceil() as usize);
+    Some(sorted[lower] + (sorted[upper] - sorted[lower]) * rank.fract())
 }
 
 #[cfg(test)]

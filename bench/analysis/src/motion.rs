@@ -44,7 +44,7 @@ impl Impedances {
 
 impl SkinMotion {
     /// Computes the motion from Z_m, N·s/m, the amplitude |x̃_p|, m, and the estimated k_c, N/m, of each frame.
-    pub fn of(
+    pub fn new(
         impedances: &Impedances,
         z_m: &[Complex64],
         amplitude_m: &[f64],
@@ -61,9 +61,9 @@ impl SkinMotion {
             .zip(amplitude_m)
             .map(|(&z_m, &amplitude)| impedances.reaction_force_n(z_m, amplitude))
             .collect();
-        let each = || amplitude_m.iter().map(|amplitude| omega * amplitude);
+        let velocities = || amplitude_m.iter().map(|amplitude| omega * amplitude);
         Self {
-            contact_force_n: each()
+            contact_force_n: velocities()
                 .zip(k_c_n_per_m)
                 .zip(&skin_per_plate)
                 .map(|((v_p, &k_c), skin)| {
@@ -72,11 +72,11 @@ impl SkinMotion {
                         * v_p
                 })
                 .collect(),
-            plate_power_w: each()
+            plate_power_w: velocities()
                 .zip(&reaction_force_n)
                 .map(|(v_p, force)| 0.5 * force.re * v_p)
                 .collect(),
-            skin_power_w: each()
+            skin_power_w: velocities()
                 .zip(&skin_per_plate)
                 .map(|(v_p, skin)| 0.5 * z_t.re * (skin.norm() * v_p).powi(2))
                 .collect(),
@@ -107,29 +107,33 @@ mod tests {
             let z_c = harmonic::contact_impedance(k_c, 0.3, omega);
             let z_m = observed(z_p, z_t, z_c);
             let drive_n = Complex64::new(3.0, 1.0);
-            let solved = HarmonicMotion::under_force(drive_n, z_p, z_t, z_c);
-            let v_p = solved.plate_m_per_s;
+            let harmonic_motion = HarmonicMotion::under_force(drive_n, z_p, z_t, z_c);
+            let v_p = harmonic_motion.plate_m_per_s;
             let amplitude_m = v_p.norm() / omega;
-            let found = SkinMotion::of(&impedances, &[z_m], &[amplitude_m], &[k_c]);
+            let motion = SkinMotion::new(&impedances, &[z_m], &[amplitude_m], &[k_c]);
 
             // The part of the drive that does not move the plate acts on the finger; rotated to the plate's phase.
-            let on_finger = (drive_n - z_p * v_p) * v_p.norm() / v_p;
-            let reaction = found.reaction_force_n[0];
-            assert_relative_eq!(reaction.re, on_finger.re, max_relative = 1e-9);
-            assert_relative_eq!(reaction.im, on_finger.im, max_relative = 1e-9);
+            let finger_force_n = (drive_n - z_p * v_p) * v_p.norm() / v_p;
+            let reaction = motion.reaction_force_n[0];
+            assert_relative_eq!(reaction.re, finger_force_n.re, max_relative = 1e-9);
+            assert_relative_eq!(reaction.im, finger_force_n.im, max_relative = 1e-9);
             assert_relative_eq!(
-                (found.contact_force_n[0] - on_finger).norm(),
+                (motion.contact_force_n[0] - finger_force_n).norm(),
                 0.0,
-                epsilon = 1e-9 * on_finger.norm()
+                epsilon = 1e-9 * finger_force_n.norm()
             );
-            let skin = found.skin_per_plate[0];
-            assert_relative_eq!((skin - solved.transmission()).norm(), 0.0, epsilon = 1e-9);
-            // Power from the plate equals power into the skin and into the contact's damper.
-            let slip = v_p - solved.skin_m_per_s;
-            let in_contact_w = 0.5 * z_c.re * slip.norm_sqr();
+            let skin = motion.skin_per_plate[0];
             assert_relative_eq!(
-                found.plate_power_w[0],
-                found.skin_power_w[0] + in_contact_w,
+                (skin - harmonic_motion.transmission()).norm(),
+                0.0,
+                epsilon = 1e-9
+            );
+            // Power from the plate equals power into the skin and into the contact's damper.
+            let slip = v_p - harmonic_motion.skin_m_per_s;
+            let contact_power_w = 0.5 * z_c.re * slip.norm_sqr();
+            assert_relative_eq!(
+                motion.plate_power_w[0],
+                motion.skin_power_w[0] + contact_power_w,
                 max_relative = 1e-9
             );
         }

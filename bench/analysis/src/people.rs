@@ -21,8 +21,8 @@ pub fn name(recordings: &mut [RecordingAnalysis]) {
     let names = names(people.iter().flatten());
     for (recording, person) in recordings.iter_mut().zip(people) {
         let name = person.and_then(|person| names.get(&person).cloned());
-        if let Ok(found) = &mut recording.found {
-            found.participant.clone_from(&name);
+        if let Ok(findings) = &mut recording.found {
+            findings.participant.clone_from(&name);
         }
         recording.participant = name;
     }
@@ -31,25 +31,27 @@ pub fn name(recordings: &mut [RecordingAnalysis]) {
 /// Returns the person of a recording, from its description, or from the names of its folders if that cannot be read.
 fn person(recording: &RecordingAnalysis) -> Option<Person> {
     let study = study(&recording.path);
-    let stated = |manifest: &recording::Manifest| Some(manifest.participant.as_ref()?.id.clone());
+    let manifest_id =
+        |manifest: &recording::Manifest| Some(manifest.participant.as_ref()?.id.clone());
     let id = match &recording.found {
-        Ok(found) => stated(&found.manifest),
+        Ok(findings) => manifest_id(&findings.manifest),
         Err(_) => reader::read_manifest(&recording.path)
             .ok()
             .as_ref()
-            .and_then(stated)
-            .or_else(|| by_folders(&recording.path).map(|(_, id)| id)),
+            .and_then(manifest_id)
+            .or_else(|| study_and_participant(&recording.path).map(|(_, id)| id)),
     };
     Some((study, id?))
 }
 
 /// Returns the folder of a recording's study: the one that contains a study's description, or else by the names of the folders.
 fn study(recording: &Path) -> Option<PathBuf> {
-    exclusions::study_of(recording).or_else(|| by_folders(recording).map(|(study, _)| study))
+    exclusions::study_of(recording)
+        .or_else(|| study_and_participant(recording).map(|(study, _)| study))
 }
 
 /// Returns study and participant of a recording in `STUDY/sub-01/ses-01/trial-001_attempt-1`.
-fn by_folders(recording: &Path) -> Option<(PathBuf, String)> {
+fn study_and_participant(recording: &Path) -> Option<(PathBuf, String)> {
     let folder = recording.canonicalize().ok()?;
     let name = |folder: &Path| Some(folder.file_name()?.to_str()?.to_owned());
     let label: Result<TrialLabel, _> = name(&folder)?.parse();
@@ -64,43 +66,46 @@ fn names<'a>(people: impl Iterator<Item = &'a Person>) -> BTreeMap<Person, Strin
     let people: BTreeSet<&Person> = people.collect();
     let studies: BTreeSet<&Option<PathBuf>> = people.iter().map(|(study, _)| study).collect();
     // The smallest number of last path components that distinguishes the studies.
-    let last = |path: &Path, n: usize| {
+    let path_tail = |path: &Path, n: usize| {
         let names: Vec<_> = path.iter().map(|name| name.to_string_lossy()).collect();
         names[names.len().saturating_sub(n)..].join("/")
     };
-    let apart = |n: &usize| {
-        let known: BTreeSet<String> = studies
+    let is_distinctive = |n: &usize| {
+        let tails: BTreeSet<String> = studies
             .iter()
             .copied()
             .flatten()
-            .map(|of| last(of, *n))
+            .map(|study| path_tail(study, *n))
             .collect();
-        known.len() == studies.iter().copied().flatten().count()
+        tails.len() == studies.iter().copied().flatten().count()
     };
-    let n = (1..64).find(apart).unwrap_or(64);
-    let mut taken = BTreeSet::new();
-    let mut named = BTreeMap::new();
+    let n = (1..64).find(is_distinctive).unwrap_or(64);
+    let mut used_names = BTreeSet::new();
+    let mut names = BTreeMap::new();
     for person in people {
         let (study, id) = person;
         let study = study.as_deref().filter(|_| studies.len() > 1);
-        let plain = study.map_or_else(|| id.clone(), |study| format!("{}/{id}", last(study, n)));
+        let plain_name = study.map_or_else(
+            || id.clone(),
+            |study| format!("{}/{id}", path_tail(study, n)),
+        );
         // A pseudonym from elsewhere may contain a slash.
-        let numbered = (2..).map(|number| format!("{plain} ({number})"));
-        let mut candidates = std::iter::once(plain.clone()).chain(numbered);
+        let numbered_names = (2..).map(|number| format!("{plain_name} ({number})"));
+        let mut candidates = std::iter::once(plain_name.clone()).chain(numbered_names);
         let name = candidates
-            .find(|name| !taken.contains(name))
-            .unwrap_or(plain);
-        taken.insert(name.clone());
-        named.insert(person.clone(), name);
+            .find(|name| !used_names.contains(name))
+            .unwrap_or(plain_name);
+        used_names.insert(name.clone());
+        names.insert(person.clone(), name);
     }
-    named
+    names
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn named(people: &[(Option<&str>, &str)]) -> Vec<String> {
+    fn participant_names(people: &[(Option<&str>, &str)]) -> Vec<String> {
         let people: Vec<Person> = people
             .iter()
             .map(|(study, id)| (study.map(PathBuf::from), (*id).to_owned()))
@@ -115,23 +120,23 @@ mod tests {
     #[test]
     fn one_pseudonym_in_two_studies_is_two_people() {
         assert_eq!(
-            named(&[(Some("/d/b"), "sub-01"), (Some("/d/b"), "sub-02")]),
+            participant_names(&[(Some("/d/b"), "sub-01"), (Some("/d/b"), "sub-02")]),
             ["sub-01", "sub-02"]
         );
         assert_eq!(
-            named(&[(Some("/d/b"), "sub-01"), (Some("/d/c"), "sub-01")]),
+            participant_names(&[(Some("/d/b"), "sub-01"), (Some("/d/c"), "sub-01")]),
             ["b/sub-01", "c/sub-01"]
         );
         assert_eq!(
-            named(&[(Some("/d/b"), "sub-01"), (Some("/e/b"), "sub-01")]),
+            participant_names(&[(Some("/d/b"), "sub-01"), (Some("/e/b"), "sub-01")]),
             ["d/b/sub-01", "e/b/sub-01"]
         );
         assert_eq!(
-            named(&[(None, "sub-01"), (Some("/d/b"), "sub-01")]),
+            participant_names(&[(None, "sub-01"), (Some("/d/b"), "sub-01")]),
             ["sub-01", "b/sub-01"]
         );
         assert_eq!(
-            named(&[(None, "b/sub-01"), (Some("/d/b"), "sub-01")]),
+            participant_names(&[(None, "b/sub-01"), (Some("/d/b"), "sub-01")]),
             ["b/sub-01", "b/sub-01 (2)"]
         );
     }

@@ -9,9 +9,9 @@ use crate::measurements::{FrameSeries, Measurements};
 /// Longest stretch of one reference, s: short compared with the seconds in which a plate cools.
 const LONGEST_S: f64 = 0.1;
 /// Time next to a touch that is left out, s: a finger lighter than its sensor's noise is on the plate too.
-const BESIDE_FINGER_S: f64 = 0.1;
+const FINGER_MARGIN_S: f64 = 0.1;
 /// Number of frames with a common error: a demodulator's filter is some 10 ms long.
-const FRAMES_ALIKE: f64 = 20.0;
+const CORRELATED_FRAMES: f64 = 20.0;
 /// Smallest standard error of a reference, N·s/m: the difference between two readings of a constant plate.
 const LEAST_STD_N_S_PER_M: f64 = 1e-4;
 
@@ -19,7 +19,7 @@ const LEAST_STD_N_S_PER_M: f64 = 1e-4;
 pub(super) fn read(record: &Measurements, off_n: f64) -> PlateReadings {
     let (start_s, end_s) = record.span_s();
     let series = record.series(start_s, end_s);
-    let touched: Vec<f64> = series
+    let touch_times_s: Vec<f64> = series
         .time_s
         .iter()
         .zip(&series.normal_n)
@@ -28,32 +28,32 @@ pub(super) fn read(record: &Measurements, off_n: f64) -> PlateReadings {
         .map(|(time_s, _)| *time_s)
         .collect();
     let is_free = |time_s: f64| {
-        let next = touched.partition_point(|touched_s| *touched_s < time_s - BESIDE_FINGER_S);
-        touched
-            .get(next)
-            .is_none_or(|touched_s| *touched_s > time_s + BESIDE_FINGER_S)
+        let index = touch_times_s.partition_point(|touch_s| *touch_s < time_s - FINGER_MARGIN_S);
+        touch_times_s
+            .get(index)
+            .is_none_or(|touch_s| *touch_s > time_s + FINGER_MARGIN_S)
     };
     let mut references = Vec::new();
-    let mut from = 0;
-    while from < series.time_s.len() {
-        let begin_s = series.time_s[from];
-        let inside = |time_s: &&f64| is_free(**time_s) && **time_s - begin_s < LONGEST_S;
-        let frames = series.time_s[from..].iter().take_while(inside).count();
-        references.extend(reference(&series, from, from + frames));
-        from += frames.max(1);
+    let mut start = 0;
+    while start < series.time_s.len() {
+        let begin_s = series.time_s[start];
+        let is_inside = |time_s: &&f64| is_free(**time_s) && **time_s - begin_s < LONGEST_S;
+        let frames = series.time_s[start..].iter().take_while(is_inside).count();
+        references.extend(reference(&series, start, start + frames));
+        start += frames.max(1);
     }
     PlateReadings {
         references,
-        touches_s: touches(&touched),
+        touches_s: touches(&touch_times_s),
     }
 }
 
 /// Joins the times at which a finger was on the plate to touches.
-fn touches(touched_s: &[f64]) -> Vec<(f64, f64)> {
+fn touches(touch_times_s: &[f64]) -> Vec<(f64, f64)> {
     let mut touches: Vec<(f64, f64)> = Vec::new();
-    for &time_s in touched_s {
+    for &time_s in touch_times_s {
         match touches.last_mut() {
-            Some((_, end_s)) if time_s - *end_s < BESIDE_FINGER_S => *end_s = time_s,
+            Some((_, end_s)) if time_s - *end_s < FINGER_MARGIN_S => *end_s = time_s,
             _ => touches.push((time_s, time_s)),
         }
     }
@@ -62,18 +62,18 @@ fn touches(touched_s: &[f64]) -> Vec<(f64, f64)> {
 
 /// Reads one stretch at the weighted mean time of its frames, where the plate is best known: at any other time an error in the
 /// rate of change would add to the reading. `None` if too few of its frames have an impedance.
-fn reference(series: &FrameSeries, from: usize, to: usize) -> Option<PlateReference> {
-    let clear = || {
-        series.frames[from..to]
+fn reference(series: &FrameSeries, start: usize, end: usize) -> Option<PlateReference> {
+    let clear_frames = || {
+        series.frames[start..end]
             .iter()
             .filter(|frame| frame.mask.is_clear())
     };
-    let frames = clear().count();
+    let frames = clear_frames().count();
     if frames < FEWEST_PLATE_FRAMES {
         return None;
     }
     let (mut weights, mut time_s, mut z_p) = (0.0, 0.0, Complex64::ZERO);
-    for frame in clear() {
+    for frame in clear_frames() {
         let weight = frame.amplitude_m.powi(2);
         weights += weight;
         time_s += (frame.time_s - time_s) * weight / weights;
@@ -84,15 +84,15 @@ fn reference(series: &FrameSeries, from: usize, to: usize) -> Option<PlateRefere
     }
     // A steady change of the plate meanwhile is not an error of its mean.
     let (mut squares, mut rate, mut spread) = (0.0, Complex64::ZERO, 0.0);
-    for frame in clear() {
+    for frame in clear_frames() {
         let weight = frame.amplitude_m.powi(2);
-        let (apart_s, residual) = (frame.time_s - time_s, frame.corrected_n_s_per_m - z_p);
+        let (offset_s, residual) = (frame.time_s - time_s, frame.corrected_n_s_per_m - z_p);
         squares += weight * residual.norm_sqr();
-        rate += residual * (weight * apart_s);
-        spread += weight * apart_s * apart_s;
+        rate += residual * (weight * offset_s);
+        spread += weight * offset_s * offset_s;
     }
-    let unsteady = (squares - rate.norm_sqr() / spread).max(0.0);
-    let scatter = (unsteady / weights * FRAMES_ALIKE / frames as f64).sqrt();
+    let residual_squares = (squares - rate.norm_sqr() / spread).max(0.0);
+    let scatter = (residual_squares / weights * CORRELATED_FRAMES / frames as f64).sqrt();
     Some(PlateReference {
         time_s,
         z_p_n_s_per_m: z_p,
@@ -109,7 +109,7 @@ mod tests {
     use super::*;
 
     const RATE_HZ: f64 = 2000.0;
-    const AFTER_N_S_PER_M: Complex64 = Complex64::new(7.05, -0.2);
+    const FINAL_Z_P_N_S_PER_M: Complex64 = Complex64::new(7.05, -0.2);
 
     /// A plate of 7 N·s/m that a finger touches from 1 to 2 s and changes, with the force that the sensor reads.
     fn record(normal_n: impl Fn(f64) -> f64) -> Measurements {
@@ -117,7 +117,7 @@ mod tests {
         let impedance = |time_s: f64| match time_s {
             ..1.0 => Complex64::new(7.0, 0.0),
             1.0..2.0 => Complex64::new(9.0, -2.0),
-            _ => AFTER_N_S_PER_M,
+            _ => FINAL_Z_P_N_S_PER_M,
         };
         Measurements {
             frames: times()
@@ -147,7 +147,7 @@ mod tests {
         }
     }
 
-    fn pressed(time_s: f64) -> f64 {
+    fn finger_force_n(time_s: f64) -> f64 {
         if (1.0..2.0).contains(&time_s) {
             0.6
         } else {
@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn the_plate_is_read_before_and_after_a_finger_and_not_under_it() {
-        let readings = read(&record(pressed), 0.05);
+        let readings = read(&record(finger_force_n), 0.05);
         let [(begin_s, end_s)] = readings.touches_s[..] else {
             panic!("{:?}", readings.touches_s)
         };
@@ -167,42 +167,50 @@ mod tests {
         let [.., last] = references[..] else {
             panic!("no reference")
         };
-        assert_relative_eq!(last.z_p_n_s_per_m.re, AFTER_N_S_PER_M.re, epsilon = 1e-9);
-        assert_relative_eq!(last.z_p_n_s_per_m.im, AFTER_N_S_PER_M.im, epsilon = 1e-9);
+        assert_relative_eq!(
+            last.z_p_n_s_per_m.re,
+            FINAL_Z_P_N_S_PER_M.re,
+            epsilon = 1e-9
+        );
+        assert_relative_eq!(
+            last.z_p_n_s_per_m.im,
+            FINAL_Z_P_N_S_PER_M.im,
+            epsilon = 1e-9
+        );
         for reference in &references {
-            let before = reference.time_s < 1.0;
-            assert!(before || reference.time_s > 2.0, "{reference:?}");
-            if before {
+            let is_before = reference.time_s < 1.0;
+            assert!(is_before || reference.time_s > 2.0, "{reference:?}");
+            if is_before {
                 assert_relative_eq!(reference.z_p_n_s_per_m.re, 7.0, epsilon = 1e-9);
             }
             assert!(reference.std_n_s_per_m < 0.01, "{reference:?}");
         }
-        assert!(references.iter().any(|of| of.time_s < 1.0));
+        assert!(references.iter().any(|reference| reference.time_s < 1.0));
     }
 
     /// The error of a reference is the scatter, not the drift in the meantime.
     #[test]
     fn a_plate_that_drifts_steadily_is_read_as_well_as_one_that_stands_still() {
-        let read_of = |per_s: f64, scatter: f64| {
+        let reference_with = |rate_per_s: f64, scatter: f64| {
             let mut record = record(|_| 0.0);
             for (i, frame) in record.frames.iter_mut().enumerate() {
                 let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
                 frame.corrected_n_s_per_m =
-                    Complex64::new(7.0 + per_s * frame.time_s, scatter * sign);
+                    Complex64::new(7.0 + rate_per_s * frame.time_s, scatter * sign);
             }
             read(&record, 0.05).references[3]
         };
-        let drifting = read_of(0.05, 0.0);
-        assert_relative_eq!(drifting.std_n_s_per_m, LEAST_STD_N_S_PER_M);
+        let reference = reference_with(0.05, 0.0);
+        assert_relative_eq!(reference.std_n_s_per_m, LEAST_STD_N_S_PER_M);
         assert_relative_eq!(
-            drifting.z_p_n_s_per_m.re,
-            7.0 + 0.05 * drifting.time_s,
+            reference.z_p_n_s_per_m.re,
+            7.0 + 0.05 * reference.time_s,
             epsilon = 1e-5
         );
         // Ten of 200 frames carry the information of one each.
-        let expected = 0.01 * (FRAMES_ALIKE / 200.0).sqrt();
+        let expected = 0.01 * (CORRELATED_FRAMES / 200.0).sqrt();
         assert_relative_eq!(
-            read_of(0.05, 0.01).std_n_s_per_m,
+            reference_with(0.05, 0.01).std_n_s_per_m,
             expected,
             max_relative = 0.02
         );
@@ -211,9 +219,9 @@ mod tests {
     #[test]
     fn a_force_that_was_not_measured_shows_no_free_plate() {
         assert_eq!(read(&record(|_| f64::NAN), 0.05).references, []);
-        let mut without = record(pressed);
-        without.force.clear();
-        assert_eq!(read(&without, 0.05).references, []);
+        let mut record_without_force = record(finger_force_n);
+        record_without_force.force.clear();
+        assert_eq!(read(&record_without_force, 0.05).references, []);
         assert_eq!(
             read(&Measurements::default(), 0.05),
             PlateReadings::default()

@@ -11,45 +11,45 @@ use crate::analysis_settings::Settings;
 pub struct PrintedSettings {
     #[serde(flatten)]
     settings: Settings,
-    amplitude_along_plate: AmplitudeTaken,
-    normal_force: ForceTaken,
+    amplitude_along_plate: AmplitudeSource,
+    normal_force: ForceSource,
 }
 
 /// Normal force used by each method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct ForceTaken {
+struct ForceSource {
     paper: &'static str,
     dynamic: &'static str,
 }
 
 /// Source of the amplitude under the finger for each method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-struct AmplitudeTaken {
+struct AmplitudeSource {
     paper: &'static str,
     dynamic: String,
 }
 
 impl PrintedSettings {
     /// Returns the settings of an analysis.
-    pub fn of(analysed: &Analysed) -> Self {
-        let (mut recordings, mut measured) = (0, 0);
-        for found in analysed.findings() {
+    pub fn new(analysed: &Analysed) -> Self {
+        let (mut recordings, mut profiles) = (0, 0);
+        for findings in analysed.findings() {
             recordings += 1;
-            measured += usize::from(found.plate().profile.is_some());
+            profiles += usize::from(findings.plate().profile.is_some());
         }
         Self {
-            normal_force: ForceTaken {
+            normal_force: ForceSource {
                 paper: "low-passed, as published",
                 dynamic: "without its sensor's noise as its spectrum tells; low-passed where it does not",
             },
             settings: analysed.settings,
-            amplitude_along_plate: AmplitudeTaken {
+            amplitude_along_plate: AmplitudeSource {
                 paper: "uniform, as published: that at the pickup",
-                dynamic: match measured {
+                dynamic: match profiles {
                     0 => "uniform: no recording has plate.profile".to_owned(),
-                    _ if measured == recordings => "as measured: plate.profile".to_owned(),
+                    _ if profiles == recordings => "as measured: plate.profile".to_owned(),
                     _ => format!(
-                        "as measured, plate.profile, in {measured} of {recordings} recordings; uniform in the others"
+                        "as measured, plate.profile, in {profiles} of {recordings} recordings; uniform in the others"
                     ),
                 },
             },

@@ -3,13 +3,13 @@
 use estimation::trial::{LogNormal, Normal, TrialPriors};
 use serde::{Serialize, Serializer};
 
-use crate::assumable::{Allowed, FINITE, Number, POSITIVE};
+use crate::assumable::{AllowedValues, FINITE, Number, POSITIVE};
 
 /// Key of the priors among the settings.
 const KEY: &str = "trial_priors";
 
 /// Standard deviations that can be weighed against data. The smallest one holds its parameter fixed.
-const SPREAD: Allowed = Allowed {
+const SPREAD: AllowedValues = AllowedValues {
     words: "1e-9 to 1e9",
     rule: |value| (1e-9..=1e9).contains(&value),
 };
@@ -18,16 +18,16 @@ const SPREAD: Allowed = Allowed {
 /// angle, with means of 0, only standard deviations. On a plate with a measured profile, tilt and bow are 0 ± 0.003, or less
 /// if the value here is smaller.
 #[derive(Serialize)]
-struct Printed {
-    contact_area_m2: OfLogarithm,
-    q0_rad_per_m: OfLogarithm,
-    loss_factor: OfLogarithm,
-    tau_s: OfLogarithm,
-    film_mean_s: OfLogarithm,
-    area_force_exponent: OfItself,
-    lag_gap_exponent: OfItself,
-    amplitude_tilt_per_30_mm: OfItself,
-    amplitude_bow_per_30_mm: OfItself,
+struct PrintedPriors {
+    contact_area_m2: PrintedLogNormal,
+    q0_rad_per_m: PrintedLogNormal,
+    loss_factor: PrintedLogNormal,
+    tau_s: PrintedLogNormal,
+    film_mean_s: PrintedLogNormal,
+    area_force_exponent: PrintedNormal,
+    lag_gap_exponent: PrintedNormal,
+    amplitude_tilt_per_30_mm: PrintedNormal,
+    amplitude_bow_per_30_mm: PrintedNormal,
     finger_angle_std_rad: f64,
     residual_mobility_std_m_per_n_s: f64,
     plate_reactance_std_n_s_per_m: f64,
@@ -35,32 +35,32 @@ struct Printed {
 }
 
 #[derive(Serialize)]
-struct OfLogarithm {
+struct PrintedLogNormal {
     median: f64,
     ln_std: f64,
 }
 
 #[derive(Serialize)]
-struct OfItself {
+struct PrintedNormal {
     mean: f64,
     std: f64,
 }
 
-impl From<LogNormal> for OfLogarithm {
+impl From<LogNormal> for PrintedLogNormal {
     fn from(LogNormal { median, ln_std }: LogNormal) -> Self {
         Self { median, ln_std }
     }
 }
 
-impl From<Normal> for OfItself {
+impl From<Normal> for PrintedNormal {
     fn from(Normal { mean, std }: Normal) -> Self {
         Self { mean, std }
     }
 }
 
 /// Writes priors as printed in results.
-pub(crate) fn print<S: Serializer>(priors: &TrialPriors, to: S) -> Result<S::Ok, S::Error> {
-    Printed {
+pub(crate) fn print<S: Serializer>(priors: &TrialPriors, serializer: S) -> Result<S::Ok, S::Error> {
+    PrintedPriors {
         contact_area_m2: priors.contact_area_m2.into(),
         q0_rad_per_m: priors.q0_rad_per_m.into(),
         loss_factor: priors.loss_factor.into(),
@@ -75,7 +75,7 @@ pub(crate) fn print<S: Serializer>(priors: &TrialPriors, to: S) -> Result<S::Ok,
         plate_reactance_std_n_s_per_m: priors.plate_reactance_std_n_s_per_m,
         plate_damping_std_n_s_per_m: priors.plate_damping_std_n_s_per_m,
     }
-    .serialize(to)
+    .serialize(serializer)
 }
 
 /// Returns each number of the priors by its name in settings.
@@ -95,20 +95,20 @@ pub(crate) fn numbers(priors: &mut TrialPriors) -> Vec<Number<'_>> {
         plate_reactance_std_n_s_per_m,
         plate_damping_std_n_s_per_m,
     } = priors;
-    let of_logarithms = [
+    let log_normals = [
         ("contact_area_m2", contact_area_m2),
         ("q0_rad_per_m", q0_rad_per_m),
         ("loss_factor", loss_factor),
         ("tau_s", tau_s),
         ("film_mean_s", film_mean_s),
     ];
-    let of_themselves = [
+    let normals = [
         ("area_force_exponent", area_exponent),
         ("lag_gap_exponent", lag_exponent),
         ("amplitude_tilt_per_30_mm", amplitude_tilt),
         ("amplitude_bow_per_30_mm", amplitude_bow),
     ];
-    let about_zero = [
+    let zero_mean_stds = [
         ("finger_angle_std_rad", finger_angle_std_rad),
         (
             "residual_mobility_std_m_per_n_s",
@@ -125,23 +125,20 @@ pub(crate) fn numbers(priors: &mut TrialPriors) -> Vec<Number<'_>> {
         allowed,
         value,
     };
-    let of_logarithms = of_logarithms.into_iter().flat_map(|(name, prior)| {
+    let log_normals = log_normals.into_iter().flat_map(|(name, prior)| {
         [
             number(format!("{name}.median"), POSITIVE, &mut prior.median),
             number(format!("{name}.ln_std"), SPREAD, &mut prior.ln_std),
         ]
     });
-    let of_themselves = of_themselves.into_iter().flat_map(|(name, prior)| {
+    let normals = normals.into_iter().flat_map(|(name, prior)| {
         [
             number(format!("{name}.mean"), FINITE, &mut prior.mean),
             number(format!("{name}.std"), SPREAD, &mut prior.std),
         ]
     });
-    let about_zero = about_zero
+    let zero_mean_stds = zero_mean_stds
         .into_iter()
         .map(|(name, std)| number(name.to_owned(), SPREAD, std));
-    of_logarithms
-        .chain(of_themselves)
-        .chain(about_zero)
-        .collect()
+    log_normals.chain(normals).chain(zero_mean_stds).collect()
 }

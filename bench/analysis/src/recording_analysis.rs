@@ -7,7 +7,7 @@ use protocols::selection::{StretchOutcome, select};
 use protocols::{Direction, Protocol, SelectionRules};
 
 use crate::amplitude_profile::AmplitudeProfile;
-use crate::analysed::{RecordingAnalysis, RecordingError, RecordingFindings, Rejected};
+use crate::analysed::{RecordingAnalysis, RecordingError, RecordingFindings, RejectedStretch};
 use crate::analysis_settings::Settings;
 use crate::demodulated::{self, DemodulatedRecording};
 use estimation::trial::PlateReadings;
@@ -27,18 +27,21 @@ use recording::pipeline::PickupOffset;
 
 /// Analyses the recording in `folder`.
 pub fn analyse(folder: &Path, settings: &Settings) -> RecordingAnalysis {
-    let found = findings(folder, settings);
+    let findings = findings(folder, settings);
     RecordingAnalysis {
         path: folder.to_owned(),
-        participant: found.as_ref().ok().and_then(|of| of.participant.clone()),
-        found,
+        participant: findings
+            .as_ref()
+            .ok()
+            .and_then(|findings| findings.participant.clone()),
+        found: findings,
     }
 }
 
 fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, RecordingError> {
     let mut reading = demodulated::read(folder, PickupOffset::default())?;
     let (rules, protocol_flaw) = selection_rules(folder, &reading.manifest, settings);
-    let carrier_missing = reading.carrier_missing();
+    let is_carrier_missing = reading.is_carrier_missing();
     let mut plate = FreePlate::read(&reading, rules.contact_n / 2.0);
     let pickup = plate.pickup_offset().unwrap_or_default();
     if pickup != PickupOffset::default() {
@@ -54,10 +57,13 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
         mut flaws,
     } = reading;
     flaws.extend(protocol_flaw);
-    flaws.extend(rehearsed(&manifest));
+    flaws.extend(rehearsal_flaw(&manifest));
     let mut findings = RecordingFindings {
         path: folder.to_owned(),
-        participant: manifest.participant.as_ref().map(|of| of.id.clone()),
+        participant: manifest
+            .participant
+            .as_ref()
+            .map(|participant| participant.id.clone()),
         rules,
         pickup,
         z_p: None,
@@ -73,7 +79,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     if explorations.is_empty() {
         findings.flaws.push(Flaw::NoExploration);
     }
-    if carrier_missing {
+    if is_carrier_missing {
         for (direction, start_s, end_s) in explorations {
             findings.reject(
                 direction,
@@ -92,10 +98,10 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
     }
     let readings = plate_references::read(&record, rules.contact_n / 2.0);
     findings.fit_together(&readings, settings);
-    if let Some(first) = findings.first_by_dynamic() {
+    if let Some(instance) = findings.first_dynamic_instance() {
         findings.model_check = model_check::bands(
-            &first.finger,
-            (first.start_s, first.end_s),
+            &instance.finger,
+            (instance.start_s, instance.end_s),
             &findings.explorations,
             &rules,
         );
@@ -107,7 +113,7 @@ fn findings(folder: &Path, settings: &Settings) -> Result<RecordingFindings, Rec
 }
 
 /// Returns the flaw of a recording during which faults were injected on purpose.
-fn rehearsed(manifest: &Manifest) -> Option<Flaw> {
+fn rehearsal_flaw(manifest: &Manifest) -> Option<Flaw> {
     let faults = manifest.hardware.as_ref()?.rehearsed.clone();
     (!faults.is_empty()).then_some(Flaw::Rehearsed { faults })
 }
@@ -140,7 +146,7 @@ pub fn selection_rules(
     match protocol_copy(folder, manifest) {
         Ok(Some(protocol)) => {
             let rules = protocol.selection_rules(centre_m);
-            (rules, several_copies(folder, manifest))
+            (rules, copies_flaw(folder, manifest))
         }
         Ok(None) => (settings.selection_rules(centre_m), None),
         Err(flaw) => (settings.selection_rules(centre_m), Some(flaw)),
@@ -152,8 +158,8 @@ fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>,
     let Some((trial, session)) = manifest.trial.as_ref().zip(folder.parent()) else {
         return Ok(None);
     };
-    let named = trial.protocol_file.as_deref();
-    let name = named.map_or_else(|| format!("{}.toml", trial.protocol), str::to_owned);
+    let protocol_file = trial.protocol_file.as_deref();
+    let name = protocol_file.map_or_else(|| format!("{}.toml", trial.protocol), str::to_owned);
     let path = session.join(&name);
     if Path::new(&name).file_name() != Some(name.as_ref()) {
         let reason = format!(
@@ -162,33 +168,35 @@ fn protocol_copy(folder: &Path, manifest: &Manifest) -> Result<Option<Protocol>,
         return Err(Flaw::ProtocolCopy { path, reason });
     }
     let file = path.display().to_string();
-    let parsed = match files::read_text(&path, files::TEXT_LIMIT_BYTES) {
+    let protocol = match files::read_text(&path, files::TEXT_LIMIT_BYTES) {
         // The recording was made elsewhere; one that names its copy had one.
-        Err(error) if error.kind() == ErrorKind::NotFound && named.is_none() => return Ok(None),
+        Err(error) if error.kind() == ErrorKind::NotFound && protocol_file.is_none() => {
+            return Ok(None);
+        }
         Err(error) => Err(format!("{file}: {error}")),
         Ok(text) => Protocol::parse(&text, &file).map_err(|error| error.to_string()),
     };
-    parsed
+    protocol
         .map(Some)
         .map_err(|reason| Flaw::ProtocolCopy { path, reason })
 }
 
 /// Returns the flaw of a recording that does not name its protocol copy although the session has several.
-fn several_copies(folder: &Path, manifest: &Manifest) -> Option<Flaw> {
+fn copies_flaw(folder: &Path, manifest: &Manifest) -> Option<Flaw> {
     let (trial, session) = manifest.trial.as_ref().zip(folder.parent())?;
     if trial.protocol_file.is_some() {
         return None;
     }
     // Copies are numbered from 2 if the session was resumed after an edit.
-    let another = session.join(format!("{}.2.toml", trial.protocol));
-    another.exists().then(|| Flaw::ProtocolCopies {
+    let second_copy = session.join(format!("{}.2.toml", trial.protocol));
+    second_copy.exists().then(|| Flaw::ProtocolCopies {
         followed: format!("{}.toml", trial.protocol),
     })
 }
 
 impl RecordingFindings {
     fn reject(&mut self, direction: Direction, (start_s, end_s): (f64, f64), reason: &str) {
-        self.rejected.push(Rejected {
+        self.rejected.push(RejectedStretch {
             direction,
             start_s,
             end_s,
@@ -216,7 +224,7 @@ impl RecordingFindings {
         }
         let conditions = self.conditions(settings.assumed());
         for stretch in &stretches {
-            let selected = match stretch.outcome {
+            let instance = match stretch.outcome {
                 StretchOutcome::Accepted(instance) => instance,
                 StretchOutcome::Rejected(rejection) => {
                     let span = (stretch.start_s, stretch.end_s);
@@ -224,19 +232,25 @@ impl RecordingFindings {
                     continue;
                 }
             };
-            let estimated = match &conditions {
+            let analysis = match &conditions {
                 Some(conditions) => {
-                    let of = (self.explorations.len(), direction);
+                    let exploration_key = (self.explorations.len(), direction);
                     let plate = (conditions, self.manifest.plate.modal_mass_kg);
-                    estimate((&series, &under_finger), of, selected, plate, settings)
+                    estimate(
+                        (&series, &under_finger),
+                        exploration_key,
+                        instance,
+                        plate,
+                        settings,
+                    )
                 }
                 .map_err(|error| error.to_string()),
                 None => Err("Z_p is not known".to_owned()),
             };
-            match estimated {
+            match analysis {
                 Ok(instance) => self.instances.push(instance),
                 Err(reason) => {
-                    self.reject(direction, (selected.start_s, selected.end_s), &reason);
+                    self.reject(direction, (instance.start_s, instance.end_s), &reason);
                 }
             }
         }
@@ -264,23 +278,24 @@ impl RecordingFindings {
     /// Rejects each instance that has no estimate by `trial` and is unusable by `paper` or `dynamic`; returns whether any were
     /// rejected and others remain.
     fn drop_unusable(&mut self) -> bool {
-        let unusable = |instance: &InstanceAnalysis| match instance.trial {
+        let usability_error = |instance: &InstanceAnalysis| match instance.trial {
             Some(_) => None,
-            None => instance.unusable(),
+            None => instance.usability_error(),
         };
-        let (kept, dropped): (Vec<_>, Vec<_>) = std::mem::take(&mut self.instances)
-            .into_iter()
-            .partition(|instance| unusable(instance).is_none());
-        self.instances = kept;
-        for instance in &dropped {
-            if let Some(why) = unusable(instance) {
+        let (usable_instances, unusable_instances): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.instances)
+                .into_iter()
+                .partition(|instance| usability_error(instance).is_none());
+        self.instances = usable_instances;
+        for instance in &unusable_instances {
+            if let Some(error) = usability_error(instance) {
                 let span = (instance.start_s, instance.end_s);
-                self.reject(instance.direction, span, &why.to_string());
+                self.reject(instance.direction, span, &error.to_string());
             }
         }
         self.rejected
             .sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-        !dropped.is_empty() && !self.instances.is_empty()
+        !unusable_instances.is_empty() && !self.instances.is_empty()
     }
 }
 
@@ -322,55 +337,56 @@ seed = 1
         let manifest = Manifest::parse(MANIFEST, "recording.toml").unwrap();
         let copy = session.path().join("own.toml");
         let rules = || selection_rules(&folder, &manifest, &settings());
-        let of_settings = settings().selection_rules(0.05);
+        let settings_rules = settings().selection_rules(0.05);
 
-        assert_eq!(rules(), (of_settings, None), "no copy, as made elsewhere");
+        assert_eq!(
+            rules(),
+            (settings_rules, None),
+            "no copy, as made elsewhere"
+        );
 
         let text = built_in("huloux2021").unwrap();
         std::fs::write(&copy, text).unwrap();
         let protocol = Protocol::parse(text, "own.toml").unwrap();
-        let own = protocol.selection_rules(0.05);
-        assert_ne!(own, of_settings);
-        assert_eq!(rules(), (own, None));
+        let protocol_rules = protocol.selection_rules(0.05);
+        assert_ne!(protocol_rules, settings_rules);
+        assert_eq!(rules(), (protocol_rules, None));
 
         // The session was resumed after an edit: it is unknown which of the two copies the recording followed.
-        let edited = session.path().join("own.2.toml");
+        let edited_copy = session.path().join("own.2.toml");
         std::fs::write(
-            &edited,
+            &edited_copy,
             text.replacen("central_m = 0.060", "central_m = 0.030", 1),
         )
         .unwrap();
-        let (first, flaw) = rules();
-        assert_eq!(first, own);
+        let (first_rules, flaw) = rules();
+        assert_eq!(first_rules, protocol_rules);
         assert!(
             matches!(flaw, Some(Flaw::ProtocolCopies { .. })),
             "{flaw:?}"
         );
         // The first copy was read, although the second was followed.
-        let mut naming = manifest.clone();
-        let mut rules_by = |name: &str| {
-            naming.trial.as_mut().unwrap().protocol_file = Some(name.to_owned());
-            selection_rules(&folder, &naming, &settings())
+        let mut named_manifest = manifest.clone();
+        let mut rules_for_copy = |name: &str| {
+            named_manifest.trial.as_mut().unwrap().protocol_file = Some(name.to_owned());
+            selection_rules(&folder, &named_manifest, &settings())
         };
-        assert_eq!(rules_by("own.toml"), (own, None));
-        let (second, flaw) = rules_by("own.2.toml");
-        assert_eq!((second.central_m, flaw), (0.030, None));
-        for elsewhere in ["own.3.toml", "../own.toml", "", ".."] {
-            let (other, flaw) = rules_by(elsewhere);
-            assert_eq!(other, of_settings);
-            assert!(
-                matches!(flaw, Some(Flaw::ProtocolCopy { .. })),
-                "{elsewhere}"
-            );
+        assert_eq!(rules_for_copy("own.toml"), (protocol_rules, None));
+        let (second_rules, flaw) = rules_for_copy("own.2.toml");
+        assert_eq!((second_rules.central_m, flaw), (0.030, None));
+        for file in ["own.3.toml", "../own.toml", "", ".."] {
+            let (fallback_rules, flaw) = rules_for_copy(file);
+            assert_eq!(fallback_rules, settings_rules);
+            assert!(matches!(flaw, Some(Flaw::ProtocolCopy { .. })), "{file}");
         }
-        std::fs::remove_file(edited).unwrap();
+        std::fs::remove_file(edited_copy).unwrap();
 
         // Truncated in the middle, and with bytes that are not text.
-        let half = text.as_bytes()[..text.len() / 2].to_vec();
-        for damaged in [half, vec![0xff; 64]] {
-            std::fs::write(&copy, damaged).unwrap();
-            let (damaged_rules, flaw) = rules();
-            assert_eq!(damaged_rules, of_settings);
+        let truncated = text.as_bytes()[..text.len() / 2].to_vec();
+        for content in [truncated, vec![0xff; 64]] {
+            std::fs::write(&copy, content).unwrap();
+            let (fallback_rules, flaw) = rules();
+            assert_eq!(fallback_rules, settings_rules);
             let Some(Flaw::ProtocolCopy { path, reason }) = flaw else {
                 panic!("{flaw:?}");
             };
@@ -391,14 +407,14 @@ seed = 1
         let mut writer = RecordingWriter::create(&folder, manifest, format).unwrap();
         writer.write_audio(&[0.0; 2 * 9600]).unwrap();
         writer.finish(recording::writer::Ending::Completed).unwrap();
-        let damaged = |analysis: RecordingAnalysis| {
+        let has_copy_flaw = |analysis: RecordingAnalysis| {
             let flaws = analysis.found.unwrap().flaws;
             flaws
                 .iter()
                 .any(|flaw| matches!(flaw, Flaw::ProtocolCopy { .. }))
         };
-        assert!(!damaged(analyse(&folder, &settings())));
+        assert!(!has_copy_flaw(analyse(&folder, &settings())));
         std::fs::write(session.path().join("own.toml"), "format = ").unwrap();
-        assert!(damaged(analyse(&folder, &settings())));
+        assert!(has_copy_flaw(analyse(&folder, &settings())));
     }
 }

@@ -163,7 +163,7 @@ struct Estimate {
     averaged: AveragedModel,
     verdict: String,
     #[serde(skip_serializing_if = "Option::is_none")]
-    at_rest: Option<AtRest>,
+    at_rest: Option<RestSamples>,
     std: Std,
     sensitivity: Option<SensitivityRows>,
 }
@@ -177,7 +177,7 @@ struct AveragedModel {
 
 /// Samples from which `paper` reads Z_t.
 #[derive(Debug, Serialize)]
-struct AtRest {
+struct RestSamples {
     below_threshold: bool,
     samples: usize,
     up_to_amplitude_m: f64,
@@ -236,7 +236,7 @@ impl Results {
     pub fn new(analysed: &Analysed) -> Self {
         Self {
             format: FORMAT,
-            settings: PrintedSettings::of(analysed),
+            settings: PrintedSettings::new(analysed),
             recordings: analysed.recordings.iter().map(Recording::from).collect(),
             skin: None,
             statistics: statistics(analysed),
@@ -294,8 +294,8 @@ impl Results {
 impl From<&RecordingAnalysis> for Recording {
     fn from(analysis: &RecordingAnalysis) -> Self {
         let path = analysis.path.display().to_string();
-        let found = match &analysis.found {
-            Ok(found) => found,
+        let findings = match &analysis.found {
+            Ok(findings) => findings,
             Err(error) => {
                 return Self {
                     path,
@@ -317,48 +317,49 @@ impl From<&RecordingAnalysis> for Recording {
                 };
             }
         };
-        let holds = (found.trial.as_ref()).is_none_or(|shared| shared.misfit.is_empty());
+        let model_holds = (findings.trial.as_ref()).is_none_or(|shared| shared.misfit.is_empty());
         Self {
             path,
-            participant: found.participant().map(str::to_owned),
-            uncalibrated: (found.manifest.hardware.as_ref())
+            participant: findings.participant().map(str::to_owned),
+            uncalibrated: (findings.manifest.hardware.as_ref())
                 .is_some_and(|hardware| hardware.uncalibrated),
-            carrier_hz: Some(found.manifest.carrier_hz),
-            plate_profile: found.plate().profile.is_some(),
-            standard_errors: found.manifest.standard_errors,
+            carrier_hz: Some(findings.manifest.carrier_hz),
+            plate_profile: findings.plate().profile.is_some(),
+            standard_errors: findings.manifest.standard_errors,
             pickup_undone: Some(PickupUndone {
-                phase_rad: found.pickup.turn_rad,
-                delay_s: found.pickup.delay_s,
+                phase_rad: findings.pickup.turn_rad,
+                delay_s: findings.pickup.delay_s,
             }),
             z_p_n_s_per_m: Methods {
-                paper: found.z_p.map(|z_p| pair(z_p.plain_n_s_per_m)),
-                dynamic: found.z_p.map(|z_p| pair(z_p.corrected_n_s_per_m)),
+                paper: findings.z_p.map(|z_p| pair(z_p.plain_n_s_per_m)),
+                dynamic: findings.z_p.map(|z_p| pair(z_p.corrected_n_s_per_m)),
             },
-            instances: found
+            instances: findings
                 .instances
                 .iter()
-                .map(|instance| Instance::of(instance, holds))
+                .map(|instance| Instance::new(instance, model_holds))
                 .collect(),
-            trial: (found.trial.as_ref()).map(|shared| Trial::of(shared, found.instances.len())),
-            model_check: found.model_check.iter().map(BandRow::from).collect(),
-            rejected: found
+            trial: (findings.trial.as_ref())
+                .map(|shared| Trial::new(shared, findings.instances.len())),
+            model_check: findings.model_check.iter().map(BandRow::from).collect(),
+            rejected: findings
                 .rejected
                 .iter()
-                .map(|rejected| RejectedRow {
-                    start_s: rejected.start_s,
-                    end_s: rejected.end_s,
-                    direction: rejected.direction,
-                    reason: rejected.reason.clone(),
+                .map(|stretch| RejectedRow {
+                    start_s: stretch.start_s,
+                    end_s: stretch.end_s,
+                    direction: stretch.direction,
+                    reason: stretch.reason.clone(),
                 })
                 .collect(),
-            warnings: found.flaws.iter().map(ToString::to_string).collect(),
+            warnings: findings.flaws.iter().map(ToString::to_string).collect(),
         }
     }
 }
 
 impl Instance {
     /// Describes an instance, with intervals if the model of all instances holds.
-    fn of(instance: &InstanceAnalysis, holds: bool) -> Self {
+    fn new(instance: &InstanceAnalysis, model_holds: bool) -> Self {
         Self {
             start_s: instance.start_s,
             end_s: instance.end_s,
@@ -370,14 +371,15 @@ impl Instance {
                 paper: Estimate::from(&instance.paper),
                 dynamic: Estimate::from(&instance.dynamic),
             },
-            trial: (instance.trial.as_ref()).map(|estimated| TrialEstimate::of(estimated, holds)),
+            trial: (instance.trial.as_ref())
+                .map(|estimated| TrialEstimate::new(estimated, model_holds)),
         }
     }
 }
 
 impl Trial {
-    fn of(shared: &SharedFit, instances: usize) -> Self {
-        let interval = |of: Option<Uncertain>| of.map(|of| of.interval95());
+    fn new(shared: &SharedFit, instances: usize) -> Self {
+        let interval = |value: Option<Uncertain>| value.map(|value| value.interval95());
         Self {
             contact_area_m2: shared.contact_area_m2.value,
             q0_rad_per_m: shared.q0_rad_per_m.value,
@@ -386,8 +388,8 @@ impl Trial {
             area_force_exponent: shared.area_exponent.value,
             film_mean_s: shared.film_mean_s.value,
             lag_gap_exponent: shared.lag_exponent.value,
-            friction_floor: shared.friction_floor.map(|of| of.value),
-            lateral_lag_s: shared.lateral_lag_s.map(|of| of.value),
+            friction_floor: shared.friction_floor.map(|floor| floor.value),
+            lateral_lag_s: shared.lateral_lag_s.map(|lag| lag.value),
             interval95: shared.misfit.is_empty().then(|| TrialIntervals {
                 contact_area_m2: shared.contact_area_m2.interval95(),
                 q0_rad_per_m: shared.q0_rad_per_m.interval95(),
@@ -408,7 +410,7 @@ impl Trial {
 }
 
 impl TrialEstimate {
-    fn of(estimated: &Estimated, holds: bool) -> Self {
+    fn new(estimated: &Estimated, model_holds: bool) -> Self {
         let interval = |value: f64, std: f64| Uncertain { value, std }.interval95();
         let (z_t, z_t_std) = (estimated.z_t_n_s_per_m, estimated.z_t_std_n_s_per_m);
         let sigma_t = LogUncertain {
@@ -417,14 +419,14 @@ impl TrialEstimate {
         };
         Self {
             estimate: Estimate::from(estimated),
-            interval95: holds.then(|| InstanceIntervals {
+            interval95: model_holds.then(|| InstanceIntervals {
                 sigma_t_m: sigma_t.interval95(),
                 z_t_re_n_s_per_m: interval(z_t.re, z_t_std.re),
                 z_t_im_n_s_per_m: interval(z_t.im, z_t_std.im),
                 mu0: interval(estimated.mu0, estimated.mu0_std),
-                resonance_shift_hz: estimated
-                    .plate_offset
-                    .map(|of| interval(of.resonance_shift_hz, of.resonance_shift_std_hz)),
+                resonance_shift_hz: estimated.plate_offset.map(|offset| {
+                    interval(offset.resonance_shift_hz, offset.resonance_shift_std_hz)
+                }),
             }),
         }
     }
@@ -437,8 +439,10 @@ impl From<&Estimated> for Estimate {
             sigma_t_m: estimated.sigma_t_m,
             z_t_n_s_per_m: pair(estimated.z_t_n_s_per_m),
             tau_s: estimated.tau_s.map(|(tau, _)| tau),
-            plate_offset_n_s_per_m: estimated.plate_offset.map(|of| pair(of.n_s_per_m)),
-            resonance_shift_hz: estimated.plate_offset.map(|of| of.resonance_shift_hz),
+            plate_offset_n_s_per_m: estimated.plate_offset.map(|offset| pair(offset.n_s_per_m)),
+            resonance_shift_hz: estimated
+                .plate_offset
+                .map(|offset| offset.resonance_shift_hz),
             mu0: estimated.mu0,
             r2_impedance: estimated.agreement.r2_impedance,
             rms_mu: estimated.agreement.rms_mu,
@@ -456,7 +460,7 @@ impl From<&Estimated> for Estimate {
                 r2_impedance: estimated.averaged.r2_impedance,
             },
             verdict: estimated.verdict.to_string(),
-            at_rest: estimated.rest.map(|rest| AtRest {
+            at_rest: estimated.rest.map(|rest| RestSamples {
                 below_threshold: rest.below_threshold,
                 samples: rest.samples,
                 up_to_amplitude_m: rest.up_to_amplitude_m,
@@ -465,7 +469,9 @@ impl From<&Estimated> for Estimate {
                 sigma_t_m: estimated.sigma_t_std_m,
                 z_t_n_s_per_m: pair(estimated.z_t_std_n_s_per_m),
                 tau_s: estimated.tau_s.map(|(_, std)| std),
-                resonance_shift_hz: estimated.plate_offset.map(|of| of.resonance_shift_std_hz),
+                resonance_shift_hz: estimated
+                    .plate_offset
+                    .map(|offset| offset.resonance_shift_std_hz),
                 mu0: estimated.mu0_std,
             },
             sensitivity: estimated.sensitivities.as_ref().map(SensitivityRows::from),

@@ -8,33 +8,33 @@ use crate::measurements::{LONGEST_GAP_S, MARGIN_S};
 use crate::spans::Spans;
 
 /// Largest number of rows of a file within the intervals, which limits their duration at a little over 10 kHz.
-const MAX_KEPT_ROWS: usize = 20_000_000;
+const MAX_ROWS: usize = 20_000_000;
 /// Number of rows with intervals that are checked.
 const STEPS: usize = 1_000_000;
 
 /// Returns the rows needed to smooth the spans, and the times of all rows.
-pub(super) fn within<R>(
+pub(super) fn read_rows<R>(
     spans: &Spans,
     file: &'static str,
     rows: impl Iterator<Item = Result<R, ReadError>>,
     time_s: impl Fn(&R) -> f64,
 ) -> Result<(Vec<R>, RowTimes), RecordingError> {
-    let (mut kept, mut times) = (Vec::new(), RowTimes::new(file));
+    let (mut needed_rows, mut times) = (Vec::new(), RowTimes::new(file));
     for row in rows {
         let row = row?;
         times.take(time_s(&row));
         // One row more on each side changes nothing, but one less might.
         if spans.contain(time_s(&row), 2.0 * MARGIN_S) {
-            if kept.len() == MAX_KEPT_ROWS {
+            if needed_rows.len() == MAX_ROWS {
                 return Err(RecordingError::TooManyRows {
                     file,
-                    limit: MAX_KEPT_ROWS,
+                    limit: MAX_ROWS,
                 });
             }
-            kept.push(row);
+            needed_rows.push(row);
         }
     }
-    Ok((kept, times))
+    Ok((needed_rows, times))
 }
 
 /// Times of the rows of a file.
@@ -65,7 +65,7 @@ impl RowTimes {
     /// far apart for an estimate.
     pub(super) fn flaws(mut self, warnings: Vec<Warning>, duration_s: f64) -> Vec<Flaw> {
         let file = self.file;
-        let elsewhere = |from_s, to_s| Flaw::ElsewhereInTime {
+        let time_flaw = |from_s, to_s| Flaw::ElsewhereInTime {
             file,
             from_s,
             to_s,
@@ -74,7 +74,7 @@ impl RowTimes {
         let mut flaws: Vec<Flaw> = Vec::new();
         for warning in warnings {
             flaws.push(match (&warning, self.ends_s) {
-                (Warning::OutsideRecording { from_s, to_s, .. }, None) => elsewhere(*from_s, *to_s),
+                (Warning::OutsideRecording { from_s, to_s, .. }, None) => time_flaw(*from_s, *to_s),
                 _ => warning.into(),
             });
         }
@@ -82,7 +82,7 @@ impl RowTimes {
             return flaws;
         };
         if to_s < 0.0 || from_s > duration_s {
-            flaws.push(elsewhere(from_s, to_s));
+            flaws.push(time_flaw(from_s, to_s));
             return flaws;
         }
         self.steps_s.sort_by(f64::total_cmp);

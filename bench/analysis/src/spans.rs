@@ -5,7 +5,7 @@ use std::ops::Range;
 use recording::Manifest;
 
 /// Time next to an interval in which the plate may be free, s: a finger comes or goes, and the drive is on.
-const BESIDE_S: f64 = 2.0;
+const SURROUNDINGS_S: f64 = 2.0;
 
 /// Spans of a recording that are analysed, in order, joined where they overlap.
 #[derive(Debug)]
@@ -13,37 +13,37 @@ pub(super) struct Spans(Vec<(f64, f64)>);
 
 impl Spans {
     /// Returns the recording's intervals.
-    pub(super) fn of(manifest: &Manifest) -> Self {
-        Self::about(manifest, 0.0)
+    pub(super) fn new(manifest: &Manifest) -> Self {
+        Self::with_margin(manifest, 0.0)
     }
 
     /// Returns the recording's intervals with their surroundings.
     pub(super) fn with_surroundings(manifest: &Manifest) -> Self {
-        Self::about(manifest, BESIDE_S)
+        Self::with_margin(manifest, SURROUNDINGS_S)
     }
 
-    fn about(manifest: &Manifest, beside_s: f64) -> Self {
+    fn with_margin(manifest: &Manifest, margin_s: f64) -> Self {
         let intervals = manifest.intervals.iter();
         let mut spans: Vec<_> = intervals
-            .map(|it| (it.start_s - beside_s, it.end_s + beside_s))
+            .map(|interval| (interval.start_s - margin_s, interval.end_s + margin_s))
             .collect();
         spans.sort_by(|a, b| a.0.total_cmp(&b.0));
         spans.dedup_by(|next, span| {
-            let joined = next.0 <= span.1;
-            if joined {
+            let is_joined = next.0 <= span.1;
+            if is_joined {
                 span.1 = span.1.max(next.1);
             }
-            joined
+            is_joined
         });
         Self(spans)
     }
 
     /// Returns whether a time is in a span, or at most `margin_s` from it.
     pub(super) fn contain(&self, time_s: f64, margin_s: f64) -> bool {
-        let at = self
+        let index = self
             .0
             .partition_point(|(_, end_s)| end_s + margin_s < time_s);
-        let span = self.0.get(at);
+        let span = self.0.get(index);
         span.is_some_and(|(start_s, _)| start_s - margin_s <= time_s)
     }
 

@@ -33,13 +33,13 @@ impl Coefficient {
     pub fn of(self, x: &[f64], y: &[f64]) -> Option<Correlation> {
         let (x, y) = finite_pairs(x, y);
         let (x, y) = (self.scores(x), self.scores(y));
-        let found = correlate(&x, &y)?;
+        let correlation = correlate(&x, &y)?;
         let p = match self {
-            Self::Pearson => found.p,
-            Self::Spearman if found.n <= EXACT_PAIRS => exact_p(&x, &y),
-            Self::Spearman => found.p.max(perfect_p(&x, &y)),
+            Self::Pearson => correlation.p,
+            Self::Spearman if correlation.n <= EXACT_PAIRS => exact_p(&x, &y),
+            Self::Spearman => correlation.p.max(perfect_p(&x, &y)),
         };
-        Some(Correlation { p, ..found })
+        Some(Correlation { p, ..correlation })
     }
 
     /// Returns the quantity that is correlated, for finite values.
@@ -60,30 +60,30 @@ fn exact_p(x: &[f64], y: &[f64]) -> f64 {
     let centre = x.len() as f64 * x.iter().mean() * y.iter().mean();
     let departure = |y: &[f64]| (x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() - centre).abs();
     // Sums of products of half-integers: their differences are far above rounding.
-    let found = departure(y) - 1e-6;
-    let (mut as_far, mut orders) = (0_u32, 0_u32);
+    let observed_departure = departure(y) - 1e-6;
+    let (mut extreme_orders, mut orders) = (0_u32, 0_u32);
     let mut order = y.to_vec();
     let mut count = |order: &[f64]| {
         orders += 1;
-        as_far += u32::from(departure(order) >= found);
+        extreme_orders += u32::from(departure(order) >= observed_departure);
     };
     // Heap's algorithm (1963).
     count(&order);
-    let mut swapped = vec![0; order.len()];
-    let mut at = 0;
-    while at < order.len() {
-        if swapped[at] < at {
-            let with = if at % 2 == 0 { 0 } else { swapped[at] };
-            order.swap(with, at);
+    let mut swap_counts = vec![0; order.len()];
+    let mut i = 0;
+    while i < order.len() {
+        if swap_counts[i] < i {
+            let j = if i % 2 == 0 { 0 } else { swap_counts[i] };
+            order.swap(j, i);
             count(&order);
-            swapped[at] += 1;
-            at = 0;
+            swap_counts[i] += 1;
+            i = 0;
         } else {
-            swapped[at] = 0;
-            at += 1;
+            swap_counts[i] = 0;
+            i += 1;
         }
     }
-    f64::from(as_far) / f64::from(orders)
+    f64::from(extreme_orders) / f64::from(orders)
 }
 
 /// Returns the smallest p-value that the ranks allow: that of a perfect order, rising or falling, among n! equally likely ones;
@@ -130,10 +130,10 @@ pub fn slope(x: &[f64], y: &[f64]) -> Option<Slope> {
     let n = x.len();
     let variance = x.iter().variance();
     let slope = x.iter().covariance(y.iter()) / variance;
-    let left = (y.iter().variance() - slope * slope * variance).max(0.0);
+    let residual_variance = (y.iter().variance() - slope * slope * variance).max(0.0);
     slope.is_finite().then(|| Slope {
         slope,
-        std: (n > 2).then(|| (left / variance / (n - 2) as f64).sqrt()),
+        std: (n > 2).then(|| (residual_variance / variance / (n - 2) as f64).sqrt()),
         n,
     })
 }
@@ -142,25 +142,25 @@ pub fn slope(x: &[f64], y: &[f64]) -> Option<Slope> {
 pub fn r_squared(y: &[f64], modelled: &[f64]) -> Option<f64> {
     let (y, modelled) = finite_pairs(y, modelled);
     let mean = y.iter().mean();
-    let total: f64 = y.iter().map(|value| (value - mean).powi(2)).sum();
-    let left: f64 = y
+    let total_squares: f64 = y.iter().map(|value| (value - mean).powi(2)).sum();
+    let residual_squares: f64 = y
         .iter()
         .zip(&modelled)
         .map(|(value, model)| (value - model).powi(2))
         .sum();
-    (total > 0.0).then(|| 1.0 - left / total)
+    (total_squares > 0.0).then(|| 1.0 - residual_squares / total_squares)
 }
 
 /// Returns 1 − Σ|y − ŷ|²/Σ|y − ȳ|² of complex values.
 pub fn r_squared_complex(y: &[Complex64], modelled: &[Complex64]) -> f64 {
     let mean = y.iter().sum::<Complex64>() / y.len() as f64;
-    let left: f64 = y
+    let residual_squares: f64 = y
         .iter()
         .zip(modelled)
         .map(|(value, model)| (value - model).norm_sqr())
         .sum();
-    let total: f64 = y.iter().map(|value| (value - mean).norm_sqr()).sum();
-    1.0 - left / total
+    let total_squares: f64 = y.iter().map(|value| (value - mean).norm_sqr()).sum();
+    1.0 - residual_squares / total_squares
 }
 
 /// Returns mean and spread of the finite values; `None` without any.
@@ -227,17 +227,17 @@ mod tests {
         assert!(spearman.p > SPEARMAN.1 && spearman.p < 0.01, "{spearman:?}");
         let (x, y): (Vec<f64>, Vec<f64>) = X.iter().zip(Y).map(|(x, y)| (x - 8.0, y - 8.0)).unzip();
         let (x, y) = ([&X[..], &x].concat(), [&Y[..], &y].concat());
-        let many = Coefficient::Spearman.of(&x, &y).unwrap();
+        let correlation = Coefficient::Spearman.of(&x, &y).unwrap();
         let t = correlate(
             &Coefficient::Spearman.scores(x.clone()),
             &Coefficient::Spearman.scores(y.clone()),
         );
-        assert_eq!(many.p, t.unwrap().p, "beyond {EXACT_PAIRS} pairs");
+        assert_eq!(correlation.p, t.unwrap().p, "beyond {EXACT_PAIRS} pairs");
     }
 
     /// Regression test: a coefficient of 1 from four pairs had p = 0.
     #[test]
-    fn p_of_few_ranks_is_that_of_all_their_orders() {
+    fn p_of_few_ranks_is_exact_over_all_orders() {
         let p = |y: &[f64]| {
             let x: Vec<f64> = (0..y.len()).map(|k| k as f64).collect();
             Coefficient::Spearman.of(&x, y).unwrap().p
@@ -254,8 +254,8 @@ mod tests {
         ] {
             assert_relative_eq!(p(y), exact, max_relative = 1e-12);
         }
-        let twelve: Vec<f64> = (0..12).map(f64::from).collect();
-        assert_relative_eq!(p(&twelve), 2.0 / 479_001_600.0, max_relative = 1e-9);
+        let ranks: Vec<f64> = (0..12).map(f64::from).collect();
+        assert_relative_eq!(p(&ranks), 2.0 / 479_001_600.0, max_relative = 1e-9);
     }
 
     // (slope, stderr) of scipy's linregress.
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_claimed_of_what_does_not_vary_or_is_missing() {
+    fn constant_or_missing_values_have_no_statistics() {
         let [pearson, spearman] = [Coefficient::Pearson, Coefficient::Spearman];
         assert_eq!(pearson.of(&[1.0, 1.0, 1.0], &[1.0, 2.0, 3.0]), None);
         assert_eq!(spearman.of(&[1.0, f64::NAN, 3.0], &[1.0, 2.0, 3.0]), None);

@@ -49,13 +49,13 @@ pub enum TableError {
 }
 
 /// Standard error of an assumed value.
-const ASSUMED: f64 = f64::NAN;
+const ASSUMED_STD: f64 = f64::NAN;
 
 /// Column with its values; NaN is an unknown value.
 enum Column {
     Flag(&'static str, Vec<bool>),
     Text(&'static str, Vec<ByteArray>),
-    Whole(&'static str, Vec<i64>),
+    Integer(&'static str, Vec<i64>),
     Real(&'static str, Vec<f64>),
 }
 
@@ -73,7 +73,7 @@ pub fn require_built() -> Result<(), TableError> {
 /// [`TableError`], which names the file.
 pub fn write(analysed: &Analysed, folder: &Path) -> Result<(), TableError> {
     std::fs::create_dir_all(folder).on("create", folder)?;
-    let settings = PrintedSettings::of(analysed);
+    let settings = PrintedSettings::new(analysed);
     for (file, columns) in [
         (INSTANCES_FILE, instances(analysed)),
         (SAMPLES_FILE, samples(analysed)),
@@ -90,28 +90,28 @@ pub fn write(analysed: &Analysed, folder: &Path) -> Result<(), TableError> {
 
 /// Subject of a row: an instance by one method, or by the fit of the whole trial.
 struct Row<'a> {
-    found: &'a RecordingFindings,
+    findings: &'a RecordingFindings,
     number: usize,
     instance: &'a InstanceAnalysis,
-    by: InstanceBy<'a>,
+    fit: InstanceBy<'a>,
 }
 
 fn rows(analysed: &Analysed) -> Vec<Row<'_>> {
-    let of = |found| instances_of(found).collect::<Vec<_>>();
-    analysed.findings().flat_map(of).collect()
+    let recording_rows = |findings| instances_of(findings).collect::<Vec<_>>();
+    analysed.findings().flat_map(recording_rows).collect()
 }
 
-fn instances_of(found: &RecordingFindings) -> impl Iterator<Item = Row<'_>> {
-    found
+fn instances_of(findings: &RecordingFindings) -> impl Iterator<Item = Row<'_>> {
+    findings
         .instances
         .iter()
         .enumerate()
-        .flat_map(move |(at, instance)| {
-            instance.estimates().map(move |by| Row {
-                found,
-                number: at + 1,
+        .flat_map(move |(index, instance)| {
+            instance.estimates().map(move |fit| Row {
+                findings,
+                number: index + 1,
                 instance,
-                by,
+                fit,
             })
         })
 }
@@ -129,19 +129,19 @@ fn text<'a, 'b: 'a>(
 /// exploration from 1, direction, method.
 fn keys<'a>(rows: impl Iterator<Item = &'a Row<'a>> + Clone) -> Vec<Column> {
     let text = |name, value| text(rows.clone(), name, value);
-    let whole =
-        |name, value: fn(&Row<'_>) -> i64| Column::Whole(name, rows.clone().map(value).collect());
+    let integer =
+        |name, value: fn(&Row<'_>) -> i64| Column::Integer(name, rows.clone().map(value).collect());
     vec![
-        text("recording", |row| row.found.path.display().to_string()),
+        text("recording", |row| row.findings.path.display().to_string()),
         text("participant", |row| {
-            row.found.participant().unwrap_or_default().to_owned()
+            row.findings.participant().unwrap_or_default().to_owned()
         }),
-        whole("trial", |row| {
-            let trial = row.found.manifest.trial.as_ref();
+        integer("trial", |row| {
+            let trial = row.findings.manifest.trial.as_ref();
             trial.map_or(0, |trial| i64::from(trial.number))
         }),
-        whole("instance", |row| row.number as i64),
-        whole("exploration", |row| row.instance.exploration as i64 + 1),
+        integer("instance", |row| row.number as i64),
+        integer("exploration", |row| row.instance.exploration as i64 + 1),
         text("direction", |row| {
             match row.instance.direction {
                 protocols::Direction::LeftToRight => "left_to_right",
@@ -149,7 +149,7 @@ fn keys<'a>(rows: impl Iterator<Item = &'a Row<'a>> + Clone) -> Vec<Column> {
             }
             .to_owned()
         }),
-        text("method", |row| row.by.method.name().to_owned()),
+        text("method", |row| row.fit.method.name().to_owned()),
     ]
 }
 
@@ -163,136 +163,144 @@ fn instances(analysed: &Analysed) -> Vec<Column> {
         real("end_s", |r| r.instance.end_s),
         real("normal_n", |r| r.instance.normal_n),
         real("measured_delta_mu", |r| r.instance.delta_mu),
-        real("sigma_t_m", |r| r.estimated().sigma_t_m),
-        real("sigma_t_std_m", |r| r.estimated().sigma_t_std_m),
-        real("re_z_t_n_s_per_m", |r| r.estimated().z_t_n_s_per_m.re),
+        real("sigma_t_m", |r| r.estimate().sigma_t_m),
+        real("sigma_t_std_m", |r| r.estimate().sigma_t_std_m),
+        real("re_z_t_n_s_per_m", |r| r.estimate().z_t_n_s_per_m.re),
         real("re_z_t_std_n_s_per_m", |r| {
-            r.estimated().z_t_std_n_s_per_m.re
+            r.estimate().z_t_std_n_s_per_m.re
         }),
-        real("im_z_t_n_s_per_m", |r| r.estimated().z_t_n_s_per_m.im),
+        real("im_z_t_n_s_per_m", |r| r.estimate().z_t_n_s_per_m.im),
         real("im_z_t_std_n_s_per_m", |r| {
-            r.estimated().z_t_std_n_s_per_m.im
+            r.estimate().z_t_std_n_s_per_m.im
         }),
         real("tau_s", |r| {
-            r.estimated().tau_s.map_or(f64::NAN, |tau| tau.0)
+            r.estimate().tau_s.map_or(f64::NAN, |tau| tau.0)
         }),
         real("tau_std_s", |r| {
-            r.estimated().tau_s.map_or(f64::NAN, |tau| tau.1)
+            r.estimate().tau_s.map_or(f64::NAN, |tau| tau.1)
         }),
-        real("mu0", |r| r.estimated().mu0),
-        real("mu0_std", |r| r.estimated().mu0_std),
-        real("r2_impedance", |r| r.estimated().agreement.r2_impedance),
-        real("rms_mu", |r| r.estimated().agreement.rms_mu),
+        real("mu0", |r| r.estimate().mu0),
+        real("mu0_std", |r| r.estimate().mu0_std),
+        real("r2_impedance", |r| r.estimate().agreement.r2_impedance),
+        real("rms_mu", |r| r.estimate().agreement.rms_mu),
         real("spearman_mu", |r| {
-            r.estimated().spearman_mu.map_or(f64::NAN, |s| s.rho)
+            r.estimate().spearman_mu.map_or(f64::NAN, |s| s.rho)
         }),
-        real("carrier_hz", |r| r.found.manifest.carrier_hz),
-        real("re_z_p_n_s_per_m", |r| r.estimated().z_p_n_s_per_m.re),
-        real("im_z_p_n_s_per_m", |r| r.estimated().z_p_n_s_per_m.im),
+        real("carrier_hz", |r| r.findings.manifest.carrier_hz),
+        real("re_z_p_n_s_per_m", |r| r.estimate().z_p_n_s_per_m.re),
+        real("im_z_p_n_s_per_m", |r| r.estimate().z_p_n_s_per_m.im),
         real("re_rigid_z_t_n_s_per_m", |r| {
-            r.estimated().rigid_z_t_n_s_per_m.re
+            r.estimate().rigid_z_t_n_s_per_m.re
         }),
         real("im_rigid_z_t_n_s_per_m", |r| {
-            r.estimated().rigid_z_t_n_s_per_m.im
+            r.estimate().rigid_z_t_n_s_per_m.im
         }),
         real("at_rest_up_to_amplitude_m", |r| {
             let at_rest = r.instance.paper.rest;
             at_rest.map_or(f64::NAN, |rest| rest.up_to_amplitude_m)
         }),
-        real("averaged_sigma_t_m", |r| r.estimated().averaged.sigma_t_m),
+        real("averaged_sigma_t_m", |r| r.estimate().averaged.sigma_t_m),
         real("delta_abs_z_m_n_s_per_m", |r| {
-            r.estimated().deltas.abs_z_m_n_s_per_m
+            r.estimate().deltas.abs_z_m_n_s_per_m
         }),
         real("delta_re_z_m_n_s_per_m", |r| {
-            r.estimated().deltas.re_z_m_n_s_per_m
+            r.estimate().deltas.re_z_m_n_s_per_m
         }),
         real("delta_abs_im_z_m_n_s_per_m", |r| {
-            r.estimated().deltas.abs_im_z_m_n_s_per_m
+            r.estimate().deltas.abs_im_z_m_n_s_per_m
         }),
         real("delta_reaction_force_n", |r| {
-            r.estimated().deltas.reaction_force_n
+            r.estimate().deltas.reaction_force_n
         }),
-        real("delta_squeeze_n", |r| r.estimated().deltas.squeeze_n),
-        real("delta_gap_m", |r| r.estimated().deltas.gap_m),
-        real("delta_mu", |r| r.estimated().deltas.mu),
+        real("delta_squeeze_n", |r| r.estimate().deltas.squeeze_n),
+        real("delta_gap_m", |r| r.estimate().deltas.gap_m),
+        real("delta_mu", |r| r.estimate().deltas.mu),
         real("amplitude_ratio", |r| r.mean_amplitude_ratio()),
-        real("contact_area_m2", |r| r.estimated().skin.contact_area_m2),
-        real("q0_rad_per_m", |r| r.estimated().skin.q0_rad_per_m),
-        real("loss_factor", |r| r.estimated().skin.loss_factor),
+        real("contact_area_m2", |r| r.estimate().skin.contact_area_m2),
+        real("q0_rad_per_m", |r| r.estimate().skin.q0_rad_per_m),
+        real("loss_factor", |r| r.estimate().skin.loss_factor),
         real("re_plate_offset_n_s_per_m", |r| {
-            r.offset(|of| of.n_s_per_m.re)
+            r.offset(|offset| offset.n_s_per_m.re)
         }),
         real("im_plate_offset_n_s_per_m", |r| {
-            r.offset(|of| of.n_s_per_m.im)
+            r.offset(|offset| offset.n_s_per_m.im)
         }),
         real("re_plate_offset_std_n_s_per_m", |r| {
-            r.offset(|of| of.std_n_s_per_m.re)
+            r.offset(|offset| offset.std_n_s_per_m.re)
         }),
         real("im_plate_offset_std_n_s_per_m", |r| {
-            r.offset(|of| of.std_n_s_per_m.im)
+            r.offset(|offset| offset.std_n_s_per_m.im)
         }),
         real("resonance_shift_hz", |r| {
-            r.offset(|of| of.resonance_shift_hz)
+            r.offset(|offset| offset.resonance_shift_hz)
         }),
-        real("friction_floor", |r| r.friction(|of| of.friction_floor)),
-        real("lateral_lag_s", |r| r.friction(|of| of.lateral_lag_s)),
+        real("friction_floor", |r| {
+            r.friction(|shared| shared.friction_floor)
+        }),
+        real("lateral_lag_s", |r| {
+            r.friction(|shared| shared.lateral_lag_s)
+        }),
         real("resonance_shift_std_hz", |r| {
-            r.offset(|of| of.resonance_shift_std_hz)
+            r.offset(|offset| offset.resonance_shift_std_hz)
         }),
     ]);
-    columns.extend(shared(&rows));
+    columns.extend(shared_columns(&rows));
     columns
 }
 
 /// Returns the remaining columns of the whole recording's fit: standard errors of the fitted values, the extensions of the
 /// published laws, and whether the model holds.
-fn shared(rows: &[Row<'_>]) -> Vec<Column> {
+fn shared_columns(rows: &[Row<'_>]) -> Vec<Column> {
     let real =
         |name, value: fn(&Row<'_>) -> f64| Column::Real(name, rows.iter().map(value).collect());
     vec![
         real("contact_area_ln_std", |r| {
-            r.shared(ASSUMED, |of| of.contact_area_m2.ln_std)
+            r.shared(ASSUMED_STD, |shared| shared.contact_area_m2.ln_std)
         }),
         real("q0_ln_std", |r| {
-            r.shared(ASSUMED, |of| of.q0_rad_per_m.ln_std)
+            r.shared(ASSUMED_STD, |shared| shared.q0_rad_per_m.ln_std)
         }),
         real("loss_factor_ln_std", |r| {
-            r.shared(ASSUMED, |of| of.loss_factor.ln_std)
+            r.shared(ASSUMED_STD, |shared| shared.loss_factor.ln_std)
         }),
-        real("shared_tau_s", |r| r.shared(f64::NAN, |of| of.tau_s.value)),
+        real("shared_tau_s", |r| {
+            r.shared(f64::NAN, |shared| shared.tau_s.value)
+        }),
         real("shared_tau_ln_std", |r| {
-            r.shared(ASSUMED, |of| of.tau_s.ln_std)
+            r.shared(ASSUMED_STD, |shared| shared.tau_s.ln_std)
         }),
         real("area_force_exponent", |r| {
-            r.shared(0.0, |of| of.area_exponent.value)
+            r.shared(0.0, |shared| shared.area_exponent.value)
         }),
         real("area_force_exponent_std", |r| {
-            r.shared(ASSUMED, |of| of.area_exponent.std)
+            r.shared(ASSUMED_STD, |shared| shared.area_exponent.std)
         }),
-        real("film_mean_s", |r| r.shared(0.0, |of| of.film_mean_s.value)),
+        real("film_mean_s", |r| {
+            r.shared(0.0, |shared| shared.film_mean_s.value)
+        }),
         real("film_mean_ln_std", |r| {
-            r.shared(ASSUMED, |of| of.film_mean_s.ln_std)
+            r.shared(ASSUMED_STD, |shared| shared.film_mean_s.ln_std)
         }),
         real("lag_gap_exponent", |r| {
-            r.shared(0.0, |of| of.lag_exponent.value)
+            r.shared(0.0, |shared| shared.lag_exponent.value)
         }),
         real("lag_gap_exponent_std", |r| {
-            r.shared(ASSUMED, |of| of.lag_exponent.std)
+            r.shared(ASSUMED_STD, |shared| shared.lag_exponent.std)
         }),
         real("friction_floor_std", |r| {
-            r.shared(ASSUMED, |of| {
-                of.friction_floor.map_or(f64::NAN, |of| of.std)
+            r.shared(ASSUMED_STD, |shared| {
+                shared.friction_floor.map_or(f64::NAN, |floor| floor.std)
             })
         }),
         real("lateral_lag_std_s", |r| {
-            r.shared(ASSUMED, |of| of.lateral_lag_s.map_or(f64::NAN, |of| of.std))
+            r.shared(ASSUMED_STD, |shared| {
+                shared.lateral_lag_s.map_or(f64::NAN, |lag| lag.std)
+            })
         }),
-        text(rows.iter(), "verdict", |r| {
-            r.estimated().verdict.to_string()
-        }),
+        text(rows.iter(), "verdict", |r| r.estimate().verdict.to_string()),
         Column::Flag("model_misfit", rows.iter().map(Row::is_misfit).collect()),
         text(rows.iter(), "misfit", |r| {
-            let signs = r.trial().map_or(&[][..], |of| &of.misfit);
+            let signs = r.trial().map_or(&[][..], |shared| &shared.misfit);
             let signs: Vec<String> = signs.iter().map(ToString::to_string).collect();
             signs.join("; ")
         }),
@@ -301,123 +309,123 @@ fn shared(rows: &[Row<'_>]) -> Vec<Column> {
 
 fn samples(analysed: &Analysed) -> Vec<Column> {
     let rows = rows(analysed);
-    let each = || {
-        let of = |row| (0..Row::len(row)).map(move |at| (row, at));
-        rows.iter().flat_map(of)
+    let row_samples = || {
+        let indices = |row| (0..Row::len(row)).map(move |k| (row, k));
+        rows.iter().flat_map(indices)
     };
     let real = |name, value: fn(&Row<'_>, usize) -> f64| {
-        Column::Real(name, each().map(|(row, at)| value(row, at)).collect())
+        Column::Real(name, row_samples().map(|(row, k)| value(row, k)).collect())
     };
-    let mut columns = keys(each().map(|(row, _)| row));
+    let mut columns = keys(row_samples().map(|(row, _)| row));
     columns.extend([
-        real("time_s", |r, at| r.instance.samples.time_s()[at]),
-        real("amplitude_m", |r, at| {
-            r.instance.samples.amplitude_m(r.by.method)[at]
+        real("time_s", |r, k| r.instance.samples.time_s()[k]),
+        real("amplitude_m", |r, k| {
+            r.instance.samples.amplitude_m(r.fit.method)[k]
         }),
-        real("normal_n", |r, at| r.instance.samples.normal_n()[at]),
-        real("finger_force_n", |r, at| {
-            r.instance.samples.finger_force_n()[at]
+        real("normal_n", |r, k| r.instance.samples.normal_n()[k]),
+        real("finger_force_n", |r, k| {
+            r.instance.samples.finger_force_n()[k]
         }),
-        real("measured_mu", |r, at| r.instance.samples.mu()[at]),
-        real("re_z_m_n_s_per_m", |r, at| r.by.z_m()[at].re),
-        real("im_z_m_n_s_per_m", |r, at| r.by.z_m()[at].im),
-        real("re_z_m_model_n_s_per_m", |r, at| {
-            r.estimated().series.z_m_model_n_s_per_m[at].re
+        real("measured_mu", |r, k| r.instance.samples.mu()[k]),
+        real("re_z_m_n_s_per_m", |r, k| r.fit.z_m()[k].re),
+        real("im_z_m_n_s_per_m", |r, k| r.fit.z_m()[k].im),
+        real("re_z_m_model_n_s_per_m", |r, k| {
+            r.estimate().series.z_m_model_n_s_per_m[k].re
         }),
-        real("im_z_m_model_n_s_per_m", |r, at| {
-            r.estimated().series.z_m_model_n_s_per_m[at].im
+        real("im_z_m_model_n_s_per_m", |r, k| {
+            r.estimate().series.z_m_model_n_s_per_m[k].im
         }),
-        real("k_c_n_per_m", |r, at| r.estimated().series.k_c_n_per_m[at]),
-        real("k_c_std_n_per_m", |r, at| {
-            r.estimated().series.k_c_std_n_per_m[at]
+        real("k_c_n_per_m", |r, k| r.estimate().series.k_c_n_per_m[k]),
+        real("k_c_std_n_per_m", |r, k| {
+            r.estimate().series.k_c_std_n_per_m[k]
         }),
-        real("gap_m", |r, at| r.estimated().series.gap_m[at]),
-        real("gap_std_m", |r, at| r.estimated().series.gap_std_m[at]),
-        real("mu", |r, at| r.estimated().series.mu[at]),
-        real("mu_std", |r, at| r.estimated().series.mu_std[at]),
-        real("reaction_force_n", |r, at| {
-            r.motion().reaction_force_n[at].norm()
+        real("gap_m", |r, k| r.estimate().series.gap_m[k]),
+        real("gap_std_m", |r, k| r.estimate().series.gap_std_m[k]),
+        real("mu", |r, k| r.estimate().series.mu[k]),
+        real("mu_std", |r, k| r.estimate().series.mu_std[k]),
+        real("reaction_force_n", |r, k| {
+            r.motion().reaction_force_n[k].norm()
         }),
-        real("reaction_force_phase_rad", |r, at| {
-            r.motion().reaction_force_n[at].arg()
+        real("reaction_force_phase_rad", |r, k| {
+            r.motion().reaction_force_n[k].arg()
         }),
-        real("contact_force_n", |r, at| {
-            r.motion().contact_force_n[at].norm()
+        real("contact_force_n", |r, k| {
+            r.motion().contact_force_n[k].norm()
         }),
-        real("contact_force_phase_rad", |r, at| {
-            r.motion().contact_force_n[at].arg()
+        real("contact_force_phase_rad", |r, k| {
+            r.motion().contact_force_n[k].arg()
         }),
-        real("skin_per_plate", |r, at| {
-            r.motion().skin_per_plate[at].norm()
+        real("skin_per_plate", |r, k| r.motion().skin_per_plate[k].norm()),
+        real("skin_per_plate_phase_rad", |r, k| {
+            r.motion().skin_per_plate[k].arg()
         }),
-        real("skin_per_plate_phase_rad", |r, at| {
-            r.motion().skin_per_plate[at].arg()
+        real("plate_power_w", |r, k| r.motion().plate_power_w[k]),
+        real("skin_power_w", |r, k| r.motion().skin_power_w[k]),
+        real("film_force_n", |r, k| r.estimate().film_force_n[k]),
+        real("re_z_m_averaged_n_s_per_m", |r, k| {
+            r.averaged_value(|model| model.z_m_n_s_per_m[k].re)
         }),
-        real("plate_power_w", |r, at| r.motion().plate_power_w[at]),
-        real("skin_power_w", |r, at| r.motion().skin_power_w[at]),
-        real("film_force_n", |r, at| r.estimated().film_force_n[at]),
-        real("re_z_m_averaged_n_s_per_m", |r, at| {
-            r.averaged(|model| model.z_m_n_s_per_m[at].re)
+        real("im_z_m_averaged_n_s_per_m", |r, k| {
+            r.averaged_value(|model| model.z_m_n_s_per_m[k].im)
         }),
-        real("im_z_m_averaged_n_s_per_m", |r, at| {
-            r.averaged(|model| model.z_m_n_s_per_m[at].im)
+        real("k_c_averaged_n_per_m", |r, k| {
+            r.averaged_value(|model| model.k_c_n_per_m[k])
         }),
-        real("k_c_averaged_n_per_m", |r, at| {
-            r.averaged(|model| model.k_c_n_per_m[at])
+        real("gap_averaged_m", |r, k| {
+            r.averaged_value(|model| model.gap_m[k])
         }),
-        real("gap_averaged_m", |r, at| {
-            r.averaged(|model| model.gap_m[at])
-        }),
-        real("mu_averaged", |r, at| r.averaged(|model| model.mu[at])),
-        real("amplitude_ratio", |r, at| {
-            r.instance.samples.amplitude_ratio(r.by.method, at)
+        real("mu_averaged", |r, k| r.averaged_value(|model| model.mu[k])),
+        real("amplitude_ratio", |r, k| {
+            r.instance.samples.amplitude_ratio(r.fit.method, k)
         }),
     ]);
     columns
 }
 
 impl Row<'_> {
-    fn estimated(&self) -> &crate::estimate::Estimated {
-        self.by.estimated
+    fn estimate(&self) -> &crate::estimate::Estimated {
+        self.fit.estimated
     }
 
     fn motion(&self) -> &SkinMotion {
-        &self.estimated().motion
+        &self.estimate().motion
     }
 
     /// Returns a value of the model with the participant's average σ_t; NaN if it allows no such contact.
-    fn averaged(&self, value: impl Fn(&ModelledSeries) -> f64) -> f64 {
-        let series = &self.estimated().averaged.series;
+    fn averaged_value(&self, value: impl Fn(&ModelledSeries) -> f64) -> f64 {
+        let series = &self.estimate().averaged.series;
         series.as_ref().map_or(f64::NAN, value)
     }
 
     /// Returns a number of the plate's offset; 0 if none was fitted.
     fn offset(&self, value: impl Fn(&PlateOffset) -> f64) -> f64 {
-        self.estimated().plate_offset.as_ref().map_or(0.0, value)
+        self.estimate().plate_offset.as_ref().map_or(0.0, value)
     }
 
     /// Returns the fit of the whole recording, for a row by `trial`.
     fn trial(&self) -> Option<&SharedFit> {
-        let trial = self.found.trial.as_ref();
-        trial.filter(|_| self.by.method == Method::Trial)
+        let trial = self.findings.trial.as_ref();
+        trial.filter(|_| self.fit.method == Method::Trial)
     }
 
-    /// Returns a number of the whole recording's fit, or `otherwise` for the other methods.
-    fn shared(&self, otherwise: f64, value: impl Fn(&SharedFit) -> f64) -> f64 {
-        self.trial().map_or(otherwise, value)
+    /// Returns a number of the whole recording's fit, or `fallback` for the other methods.
+    fn shared(&self, fallback: f64, value: impl Fn(&SharedFit) -> f64) -> f64 {
+        self.trial().map_or(fallback, value)
     }
 
     /// Returns a number of the recording's friction; 0 for the other methods.
     fn friction(&self, value: impl Fn(&SharedFit) -> Option<Uncertain>) -> f64 {
-        self.shared(0.0, |of| value(of).map_or(f64::NAN, |of| of.value))
+        self.shared(0.0, |shared| {
+            value(shared).map_or(f64::NAN, |friction| friction.value)
+        })
     }
 
     fn is_misfit(&self) -> bool {
-        self.trial().is_some_and(|of| !of.misfit.is_empty())
+        self.trial().is_some_and(|shared| !shared.misfit.is_empty())
     }
 
     fn mean_amplitude_ratio(&self) -> f64 {
-        let ratio = |at| self.instance.samples.amplitude_ratio(self.by.method, at);
+        let ratio = |k| self.instance.samples.amplitude_ratio(self.fit.method, k);
         (0..self.len()).map(ratio).sum::<f64>() / self.len() as f64
     }
 
@@ -428,46 +436,51 @@ impl Row<'_> {
 
 fn encode(columns: Vec<Column>, settings: &PrintedSettings) -> Result<Vec<u8>, ParquetError> {
     let fields = columns.iter().map(|column| {
-        let (name, physical, logical) = match column {
+        let (name, physical_type, logical_type) = match column {
             Column::Flag(name, _) => (name, PhysicalType::BOOLEAN, None),
             Column::Text(name, _) => (name, PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
-            Column::Whole(name, _) => (name, PhysicalType::INT64, None),
+            Column::Integer(name, _) => (name, PhysicalType::INT64, None),
             Column::Real(name, _) => (name, PhysicalType::DOUBLE, None),
         };
-        Type::primitive_type_builder(name, physical)
+        Type::primitive_type_builder(name, physical_type)
             .with_repetition(Repetition::REQUIRED)
-            .with_logical_type(logical)
+            .with_logical_type(logical_type)
             .build()
             .map(Arc::new)
     });
     let schema = Type::group_type_builder("schema")
         .with_fields(fields.collect::<Result<_, _>>()?)
         .build()?;
-    let assumed =
-        serde_json::to_string(settings).map_err(|why| ParquetError::External(Box::new(why)))?;
+    let settings_json =
+        serde_json::to_string(settings).map_err(|error| ParquetError::External(Box::new(error)))?;
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
-        .set_key_value_metadata(Some(vec![KeyValue::new(SETTINGS_KEY.to_owned(), assumed)]))
+        .set_key_value_metadata(Some(vec![KeyValue::new(
+            SETTINGS_KEY.to_owned(),
+            settings_json,
+        )]))
         .build();
     let mut writer = SerializedFileWriter::new(Vec::new(), Arc::new(schema), Arc::new(properties))?;
     let mut group = writer.next_row_group()?;
     for column in columns {
-        let Some(mut open) = group.next_column()? else {
+        let Some(mut column_writer) = group.next_column()? else {
             break;
         };
         match column {
-            Column::Flag(_, values) => open.typed::<BoolType>().write_batch(&values, None, None)?,
-            Column::Text(_, values) => open
+            Column::Flag(_, values) => column_writer
+                .typed::<BoolType>()
+                .write_batch(&values, None, None)?,
+            Column::Text(_, values) => column_writer
                 .typed::<ByteArrayType>()
                 .write_batch(&values, None, None)?,
-            Column::Whole(_, values) => {
-                open.typed::<Int64Type>().write_batch(&values, None, None)?
-            }
-            Column::Real(_, values) => open
+            Column::Integer(_, values) => column_writer
+                .typed::<Int64Type>()
+                .write_batch(&values, None, None)?,
+            Column::Real(_, values) => column_writer
                 .typed::<DoubleType>()
                 .write_batch(&values, None, None)?,
         };
-        open.close()?;
+        column_writer.close()?;
     }
     group.close()?;
     writer.into_inner()

@@ -63,10 +63,10 @@ impl Selected {
             .iter()
             .filter(|interval| matches!(interval.kind, IntervalKind::Exploration { .. }))
             .zip(&analysis.explorations)
-            .map(|(interval, analysed)| Self {
+            .map(|(interval, exploration)| Self {
                 start_s: interval.start_s,
                 end_s: interval.end_s,
-                stretches: analysed.stretches.clone(),
+                stretches: exploration.stretches.clone(),
             })
             .collect()
     }
@@ -137,7 +137,7 @@ pub struct CutTrial<'a> {
     plate: PlateReading,
     profile: &'a AmplitudeProfile,
     series: Vec<(FrameSeries, UnderFinger)>,
-    prepared: Vec<PreparedInstance>,
+    instances: Vec<PreparedInstance>,
 }
 
 impl<'a> CutTrial<'a> {
@@ -148,13 +148,13 @@ impl<'a> CutTrial<'a> {
     pub fn new(request: &'a FitRequest, profile: &'a AmplitudeProfile) -> Result<Self, NoFit> {
         let plate = request.plate?;
         let z_p = Some(plate.corrected_n_s_per_m);
-        let each = request.explorations.iter().map(|exploration| {
+        let prepared_series = request.explorations.iter().map(|exploration| {
             let (start_s, end_s) = (exploration.start_s, exploration.end_s);
             let series = request.record.series(start_s, end_s);
             let under_finger = UnderFinger::of(&series, profile, z_p);
             (series, under_finger)
         });
-        let series: Vec<_> = each.collect();
+        let series: Vec<_> = prepared_series.collect();
         let explorations = request.explorations.iter().zip(&series);
         let instances = explorations.flat_map(|(exploration, (series, under_finger))| {
             exploration.instances().map(|instance| {
@@ -162,8 +162,8 @@ impl<'a> CutTrial<'a> {
                 PreparedInstance::cut(series, under_finger, span)
             })
         });
-        let prepared: Vec<_> = instances.collect();
-        if prepared.is_empty() {
+        let instances: Vec<_> = instances.collect();
+        if instances.is_empty() {
             return Err(NoFit::NoInstance);
         }
         Ok(Self {
@@ -171,7 +171,7 @@ impl<'a> CutTrial<'a> {
             plate,
             profile,
             series,
-            prepared,
+            instances,
         })
     }
 
@@ -181,15 +181,15 @@ impl<'a> CutTrial<'a> {
     /// The instances cannot be fitted together.
     pub fn shared(&self, assumed: AssumedConstants) -> Result<SharedFit, FitError> {
         let conditions = self.request.conditions(self.plate, assumed);
-        let each = self.prepared.iter();
+        let instances = self.instances.iter();
         let rules = &self.request.rules;
-        let instances: Vec<_> = each
-            .map(|instance| instance.placed(rules.centre_m))
+        let instances: Vec<_> = instances
+            .map(|instance| instance.placement(rules.centre_m))
             .collect::<Result<_, _>>()?;
         let readings = plate_references::read(&self.request.record, rules.contact_n / 2.0);
         let options = whole_trial::options(trial::TrialOptions::default(), self.profile);
-        let fitted = trial::fit(&instances, &conditions, &readings, &options)?;
-        Ok(fitted.shared)
+        let fit = trial::fit(&instances, &conditions, &readings, &options)?;
+        Ok(fit.shared)
     }
 
     /// Fits the contact with the `assumed` skin.
@@ -197,7 +197,7 @@ impl<'a> CutTrial<'a> {
     /// # Errors
     /// No instance's fit can be used.
     pub fn contact(&self, assumed: AssumedConstants) -> Result<TrialFit, NoFit> {
-        typical(self, assumed)
+        typical_fit(self, assumed)
     }
 }
 
@@ -213,89 +213,90 @@ pub fn fit(
     CutTrial::new(request, profile)?.contact(assumed)
 }
 
-fn typical(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialFit, NoFit> {
+fn typical_fit(cut: &CutTrial<'_>, assumed: AssumedConstants) -> Result<TrialFit, NoFit> {
     let CutTrial {
         request,
-        prepared,
+        instances,
         series,
         ..
     } = cut;
     let conditions = request.conditions(cut.plate, assumed);
     let options = dynamic::DynamicOptions::default();
-    let (mut usable, mut refused) = (Vec::new(), None);
+    let (mut usable_fits, mut failure) = (Vec::new(), None);
     let mut interval_s = 0.0;
-    for instance in prepared {
-        let taken = instance.series(Method::Dynamic);
-        let fitted: Result<InstanceFit, FitError> = taken.and_then(|instance| {
+    for instance in instances {
+        let instance_series = instance.series(Method::Dynamic);
+        let fit: Result<InstanceFit, FitError> = instance_series.and_then(|instance| {
             interval_s = instance.interval_s();
             dynamic::fit(&instance, &conditions, &options)
         });
-        match fitted {
-            Ok(fit) if fit.verdict.is_usable() => usable.push(fit),
+        match fit {
+            Ok(fit) if fit.verdict.is_usable() => usable_fits.push(fit),
             Ok(fit) => {
-                refused.get_or_insert(fit.verdict.to_string());
+                failure.get_or_insert(fit.verdict.to_string());
             }
             Err(error) => {
-                refused.get_or_insert(error.to_string());
+                failure.get_or_insert(error.to_string());
             }
         }
     }
-    usable.sort_by(|a, b| a.sigma_t_m.total_cmp(&b.sigma_t_m));
-    let place = |part: f64| (usable.len().saturating_sub(1) as f64 * part).round() as usize;
-    let middle = usable.get(place(0.25)..=place(0.75));
-    let Some(typical) = middle.and_then(|middle| {
+    usable_fits.sort_by(|a, b| a.sigma_t_m.total_cmp(&b.sigma_t_m));
+    let rank =
+        |fraction: f64| (usable_fits.len().saturating_sub(1) as f64 * fraction).round() as usize;
+    let middle = usable_fits.get(rank(0.25)..=rank(0.75));
+    let Some(typical_fit) = middle.and_then(|middle| {
         middle
             .iter()
             .min_by(|a, b| a.sigma_t_std_m.total_cmp(&b.sigma_t_std_m))
     }) else {
         return Err(
-            refused.map_or(NoFit::NoInstance, |reason| NoFit::NoneUsable {
-                instances: prepared.len(),
+            failure.map_or(NoFit::NoInstance, |reason| NoFit::NoneUsable {
+                instances: instances.len(),
                 reason,
             }),
         );
     };
-    let spread_m = usable[place(0.84)].sigma_t_m - usable[place(0.16)].sigma_t_m;
+    let spread_m = usable_fits[rank(0.84)].sigma_t_m - usable_fits[rank(0.16)].sigma_t_m;
     Ok(TrialFit {
         sigma_t_m: Uncertain {
-            value: typical.sigma_t_m,
-            std: typical.sigma_t_std_m,
+            value: typical_fit.sigma_t_m,
+            std: typical_fit.sigma_t_std_m,
         },
-        z_t_n_s_per_m: typical.z_t_n_s_per_m,
-        z_t_std_n_s_per_m: typical.z_t_std_n_s_per_m,
+        z_t_n_s_per_m: typical_fit.z_t_n_s_per_m,
+        z_t_std_n_s_per_m: typical_fit.z_t_std_n_s_per_m,
         tau_s: Uncertain {
-            value: typical.tau_s,
-            std: typical.tau_std_s,
+            value: typical_fit.tau_s,
+            std: typical_fit.tau_std_s,
         },
-        mu0: friction_at_rest(&usable, typical, &conditions.calibration),
+        mu0: friction_at_rest(&usable_fits, typical_fit, &conditions.calibration),
         sigma_t_spread_m: spread_m / 2.0,
-        usable: usable.len(),
-        instances: prepared.len(),
-        force_difference: force_difference(&typical.finger, interval_s, series, &request.rules),
-        finger: typical.finger,
+        usable: usable_fits.len(),
+        instances: instances.len(),
+        force_difference: force_difference(&typical_fit.finger, interval_s, series, &request.rules),
+        finger: typical_fit.finger,
         interval_s,
         profile: cut.profile.clone(),
     })
 }
 
 fn friction_at_rest(
-    usable: &[InstanceFit],
-    typical: &InstanceFit,
+    usable_fits: &[InstanceFit],
+    typical_fit: &InstanceFit,
     forces: &CalibrationErrors,
 ) -> Uncertain {
-    let n = usable.len() as f64;
-    let mean = usable.iter().map(|fit| fit.mu0).sum::<f64>() / n;
-    let squares: f64 = usable.iter().map(|fit| (fit.mu0 - mean).powi(2)).sum();
-    let of_forces = mean
+    let n = usable_fits.len() as f64;
+    let mean = usable_fits.iter().map(|fit| fit.mu0).sum::<f64>() / n;
+    let squares: f64 = usable_fits.iter().map(|fit| (fit.mu0 - mean).powi(2)).sum();
+    let calibration_error = mean
         * forces
             .lateral_force_relative
             .hypot(forces.normal_force_relative);
     Uncertain {
         value: mean,
-        std: if usable.len() > 1 {
-            (squares / (n - 1.0)).sqrt().hypot(of_forces)
+        std: if usable_fits.len() > 1 {
+            (squares / (n - 1.0)).sqrt().hypot(calibration_error)
         } else {
-            typical.mu0_std
+            typical_fit.mu0_std
         },
     }
 }
@@ -311,12 +312,16 @@ fn force_difference(
     let mut differences = Vec::new();
     for (series, under_finger) in explorations {
         let (z_m, amplitude_m) = (&under_finger.z_m_n_s_per_m, &under_finger.amplitude_m);
-        let sensed = self_sensed::normal_force(finger, interval_s, z_m, amplitude_m).ok()?;
-        for (i, sensed_n) in sensed.normal_n.into_iter().enumerate() {
-            let central = (series.position_m[i] - rules.centre_m).abs() <= rules.central_m / 2.0;
-            let touched = series.normal_n[i] >= rules.contact_n;
+        let self_sensed_force =
+            self_sensed::normal_force(finger, interval_s, z_m, amplitude_m).ok()?;
+        for (i, sensed_n) in self_sensed_force.normal_n.into_iter().enumerate() {
+            let is_central = (series.position_m[i] - rules.centre_m).abs() <= rules.central_m / 2.0;
+            let is_touched = series.normal_n[i] >= rules.contact_n;
             let difference = (sensed_n / series.normal_n[i] - 1.0).abs();
-            if central && touched && series.validity[i] == Validity::Valid && difference.is_finite()
+            if is_central
+                && is_touched
+                && series.validity[i] == Validity::Valid
+                && difference.is_finite()
             {
                 differences.push(difference);
             }

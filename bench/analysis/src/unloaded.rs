@@ -59,8 +59,9 @@ pub fn read(
     if intervals.is_empty() {
         return Err(UnloadedError::NoInterval);
     }
-    let (mut free, mut whole): (Vec<ZmFrame>, Vec<ZmFrame>) = Default::default();
-    let (mut touched, mut most_n, mut interval_s) = (0u32, f64::NEG_INFINITY, 0.0);
+    let (mut free_frames, mut whole_period_frames): (Vec<ZmFrame>, Vec<ZmFrame>) =
+        Default::default();
+    let (mut touched_frames, mut most_n, mut interval_s) = (0u32, f64::NEG_INFINITY, 0.0);
     for &(start_s, end_s) in intervals {
         let series = record.series(start_s, end_s);
         let whole_end_s = whole_periods_end_s(start_s, end_s, modulation_hz);
@@ -70,28 +71,30 @@ pub fn read(
         for (frame, &normal_n) in series.frames.iter().zip(&series.normal_n) {
             // Where the force was not measured, no finger is assumed.
             if normal_n.abs() >= off_n {
-                touched += 1;
+                touched_frames += 1;
                 most_n = most_n.max(normal_n.abs());
             } else if frame.mask.is_clear() {
-                free.push(*frame);
-                whole.extend((frame.time_s < whole_end_s).then_some(*frame));
+                free_frames.push(*frame);
+                whole_period_frames.extend((frame.time_s < whole_end_s).then_some(*frame));
             }
         }
     }
-    let frames = free.len();
-    let (by_all, by_whole) = plate(&free).zip(plate(&whole)).ok_or(if touched > 0 {
-        UnloadedError::Touched { most_n }
-    } else {
-        UnloadedError::TooShort { frames }
-    })?;
+    let frames = free_frames.len();
+    let (full_reading, whole_period_reading) = plate(&free_frames)
+        .zip(plate(&whole_period_frames))
+        .ok_or(if touched_frames > 0 {
+            UnloadedError::Touched { most_n }
+        } else {
+            UnloadedError::TooShort { frames }
+        })?;
     let plate = PlateReading {
-        plain_n_s_per_m: by_whole.plain_n_s_per_m,
-        ..by_all
+        plain_n_s_per_m: whole_period_reading.plain_n_s_per_m,
+        ..full_reading
     };
     // Weighted by |ṽ|², the optimum for white noise of the force.
     let weight = |frame: &ZmFrame| frame.amplitude_m.powi(2);
-    let weights: f64 = free.iter().map(weight).sum();
-    let squares: f64 = free
+    let weights: f64 = free_frames.iter().map(weight).sum();
+    let squares: f64 = free_frames
         .iter()
         .map(|frame| {
             weight(frame) * (frame.corrected_n_s_per_m - plate.corrected_n_s_per_m).norm_sqr()
@@ -100,9 +103,9 @@ pub fn read(
     let scatter = (squares / weights).sqrt();
     Ok(UnloadedReading {
         plate,
-        touched_s: f64::from(touched) * interval_s,
+        touched_s: f64::from(touched_frames) * interval_s,
         scatter_n_s_per_m: (scatter > GREATEST_SCATTER_N_S_PER_M).then_some(scatter),
-        free,
+        free: free_frames,
     })
 }
 
@@ -121,7 +124,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     #[test]
-    fn whole_periods_are_kept_where_there_is_one() {
+    fn the_end_follows_whole_periods_if_there_is_one() {
         assert_relative_eq!(whole_periods_end_s(0.2, 1.0, 6.0), 0.2 + 4.0 / 6.0);
         assert_eq!(whole_periods_end_s(0.2, 0.3, 6.0), 0.3);
         assert_eq!(whole_periods_end_s(0.2, 1.0, 0.0), 1.0);

@@ -6,7 +6,7 @@ use recording::manifest::RecordedPlate;
 
 use crate::amplitude_profile::AmplitudeProfile;
 use crate::analysis_settings::Settings;
-use crate::estimate::{InstanceAnalysis, Measured};
+use crate::estimate::{InstanceAnalysis, MeasuredValues};
 
 /// Fits the instances together, and adds an estimate to each if the fit can be used.
 ///
@@ -18,21 +18,23 @@ pub fn fit(
     readings: &PlateReadings,
     settings: &Settings,
 ) -> Result<SharedFit, FitError> {
-    let placed: Vec<Placed<'_>> = instances
+    let placements: Vec<Placed<'_>> = instances
         .iter()
-        .map(|instance| instance.samples.placed(plate.centre_m))
+        .map(|instance| instance.samples.placement(plate.centre_m))
         .collect::<Result<_, _>>()?;
     let options = options(settings.trial(), &AmplitudeProfile::from(plate));
-    let fitted = trial::fit(&placed, conditions, readings, &options)?;
-    if fitted.shared.verdict.is_usable() {
-        for (instance, fit) in instances.iter_mut().zip(fitted.instances) {
-            let measured = Measured::of(&instance.samples, conditions, plate.modal_mass_kg);
-            let at_rest = instance.paper.rest.map(|rest| rest.z_m_corrected_n_s_per_m);
-            let estimated = measured.lagged(fit, at_rest.unwrap_or(f64::NAN.into()), None);
+    let trial_fit = trial::fit(&placements, conditions, readings, &options)?;
+    if trial_fit.shared.verdict.is_usable() {
+        for (instance, fit) in instances.iter_mut().zip(trial_fit.instances) {
+            let measurement =
+                MeasuredValues::new(&instance.samples, conditions, plate.modal_mass_kg);
+            let rest_z_m = instance.paper.rest.map(|rest| rest.z_m_corrected_n_s_per_m);
+            let estimated =
+                measurement.lagged_estimate(fit, rest_z_m.unwrap_or(f64::NAN.into()), None);
             instance.trial = Some(estimated);
         }
     }
-    Ok(fitted.shared)
+    Ok(trial_fit.shared)
 }
 
 /// Returns the options for a plate with this profile along its length.
@@ -51,12 +53,12 @@ pub fn line(shared: &SharedFit) -> String {
     if let Some(sign) = shared.misfit.first() {
         return format!("trial: the model does not hold: {sign}");
     }
-    let [area, most_area] = shared.contact_area_m2.interval95().map(|of| of * 1e6);
-    let [q0, most_q0] = shared.q0_rad_per_m.interval95().map(|of| of * 1e-4);
-    let [loss, most_loss] = shared.loss_factor.interval95();
-    let [tau, most_tau] = shared.tau_s.interval95().map(|of| of * 1e3);
+    let [area_low, area_high] = shared.contact_area_m2.interval95().map(|end| end * 1e6);
+    let [q0_low, q0_high] = shared.q0_rad_per_m.interval95().map(|end| end * 1e-4);
+    let [loss_low, loss_high] = shared.loss_factor.interval95();
+    let [tau_low, tau_high] = shared.tau_s.interval95().map(|end| end * 1e3);
     format!(
-        "trial: S {area:.0} to {most_area:.0} mm², q0 {q0:.2} to {most_q0:.2} × 10⁴ rad/m, η {loss:.3} to {most_loss:.3}, τ \
-         {tau:.2} to {most_tau:.2} ms"
+        "trial: S {area_low:.0} to {area_high:.0} mm², q0 {q0_low:.2} to {q0_high:.2} × 10⁴ rad/m, \
+         η {loss_low:.3} to {loss_high:.3}, τ {tau_low:.2} to {tau_high:.2} ms"
     )
 }

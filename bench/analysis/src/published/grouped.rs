@@ -5,20 +5,20 @@ use std::collections::BTreeMap;
 use contact::AssumedConstants;
 use num_complex::Complex64;
 
-use super::statistic::{Found, Level, Pairs, Statistic};
+use super::statistic::{Level, MethodStatistic, Pairs, Statistic};
 use crate::analysed::{Analysed, RecordingFindings};
 use crate::estimate::{Estimated, InstanceAnalysis, InstanceBy, Method};
 use crate::statistics::{Coefficient, r_squared, r_squared_complex, slope, spread};
 
 /// Value of an instance.
-pub(super) type OfInstance = fn(&InstanceAnalysis, &Estimated) -> f64;
+pub(super) type InstanceValue = fn(&InstanceAnalysis, &Estimated) -> f64;
 /// Value of a sample of an instance.
-pub type OfSample = fn(&InstanceBy<'_>, usize) -> f64;
+pub type SampleValue = fn(&InstanceBy<'_>, usize) -> f64;
 
 /// All instances by one method.
 pub(super) struct Pool<'a> {
     /// Constants of the skin; `None` if each estimate has its own.
-    assumed: Option<AssumedConstants>,
+    assumed_skin: Option<AssumedConstants>,
     trials: Vec<Group<'a>>,
     participants: BTreeMap<&'a str, Group<'a>>,
 }
@@ -39,24 +39,26 @@ impl<'a> Pool<'a> {
     pub(super) fn new(analysed: &'a Analysed, method: Method) -> Self {
         let mut participants: BTreeMap<&str, Group<'_>> = BTreeMap::new();
         let mut trials = Vec::new();
-        for found in analysed.findings() {
-            let instances = found.instances.iter();
-            let instances: Vec<_> = instances.filter_map(|of| of.by(method)).collect();
+        for findings in analysed.findings() {
+            let instances = findings.instances.iter();
+            let instances: Vec<_> = instances
+                .filter_map(|instance| instance.by(method))
+                .collect();
             if instances.is_empty() {
                 continue;
             }
             let explorations: Vec<_> = instances
                 .chunk_by(|a, b| a.instance.exploration == b.instance.exploration)
-                .map(|of| Exploration(of.to_vec()))
+                .map(|fits| Exploration(fits.to_vec()))
                 .collect();
-            let person = RecordingFindings::participant(found).map(|id| {
+            let person = RecordingFindings::participant(findings).map(|id| {
                 let number = participants.len();
-                let of = participants.entry(id).or_insert_with(|| Group {
+                let group = participants.entry(id).or_insert_with(|| Group {
                     person: Some(number),
                     explorations: Vec::new(),
                 });
-                of.explorations.extend(explorations.iter().cloned());
-                of.person.unwrap_or(number)
+                group.explorations.extend(explorations.iter().cloned());
+                group.person.unwrap_or(number)
             });
             trials.push(Group {
                 person,
@@ -65,91 +67,98 @@ impl<'a> Pool<'a> {
         }
         let settings = &analysed.settings;
         Self {
-            assumed: (method != Method::Trial).then(|| settings.assumed()),
+            assumed_skin: (method != Method::Trial).then(|| settings.assumed()),
             trials,
             participants,
         }
     }
 
     pub(super) fn skin(&self, estimated: &Estimated) -> AssumedConstants {
-        self.assumed.unwrap_or(estimated.skin)
+        self.assumed_skin.unwrap_or(estimated.skin)
     }
 
-    pub(super) fn spread(&self, value: impl Fn(&InstanceAnalysis, &Estimated) -> f64) -> Found {
-        let over = |level, groups: &mut dyn Iterator<Item = &Group<'_>>| {
+    pub(super) fn spread(
+        &self,
+        value: impl Fn(&InstanceAnalysis, &Estimated) -> f64,
+    ) -> MethodStatistic {
+        let level_spread = |level, groups: &mut dyn Iterator<Item = &Group<'_>>| {
             Statistic::spread(level, groups.map(|group| group.mean(&value)))
         };
         let instances = self.trials.iter().flat_map(|t| t.values(&value));
-        Found {
+        MethodStatistic {
             main: Statistic::spread(Level::Instances, instances),
             also: vec![
-                over(Level::Trials, &mut self.trials.iter()),
-                over(Level::Participants, &mut self.participants.values()),
+                level_spread(Level::Trials, &mut self.trials.iter()),
+                level_spread(Level::Participants, &mut self.participants.values()),
             ],
         }
     }
 
     /// Returns the spread over the instances of the participant with the (lower) median mean; over none if no
     /// participant is known.
-    pub(super) fn typical_participant(&self, value: OfInstance) -> Found {
+    pub(super) fn typical_participant(&self, value: InstanceValue) -> MethodStatistic {
         let mut participants: Vec<_> = self.participants.values().collect();
-        let mean = |of: &Group<'_>| of.mean(value);
+        let mean = |participant: &Group<'_>| participant.mean(value);
         participants.sort_by(|a, b| mean(a).total_cmp(&mean(b)));
-        let typical = participants.get(participants.len().saturating_sub(1) / 2);
-        let values = typical.map(|p| p.values(value));
-        Found::alone(Statistic::spread(
+        let median_participant = participants.get(participants.len().saturating_sub(1) / 2);
+        let values = median_participant.map(|p| p.values(value));
+        MethodStatistic::single(Statistic::spread(
             Level::Instances,
             values.unwrap_or_default(),
         ))
     }
 
     /// Returns the spread of `statistic` over trials.
-    fn over_trials(&self, statistic: impl Fn(&Group<'a>) -> f64) -> Found {
-        let each = self.trials.iter().map(statistic);
-        Found::alone(Statistic::spread(Level::Trials, each))
+    fn spread_over_trials(&self, statistic: impl Fn(&Group<'a>) -> f64) -> MethodStatistic {
+        let values = self.trials.iter().map(statistic);
+        MethodStatistic::single(Statistic::spread(Level::Trials, values))
     }
 
     /// Returns the median of `statistic` over trials.
-    fn median_trial(&self, statistic: impl Fn(&Group<'a>) -> f64) -> Found {
+    fn median_trial(&self, statistic: impl Fn(&Group<'a>) -> f64) -> MethodStatistic {
         let mut values: Vec<f64> = self.trials.iter().map(statistic).collect();
         values.retain(|value| value.is_finite());
         values.sort_by(f64::total_cmp);
-        Found {
+        MethodStatistic {
             main: Statistic {
                 value: crate::model_check::quantile(&values, 0.5),
                 n: values.len(),
-                ..Statistic::none(Level::Trials)
+                ..Statistic::empty(Level::Trials)
             },
             also: vec![Statistic::spread(Level::Trials, values)],
         }
     }
 
-    pub(super) fn median_trial_mean(&self, value: OfInstance) -> Found {
+    pub(super) fn median_trial_mean(&self, value: InstanceValue) -> MethodStatistic {
         self.median_trial(|trial| trial.mean(value))
     }
 
     /// Returns R² of the impedance modelled with the participant's average σ_t, with the samples of a trial together.
-    pub(super) fn r2_averaged(&self) -> Found {
+    pub(super) fn r2_averaged(&self) -> MethodStatistic {
         self.median_trial(|trial| trial.r2_averaged())
     }
 
     /// Returns Spearman's coefficient of a sampled quantity and the measured friction within the median trial.
-    pub(super) fn sampled_in_median_trial(&self, value: OfSample) -> Found {
-        self.median_trial(|trial| trial.sampled(value))
+    pub(super) fn mu_correlation_in_median_trial(&self, value: SampleValue) -> MethodStatistic {
+        self.median_trial(|trial| trial.mu_correlation(value))
     }
 
     /// Returns Spearman's coefficient of a sampled quantity and the measured friction within each trial.
-    pub(super) fn sampled_within_trials(&self, value: OfSample) -> Found {
-        self.over_trials(|trial| trial.sampled(value))
+    pub(super) fn mu_correlation_within_trials(&self, value: SampleValue) -> MethodStatistic {
+        self.spread_over_trials(|trial| trial.mu_correlation(value))
     }
 
     /// Returns Spearman's coefficient, within each trial, of the ranges (maximum minus minimum) of two quantities in an
     /// instance. The published ranges are those of explorations, but a trial has only two of them.
-    pub(super) fn ranges_within_trials(&self, x: OfSample, y: OfSample) -> Found {
-        self.over_trials(|trial| {
-            let of = |value| trial.ranges_of_instances(value);
-            let found = Coefficient::Spearman.of(&of(x), &of(y));
-            found.map_or(f64::NAN, |correlation| correlation.rho)
+    pub(super) fn range_correlation_within_trials(
+        &self,
+        x: SampleValue,
+        y: SampleValue,
+    ) -> MethodStatistic {
+        self.spread_over_trials(|trial| {
+            let ranges = |value| trial.ranges_of_instances(value);
+            let correlation = Coefficient::Spearman.of(&ranges(x), &ranges(y));
+            correlation.map_or(f64::NAN, |correlation| correlation.rho)
         })
     }
 
@@ -157,13 +166,13 @@ impl<'a> Pool<'a> {
     pub(super) fn correlate(
         &self,
         coefficient: Coefficient,
-        x: OfInstance,
-        y: OfInstance,
-    ) -> Found {
+        x: InstanceValue,
+        y: InstanceValue,
+    ) -> MethodStatistic {
         let means = |group: &Group<'_>| (group.mean(x), group.mean(y));
         let instances = self.pairs_of(|trial| {
-            let of = |value: OfInstance| trial.values(value);
-            of(x).into_iter().zip(of(y)).collect()
+            let values = |value: InstanceValue| trial.values(value);
+            values(x).into_iter().zip(values(y)).collect()
         });
         self.correlations(coefficient, &means, (Level::Instances, instances))
     }
@@ -173,12 +182,12 @@ impl<'a> Pool<'a> {
     pub(super) fn correlate_ranges(
         &self,
         coefficient: Coefficient,
-        x: OfSample,
-        y: OfSample,
-    ) -> Found {
+        x: SampleValue,
+        y: SampleValue,
+    ) -> MethodStatistic {
         let explorations = self.pairs_of(|trial| {
-            let of = |value: OfSample| trial.ranges(value);
-            of(x).into_iter().zip(of(y)).collect()
+            let ranges = |value: SampleValue| trial.ranges(value);
+            ranges(x).into_iter().zip(ranges(y)).collect()
         });
         self.correlations(
             coefficient,
@@ -189,114 +198,134 @@ impl<'a> Pool<'a> {
 
     /// Returns the slope of `y` on `x`, each the range (maximum minus minimum) in an exploration, averaged over a trial's
     /// explorations.
-    pub(super) fn slope_of_ranges(&self, x: OfSample, y: OfSample) -> Found {
-        let over = |level, groups: &mut dyn Iterator<Item = &Group<'_>>| {
+    pub(super) fn slope_of_ranges(&self, x: SampleValue, y: SampleValue) -> MethodStatistic {
+        let level_slope = |level, groups: &mut dyn Iterator<Item = &Group<'_>>| {
             let (x, y): (Vec<f64>, Vec<f64>) =
                 groups.map(|group| self.mean_ranges(group, x, y)).unzip();
-            let found = slope(&x, &y);
+            let line = slope(&x, &y);
             Statistic {
-                value: found.map(|line| line.slope),
-                std: found.and_then(|line| line.std),
-                n: found.map_or(x.len(), |line| line.n),
-                ..Statistic::none(level)
+                value: line.map(|line| line.slope),
+                std: line.and_then(|line| line.std),
+                n: line.map_or(x.len(), |line| line.n),
+                ..Statistic::empty(level)
             }
         };
-        Found {
-            main: over(Level::Trials, &mut self.trials.iter()),
-            also: vec![over(Level::Participants, &mut self.participants.values())],
+        MethodStatistic {
+            main: level_slope(Level::Trials, &mut self.trials.iter()),
+            also: vec![level_slope(
+                Level::Participants,
+                &mut self.participants.values(),
+            )],
         }
     }
 
     /// Returns R² of the estimated against the measured friction about the line of slope 1, with all samples together.
-    pub(super) fn r2_mu(&self) -> Found {
+    pub(super) fn r2_mu(&self) -> MethodStatistic {
         let instances = || self.trials.iter().flat_map(Group::instances);
         let measured: Vec<f64> = instances()
-            .flat_map(|of| of.instance.samples.mu().iter().copied())
+            .flat_map(|fit| fit.instance.samples.mu().iter().copied())
             .collect();
         let estimated: Vec<f64> = instances()
-            .flat_map(|of| of.estimated.series.mu.iter().copied())
+            .flat_map(|fit| fit.estimated.series.mu.iter().copied())
             .collect();
-        Found::alone(Statistic {
+        MethodStatistic::single(Statistic {
             value: r_squared(&measured, &estimated),
             n: measured.len(),
-            ..Statistic::none(Level::Samples)
+            ..Statistic::empty(Level::Samples)
         })
     }
 
     /// Returns the largest deviation of Z_t from the mean of a trial, relative to the modulus of the mean.
-    pub(super) fn drift_of_z_t(&self) -> Found {
-        self.over_trials(|trial| trial.departures_of_z_t().fold(f64::NAN, f64::max))
+    pub(super) fn drift_of_z_t(&self) -> MethodStatistic {
+        self.spread_over_trials(|trial| trial.departures_of_z_t().fold(f64::NAN, f64::max))
     }
 
     /// Returns the standard deviation of Z_t within a trial, relative to the modulus of its mean.
-    pub(super) fn variation_of_z_t(&self) -> Found {
-        self.over_trials(|trial| {
-            let parts: Vec<f64> = trial.departures_of_z_t().collect();
-            let freedom = parts.len().checked_sub(1).map_or(f64::NAN, |n| n as f64);
-            (parts.iter().map(|part| part * part).sum::<f64>() / freedom).sqrt()
+    pub(super) fn variation_of_z_t(&self) -> MethodStatistic {
+        self.spread_over_trials(|trial| {
+            let departures: Vec<f64> = trial.departures_of_z_t().collect();
+            let freedom = departures
+                .len()
+                .checked_sub(1)
+                .map_or(f64::NAN, |n| n as f64);
+            (departures
+                .iter()
+                .map(|departure| departure * departure)
+                .sum::<f64>()
+                / freedom)
+                .sqrt()
         })
     }
 
-    pub(super) fn changes_by_trial(&self, x: OfSample, y: OfSample) -> Vec<(f64, f64)> {
-        let each = self.trials.iter();
-        each.map(|trial| self.mean_ranges(trial, x, y)).collect()
+    pub(super) fn changes_by_trial(&self, x: SampleValue, y: SampleValue) -> Vec<(f64, f64)> {
+        let trials = self.trials.iter();
+        trials.map(|trial| self.mean_ranges(trial, x, y)).collect()
     }
 
-    pub(super) fn changes_by_instance(&self, x: OfSample, y: OfSample) -> Vec<(f64, f64)> {
-        let of = |trial: &Group<'_>, value| trial.ranges_of_instances(value);
-        let pairs = |trial| of(trial, x).into_iter().zip(of(trial, y));
+    pub(super) fn changes_by_instance(&self, x: SampleValue, y: SampleValue) -> Vec<(f64, f64)> {
+        let ranges = |trial: &Group<'_>, value| trial.ranges_of_instances(value);
+        let pairs = |trial| ranges(trial, x).into_iter().zip(ranges(trial, y));
         self.trials.iter().flat_map(pairs).collect()
     }
 
-    fn mean_ranges(&self, group: &Group<'_>, x: OfSample, y: OfSample) -> (f64, f64) {
+    fn mean_ranges(&self, group: &Group<'_>, x: SampleValue, y: SampleValue) -> (f64, f64) {
         let mean = |value| spread(group.ranges(value)).map_or(f64::NAN, |s| s.mean);
         (mean(x), mean(y))
     }
 
     /// Returns the pairs of all trials, each with its person.
     fn pairs_of(&self, pairs: impl Fn(&Group<'a>) -> Vec<(f64, f64)>) -> Pairs {
-        let mut found = Pairs {
+        let mut trial_pairs = Pairs {
             people: Some(Vec::new()),
             ..Pairs::default()
         };
         for trial in &self.trials {
             for (x, y) in pairs(trial) {
-                found.x.push(x);
-                found.y.push(y);
-                found.people = found.people.zip(trial.person).map(|(mut people, person)| {
-                    people.push(person);
-                    people
-                });
+                trial_pairs.x.push(x);
+                trial_pairs.y.push(y);
+                trial_pairs.people =
+                    trial_pairs
+                        .people
+                        .zip(trial.person)
+                        .map(|(mut people, person)| {
+                            people.push(person);
+                            people
+                        });
             }
         }
-        found
+        trial_pairs
     }
 
     fn correlations(
         &self,
         coefficient: Coefficient,
-        of_group: &dyn Fn(&Group<'_>) -> (f64, f64),
-        (finest, pairs): (Level, Pairs),
-    ) -> Found {
-        let trials = self.pairs_of(|trial| vec![of_group(trial)]);
-        let (x, y) = self.participants.values().map(of_group).unzip();
+        group_pair: &dyn Fn(&Group<'_>) -> (f64, f64),
+        (finest_level, finest_pairs): (Level, Pairs),
+    ) -> MethodStatistic {
+        let trials = self.pairs_of(|trial| vec![group_pair(trial)]);
+        let (x, y) = self.participants.values().map(group_pair).unzip();
         let participants = Pairs { x, y, people: None };
-        let of = |over, pairs| Statistic::correlation(over, coefficient, &pairs);
-        Found {
-            main: of(Level::Trials, trials),
-            also: vec![of(finest, pairs), of(Level::Participants, participants)],
+        let correlation = |level, pairs| Statistic::correlation(level, coefficient, &pairs);
+        MethodStatistic {
+            main: correlation(Level::Trials, trials),
+            also: vec![
+                correlation(finest_level, finest_pairs),
+                correlation(Level::Participants, participants),
+            ],
         }
     }
 }
 
 impl<'a> Group<'a> {
     fn instances(&self) -> impl Iterator<Item = InstanceBy<'a>> {
-        self.explorations.iter().flat_map(|of| of.0.iter().copied())
+        self.explorations
+            .iter()
+            .flat_map(|exploration| exploration.0.iter().copied())
     }
 
     fn values(&self, value: impl Fn(&InstanceAnalysis, &Estimated) -> f64) -> Vec<f64> {
         self.instances()
-            .map(|of| value(of.instance, of.estimated))
+            .map(|fit| value(fit.instance, fit.estimated))
             .collect()
     }
 
@@ -304,23 +333,25 @@ impl<'a> Group<'a> {
         spread(self.values(value)).map_or(f64::NAN, |spread| spread.mean)
     }
 
-    fn ranges(&self, value: OfSample) -> Vec<f64> {
-        let each = self.explorations.iter();
-        each.map(|of| of.range(value)).collect()
+    fn ranges(&self, value: SampleValue) -> Vec<f64> {
+        let explorations = self.explorations.iter();
+        explorations
+            .map(|exploration| exploration.range(value))
+            .collect()
     }
 
-    fn ranges_of_instances(&self, value: OfSample) -> Vec<f64> {
-        let each = self.instances().map(|of| Exploration(vec![of]));
-        each.map(|one| one.range(value)).collect()
+    fn ranges_of_instances(&self, value: SampleValue) -> Vec<f64> {
+        let instances = self.instances().map(|fit| Exploration(vec![fit]));
+        instances.map(|instance| instance.range(value)).collect()
     }
 
     /// Returns Spearman's coefficient of a sampled quantity and the measured friction, with all instances together.
-    fn sampled(&self, value: OfSample) -> f64 {
+    fn mu_correlation(&self, value: SampleValue) -> f64 {
         let (x, y): (Vec<f64>, Vec<f64>) = self
             .instances()
-            .flat_map(|of| {
-                let mu = of.instance.samples.mu();
-                (0..mu.len()).map(move |k| (value(&of, k), mu[k]))
+            .flat_map(|fit| {
+                let mu = fit.instance.samples.mu();
+                (0..mu.len()).map(move |k| (value(&fit, k), mu[k]))
             })
             .unzip();
         Coefficient::Spearman
@@ -330,11 +361,11 @@ impl<'a> Group<'a> {
 
     fn r2_averaged(&self) -> f64 {
         let (mut measured, mut modelled) = (Vec::<Complex64>::new(), Vec::<Complex64>::new());
-        for of in self.instances() {
-            let Some(model) = &of.estimated.averaged.series else {
+        for fit in self.instances() {
+            let Some(model) = &fit.estimated.averaged.series else {
                 return f64::NAN;
             };
-            measured.extend(of.z_m());
+            measured.extend(fit.z_m());
             modelled.extend(&model.z_m_n_s_per_m);
         }
         r_squared_complex(&measured, &modelled)
@@ -344,23 +375,23 @@ impl<'a> Group<'a> {
     fn departures_of_z_t(&self) -> impl Iterator<Item = f64> {
         let z_t: Vec<Complex64> = self
             .instances()
-            .map(|of| of.estimated.z_t_n_s_per_m)
+            .map(|fit| fit.estimated.z_t_n_s_per_m)
             .collect();
         let mean = z_t.iter().sum::<Complex64>() / z_t.len() as f64;
-        let several = z_t.len() > 1;
+        let has_several = z_t.len() > 1;
         z_t.into_iter()
-            .filter(move |_| several)
+            .filter(move |_| has_several)
             .map(move |z| (z - mean).norm() / mean.norm())
     }
 }
 
 impl Exploration<'_> {
     /// Returns the maximum minus the minimum of a sampled quantity; NaN without a finite value.
-    fn range(&self, value: OfSample) -> f64 {
+    fn range(&self, value: SampleValue) -> f64 {
         let samples = self
             .0
             .iter()
-            .flat_map(|of| (0..of.instance.samples.mu().len()).map(move |k| value(of, k)));
+            .flat_map(|fit| (0..fit.instance.samples.mu().len()).map(move |k| value(fit, k)));
         let (least, greatest) = samples
             .filter(|value| value.is_finite())
             .fold((f64::NAN, f64::NAN), |(least, greatest), value| {

@@ -9,11 +9,11 @@ mod text;
 
 use crate::analysed::Analysed;
 use crate::estimate::Method;
-pub use grouped::OfSample as Change;
 use grouped::Pool;
+pub use grouped::SampleValue as Change;
 use rows::ROWS;
 pub use rows::{ABS_Z_M, GAP, MU_ESTIMATED};
-pub use statistic::{Found, Level, Statistic};
+pub use statistic::{Level, MethodStatistic, Statistic};
 pub use table::{StatisticRow, Statistics};
 pub use text::TableFormat;
 
@@ -51,7 +51,9 @@ pub struct Changes {
 pub fn changes(analysed: &Analysed, method: Method, change: Change) -> Changes {
     let pool = Pool::new(analysed, method);
     // The count is the same for every method, whichever recordings it could estimate.
-    let trials = analysed.findings().filter(|of| !of.instances.is_empty());
+    let trials = analysed
+        .findings()
+        .filter(|findings| !findings.instances.is_empty());
     if trials.count() >= FEWEST_TRIALS {
         Changes {
             over: Level::Trials,

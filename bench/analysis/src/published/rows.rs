@@ -2,31 +2,31 @@
 
 use contact::{AssumedConstants, Contact};
 
-use super::grouped::{OfSample, Pool};
-use super::statistic::Found;
+use super::grouped::{Pool, SampleValue};
+use super::statistic::MethodStatistic;
 use crate::statistics::Coefficient::{Pearson, Spearman};
 
 /// Amplitude, m, and normal force, N, at which k_c is compared with k_c at rest.
-const FALL_AT: (f64, f64) = (5e-6, 1.0);
+const FALL_POINT: (f64, f64) = (5e-6, 1.0);
 
 /// Published value of a row that is not in the paper.
 const UNPUBLISHED: &str = "not published";
 
 /// |Z_m|, N·s/m.
-pub const ABS_Z_M: OfSample = |of, k| of.z_m()[k].norm();
-const RE_Z_M: OfSample = |of, k| of.z_m()[k].re;
-const ABS_IM_Z_M: OfSample = |of, k| of.z_m()[k].im.abs();
-const REACTION_FORCE: OfSample = |of, k| of.estimated.motion.reaction_force_n[k].norm();
-const FILM_FORCE: OfSample = |of, k| of.estimated.film_force_n[k];
-const K_C: OfSample = |of, k| of.estimated.series.k_c_n_per_m[k];
+pub const ABS_Z_M: SampleValue = |fit, k| fit.z_m()[k].norm();
+const RE_Z_M: SampleValue = |fit, k| fit.z_m()[k].re;
+const ABS_IM_Z_M: SampleValue = |fit, k| fit.z_m()[k].im.abs();
+const REACTION_FORCE: SampleValue = |fit, k| fit.estimated.motion.reaction_force_n[k].norm();
+const FILM_FORCE: SampleValue = |fit, k| fit.estimated.film_force_n[k];
+const K_C: SampleValue = |fit, k| fit.estimated.series.k_c_n_per_m[k];
 /// Levitation gap, m.
-pub const GAP: OfSample = |of, k| of.estimated.series.gap_m[k];
+pub const GAP: SampleValue = |fit, k| fit.estimated.series.gap_m[k];
 /// Estimated friction.
-pub const MU_ESTIMATED: OfSample = |of, k| of.estimated.series.mu[k];
-pub(super) const MU: OfSample = |of, k| of.instance.samples.mu()[k];
+pub const MU_ESTIMATED: SampleValue = |fit, k| fit.estimated.series.mu[k];
+pub(super) const MU: SampleValue = |fit, k| fit.instance.samples.mu()[k];
 
 /// Computation of a row.
-pub(super) type Compute = fn(&Pool<'_>) -> Found;
+pub(super) type Compute = fn(&Pool<'_>) -> MethodStatistic;
 
 /// Name in results, meaning in words, published value and computation, in the order of SCIENCE.md section 7.
 pub(super) const ROWS: [(&str, &str, &str, Compute); 24] = [
@@ -55,19 +55,19 @@ pub(super) const ROWS: [(&str, &str, &str, Compute); 24] = [
         "spearman_abs_z_m_mu",
         "Spearman of |Z_m| and mu within a trial",
         "0.78 ± 0.26",
-        |pool| pool.sampled_within_trials(ABS_Z_M),
+        |pool| pool.mu_correlation_within_trials(ABS_Z_M),
     ),
     (
         "spearman_k_c_mu",
         "Spearman of k_c and mu within the median trial",
         "0.91",
-        |pool| pool.sampled_in_median_trial(K_C),
+        |pool| pool.mu_correlation_in_median_trial(K_C),
     ),
     (
         "spearman_mu_estimated_mu",
         "Spearman of estimated and measured mu within a trial",
         "0.94 ± 0.07",
-        |pool| pool.sampled_within_trials(MU_ESTIMATED),
+        |pool| pool.mu_correlation_within_trials(MU_ESTIMATED),
     ),
     (
         "spearman_delta_abs_z_m_delta_mu",
@@ -97,13 +97,13 @@ pub(super) const ROWS: [(&str, &str, &str, Compute); 24] = [
         "spearman_within_trials_delta_re_z_m_delta_mu",
         "Spearman of the changes of Re Z_m and mu within a trial",
         "0.58 ± 0.27",
-        |pool| pool.ranges_within_trials(RE_Z_M, MU),
+        |pool| pool.range_correlation_within_trials(RE_Z_M, MU),
     ),
     (
         "spearman_within_trials_delta_im_z_m_delta_mu",
         "Spearman of the changes of |Im Z_m| and mu within a trial",
         "0.65 ± 0.30",
-        |pool| pool.ranges_within_trials(ABS_IM_Z_M, MU),
+        |pool| pool.range_correlation_within_trials(ABS_IM_Z_M, MU),
     ),
     (
         "spearman_delta_re_z_m_delta_mu",
@@ -174,7 +174,7 @@ pub(super) const ROWS: [(&str, &str, &str, Compute); 24] = [
 ];
 
 fn fall(skin: &AssumedConstants, sigma_t_m: f64) -> f64 {
-    let (amplitude_m, normal_n) = FALL_AT;
+    let (amplitude_m, normal_n) = FALL_POINT;
     let fall = || {
         let contact = Contact::new(skin, sigma_t_m).ok()?;
         let gap_m = contact.equilibrium_gap_m(amplitude_m, normal_n).ok()?;

@@ -55,38 +55,38 @@ pub struct Statistic {
 }
 
 impl Statistic {
-    pub(super) fn none(over: Level) -> Self {
+    pub(super) fn empty(level: Level) -> Self {
         Self {
             value: None,
             std: None,
             p: None,
             clustered: None,
             n: 0,
-            over,
+            over: level,
         }
     }
 
-    pub(super) fn spread(over: Level, values: impl IntoIterator<Item = f64>) -> Self {
+    pub(super) fn spread(level: Level, values: impl IntoIterator<Item = f64>) -> Self {
         let spread = spread(values);
         Self {
             value: spread.map(|s| s.mean),
             std: spread.and_then(|s: Spread| s.std),
             n: spread.map_or(0, |s| s.n),
-            ..Self::none(over)
+            ..Self::empty(level)
         }
     }
 
-    pub(super) fn correlation(over: Level, coefficient: Coefficient, pairs: &Pairs) -> Self {
-        let found = coefficient.of(&pairs.x, &pairs.y);
+    pub(super) fn correlation(level: Level, coefficient: Coefficient, pairs: &Pairs) -> Self {
+        let correlation = coefficient.of(&pairs.x, &pairs.y);
         let people = pairs.people.as_deref();
         Self {
-            value: found.map(|c| c.rho),
+            value: correlation.map(|c| c.rho),
             std: None,
-            p: found.map(|c| c.p),
+            p: correlation.map(|c| c.p),
             clustered: people
                 .and_then(|people| clustered::test(coefficient, &pairs.x, &pairs.y, people)),
-            n: found.map_or(pairs.x.len(), |c| c.n),
-            over,
+            n: correlation.map_or(pairs.x.len(), |c| c.n),
+            over: level,
         }
     }
 }
@@ -102,7 +102,7 @@ pub(super) struct Pairs {
 
 /// Statistic by one method: at the published level, and at others.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Found {
+pub struct MethodStatistic {
     /// Statistic at the published level.
     #[serde(flatten)]
     pub main: Statistic,
@@ -111,8 +111,8 @@ pub struct Found {
     pub also: Vec<Statistic>,
 }
 
-impl Found {
-    pub(super) fn alone(main: Statistic) -> Self {
+impl MethodStatistic {
+    pub(super) fn single(main: Statistic) -> Self {
         Self {
             main,
             also: Vec::new(),

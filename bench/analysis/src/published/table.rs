@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
-use super::statistic::Found;
+use super::statistic::MethodStatistic;
 
 /// Published value and the statistics of the data.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -16,11 +16,11 @@ pub struct StatisticRow {
     /// Published value.
     pub published: &'static str,
     /// Statistic by the published method.
-    pub paper: Found,
+    pub paper: MethodStatistic,
     /// Statistic by the dynamic method.
-    pub dynamic: Found,
+    pub dynamic: MethodStatistic,
     /// Statistic by the fit of whole trials, over those in which it can be used.
-    pub trial: Found,
+    pub trial: MethodStatistic,
 }
 
 /// All rows.

@@ -3,7 +3,7 @@
 use comfy_table::presets::NOTHING;
 use comfy_table::{ContentArrangement, Table};
 
-use super::statistic::{Found, Level, Statistic};
+use super::statistic::{Level, MethodStatistic, Statistic};
 use super::table::{StatisticRow, Statistics};
 use crate::clustered::Clustered;
 use crate::estimate::Method;
@@ -86,7 +86,7 @@ impl Statistics {
         let _ = rows.write_record(header.split(','));
         for row in &self.rows {
             for method in Method::ALL {
-                for statistic in row.by(method).all() {
+                for statistic in row.statistic(method).statistics() {
                     let _ = rows.write_record(statistic.record(row, method));
                 }
             }
@@ -125,7 +125,7 @@ impl Statistics {
 
 impl StatisticRow {
     /// Returns the statistic by a method.
-    pub fn by(&self, method: Method) -> &Found {
+    pub fn statistic(&self, method: Method) -> &MethodStatistic {
         match method {
             Method::Paper => &self.paper,
             Method::Dynamic => &self.dynamic,
@@ -134,9 +134,9 @@ impl StatisticRow {
     }
 }
 
-impl Found {
+impl MethodStatistic {
     /// Returns the statistics at all levels, the published one first.
-    pub fn all(&self) -> impl Iterator<Item = &Statistic> {
+    pub fn statistics(&self) -> impl Iterator<Item = &Statistic> {
         std::iter::once(&self.main).chain(&self.also)
     }
 }
@@ -221,24 +221,26 @@ const SYMBOLS: [(&str, &str); 20] = [
 
 /// Returns the text for LaTeX, with symbols in place of whole words.
 fn latex(text: &str) -> String {
-    let mut set = String::new();
+    let mut output = String::new();
     let mut rest = text;
-    while let Some(next) = rest.chars().next() {
-        let in_word = |neighbour: Option<char>| neighbour.is_some_and(char::is_alphanumeric);
-        let found = SYMBOLS.iter().find(|(plain, _)| {
+    while let Some(character) = rest.chars().next() {
+        let is_word_character =
+            |neighbour: Option<char>| neighbour.is_some_and(char::is_alphanumeric);
+        let entry = SYMBOLS.iter().find(|(plain, _)| {
             let is_word = plain.chars().all(char::is_alphanumeric) && plain.is_ascii();
-            let before = set.chars().next_back();
-            rest.strip_prefix(plain)
-                .is_some_and(|after| !is_word || !in_word(before) && !in_word(after.chars().next()))
+            let previous = output.chars().next_back();
+            rest.strip_prefix(plain).is_some_and(|tail| {
+                !is_word || !is_word_character(previous) && !is_word_character(tail.chars().next())
+            })
         });
-        let (length, symbol) = found.map_or_else(
-            || (next.len_utf8(), next.to_string()),
+        let (length, symbol) = entry.map_or_else(
+            || (character.len_utf8(), character.to_string()),
             |(plain, symbol)| (plain.len(), (*symbol).to_owned()),
         );
-        set.push_str(&symbol);
+        output.push_str(&symbol);
         rest = &rest[length..];
     }
-    set
+    output
 }
 
 #[cfg(test)]
@@ -246,8 +248,8 @@ mod tests {
     use super::*;
 
     fn statistics() -> Statistics {
-        let of = |value| {
-            Found::alone(Statistic {
+        let statistic = |value| {
+            MethodStatistic::single(Statistic {
                 value: Some(value),
                 p: Some(0.25),
                 clustered: Some(Clustered {
@@ -255,7 +257,7 @@ mod tests {
                     people: 7,
                 }),
                 n: 70,
-                ..Statistic::none(Level::Trials)
+                ..Statistic::empty(Level::Trials)
             })
         };
         Statistics {
@@ -263,9 +265,9 @@ mod tests {
                 name: "spearman",
                 meaning: "Spearman of |Im Z_m|, mu0 and mu, \"all\"",
                 published: "< 0.10",
-                paper: of(0.5),
-                dynamic: of(-0.125),
-                trial: of(0.25),
+                paper: statistic(0.5),
+                dynamic: statistic(-0.125),
+                trial: statistic(0.25),
             }],
         }
     }

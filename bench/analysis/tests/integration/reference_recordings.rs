@@ -22,16 +22,16 @@ use parquet::record::Field;
 use serde_json::Value;
 
 /// Known results of the published method for a reference recording: the method's own bias must neither grow nor shrink.
-struct Published {
+struct PublishedResult {
     sigma_t_m: f64,
     z_t: Complex64,
 }
 
-const FIRST: Published = Published {
+const RECORDING_A: PublishedResult = PublishedResult {
     sigma_t_m: 2.93e-6,
     z_t: Complex64::new(-0.13, 1.24),
 };
-const SECOND: Published = Published {
+const RECORDING_C: PublishedResult = PublishedResult {
     sigma_t_m: 2.02e-6,
     z_t: Complex64::new(-0.13, 1.77),
 };
@@ -42,27 +42,27 @@ fn reference() -> PathBuf {
 }
 
 /// Analyses `folder`, the reference recording `name` or a modified copy of it, and asserts the results.
-fn assert_reference(folder: &Path, name: &str, published: &Published) -> RecordingFindings {
+fn assert_reference(folder: &Path, name: &str, published: &PublishedResult) -> RecordingFindings {
     let truth = fs::read(reference().join(format!("{name}.truth.json"))).unwrap();
     let truth: Value = serde_json::from_slice(&truth).unwrap();
     let number = |key: &str| truth[key].as_f64().unwrap();
-    let part = |at: usize| truth["z_t"][at].as_f64().unwrap();
-    let z_t = Complex64::new(part(0), part(1));
+    let z_t_part = |index: usize| truth["z_t"][index].as_f64().unwrap();
+    let z_t = Complex64::new(z_t_part(0), z_t_part(1));
     let analysis = analyse(folder, &Settings::default());
-    let found = analysis.found.unwrap();
-    assert_eq!(found.instances.len(), 7);
-    for instance in &found.instances {
+    let findings = analysis.found.unwrap();
+    assert_eq!(findings.instances.len(), 7);
+    for instance in &findings.instances {
         let dynamic = &instance.dynamic;
         assert!((dynamic.sigma_t_m / number("sigma_m") - 1.0).abs() < 0.03);
         assert!((dynamic.z_t_n_s_per_m - z_t).norm() < 0.05 * z_t.norm());
         assert!((dynamic.tau_s.unwrap().0 - number("tau_s")).abs() < 0.5e-3);
         assert!(dynamic.agreement.rms_mu <= 0.03);
     }
-    assert!(!found.model_check.is_empty());
-    for band in &found.model_check {
+    assert!(!findings.model_check.is_empty());
+    for band in &findings.model_check {
         assert!(band.p90 < 0.05, "{band:?}");
     }
-    let paper = found.instances.iter().map(|i| &i.paper);
+    let paper = findings.instances.iter().map(|i| &i.paper);
     let sigma_t_m = mean(paper.clone().map(|e| e.sigma_t_m));
     let z_t = Complex64::new(
         mean(paper.clone().map(|e| e.z_t_n_s_per_m.re)),
@@ -76,7 +76,7 @@ fn assert_reference(folder: &Path, name: &str, published: &Published) -> Recordi
         (z_t - published.z_t).norm() < 0.05 * published.z_t.norm(),
         "{z_t}"
     );
-    found
+    findings
 }
 
 fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
@@ -86,22 +86,30 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
 
 #[test]
 fn the_first_reference_recording_is_estimated_within_the_stated_limits() {
-    let found = assert_reference(&reference().join("recording-a"), "recording-a", &FIRST);
-    assert_eq!(found.flaws, []);
-    let rms_mu = mean(found.instances.iter().map(|i| i.paper.agreement.rms_mu));
+    let findings = assert_reference(
+        &reference().join("recording-a"),
+        "recording-a",
+        &RECORDING_A,
+    );
+    assert_eq!(findings.flaws, []);
+    let rms_mu = mean(findings.instances.iter().map(|i| i.paper.agreement.rms_mu));
     assert!((rms_mu / 0.16 - 1.0).abs() < 0.05, "{rms_mu}");
 }
 
 #[test]
 fn the_second_reference_recording_is_estimated_within_the_stated_limits() {
-    let found = assert_reference(&reference().join("recording-c"), "recording-c", &SECOND);
-    assert_eq!(found.flaws, []);
+    let findings = assert_reference(
+        &reference().join("recording-c"),
+        "recording-c",
+        &RECORDING_C,
+    );
+    assert_eq!(findings.flaws, []);
 }
 
 /// A filter or a buffer in the pickup's channel delays its envelope, not only its phase.
 #[test]
-fn a_pickup_that_is_late_by_many_samples_is_found_and_undone() {
-    for late_samples in [10, 30] {
+fn a_pickup_delay_of_many_samples_is_found_and_corrected() {
+    for delay_samples in [10, 30] {
         let folder = tempfile::tempdir().unwrap();
         for file in ["recording.toml", "force.csv", "position.csv"] {
             fs::copy(
@@ -117,25 +125,25 @@ fn a_pickup_that_is_late_by_many_samples_is_found_and_undone() {
         let mut writer = hound::WavWriter::create(folder.path().join("signals.wav"), spec).unwrap();
         for (n, frame) in samples.chunks_exact(2).enumerate() {
             writer.write_sample(frame[0]).unwrap();
-            let before = n.checked_sub(late_samples);
+            let source_index = n.checked_sub(delay_samples);
             writer
-                .write_sample(before.map_or(0.0, |n| samples[2 * n + 1]))
+                .write_sample(source_index.map_or(0.0, |n| samples[2 * n + 1]))
                 .unwrap();
         }
         writer.finalize().unwrap();
 
-        let found = assert_reference(folder.path(), "recording-a", &FIRST);
-        let late_s = late_samples as f64 / f64::from(spec.sample_rate);
+        let findings = assert_reference(folder.path(), "recording-a", &RECORDING_A);
+        let true_delay_s = delay_samples as f64 / f64::from(spec.sample_rate);
         let [
             Flaw::PickupPhase { found_rad, .. },
             Flaw::PickupLate { delay_s },
-        ] = found.flaws[..]
+        ] = findings.flaws[..]
         else {
-            panic!("{:?}", found.flaws);
+            panic!("{:?}", findings.flaws);
         };
-        assert!((delay_s - late_s).abs() < 2e-6, "{delay_s}");
-        let off = Complex64::cis(found_rad) - Complex64::cis(TAU * 35e3 * late_s);
-        assert!(off.norm() < 1e-3, "{found_rad}");
+        assert!((delay_s - true_delay_s).abs() < 2e-6, "{delay_s}");
+        let phasor_error = Complex64::cis(found_rad) - Complex64::cis(TAU * 35e3 * true_delay_s);
+        assert!(phasor_error.norm() < 1e-3, "{found_rad}");
     }
 }
 
@@ -156,30 +164,31 @@ fn true_motion(name: &str) -> Vec<TrueMotion> {
     let sigma_m = truth["sigma_m"].as_f64().unwrap();
     let (modulus_pa, area_m2, omega) = (20e6 / (1.0 - 0.25), 300e-6, TAU * 35e3);
     let films = series("gap_m").into_iter().zip(series("amplitude_m"));
-    let each = series("force_t").into_iter().zip(films);
-    each.map(|(time_s, (gap_m, amplitude_m))| {
-        let asperity = 0.375 * 1.4e4 * modulus_pa * area_m2 * (-gap_m / sigma_m).exp();
-        let film_n = 1.25 * 101_325.0 * area_m2 * (amplitude_m / gap_m).powi(2);
-        let k_c = asperity + 2.0 * film_n / gap_m;
-        let z_c = Complex64::new(0.3, -1.0) * k_c / omega;
-        let skin_per_plate = z_c / (z_t + z_c);
-        TrueMotion {
-            time_s,
-            amplitude_m,
-            reaction_force_n: z_t * skin_per_plate * omega * amplitude_m,
-            skin_per_plate,
-        }
-    })
-    .collect()
+    let samples = series("force_t").into_iter().zip(films);
+    samples
+        .map(|(time_s, (gap_m, amplitude_m))| {
+            let asperity = 0.375 * 1.4e4 * modulus_pa * area_m2 * (-gap_m / sigma_m).exp();
+            let film_n = 1.25 * 101_325.0 * area_m2 * (amplitude_m / gap_m).powi(2);
+            let k_c = asperity + 2.0 * film_n / gap_m;
+            let z_c = Complex64::new(0.3, -1.0) * k_c / omega;
+            let skin_per_plate = z_c / (z_t + z_c);
+            TrueMotion {
+                time_s,
+                amplitude_m,
+                reaction_force_n: z_t * skin_per_plate * omega * amplitude_m,
+                skin_per_plate,
+            }
+        })
+        .collect()
 }
 
 /// Interpolates linearly between samples in order.
-fn at(time_s: f64, times_s: &[f64], values: &[Complex64]) -> Option<Complex64> {
-    let after = times_s.partition_point(|&t| t < time_s);
-    let before = after.checked_sub(1)?;
-    let (from, to) = (times_s[before], *times_s.get(after)?);
-    let part = (time_s - from) / (to - from);
-    Some(values[before] * (1.0 - part) + values[after] * part)
+fn interpolate(time_s: f64, times_s: &[f64], values: &[Complex64]) -> Option<Complex64> {
+    let next = times_s.partition_point(|&t| t < time_s);
+    let previous = next.checked_sub(1)?;
+    let (start, end) = (times_s[previous], *times_s.get(next)?);
+    let fraction = (time_s - start) / (end - start);
+    Some(values[previous] * (1.0 - fraction) + values[next] * fraction)
 }
 
 fn p90(mut values: Vec<f64>) -> f64 {
@@ -188,54 +197,56 @@ fn p90(mut values: Vec<f64>) -> f64 {
 }
 
 #[test]
-fn the_finger_pushes_and_the_skin_moves_as_the_truth_has_it() {
-    let found = analyse(&reference().join("recording-a"), &Settings::default())
+fn forces_and_skin_motion_agree_with_the_true_values() {
+    let findings = analyse(&reference().join("recording-a"), &Settings::default())
         .found
         .unwrap();
     let truth = true_motion("recording-a");
-    let moving = || truth.iter().filter(|truth| truth.amplitude_m > 0.1e-6);
+    let moving_samples = || truth.iter().filter(|truth| truth.amplitude_m > 0.1e-6);
 
     // Over whole explorations, from measured data alone.
-    let z_p = found.z_p.unwrap().corrected_n_s_per_m;
+    let z_p = findings.z_p.unwrap().corrected_n_s_per_m;
     let mut forces = Vec::new();
-    for exploration in &found.explorations {
-        let omega = TAU * found.manifest.carrier_hz;
+    for exploration in &findings.explorations {
+        let omega = TAU * findings.manifest.carrier_hz;
         let frames = exploration.z_m(Method::Dynamic).iter();
         let force_n: Vec<Complex64> = frames
             .zip(&exploration.amplitude_m)
             .map(|(z_m, amplitude_m)| (z_m - z_p) * omega * amplitude_m)
             .collect();
-        forces.extend(moving().filter_map(|truth| {
-            let force_n = at(truth.time_s, &exploration.time_s, &force_n)?;
+        forces.extend(moving_samples().filter_map(|truth| {
+            let force_n = interpolate(truth.time_s, &exploration.time_s, &force_n)?;
             Some((force_n.norm() / truth.reaction_force_n.norm() - 1.0).abs())
         }));
     }
     assert!(forces.len() > 1000, "{}", forces.len());
-    let apart = p90(forces);
-    assert!(apart < 0.02, "force: {apart}");
+    let force_error = p90(forces);
+    assert!(force_error < 0.02, "force: {force_error}");
 
     // In the instances, where Z_t is known.
     let (mut motion, mut phase, mut power) = (Vec::new(), Vec::new(), Vec::new());
-    for instance in &found.instances {
+    for instance in &findings.instances {
         let (times_s, skin) = (instance.samples.time_s(), &instance.dynamic.motion);
         let watts: Vec<Complex64> = skin.skin_power_w.iter().map(|&w| w.into()).collect();
-        for truth in moving() {
-            let Some(ratio) = at(truth.time_s, times_s, &skin.skin_per_plate) else {
+        for truth in moving_samples() {
+            let Some(ratio) = interpolate(truth.time_s, times_s, &skin.skin_per_plate) else {
                 continue;
             };
-            let part = ratio / truth.skin_per_plate;
-            motion.push((part.norm() - 1.0).abs());
-            phase.push(part.arg().abs());
+            let quotient = ratio / truth.skin_per_plate;
+            motion.push((quotient.norm() - 1.0).abs());
+            phase.push(quotient.arg().abs());
             let v_t = truth.skin_per_plate.norm() * TAU * 35e3 * truth.amplitude_m;
             let true_w = 0.5 * 0.47 * v_t * v_t;
-            power.push((at(truth.time_s, times_s, &watts).unwrap().re / true_w - 1.0).abs());
+            power.push(
+                (interpolate(truth.time_s, times_s, &watts).unwrap().re / true_w - 1.0).abs(),
+            );
         }
     }
     assert!(motion.len() > 300, "{}", motion.len());
-    let apart = [p90(motion), p90(phase), p90(power)];
+    let errors = [p90(motion), p90(phase), p90(power)];
     assert!(
-        apart[0] < 0.02 && apart[1] < 0.02 && apart[2] < 0.1,
-        "{apart:?}"
+        errors[0] < 0.02 && errors[1] < 0.02 && errors[2] < 0.1,
+        "{errors:?}"
     );
 }
 
@@ -255,18 +266,18 @@ fn the_trials_fit_follows_a_drifting_plate_and_an_unknown_skin() {
     let truth = fs::read(reference().join("recording-d.truth.json")).unwrap();
     let truth: Value = serde_json::from_slice(&truth).unwrap();
     let number = |key: &str| truth[key].as_f64().unwrap();
-    let found = unknown_skin().findings().next().unwrap();
-    assert_eq!(found.instances.len(), 7);
-    let trial = found.trial.as_ref().unwrap();
-    let off = |found: f64, key: &str| (found / number(key) - 1.0).abs();
-    assert!(off(trial.contact_area_m2.value, "contact_area_m2") < 0.06);
-    assert!(off(trial.q0_rad_per_m.value, "q0_rad_per_m") < 0.15);
+    let findings = unknown_skin().findings().next().unwrap();
+    assert_eq!(findings.instances.len(), 7);
+    let trial = findings.trial.as_ref().unwrap();
+    let relative_error = |value: f64, key: &str| (value / number(key) - 1.0).abs();
+    assert!(relative_error(trial.contact_area_m2.value, "contact_area_m2") < 0.06);
+    assert!(relative_error(trial.q0_rad_per_m.value, "q0_rad_per_m") < 0.15);
     assert!((trial.loss_factor.value - number("loss_factor")).abs() < 0.015);
     assert!((trial.tau_s.value - number("tau_s")).abs() < 0.1e-3);
     let floor = trial.friction_floor.unwrap().value;
     assert!((floor - number("friction_floor")).abs() < 0.005);
     // The stated intervals include the true values, and are no wider than necessary.
-    for (interval, truth, widest) in [
+    for (interval, truth, greatest_width) in [
         (
             trial.contact_area_m2.interval95(),
             number("contact_area_m2"),
@@ -280,26 +291,26 @@ fn the_trials_fit_follows_a_drifting_plate_and_an_unknown_skin() {
         (trial.loss_factor.interval95(), number("loss_factor"), 0.3),
         (trial.tau_s.interval95(), number("tau_s"), 0.4),
     ] {
-        let [from, to] = interval;
-        assert!(from < truth && truth < to, "{interval:?} {truth}");
-        assert!(to - from < widest * truth, "{interval:?} {truth}");
+        let [low, high] = interval;
+        assert!(low < truth && truth < high, "{interval:?} {truth}");
+        assert!(high - low < greatest_width * truth, "{interval:?} {truth}");
     }
     // In this world neither the lag nor the area grows.
     assert!(trial.lag_exponent.value.abs() < 0.05 && trial.area_exponent.value.abs() < 0.05);
     assert_eq!(trial.misfit, []);
     let lag_s = trial.lateral_lag_s.unwrap().value;
     assert!((lag_s - number("lateral_lag_s")).abs() < 0.15e-3);
-    for instance in &found.instances {
+    for instance in &findings.instances {
         // From the file of true values: p(t) = clip((t - 1.1 s)/2.0 s, 0, 1); sigma_t and Im Z_t times 1 + 0.2 (p - 0.5).
         let progress = ((instance.start_s + instance.end_s) / 2.0 - 1.1) / 2.0;
         let growth = 1.0 + 0.2 * (progress - 0.5);
         let z_t = Complex64::new(0.55, 3.3 * growth);
-        let found = instance.trial.as_ref().unwrap();
-        assert!((found.sigma_t_m / (1.55e-6 * growth) - 1.0).abs() < 0.005);
-        assert!((found.z_t_n_s_per_m - z_t).norm() < 0.012 * z_t.norm());
-        let shift_hz = found.plate_offset.unwrap().resonance_shift_hz;
+        let estimate = instance.trial.as_ref().unwrap();
+        assert!((estimate.sigma_t_m / (1.55e-6 * growth) - 1.0).abs() < 0.005);
+        assert!((estimate.z_t_n_s_per_m - z_t).norm() < 0.012 * z_t.norm());
+        let shift_hz = estimate.plate_offset.unwrap().resonance_shift_hz;
         assert!((shift_hz + 5.0 * progress).abs() < 0.05, "{shift_hz} Hz");
-        assert!(found.agreement.rms_mu < 0.005);
+        assert!(estimate.agreement.rms_mu < 0.005);
         assert!(instance.dynamic.agreement.rms_mu > 0.03);
     }
 }
@@ -312,7 +323,7 @@ fn table(file: &Path) -> Vec<Vec<(String, Field)>> {
 }
 
 #[test]
-fn the_table_of_instances_holds_what_the_results_hold_of_the_trials_fit() {
+fn the_table_of_instances_agrees_with_the_results() {
     let folder = tempfile::tempdir().unwrap();
     tables::write(unknown_skin(), folder.path()).unwrap();
     let results = Results::new(unknown_skin()).to_json().unwrap();
@@ -322,15 +333,15 @@ fn the_table_of_instances_holds_what_the_results_hold_of_the_trials_fit() {
     let rows = table(&folder.path().join(tables::INSTANCES_FILE));
     let instances = recording["instances"].as_array().unwrap();
     assert_eq!(rows.len(), 3 * instances.len());
-    let mut compared = 0;
+    let mut comparisons = 0;
     for row in rows {
         let field = |name: &str| {
-            let named = row.iter().find(|(column, _)| column == name);
-            &named.unwrap_or_else(|| panic!("no column {name}")).1
+            let cell = row.iter().find(|(column, _)| column == name);
+            &cell.unwrap_or_else(|| panic!("no column {name}")).1
         };
         let real = |name: &str| match field(name) {
             Field::Double(value) => *value,
-            other => panic!("{name} is {other:?}"),
+            cell => panic!("{name} is {cell:?}"),
         };
         let (Field::Str(method), Field::Long(number)) = (field("method"), field("instance")) else {
             panic!("{row:?}");
@@ -350,22 +361,25 @@ fn the_table_of_instances_holds_what_the_results_hold_of_the_trials_fit() {
         assert_eq!(shared["verdict"], "converged");
         assert_eq!(field("model_misfit"), &Field::Bool(false));
         assert_eq!(field("misfit"), &Field::Str(String::new()));
-        let same = |name: &str, found: f64, of: &Value| {
-            let expected = of.as_f64().unwrap();
+        let assert_close = |name: &str, value: f64, result: &Value| {
+            let expected = result.as_f64().unwrap();
             let slack = 1e-6 * expected.abs().max(1e-9);
-            assert!((found - expected).abs() <= slack, "{name}: {found} {of}");
+            assert!(
+                (value - expected).abs() <= slack,
+                "{name}: {value} {result}"
+            );
         };
         // Value and upper end of the interval, computed as docs/RECORDING.md describes.
-        let mut holds = |column: &str, std: &str, of: &Value, key: &str| {
+        let mut assert_column = |column: &str, std: &str, result: &Value, key: &str| {
             let (value, deviations) = (real(column), 1.959_964 * real(std));
-            same(column, value, &of[key]);
+            assert_close(column, value, &result[key]);
             let end = if std.ends_with("_ln_std") {
                 value * deviations.exp()
             } else {
                 value + deviations
             };
-            same(std, end, &of["interval95"][key][1]);
-            compared += 1;
+            assert_close(std, end, &result["interval95"][key][1]);
+            comparisons += 1;
         };
         for (column, std) in [
             ("contact_area_m2", "contact_area_ln_std"),
@@ -377,13 +391,13 @@ fn the_table_of_instances_holds_what_the_results_hold_of_the_trials_fit() {
             ("friction_floor", "friction_floor_std"),
             ("lateral_lag_s", "lateral_lag_std_s"),
         ] {
-            holds(column, std, shared, column);
+            assert_column(column, std, shared, column);
         }
-        holds("shared_tau_s", "shared_tau_ln_std", shared, "tau_s");
-        holds("mu0", "mu0_std", trial, "mu0");
+        assert_column("shared_tau_s", "shared_tau_ln_std", shared, "tau_s");
+        assert_column("mu0", "mu0_std", trial, "mu0");
         let shift = "resonance_shift_hz";
-        holds(shift, "resonance_shift_std_hz", trial, shift);
-        same("tau_s", real("tau_s"), &trial["tau_s"]);
+        assert_column(shift, "resonance_shift_std_hz", trial, shift);
+        assert_close("tau_s", real("tau_s"), &trial["tau_s"]);
     }
-    assert_eq!(compared, 11 * instances.len());
+    assert_eq!(comparisons, 11 * instances.len());
 }

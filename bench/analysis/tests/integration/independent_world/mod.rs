@@ -32,19 +32,19 @@ const Q0_RAD_PER_M: f64 = 1.4e4;
 
 /// Returns the program that makes recordings, compiled once.
 fn program() -> &'static Path {
-    static COMPILED: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
-    let (_, path) = COMPILED.get_or_init(|| {
+    static PROGRAM: OnceLock<(TempDir, PathBuf)> = OnceLock::new();
+    let (_, path) = PROGRAM.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("world");
         let source = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("tests/integration/independent_world/world.c");
-        let compiled = Command::new("cc")
+        let status = Command::new("cc")
             .args(["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-o"])
             .args([&path, &source])
             .arg("-lm")
             .status()
             .expect("the C compiler that the build needs too");
-        assert!(compiled.success());
+        assert!(status.success());
         (folder, path)
     });
     path
@@ -65,12 +65,12 @@ impl Truth {
     }
 
     fn mean(&self, column: &str, from_s: f64, to_s: f64) -> f64 {
-        let column = self.columns.iter().position(|of| of == column).unwrap();
-        let within = |row: &&Vec<f64>| (from_s..to_s).contains(&row[0]);
+        let column = self.columns.iter().position(|name| name == column).unwrap();
+        let is_in_span = |row: &&Vec<f64>| (from_s..to_s).contains(&row[0]);
         let values: Vec<f64> = self
             .rows
             .iter()
-            .filter(within)
+            .filter(is_in_span)
             .map(|row| row[column])
             .collect();
         values.iter().sum::<f64>() / values.len() as f64
@@ -91,81 +91,98 @@ struct Errors {
     floor: f64,
     lateral_lag_s: f64,
     /// Number of stated 95 % intervals that include the true value, and number of all intervals.
-    held: (usize, usize),
+    coverage: (usize, usize),
 }
 
 impl Errors {
-    fn of(found: &RecordingFindings, truth: &Truth, is: impl Fn(&str, f64) -> f64) -> Self {
-        let shared = found.trial.as_ref().unwrap();
+    fn new(
+        findings: &RecordingFindings,
+        truth: &Truth,
+        true_value: impl Fn(&str, f64) -> f64,
+    ) -> Self {
+        let shared = findings.trial.as_ref().unwrap();
         assert!(shared.verdict.is_usable(), "{:?}", shared.verdict);
         assert!(shared.misfit.is_empty(), "{:?}", shared.misfit);
-        let ends = |index: usize| &found.instances[index];
-        let (first_s, last_s) = (ends(0).start_s, ends(found.instances.len() - 1).end_s);
+        let instance_at = |index: usize| &findings.instances[index];
+        let (first_s, last_s) = (
+            instance_at(0).start_s,
+            instance_at(findings.instances.len() - 1).end_s,
+        );
         let area_m2 = truth.mean("contact_area_m2", first_s, last_s);
         let (q0, loss_factor, tau_s) = (
-            is("q0_rad_per_m", Q0_RAD_PER_M),
-            is("loss_factor", 0.3),
-            is("tau_s", 1e-3),
+            true_value("q0_rad_per_m", Q0_RAD_PER_M),
+            true_value("loss_factor", 0.3),
+            true_value("tau_s", 1e-3),
         );
         let mut errors = Self {
             area: (shared.contact_area_m2.value / area_m2 - 1.0).abs(),
             q0: (shared.q0_rad_per_m.value / q0 - 1.0).abs(),
             loss_factor: (shared.loss_factor.value - loss_factor).abs(),
             tau_s: (shared.tau_s.value - tau_s).abs(),
-            floor: (shared.friction_floor.unwrap().value - is("floor", 0.0)).abs(),
-            lateral_lag_s: (shared.lateral_lag_s.unwrap().value - is("lateral_lag_s", 0.0)).abs(),
+            floor: (shared.friction_floor.unwrap().value - true_value("floor", 0.0)).abs(),
+            lateral_lag_s: (shared.lateral_lag_s.unwrap().value - true_value("lateral_lag_s", 0.0))
+                .abs(),
             ..Self::default()
         };
-        let of_ln = |of: &LogUncertain, truth: f64| (of.interval95(), truth);
-        let mut stated = vec![
-            of_ln(&shared.contact_area_m2, area_m2),
-            of_ln(&shared.q0_rad_per_m, q0),
-            of_ln(&shared.loss_factor, loss_factor),
+        let log_interval = |value: &LogUncertain, truth: f64| (value.interval95(), truth);
+        let mut intervals = vec![
+            log_interval(&shared.contact_area_m2, area_m2),
+            log_interval(&shared.q0_rad_per_m, q0),
+            log_interval(&shared.loss_factor, loss_factor),
         ];
         let unloaded_hz = truth.mean("resonance_hz", 0.2, 1.0);
-        for instance in &found.instances {
-            let of = instance.trial.as_ref().unwrap();
+        for instance in &findings.instances {
+            let estimate = instance.trial.as_ref().unwrap();
             let mean = |column| truth.mean(column, instance.start_s, instance.end_s);
             let sigma_t_m = mean("sigma_t_m");
             let z_t = Complex64::new(mean("re_z_t_n_s_per_m"), mean("im_z_t_n_s_per_m"));
-            let shift_hz = of.plate_offset.unwrap().resonance_shift_hz;
+            let shift_hz = estimate.plate_offset.unwrap().resonance_shift_hz;
             let shifted_hz = mean("resonance_hz") - unloaded_hz;
-            let mut worst = |of: fn(&mut Self) -> &mut f64, error: f64| {
-                let worst = of(&mut errors);
+            let mut worst = |field: fn(&mut Self) -> &mut f64, error: f64| {
+                let worst = field(&mut errors);
                 *worst = worst.max(error);
             };
-            worst(|of| &mut of.sigma_t, (of.sigma_t_m / sigma_t_m - 1.0).abs());
             worst(
-                |of| &mut of.z_t,
-                (of.z_t_n_s_per_m - z_t).norm() / z_t.norm(),
+                |errors| &mut errors.sigma_t,
+                (estimate.sigma_t_m / sigma_t_m - 1.0).abs(),
             );
-            worst(|of| &mut of.shift_hz, (shift_hz - shifted_hz).abs());
-            worst(|of| &mut of.mu, of.agreement.rms_mu);
+            worst(
+                |errors| &mut errors.z_t,
+                (estimate.z_t_n_s_per_m - z_t).norm() / z_t.norm(),
+            );
+            worst(|errors| &mut errors.shift_hz, (shift_hz - shifted_hz).abs());
+            worst(|errors| &mut errors.mu, estimate.agreement.rms_mu);
             let interval = |value, std| Uncertain { value, std }.interval95();
-            stated.extend([
-                (interval(of.sigma_t_m, of.sigma_t_std_m), sigma_t_m),
+            intervals.extend([
                 (
-                    interval(of.z_t_n_s_per_m.re, of.z_t_std_n_s_per_m.re),
+                    interval(estimate.sigma_t_m, estimate.sigma_t_std_m),
+                    sigma_t_m,
+                ),
+                (
+                    interval(estimate.z_t_n_s_per_m.re, estimate.z_t_std_n_s_per_m.re),
                     z_t.re,
                 ),
                 (
-                    interval(of.z_t_n_s_per_m.im, of.z_t_std_n_s_per_m.im),
+                    interval(estimate.z_t_n_s_per_m.im, estimate.z_t_std_n_s_per_m.im),
                     z_t.im,
                 ),
-                (interval(of.mu0, of.mu0_std), is("mu0", 0.8)),
+                (
+                    interval(estimate.mu0, estimate.mu0_std),
+                    true_value("mu0", 0.8),
+                ),
             ]);
         }
-        let hold = stated
+        let covered_intervals = intervals
             .iter()
             .filter(|([low, high], truth)| (low..=high).contains(&truth));
-        errors.held = (hold.count(), stated.len());
+        errors.coverage = (covered_intervals.count(), intervals.len());
         errors
     }
 
     /// Asserts the accuracy promised for a recording of seven instances at 80 dB.
     fn assert_within(&self, name: &str) {
         println!("{name}: {self:?}");
-        for (what, error, most) in [
+        for (quantity, error, limit) in [
             ("sigma_t", self.sigma_t, 0.03),
             ("Z_t", self.z_t, 0.05),
             ("shift, Hz", self.shift_hz, 0.05),
@@ -177,75 +194,78 @@ impl Errors {
             ("floor", self.floor, 0.01),
             ("lateral lag, s", self.lateral_lag_s, 0.3e-3),
         ] {
-            assert!(error <= most, "{name}: {what} {error} > {most}");
+            assert!(error <= limit, "{name}: {quantity} {error} > {limit}");
         }
-        let (held, all) = self.held;
-        assert!(held * 10 >= all * 9, "{name}: {held} of {all}");
+        let (covered, all) = self.coverage;
+        assert!(covered * 10 >= all * 9, "{name}: {covered} of {all}");
     }
 }
 
 /// Makes a recording and analyses it.
-fn recorded(world: &World) -> (RecordingFindings, Truth) {
+fn record_and_analyse(world: &World) -> (RecordingFindings, Truth) {
     let folder = tempfile::tempdir().unwrap();
-    let made = Command::new(program())
+    let status = Command::new(program())
         .arg(folder.path())
         .args(world.iter().map(|(name, value)| format!("{name}={value}")))
         .status()
         .unwrap();
-    assert!(made.success());
-    let found = analyse(folder.path(), &Settings::default()).found.unwrap();
-    assert_eq!(found.instances.len(), 7, "{:?}", found.rejected);
-    (found, Truth::read(folder.path()))
+    assert!(status.success());
+    let findings = analyse(folder.path(), &Settings::default()).found.unwrap();
+    assert_eq!(findings.instances.len(), 7, "{:?}", findings.rejected);
+    (findings, Truth::read(folder.path()))
 }
 
 fn errors(world: &World) -> Errors {
-    let (found, truth) = recorded(world);
-    let is = |name: &str, usual: f64| {
-        let mut stated = world.iter();
-        stated.find(|of| of.0 == name).map_or(usual, |of| of.1)
+    let (findings, truth) = record_and_analyse(world);
+    let true_value = |name: &str, default: f64| {
+        let mut parameters = world.iter();
+        parameters
+            .find(|parameter| parameter.0 == name)
+            .map_or(default, |parameter| parameter.1)
     };
-    Errors::of(&found, &truth, is)
+    Errors::new(&findings, &truth, true_value)
 }
 
-fn assert_found(worlds: Vec<(String, World)>) {
+fn assert_recovered(worlds: Vec<(String, World)>) {
     program();
-    let found: Vec<(String, Errors)> = worlds
+    let world_errors: Vec<(String, Errors)> = worlds
         .into_par_iter()
         .map(|(name, world)| (name, errors(&world)))
         .collect();
-    for (name, errors) in &found {
+    for (name, errors) in &world_errors {
         errors.assert_within(name);
     }
 }
 
 #[test]
-fn one_thing_that_is_not_as_assumed_is_found() {
-    let one = |name: &'static str, value: f64| (format!("{name} = {value}"), vec![(name, value)]);
+fn each_single_deviation_from_the_assumptions_is_recovered() {
+    let world_with =
+        |name: &'static str, value: f64| (format!("{name} = {value}"), vec![(name, value)]);
     let mut worlds = vec![
-        one("growth", 0.2),
-        one("floor", 0.15),
-        one("lateral_lag_s", 2e-3),
+        world_with("growth", 0.2),
+        world_with("floor", 0.15),
+        world_with("lateral_lag_s", 2e-3),
     ];
-    worlds.extend([-10.0, -3.0, 0.0, 3.0, 10.0].map(|hz| one("drift_hz", hz)));
-    worlds.extend([100e-6, 150e-6, 220e-6, 400e-6].map(|m2| one("contact_area_m2", m2)));
-    worlds.extend([0.5, 2.0].map(|part| one("q0_rad_per_m", part * Q0_RAD_PER_M)));
-    worlds.extend([0.2, 0.5].map(|eta| one("loss_factor", eta)));
-    worlds.extend([0.5e-3, 2e-3].map(|tau_s| one("tau_s", tau_s)));
-    worlds.extend([0.3, 0.6].map(|exponent| one("area_force_exponent", exponent)));
-    worlds.extend([3e-5, 2e-4].map(|mean_s| one("film_mean_s", mean_s)));
-    worlds.push(one("pickup_phase_rad", -0.3));
-    assert_found(worlds);
+    worlds.extend([-10.0, -3.0, 0.0, 3.0, 10.0].map(|hz| world_with("drift_hz", hz)));
+    worlds.extend([100e-6, 150e-6, 220e-6, 400e-6].map(|m2| world_with("contact_area_m2", m2)));
+    worlds.extend([0.5, 2.0].map(|factor| world_with("q0_rad_per_m", factor * Q0_RAD_PER_M)));
+    worlds.extend([0.2, 0.5].map(|eta| world_with("loss_factor", eta)));
+    worlds.extend([0.5e-3, 2e-3].map(|tau_s| world_with("tau_s", tau_s)));
+    worlds.extend([0.3, 0.6].map(|exponent| world_with("area_force_exponent", exponent)));
+    worlds.extend([3e-5, 2e-4].map(|mean_s| world_with("film_mean_s", mean_s)));
+    worlds.push(world_with("pickup_phase_rad", -0.3));
+    assert_recovered(worlds);
 }
 
 /// The skin is as `dynamic` assumes it.
 #[test]
-fn dynamic_bears_a_plate_that_drifts() {
+fn dynamic_tolerates_a_drifting_plate() {
     for drift_hz in [-10.0, 10.0] {
-        let (found, truth) = recorded(&vec![("drift_hz", drift_hz)]);
-        for instance in &found.instances {
-            let of = instance.estimated(Method::Dynamic).unwrap();
+        let (findings, truth) = record_and_analyse(&vec![("drift_hz", drift_hz)]);
+        for instance in &findings.instances {
+            let estimate = instance.estimated(Method::Dynamic).unwrap();
             let sigma_t_m = truth.mean("sigma_t_m", instance.start_s, instance.end_s);
-            let error = (of.sigma_t_m / sigma_t_m - 1.0).abs();
+            let error = (estimate.sigma_t_m / sigma_t_m - 1.0).abs();
             assert!(
                 error < 0.02,
                 "{drift_hz} Hz, {} s: {error}",
@@ -255,32 +275,32 @@ fn dynamic_bears_a_plate_that_drifts() {
     }
 }
 
-fn drawn(seed: u64) -> World {
+fn random_world(seed: u64) -> World {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut within = |low: f64, high: f64| rng.random_range(low..high);
+    let mut uniform = |low: f64, high: f64| rng.random_range(low..high);
     vec![
         ("seed", seed as f64),
-        ("sigma_t_m", within(1.1e-6, 2.3e-6)),
-        ("re_z_t", within(0.2, 0.9)),
-        ("im_z_t", within(2.4, 4.0)),
-        ("growth", within(0.0, 0.2)),
-        ("contact_area_m2", within(100e-6, 400e-6)),
-        ("area_force_exponent", within(0.0, 0.6)),
-        ("q0_rad_per_m", Q0_RAD_PER_M * within(-1.0, 1.0).exp2()),
-        ("loss_factor", within(0.2, 0.5)),
-        ("tau_s", within(0.5e-3, 2e-3)),
-        ("film_mean_s", within(3e-5, 2e-4)),
-        ("mu0", within(0.5, 1.0)),
-        ("floor", within(0.0, 0.2)),
-        ("lateral_lag_s", within(0.0, 2e-3)),
-        ("normal_n", within(0.5, 0.8)),
-        ("drift_hz", within(-10.0, 10.0)),
-        ("pickup_phase_rad", within(-0.3, 0.3)),
+        ("sigma_t_m", uniform(1.1e-6, 2.3e-6)),
+        ("re_z_t", uniform(0.2, 0.9)),
+        ("im_z_t", uniform(2.4, 4.0)),
+        ("growth", uniform(0.0, 0.2)),
+        ("contact_area_m2", uniform(100e-6, 400e-6)),
+        ("area_force_exponent", uniform(0.0, 0.6)),
+        ("q0_rad_per_m", Q0_RAD_PER_M * uniform(-1.0, 1.0).exp2()),
+        ("loss_factor", uniform(0.2, 0.5)),
+        ("tau_s", uniform(0.5e-3, 2e-3)),
+        ("film_mean_s", uniform(3e-5, 2e-4)),
+        ("mu0", uniform(0.5, 1.0)),
+        ("floor", uniform(0.0, 0.2)),
+        ("lateral_lag_s", uniform(0.0, 2e-3)),
+        ("normal_n", uniform(0.5, 0.8)),
+        ("drift_hz", uniform(-10.0, 10.0)),
+        ("pickup_phase_rad", uniform(-0.3, 0.3)),
     ]
 }
 
 #[test]
-fn all_of_it_at_once_is_found() {
-    let worlds = (1..=16).map(|seed| (format!("seed {seed}"), drawn(seed)));
-    assert_found(worlds.collect());
+fn all_deviations_at_once_are_recovered() {
+    let worlds = (1..=16).map(|seed| (format!("seed {seed}"), random_world(seed)));
+    assert_recovered(worlds.collect());
 }

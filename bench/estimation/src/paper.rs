@@ -16,7 +16,7 @@ use super::fit_agreement::{Agreement, agreement};
 use super::fit_error::FitError;
 use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, unidentified};
 use super::friction_law::FrictionLaw;
-use super::least_squares::{ImpedanceModel, Minimum, best_start, evaluated, minimise};
+use super::least_squares::{ImpedanceModel, Minimum, best_start, minimise, model_impedances};
 use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Sensitivities};
 use super::series::{InstanceSamples, InstanceSeries, mean};
@@ -99,7 +99,7 @@ pub fn fit(
     let samples = instance.instance();
     let at_rest = InstanceAtRest::read(instance, options);
     let mut model = PaperModel::new(&samples, conditions, at_rest.reading.z_m_plain_n_s_per_m)?;
-    let minimum = model.fitted()?;
+    let minimum = model.minimise()?;
     model.report(&samples, minimum, &at_rest)
 }
 
@@ -117,7 +117,7 @@ pub fn modelled(
     let samples = instance.instance();
     let at_rest = InstanceAtRest::read(instance, options);
     let mut model = PaperModel::new(&samples, conditions, at_rest.reading.z_m_plain_n_s_per_m)?;
-    let z_m_n_s_per_m = evaluated(&mut model, &[sigma_t_m.ln()]).ok_or(FitError::NoStart)?;
+    let z_m_n_s_per_m = model_impedances(&mut model, &[sigma_t_m.ln()]).ok_or(FitError::NoStart)?;
     let contact = Contact::new(&conditions.assumed, sigma_t_m)?;
     let mu0 = at_rest.friction.mu0;
     let film = || model.gap_m.iter().zip(&model.normal_n);
@@ -146,7 +146,7 @@ pub fn sensitivities(
         let samples = instance.instance();
         let at_rest = InstanceAtRest::read(instance, options);
         let mut model = PaperModel::new(&samples, conditions, at_rest.reading.z_m_plain_n_s_per_m)?;
-        let minimum = model.fitted()?;
+        let minimum = model.minimise()?;
         Ok((
             minimum.parameters[0],
             model.tissue(minimum.parameters[0]).0,
@@ -164,18 +164,19 @@ impl InstanceAtRest {
     fn read(instance: &InstanceSeries<'_>, options: &PaperOptions) -> Self {
         let samples = instance.instance();
         let amplitude = samples.amplitude_m;
-        let mut at: Vec<usize> = (0..amplitude.len())
+        let mut indices: Vec<usize> = (0..amplitude.len())
             .filter(|&i| amplitude[i] < options.rest_amplitude_m)
             .collect();
-        let below = !at.is_empty();
-        if !below {
-            at = (0..amplitude.len()).collect();
-            at.sort_by(|&a, &b| amplitude[a].total_cmp(&amplitude[b]));
+        let has_rest = !indices.is_empty();
+        if !has_rest {
+            indices = (0..amplitude.len()).collect();
+            indices.sort_by(|&a, &b| amplitude[a].total_cmp(&amplitude[b]));
             let lowest = (options.lowest_s / instance.interval_s()).round() as usize;
-            at.truncate(lowest.max(1));
+            indices.truncate(lowest.max(1));
         }
-        let mean_of =
-            |z_m: &[Complex64]| at.iter().map(|&i| z_m[i]).sum::<Complex64>() / at.len() as f64;
+        let mean_impedance = |z_m: &[Complex64]| {
+            indices.iter().map(|&i| z_m[i]).sum::<Complex64>() / indices.len() as f64
+        };
         let rise = instance.rise();
         let mut mu: Vec<f64> = rise
             .amplitude_m
@@ -185,7 +186,7 @@ impl InstanceAtRest {
             .map(|(_, mu)| *mu)
             .collect();
         if mu.is_empty() {
-            mu = at.iter().map(|&i| samples.mu[i]).collect();
+            mu = indices.iter().map(|&i| samples.mu[i]).collect();
         }
         let n = mu.len() as f64;
         let mu0 = mean(&mu);
@@ -193,11 +194,11 @@ impl InstanceAtRest {
         Self {
             friction: FrictionLaw::published(mu0, (scatter / n).sqrt(), [0.0]),
             reading: RestReading {
-                below_threshold: below,
-                samples: at.len(),
-                up_to_amplitude_m: at.iter().map(|&i| amplitude[i]).fold(0.0, f64::max),
-                z_m_plain_n_s_per_m: mean_of(samples.z_m_plain_n_s_per_m),
-                z_m_corrected_n_s_per_m: mean_of(samples.z_m_corrected_n_s_per_m),
+                below_threshold: has_rest,
+                samples: indices.len(),
+                up_to_amplitude_m: indices.iter().map(|&i| amplitude[i]).fold(0.0, f64::max),
+                z_m_plain_n_s_per_m: mean_impedance(samples.z_m_plain_n_s_per_m),
+                z_m_corrected_n_s_per_m: mean_impedance(samples.z_m_corrected_n_s_per_m),
             },
         }
     }
@@ -249,7 +250,7 @@ impl<'a> PaperModel<'a> {
         )
     }
 
-    fn fitted(&mut self) -> Result<Minimum<1>, FitError> {
+    fn minimise(&mut self) -> Result<Minimum<1>, FitError> {
         let start =
             best_start(self, sigma_starts().map(|sigma| [sigma.ln()])).ok_or(FitError::NoStart)?;
         Ok(minimise(self, start, &[0], &ByError::zeros()))
@@ -290,7 +291,7 @@ impl<'a> PaperModel<'a> {
             z_m_std: &vec![minimum.noise.std(1.0); self.z_m.len()],
             amplitude_m: self.amplitude_m,
             normal_n: &self.normal_n,
-            varying: None,
+            load_trend: None,
         };
         let series = estimate(
             &inversion,
@@ -349,10 +350,10 @@ impl ImpedanceModel<1> for PaperModel<'_> {
                         .equilibrium_gap_slopes_m(gap, normal_n)
                         .by_ln_sigma_t;
             let z_c = z_c_per_stiffness * k_c;
-            let both = z_t + z_c;
+            let z_sum = z_t + z_c;
             z_m[index] = observed(self.conditions.z_p_plain_n_s_per_m, z_t, z_c);
-            slopes[index] = [(z_t / both).powi(2) * z_c_per_stiffness * by_ln_sigma
-                + (z_c / both).powi(2) * z_t_slope];
+            slopes[index] = [(z_t / z_sum).powi(2) * z_c_per_stiffness * by_ln_sigma
+                + (z_c / z_sum).powi(2) * z_t_slope];
         }
         Some(())
     }

@@ -38,12 +38,12 @@ pub(super) fn sensitivities(
 ) -> Result<Sensitivities, FitError> {
     const STEP: f64 = 0.01;
     let central = |vary: fn(&mut AssumedConstants, f64)| {
-        let at = |factor: f64| {
-            let mut varied = *conditions;
-            vary(&mut varied.assumed, factor);
-            refit(&varied)
+        let fit_at = |factor: f64| {
+            let mut variant = *conditions;
+            vary(&mut variant.assumed, factor);
+            refit(&variant)
         };
-        let (above, below) = (at(STEP.exp())?, at((-STEP).exp())?);
+        let (above, below) = (fit_at(STEP.exp())?, fit_at((-STEP).exp())?);
         let slope = |a: f64, b: f64| (a - b) / (2.0 * STEP);
         Ok::<_, FitError>(Sensitivity {
             ln_sigma_t: slope(above.0, below.0),

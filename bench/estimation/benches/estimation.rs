@@ -45,21 +45,21 @@ fn gaps(c: &mut Criterion) {
 
 fn fits(c: &mut Criterion) {
     let conditions = record::conditions();
-    let sixty = Record::at_rate(1000.0);
+    let paper_record = Record::at_rate(1000.0);
     c.bench_function("paper fit, 60 points", |b| {
         b.iter(|| {
             paper::fit(
-                black_box(&sixty.series()),
+                black_box(&paper_record.series()),
                 &conditions,
                 &paper::PaperOptions::default(),
             )
         });
     });
-    let at_frame_rate = Record::at_rate(2000.0);
+    let dynamic_record = Record::at_rate(2000.0);
     c.bench_function("dynamic fit, 120 points", |b| {
         b.iter(|| {
             dynamic::fit(
-                black_box(&at_frame_rate.series()),
+                black_box(&dynamic_record.series()),
                 &conditions,
                 &dynamic::DynamicOptions::default(),
             )

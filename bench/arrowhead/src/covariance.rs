@@ -70,27 +70,27 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         scatter: Vec<BlockNormal<OWN, SHARED>>,
         prior_scatter: SVector<f64, SHARED>,
     ) -> Option<ArrowCovariance<OWN, SHARED, ERRORS>> {
-        let mut reduced = self.arrow.shared;
+        let mut schur = self.arrow.shared;
         let mut shared_scatter = SMatrix::from_diagonal(&prior_scatter);
-        let mut eliminated = Vec::with_capacity(scatter.len());
+        let mut terms = Vec::with_capacity(scatter.len());
         for (block, scatter) in self.arrow.blocks.iter().zip(&scatter) {
             let inverse = invert(&block.own)?;
             let shared_response = inverse * block.coupling;
-            reduced -= block.coupling.transpose() * shared_response;
+            schur -= block.coupling.transpose() * shared_response;
             // Contribution of a block's gradient to the shared one, after its own parameters are eliminated.
             let coupling_scatter = scatter.coupling - scatter.own * shared_response;
             shared_scatter += scatter.shared
                 - scatter.coupling.transpose() * shared_response
                 - shared_response.transpose() * coupling_scatter;
-            eliminated.push((inverse, shared_response, coupling_scatter));
+            terms.push((inverse, shared_response, coupling_scatter));
         }
-        let reduced = invert(&reduced)?;
-        let shared = reduced * shared_scatter * reduced;
-        let blocks = eliminated
+        let schur_inverse = invert(&schur)?;
+        let shared = schur_inverse * shared_scatter * schur_inverse;
+        let blocks = terms
             .into_iter()
             .zip(&scatter)
             .map(|((inverse, shared_response, coupling_scatter), scatter)| {
-                let direct_term = inverse * coupling_scatter * reduced;
+                let direct_term = inverse * coupling_scatter * schur_inverse;
                 let cross_term = direct_term * shared_response.transpose();
                 BlockCovariance {
                     own: inverse * scatter.own * inverse
@@ -164,14 +164,14 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
 }
 
 /// Pivot of a matrix scaled to unit diagonal below which it is rounding, not information.
-const SINGULAR: f64 = 1e-12;
+const MIN_PIVOT: f64 = 1e-12;
 
 fn invert<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
     let scale =
         SMatrix::<f64, N, N>::from_diagonal(&matrix.diagonal().map(|entry| entry.sqrt().recip()));
     let factor = (scale * matrix * scale).cholesky()?;
     let pivots = factor.l_dirty().diagonal();
-    if !pivots.iter().all(|pivot| pivot.powi(2) >= SINGULAR) {
+    if !pivots.iter().all(|pivot| pivot.powi(2) >= MIN_PIVOT) {
         return None;
     }
     Some(scale * factor.inverse() * scale)
@@ -204,7 +204,10 @@ mod tests {
     }
 
     /// Returns the whole matrix, shared parameters first.
-    fn dense(blocks: &[BlockNormal<OWN, SHARED>], prior: &SVector<f64, SHARED>) -> DMatrix<f64> {
+    fn dense_matrix(
+        blocks: &[BlockNormal<OWN, SHARED>],
+        prior: &SVector<f64, SHARED>,
+    ) -> DMatrix<f64> {
         let size = SHARED + OWN * blocks.len();
         let mut matrix = DMatrix::zeros(size, size);
         let mut shared = SMatrix::from_diagonal(prior);
@@ -282,16 +285,16 @@ mod tests {
         };
         let combination_covariance = minimum.covariance_with(&covariance, &combination).unwrap();
         let covariance = covariance.with_response(response);
-        let inverse = dense(&normal, &prior).try_inverse().unwrap();
+        let inverse = dense_matrix(&normal, &prior).try_inverse().unwrap();
         let flatten = |place: &Place<OWN, SHARED>| {
             let own_values = place.own.iter().flat_map(|values| values.iter());
             DVector::from_vec(place.shared.iter().chain(own_values).copied().collect())
         };
         let expected_combination =
-            &inverse * dense(&scatter, &prior) * &inverse * flatten(&combination);
+            &inverse * dense_matrix(&scatter, &prior) * &inverse * flatten(&combination);
         assert!((flatten(&combination_covariance) - expected_combination).amax() < 1e-12);
         let gradient = error_gradient(&rows);
-        let gradients = dense(&scatter, &prior) + &gradient * gradient.transpose();
+        let gradients = dense_matrix(&scatter, &prior) + &gradient * gradient.transpose();
         let expected = &inverse * gradients * &inverse;
         let max_difference = |a: DMatrix<f64>, b: DMatrix<f64>| (a - b).abs().max();
         let submatrix = |matrix: &DMatrix<f64>, start: (usize, usize), size: (usize, usize)| {

@@ -352,7 +352,7 @@ mod tests {
 
     #[test]
     fn a_search_that_ends_at_the_edge_of_the_model_has_found_no_minimum() {
-        for (wall, converges) in [(-1.0, true), (0.75, false), (0.5, false)] {
+        for (wall, has_minimum) in [(-1.0, true), (0.75, false), (0.5, false)] {
             for tolerance in [1e-4, 1e-7, 1e-12] {
                 let termination = Until {
                     tolerance,
@@ -362,7 +362,7 @@ mod tests {
                 let minimum =
                     minimise(&mut Walled { wall }, start.0, start.1, termination).unwrap();
                 assert_eq!(
-                    minimum.converged, converges,
+                    minimum.converged, has_minimum,
                     "{wall}, {tolerance}: {minimum:?}"
                 );
             }

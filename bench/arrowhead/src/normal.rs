@@ -99,21 +99,21 @@ impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
         gradient: &Place<OWN, SHARED>,
     ) -> Option<Place<OWN, SHARED>> {
         let increment = |diagonal: f64| diagonal * damping;
-        let mut reduced =
+        let mut schur =
             self.shared + SMatrix::from_diagonal(&self.shared.diagonal().map(increment));
         let mut right_side = -gradient.shared;
-        let mut eliminated = Vec::with_capacity(self.blocks.len());
+        let mut responses = Vec::with_capacity(self.blocks.len());
         for (block, own_gradient) in self.blocks.iter().zip(&gradient.own) {
             let normal = block.own + SMatrix::from_diagonal(&block.own.diagonal().map(increment));
             let factor = normal.cholesky()?;
             let (shared_response, gradient_response) =
                 (factor.solve(&block.coupling), factor.solve(own_gradient));
-            reduced -= block.coupling.transpose() * shared_response;
+            schur -= block.coupling.transpose() * shared_response;
             right_side += block.coupling.transpose() * gradient_response;
-            eliminated.push((shared_response, gradient_response));
+            responses.push((shared_response, gradient_response));
         }
-        let shared = reduced.cholesky()?.solve(&right_side);
-        let own_steps = eliminated
+        let shared = schur.cholesky()?.solve(&right_side);
+        let own_steps = responses
             .into_iter()
             .map(|(shared_response, gradient_response)| {
                 -gradient_response - shared_response * shared

@@ -21,15 +21,15 @@ impl Whitening {
 
     /// Multiplies columns that have as many rows as the covariance.
     pub fn apply(&self, columns: &mut DMatrix<f64>) {
-        let mut whitened = DMatrix::zeros(columns.nrows(), columns.ncols());
+        let mut product = DMatrix::zeros(columns.nrows(), columns.ncols());
         for start in (0..self.0.nrows()).step_by(BAND_ROWS) {
             let end = (start + BAND_ROWS).min(self.0.nrows());
             let band = self.0.view((start, 0), (end - start, end));
-            whitened
+            product
                 .rows_mut(start, end - start)
                 .gemm(1.0, &band, &columns.rows(0, end), 0.0);
         }
-        *columns = whitened;
+        *columns = product;
     }
 }
 
@@ -81,9 +81,9 @@ mod tests {
             BAND_ROWS + 1,
             5 * MAX_UNSPLIT_SIZE,
         ] {
-            let mut whitened = covariance(n).cholesky().unwrap().unpack();
-            Whitening::of(&covariance(n)).unwrap().apply(&mut whitened);
-            let deviation = whitened - DMatrix::identity(n, n);
+            let mut columns = covariance(n).cholesky().unwrap().unpack();
+            Whitening::of(&covariance(n)).unwrap().apply(&mut columns);
+            let deviation = columns - DMatrix::identity(n, n);
             assert!(deviation.amax() < 1e-10, "{n}: {}", deviation.amax());
         }
         assert_eq!(Whitening::of(&-covariance(3 * MAX_UNSPLIT_SIZE)), None);

@@ -68,11 +68,11 @@ fn rival_with_tolerance(
                 "{}",
                 String::from_utf8_lossy(&output.stderr)
             );
-            let printed = String::from_utf8_lossy(&output.stdout);
-            let mut printed = printed
+            let text = String::from_utf8_lossy(&output.stdout);
+            let mut numbers = text
                 .split_whitespace()
                 .map(|number| number.parse::<f64>().expect("a number"));
-            let (seconds, rival_answer) = (printed.next(), printed.next());
+            let (seconds, rival_answer) = (numbers.next(), numbers.next());
             let rival_answer = rival_answer.expect("an answer");
             assert!(
                 (rival_answer / answer - 1.0).abs() < tolerance,
@@ -141,16 +141,16 @@ fn demodulation(criterion: &mut Criterion) {
             })
         });
     });
-    let mut published = Vec::new();
-    demodulate(&mut |frame| published.push(frame.plain_n_s_per_m.norm()));
-    published.retain(|z| z.is_finite());
-    let published = median(&mut published);
-    rival(&mut group, "scipy hilbert", "hilbert", published);
-    let mut corrected = Vec::new();
-    demodulate(&mut |frame| corrected.push(frame.corrected_n_s_per_m.norm()));
-    corrected.retain(|z| z.is_finite());
-    let corrected = median(&mut corrected);
-    rival(&mut group, "numpy lock-in", "lock_in", corrected);
+    let mut plain_n_s_per_m = Vec::new();
+    demodulate(&mut |frame| plain_n_s_per_m.push(frame.plain_n_s_per_m.norm()));
+    plain_n_s_per_m.retain(|z| z.is_finite());
+    let plain_n_s_per_m = median(&mut plain_n_s_per_m);
+    rival(&mut group, "scipy hilbert", "hilbert", plain_n_s_per_m);
+    let mut corrected_n_s_per_m = Vec::new();
+    demodulate(&mut |frame| corrected_n_s_per_m.push(frame.corrected_n_s_per_m.norm()));
+    corrected_n_s_per_m.retain(|z| z.is_finite());
+    let corrected_n_s_per_m = median(&mut corrected_n_s_per_m);
+    rival(&mut group, "numpy lock-in", "lock_in", corrected_n_s_per_m);
     group.finish();
 }
 

@@ -79,7 +79,7 @@ impl InstanceRecord {
     /// 20 ms of lead-in and 60 ms of a rising amplitude, 6 Hz at 95 %; the gap follows its equilibrium with a first-order
     /// lag, integrated in small steps from rest 100 ms earlier. Impedance and friction are noisy, with the same noise in
     /// every run.
-    fn synthesised(conditions: &FitConditions) -> Result<Self, ModelError> {
+    fn synthesise(conditions: &FitConditions) -> Result<Self, ModelError> {
         let contact = Contact::new(&conditions.assumed, TRUTH.sigma_t_m)?;
         let omega = conditions.carrier_rad_per_s()?;
         let modulation = TAU * 6.0;
@@ -237,7 +237,7 @@ fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Arguments, Strin
 fn report(arguments: &Arguments) -> Result<String, Box<dyn Error>> {
     let conditions = &arguments.conditions;
     let record = match &arguments.file {
-        None => InstanceRecord::synthesised(conditions)?,
+        None => InstanceRecord::synthesise(conditions)?,
         Some(file) => {
             let file_error = |error: &dyn std::fmt::Display| format!("{file}: {error}");
             let text = std::fs::read_to_string(file).map_err(|error| file_error(&error))?;

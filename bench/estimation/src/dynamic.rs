@@ -17,7 +17,7 @@ use num_complex::Complex64;
 
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
-use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, unidentified};
+use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, find_unidentified};
 use super::instance_fit::{InstanceFit, friction_at_rest};
 use super::lagged_model::LaggedModel;
 use super::least_squares::{Minimum, minimise, model_impedances};
@@ -248,7 +248,7 @@ impl JointSolution {
                 IDENTIFIABLE_TAU_STD_S,
             ),
         ];
-        match (unidentified(errors), self.unbounded_tau_s) {
+        match (find_unidentified(errors), self.unbounded_tau_s) {
             (Some(verdict), _) => verdict,
             (None, Some(unbounded_tau_s)) => FitVerdict::LagAtBound { unbounded_tau_s },
             (None, None) => FitVerdict::Converged,

@@ -93,13 +93,13 @@ pub(super) fn estimate<const N: usize>(
     inversion: &Inversion<N>,
     law: GapLaw,
     friction: &FrictionLaw<N>,
-    measured: &MeasuredSamples<'_>,
+    measurement: &MeasuredSamples<'_>,
     z_m_model: Vec<Complex64>,
 ) -> EstimatedSeries {
-    let n = measured.time_s.len();
+    let n = measurement.time_s.len();
     let empty = || Vec::with_capacity(n);
     let mut series = EstimatedSeries {
-        time_s: measured.time_s.to_vec(),
+        time_s: measurement.time_s.to_vec(),
         k_c_n_per_m: empty(),
         k_c_std_n_per_m: empty(),
         gap_m: empty(),
@@ -110,9 +110,9 @@ pub(super) fn estimate<const N: usize>(
         inversion: InversionCounts::default(),
     };
     for index in 0..n {
-        let (inversion, amplitude_m) = measured.inversion(inversion, index);
-        let k_c = inversion.stiffness(measured.z_m[index], measured.z_m_std[index]);
-        let normal_n = measured.normal_n[index];
+        let (inversion, amplitude_m) = measurement.inversion(inversion, index);
+        let k_c = inversion.stiffness(measurement.z_m[index], measurement.z_m_std[index]);
+        let normal_n = measurement.normal_n[index];
         let gap = match law {
             GapLaw::Balance => inversion.balance_gap(&k_c, normal_n).map(|(gap, branch)| {
                 series.inversion.count(branch);
@@ -125,7 +125,7 @@ pub(super) fn estimate<const N: usize>(
             Dependent::unknown()
         });
         let ratio = inversion.friction_ratio(&gap, normal_n);
-        let course = friction.course.ratio_at(measured.time_s[index]);
+        let course = friction.course.ratio_at(measurement.time_s[index]);
         let relative_mu = course * friction.relative_mu(ratio.value);
         let by_ratio = course * friction.mu0 * (1.0 - friction.floor);
         let by_law = Vector2::new(relative_mu, course * friction.mu0 * (1.0 - ratio.value));

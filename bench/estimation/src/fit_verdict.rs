@@ -7,7 +7,7 @@ pub(super) const IDENTIFIABLE_RELATIVE_STD: f64 = 0.5;
 
 /// Returns the standard error that exceeds its limit by the largest factor, if any does. NaN ranks above every number, whatever
 /// its sign.
-pub(super) fn unidentified(
+pub(super) fn find_unidentified(
     errors: impl IntoIterator<Item = (FitParameter, f64, f64)>,
 ) -> Option<FitVerdict> {
     let size = |&(_, std, limit): &(FitParameter, f64, f64)| {
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn a_nan_error_ranks_worst() {
         let verdict_for = |z_t_std: f64| {
-            unidentified([
+            find_unidentified([
                 (FitParameter::SigmaT, 0.1, 0.5),
                 (FitParameter::ZT, z_t_std, 0.5),
                 (FitParameter::Tau, 1e-3, 2e-3),

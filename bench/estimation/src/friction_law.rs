@@ -40,7 +40,7 @@ pub(super) struct FrictionLaw<const N: usize> {
 
 impl<const N: usize> FrictionLaw<N> {
     /// Returns Eq. 19 as published, with the standard error of μ0 from the scatter of the measured friction.
-    pub(super) fn published(mu0: f64, mu0_std: f64, slopes: [f64; N]) -> Self {
+    pub(super) fn paper(mu0: f64, mu0_std: f64, slopes: [f64; N]) -> Self {
         Self {
             mu0,
             course: Course::default(),
@@ -94,10 +94,10 @@ pub(super) fn sensor_friction(
         }
         let normal_n = &normal_n[range.clone()];
         let lateral: Vec<f64> = stretch.iter().zip(normal_n).map(|(mu, n)| mu * n).collect();
-        let mut lagged = vec![0.0; lateral.len()];
-        lag.apply(&lateral, &mut lagged);
-        for ((reading, lagged), n) in reading[range].iter_mut().zip(lagged).zip(normal_n) {
-            *reading = lagged / n;
+        let mut output = vec![0.0; lateral.len()];
+        lag.apply(&lateral, &mut output);
+        for ((reading, output), n) in reading[range].iter_mut().zip(output).zip(normal_n) {
+            *reading = output / n;
         }
     }
     reading

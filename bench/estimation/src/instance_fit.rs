@@ -108,10 +108,10 @@ impl InstanceFit {
             slopes: friction.slopes.into(),
             noise: friction.mu0_scatter(),
         });
-        let z_m_at_rest = model.z_m_at_rest();
-        let measured = MeasuredSamples {
+        let z_m = model.z_m_without_inertia();
+        let measurement = MeasuredSamples {
             time_s: samples.time_s,
-            z_m: &z_m_at_rest,
+            z_m: &z_m,
             z_m_std: &z_m_std,
             amplitude_m: samples.amplitude_m,
             normal_n: &model.normal_n[model.lead..],
@@ -130,12 +130,12 @@ impl InstanceFit {
             &finger.inversion,
             GapLaw::Amplitude,
             &friction,
-            &measured,
+            &measurement,
             minimum.z_m,
         );
         let sensor_mu = sensor_friction(
             &series.mu,
-            measured.normal_n,
+            measurement.normal_n,
             friction.lag_s,
             model.interval_s,
         );
@@ -183,7 +183,7 @@ pub(super) fn friction_at_rest(
         .map(|(ratio, mu)| (mu - mu0 * ratio).powi(2))
         .sum();
     let freedom = (ratios.len() - 1) as f64;
-    FrictionLaw::published(
+    FrictionLaw::paper(
         mu0,
         (squares / freedom / power).sqrt(),
         friction_slopes(model, contact, mu, mu0, &all_ratios),

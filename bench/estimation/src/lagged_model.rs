@@ -198,11 +198,11 @@ impl<'a> LaggedModel<'a> {
     /// Returns the derivative of Z_m at each sample of the instance, real parts first, by the logarithm of the normal force at
     /// each sample, lead-in included, after [`evaluate`](ImpedanceModel::evaluate).
     pub(super) fn response_to_force(&self) -> DMatrix<f64> {
-        let (samples, all) = (self.z_m.len(), self.gap.len());
+        let (samples, total) = (self.z_m.len(), self.gap.len());
         // A larger force is equivalent to a smaller area, apart from the growth of the area.
         let area_slope = self.area_exponent - 1.0;
-        let mut response = DMatrix::zeros(2 * samples, all);
-        let (mut impulse, mut gap) = (vec![0.0; all], vec![0.0; all]);
+        let mut response = DMatrix::zeros(2 * samples, total);
+        let (mut impulse, mut gap) = (vec![0.0; total], vec![0.0; total]);
         for (sample, &by_ln_area) in self.gap_slopes.equilibrium[AREA].iter().enumerate() {
             impulse[sample] = area_slope * by_ln_area;
             self.gap_slopes.lag.slope_by_input(&impulse, &mut gap);
@@ -262,7 +262,7 @@ impl<'a> LaggedModel<'a> {
     }
 
     /// Returns the measured Z_m minus the contribution of the skin's inertia, N·s/m.
-    pub(super) fn z_m_at_rest(&self) -> Vec<Complex64> {
+    pub(super) fn z_m_without_inertia(&self) -> Vec<Complex64> {
         let samples = self.z_m.iter().zip(&self.transient.n_s_per_m);
         samples.map(|(z_m, inertia)| z_m - inertia).collect()
     }
@@ -349,7 +349,7 @@ impl<'a> LaggedModel<'a> {
             };
             let (z_t, squares) = self.tissue_given_gap(&contact, self.z_p);
             (parameters[RE_Z_T], parameters[IM_Z_T]) = (z_t.re, z_t.im);
-            if z_t.is_finite() && best.is_none_or(|(least, _)| squares < least) {
+            if z_t.is_finite() && best.is_none_or(|(min_squares, _)| squares < min_squares) {
                 best = Some((squares, parameters));
             }
         }
@@ -382,7 +382,7 @@ impl<'a> LaggedModel<'a> {
 }
 
 impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
-    fn measured(&self) -> &[Complex64] {
+    fn measurement(&self) -> &[Complex64] {
         self.z_m
     }
 

@@ -10,7 +10,7 @@ use contact::residual_noise::ResidualNoise;
 
 /// A model of the complex impedance of every sample of an instance, with N real parameters.
 pub(crate) trait ImpedanceModel<const N: usize> {
-    fn measured(&self) -> &[Complex64];
+    fn measurement(&self) -> &[Complex64];
     /// Returns the noise of a sample, in any unit; the model's own error is added to it. The fit weighs all samples alike, but
     /// its standard errors account for the noise.
     fn noise_shape(&self, index: usize) -> f64;
@@ -33,7 +33,7 @@ const PATIENCE: usize = 60;
 const MAX_RELATIVE_FALL: f64 = 1e-4;
 const MAX_ROUNDING_STEP: f64 = 1e-6;
 /// Pivot of the scaled normal matrix below which it is rounding, not information.
-const SINGULAR: f64 = 1e-12;
+const MIN_PIVOT: f64 = 1e-12;
 
 pub(crate) struct Minimum<const N: usize> {
     pub(crate) parameters: [f64; N],
@@ -78,7 +78,7 @@ impl<M: ImpedanceModel<N>, const N: usize> ImpedanceProblem<'_, M, N> {
     }
 
     fn residual(&self, index: usize) -> Complex64 {
-        self.z_m[index] - self.model.measured()[index]
+        self.z_m[index] - self.model.measurement()[index]
     }
 }
 
@@ -128,22 +128,22 @@ pub(crate) fn best_start<M: ImpedanceModel<N>, const N: usize>(
     model: &mut M,
     starts: impl IntoIterator<Item = [f64; N]>,
 ) -> Option<[f64; N]> {
-    let n = model.measured().len();
+    let n = model.measurement().len();
     let mut z_m = vec![Complex64::ZERO; n];
     let mut slopes = vec![[Complex64::ZERO; N]; n];
     let mut best = None;
-    let mut least = f64::INFINITY;
+    let mut min_squares = f64::INFINITY;
     for start in starts {
         if model.evaluate(&start, &mut z_m, &mut slopes).is_none() {
             continue;
         }
         let squares: f64 = z_m
             .iter()
-            .zip(model.measured())
+            .zip(model.measurement())
             .map(|(a, b)| (a - b).norm_sqr())
             .sum();
-        if squares < least {
-            (best, least) = (Some(start), squares);
+        if squares < min_squares {
+            (best, min_squares) = (Some(start), squares);
         }
     }
     best
@@ -154,7 +154,7 @@ pub(crate) fn model_impedances<M: ImpedanceModel<N>, const N: usize>(
     model: &mut M,
     parameters: &[f64; N],
 ) -> Option<Vec<Complex64>> {
-    let n = model.measured().len();
+    let n = model.measurement().len();
     let mut z_m = vec![Complex64::ZERO; n];
     model.evaluate(parameters, &mut z_m, &mut vec![[Complex64::ZERO; N]; n])?;
     Some(z_m)
@@ -168,7 +168,7 @@ pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
     free: &[usize],
     by_error: &ByError<N>,
 ) -> Minimum<N> {
-    let n = model.measured().len();
+    let n = model.measurement().len();
     let zero = Complex64::ZERO;
     let mut problem = ImpedanceProblem {
         model,
@@ -271,15 +271,15 @@ fn invert_scaled(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     if !scale.iter().all(|s| s.is_finite()) {
         return None;
     }
-    let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
+    let scaled_matrix = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
         normal[(i, j)] * scale[i] * scale[j]
     });
-    let factor = scaled.cholesky()?;
+    let factor = scaled_matrix.cholesky()?;
     if factor
         .l_dirty()
         .diagonal()
         .iter()
-        .any(|pivot| pivot.powi(2) < SINGULAR)
+        .any(|pivot| pivot.powi(2) < MIN_PIVOT)
     {
         return None;
     }
@@ -317,13 +317,13 @@ pub(crate) mod tests {
 
     /// Model with impedances equal to a parameter, undefined below a wall.
     struct Walled {
-        measured: Vec<Complex64>,
+        measurement: Vec<Complex64>,
         wall: f64,
     }
 
     impl ImpedanceModel<1> for Walled {
-        fn measured(&self) -> &[Complex64] {
-            &self.measured
+        fn measurement(&self) -> &[Complex64] {
+            &self.measurement
         }
 
         fn noise_shape(&self, _: usize) -> f64 {
@@ -344,10 +344,10 @@ pub(crate) mod tests {
 
     #[test]
     fn a_search_that_ends_at_the_edge_of_the_model_has_found_no_minimum() {
-        let measured: Vec<Complex64> = (0..40).map(|n| f64::from(n % 5).into()).collect();
+        let measurement: Vec<Complex64> = (0..40).map(|n| f64::from(n % 5).into()).collect();
         for (wall, is_minimum) in [(f64::NEG_INFINITY, true), (1.9, true), (2.5, false)] {
             let mut model = Walled {
-                measured: measured.clone(),
+                measurement: measurement.clone(),
                 wall,
             };
             let minimum = minimise(&mut model, [9.0], &[0], &ByError::zeros());
@@ -360,7 +360,7 @@ pub(crate) mod tests {
         }
         // Without residuals, the remaining error is rounding.
         let mut exact = Walled {
-            measured: vec![Complex64::new(0.3, 0.0); 40],
+            measurement: vec![Complex64::new(0.3, 0.0); 40],
             wall: 0.0,
         };
         let minimum = minimise(&mut exact, [9.0], &[0], &ByError::zeros());
@@ -372,7 +372,7 @@ pub(crate) mod tests {
         model: &mut impl ImpedanceModel<N>,
         parameters: [f64; N],
     ) {
-        let n = model.measured().len();
+        let n = model.measurement().len();
         let mut evaluate = |parameters: &[f64; N]| {
             let (mut z_m, mut slopes) = (vec![Complex64::ZERO; n], vec![[Complex64::ZERO; N]; n]);
             assert!(model.evaluate(parameters, &mut z_m, &mut slopes).is_some());

@@ -143,15 +143,15 @@ mod tests {
             for substep in 0..substeps {
                 let now_s = time_s + f64::from(substep) * step_s;
                 let state_after = |slopes: [Complex64; 2], fraction: f64| {
-                    [0, 1].map(|k| state[k] + slopes[k] * (fraction * step_s))
+                    [0, 1].map(|part| state[part] + slopes[part] * (fraction * step_s))
                 };
-                let first = rates(now_s, state);
-                let second = rates(now_s + 0.5 * step_s, state_after(first, 0.5));
-                let third = rates(now_s + 0.5 * step_s, state_after(second, 0.5));
-                let fourth = rates(now_s + step_s, state_after(third, 1.0));
-                state = [0, 1].map(|k| {
-                    let sum = first[k] + second[k] * 2.0 + third[k] * 2.0 + fourth[k];
-                    state[k] + sum * (step_s / 6.0)
+                let k1 = rates(now_s, state);
+                let k2 = rates(now_s + 0.5 * step_s, state_after(k1, 0.5));
+                let k3 = rates(now_s + 0.5 * step_s, state_after(k2, 0.5));
+                let k4 = rates(now_s + step_s, state_after(k3, 1.0));
+                state = [0, 1].map(|part| {
+                    let sum = k1[part] + k2[part] * 2.0 + k3[part] * 2.0 + k4[part];
+                    state[part] + sum * (step_s / 6.0)
                 });
             }
         }

@@ -27,14 +27,14 @@ impl Means<'_> {
     /// then less than twice that over one (Uhlenbeck & Ornstein 1930).
     #[must_use]
     pub fn diffusivity_per_s(&self) -> f64 {
-        let (one, two) = (self.steps(1), self.steps(2));
+        let (single_steps, double_steps) = (self.steps(1), self.steps(2));
         // The trend uses one of the steps.
-        if one.count < 2.0 || one.squares <= 0.0 {
+        if single_steps.count < 2.0 || single_steps.squares <= 0.0 {
             return 0.0;
         }
         let mean = |sums: &Steps| sums.squares / sums.count;
-        let remainder = if two.count > 0.0 {
-            (mean(&two) / mean(&one) - 1.0).clamp(MIN_REMAINDER, 1.0)
+        let remainder = if double_steps.count > 0.0 {
+            (mean(&double_steps) / mean(&single_steps) - 1.0).clamp(MIN_REMAINDER, 1.0)
         } else {
             1.0
         };
@@ -44,8 +44,10 @@ impl Means<'_> {
             1.0
         };
         // Means over two stretches of a walk differ less than the points at their middles.
-        let duration_s = one.time_s - one.count * self.each_s.min(one.time_s / one.count) / 3.0;
-        one.squares / duration_s * one.count / (one.count - 1.0) * speedup
+        let duration_s = single_steps.time_s
+            - single_steps.count * self.each_s.min(single_steps.time_s / single_steps.count) / 3.0;
+        single_steps.squares / duration_s * single_steps.count / (single_steps.count - 1.0)
+            * speedup
     }
 
     /// Returns sums over all increments of `steps` samples.
@@ -137,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn means_over_a_walk_show_all_of_it() {
+    fn means_over_a_walk_show_its_diffusivity() {
         let mut random = ChaCha8Rng::seed_from_u64(9);
         let (diffusivity, step_s) = (1e-4_f64, 1e-3);
         let mut ln_mu0 = 0.0_f64;

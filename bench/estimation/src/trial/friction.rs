@@ -44,14 +44,14 @@ pub(super) struct TrialFriction {
     /// Lag of the lateral force, s.
     pub(super) lag_s: Uncertain,
     /// Friction at rest of each instance.
-    pub(super) instances: Vec<AtRest>,
+    pub(super) instances: Vec<RestFriction>,
 }
 
 /// Number of parameters shared by a trial: φ and the lag.
 pub(super) const FRICTION_PARAMETERS: usize = 2;
 
 /// μ0 of an instance, with its variances and derivatives.
-pub(super) struct AtRest {
+pub(super) struct RestFriction {
     /// μ0 at the middle of the instance.
     pub(super) mu0: f64,
     /// Change of μ0 within the instance.
@@ -115,7 +115,7 @@ pub(super) fn fit(instances: &[RatioSamples<'_>], interval_s: f64) -> Option<Tri
         }
     }
     let steady = fit_with_courses(&courses, 0.0, instances, interval_s)?;
-    let reading = |instance: &AtRest| (instance.mu0, instance.mu0_variance);
+    let reading = |instance: &RestFriction| (instance.mu0, instance.mu0_variance);
     let mu0: Vec<(f64, f64)> = steady.instances.iter().map(reading).collect();
     let per_s: Vec<f64> = courses.iter().map(|course| course.per_s).collect();
     let samples: usize = instances.iter().map(|instance| instance.mu.len()).sum();
@@ -171,35 +171,35 @@ fn fit_with_courses(
     let covariance = inverse * variance + walks.iter().map(trial_block).sum::<Matrix2<f64>>();
     let element = |i: usize, j: usize| covariance[(i, j)];
     let samples_and_walks = instances.iter().zip(courses).zip(&walks);
-    let at_rest = fits
-        .iter()
-        .zip(samples_and_walks)
-        .map(|(fit, ((samples, course), walk))| {
-            // The variance of μ0 combines its own scatter with that of φ and the lag.
-            let mu0_slopes = Vector2::from(fit.mu0_slopes);
-            let walk_cross = walk.fixed_view::<2, 1>(1, 0);
-            let mu0_variance = variance / fit.power;
-            let total_variance = mu0_variance
-                + walk[(0, 0)]
-                + 2.0 * mu0_slopes.dot(&walk_cross)
-                + mu0_slopes.dot(&(covariance * mu0_slopes));
-            let cross = covariance * mu0_slopes + walk_cross;
-            let (by_contact, gradient) = problem.contact_slopes(samples, course, fit);
-            AtRest {
-                mu0: fit.mu0,
-                course: *course,
-                mu0_variance,
-                scatter: Matrix2::new(
-                    total_variance,
-                    cross[FLOOR],
-                    cross[FLOOR],
-                    element(FLOOR, FLOOR),
-                ),
-                by_trial: mu0_slopes,
-                by_contact,
-                trial_by_contact: -inverse * gradient,
-            }
-        });
+    let rest_friction =
+        fits.iter()
+            .zip(samples_and_walks)
+            .map(|(fit, ((samples, course), walk))| {
+                // The variance of μ0 combines its own scatter with that of φ and the lag.
+                let mu0_slopes = Vector2::from(fit.mu0_slopes);
+                let walk_cross = walk.fixed_view::<2, 1>(1, 0);
+                let mu0_variance = variance / fit.power;
+                let total_variance = mu0_variance
+                    + walk[(0, 0)]
+                    + 2.0 * mu0_slopes.dot(&walk_cross)
+                    + mu0_slopes.dot(&(covariance * mu0_slopes));
+                let cross = covariance * mu0_slopes + walk_cross;
+                let (by_contact, gradient) = problem.contact_slopes(samples, course, fit);
+                RestFriction {
+                    mu0: fit.mu0,
+                    course: *course,
+                    mu0_variance,
+                    scatter: Matrix2::new(
+                        total_variance,
+                        cross[FLOOR],
+                        cross[FLOOR],
+                        element(FLOOR, FLOOR),
+                    ),
+                    by_trial: mu0_slopes,
+                    by_contact,
+                    trial_by_contact: -inverse * gradient,
+                }
+            });
     Some(TrialFriction {
         floor: Uncertain {
             value: problem.parameters[FLOOR],
@@ -209,7 +209,7 @@ fn fit_with_courses(
             value: problem.parameters[LAG_MS] * MS,
             std: element(LAG_MS, LAG_MS).sqrt() * MS,
         },
-        instances: at_rest.collect(),
+        instances: rest_friction.collect(),
     })
 }
 

@@ -6,7 +6,7 @@
 use nalgebra::{Matrix2, SMatrix, SVector};
 
 use super::friction::{FLOOR, FRICTION_PARAMETERS, LAG_MS, TrialFriction};
-use super::members::{Covariance, Minimised, Own, ParameterSlopes, Shared, Step};
+use super::members::{Covariance, Own, ParameterSlopes, Shared, Step, TrialMinimum};
 use crate::friction_law::FrictionLaw;
 use contact::calibration_errors::{ByError, ERRORS};
 use contact::parameters::{MS, PARAMETERS};
@@ -26,7 +26,7 @@ impl FrictionSpread {
     pub(super) fn new(
         friction: &TrialFriction,
         parameter_slopes: &[ParameterSlopes],
-        minimum: &Minimised,
+        minimum: &TrialMinimum,
         covariance: &Covariance,
         by_error: &ByError<PARAMETERS>,
     ) -> Option<Self> {

@@ -21,7 +21,7 @@ pub(super) const SHARED: usize = 16;
 
 pub(super) type Own = SVector<f64, OWN>;
 pub(super) type Shared = SVector<f64, SHARED>;
-pub(super) type Minimised = ArrowMinimum<OWN, SHARED>;
+pub(super) type TrialMinimum = ArrowMinimum<OWN, SHARED>;
 pub(super) type Step = Place<OWN, SHARED>;
 pub(super) type Covariance = ArrowCovariance<OWN, SHARED, ERRORS>;
 

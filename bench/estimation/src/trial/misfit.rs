@@ -115,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_instance_without_friction_to_compare_hides_no_other() {
+    fn an_instance_without_friction_does_not_hide_others() {
         let rms = |values: &[f64]| known_rms(values.iter().copied());
         assert_eq!(rms(&[0.3, f64::NAN, 0.4]), Some((0.125_f64).sqrt()));
         assert_eq!(rms(&[f64::NAN]), None);

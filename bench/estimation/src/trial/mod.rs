@@ -23,8 +23,8 @@ use num_complex::Complex64;
 use friction::{RatioSamples, TrialFriction};
 use friction_spread::FrictionSpread;
 use members::{
-    AREA, Covariance, FILM_MEAN, GROWTH, LAG_GROWTH, LOSS_FACTOR, Member, Minimised, OWN,
-    ParameterSlopes, Q0, SIGMA_T, Shared, TAU, TILT_DISTANCE_M, TISSUE,
+    AREA, Covariance, FILM_MEAN, GROWTH, LAG_GROWTH, LOSS_FACTOR, Member, OWN, ParameterSlopes, Q0,
+    SIGMA_T, Shared, TAU, TILT_DISTANCE_M, TISSUE, TrialMinimum,
 };
 pub use misfit::Misfit;
 pub use plate::{PlateReadings, PlateReference};
@@ -33,7 +33,7 @@ use search::Search;
 
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
-use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, unidentified};
+use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, find_unidentified};
 use super::instance_fit::{InstanceFit, friction_at_rest, modelled_ratio, modelled_ratio_slopes};
 use super::lagged_model::LaggedModel;
 use super::least_squares::{ImpedanceModel, Minimum};
@@ -112,21 +112,21 @@ pub struct TrialFit {
 /// # Errors
 /// If there is no instance, a lead-in is too short, or the model allows no such contacts.
 pub fn fit(
-    placed: &[Placed<'_>],
+    places: &[Placed<'_>],
     conditions: &FitConditions,
     readings: &PlateReadings,
     options: &TrialOptions,
 ) -> Result<TrialFit, FitError> {
-    let instances: Vec<InstanceSeries<'_>> = placed.iter().map(|place| place.series).collect();
+    let instances: Vec<InstanceSeries<'_>> = places.iter().map(|place| place.series).collect();
     let forces = instances
         .iter()
         .map(|instance| mean(instance.instance().normal_n));
     let reference_n = forces.sum::<f64>() / instances.len() as f64;
     let z_p = conditions.z_p_corrected_n_s_per_m;
     let mut members = Vec::with_capacity(instances.len());
-    for (instance, placed) in instances.iter().zip(placed) {
+    for (instance, place) in instances.iter().zip(places) {
         let model = LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)?;
-        members.push((model, placed.off_centre_m / TILT_DISTANCE_M));
+        members.push((model, place.off_centre_m / TILT_DISTANCE_M));
     }
     let times_s: Vec<f64> = members.iter().map(|member| member.0.middle_s).collect();
     let offsets = plate::offsets(&times_s, readings, z_p, &options.priors, None);
@@ -150,7 +150,7 @@ pub fn fit(
 fn report(
     mut search: Search<'_>,
     instances: &[InstanceSeries<'_>],
-    minimum: Minimised,
+    minimum: TrialMinimum,
     calibration: &CalibrationErrors,
 ) -> Result<TrialFit, FitError> {
     let mut by_error = calibration.by_parameter();
@@ -258,7 +258,7 @@ fn report(
 /// Returns τ at the mean gap of all instances.
 fn tau_at_mean_gap(
     members: &mut [Member<'_>],
-    minimum: &Minimised,
+    minimum: &TrialMinimum,
     covariance: Option<&Covariance>,
 ) -> LogUncertain {
     let mut ln_gap = 0.0;
@@ -282,7 +282,7 @@ fn tau_at_mean_gap(
 fn friction(
     members: &mut [Member<'_>],
     instances: &[InstanceSeries<'_>],
-    minimum: &Minimised,
+    minimum: &TrialMinimum,
 ) -> Option<TrialFriction> {
     let mut ratios = Vec::with_capacity(members.len());
     for (member, own) in members.iter_mut().zip(&minimum.own) {
@@ -309,7 +309,7 @@ fn friction(
     friction::fit(&samples, members.first()?.model.interval_s)
 }
 
-fn verdict(minimum: &Minimised, covariance: Option<&Covariance>) -> FitVerdict {
+fn verdict(minimum: &TrialMinimum, covariance: Option<&Covariance>) -> FitVerdict {
     if !minimum.converged {
         return FitVerdict::NotConverged {
             reason: "the search for the least squares did not end".to_owned(),
@@ -337,5 +337,5 @@ fn verdict(minimum: &Minimised, covariance: Option<&Covariance>) -> FitVerdict {
     );
     let errors = instance_errors.chain([area]);
     let errors = errors.map(|(parameter, std)| (parameter, std, IDENTIFIABLE_RELATIVE_STD));
-    unidentified(errors).unwrap_or(FitVerdict::Converged)
+    find_unidentified(errors).unwrap_or(FitVerdict::Converged)
 }

@@ -112,14 +112,14 @@ pub(super) fn offsets(
         let next = references.partition_point(|reference| reference.time_s < time_s);
         Some((references.get(next.checked_sub(1)?)?, references.get(next)?))
     };
-    let known: Vec<usize> = (0..times_s.len())
+    let known_indices: Vec<usize> = (0..times_s.len())
         .filter(|&index| neighbours(times_s[index]).is_some())
         .collect();
-    let n = known.len();
+    let n = known_indices.len();
     if n == 0 {
         return offsets;
     }
-    let known_s: Vec<f64> = known.iter().map(|&index| times_s[index]).collect();
+    let known_times_s: Vec<f64> = known_indices.iter().map(|&index| times_s[index]).collect();
     let part_readings = |component: fn(Complex64) -> f64| -> Vec<Reading> {
         let references = references.iter();
         references
@@ -135,7 +135,7 @@ pub(super) fn offsets(
         free,
         stds: CourseStds { size, per_s },
     };
-    let line: Vec<Complex64> = known_s
+    let line: Vec<Complex64> = known_times_s
         .iter()
         .filter_map(|&time_s| {
             let (last, next) = neighbours(time_s)?;
@@ -151,12 +151,13 @@ pub(super) fn offsets(
             REACTANCE_PER_S,
         ),
     ];
-    let course = plate_course::predicted(&parts, &readings.touches_s, &known_s);
+    let course = plate_course::predicted(&parts, &readings.touches_s, &known_times_s);
     let (reactance_std, deviation_fraction) = match estimates {
         None => (INITIAL_STD_N_S_PER_M, COURSE_DEVIATION),
         Some(estimates) => {
-            let deviation =
-                DVector::from_fn(n, |row, _| estimates[known[row]] - course.mean[n + row]);
+            let deviation = DVector::from_fn(n, |row, _| {
+                estimates[known_indices[row]] - course.mean[n + row]
+            });
             let std = scatter_about(&course, deviation);
             let curvature: f64 = (0..n)
                 .map(|row| (course.mean[n + row] - line[row].im).powi(2))
@@ -169,7 +170,7 @@ pub(super) fn offsets(
         }
     };
     let by_course = directions(&course);
-    for (place, &index) in known.iter().enumerate() {
+    for (place, &index) in known_indices.iter().enumerate() {
         let variance = course.variance(place);
         let common_variance: f64 = by_course[place]
             .iter()

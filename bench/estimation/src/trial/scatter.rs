@@ -93,8 +93,8 @@ impl Kinds {
     /// Computes the contributions at the parameters of the model's last evaluation.
     pub(super) fn new(member: &Member<'_>) -> Self {
         let model = &member.model;
-        let all = model.gap.len();
-        let by_force = if all > MAX_CORRELATED_SAMPLES {
+        let total = model.gap.len();
+        let by_force = if total > MAX_CORRELATED_SAMPLES {
             None
         } else {
             let mut by_force = model.response_to_force();
@@ -155,9 +155,9 @@ impl Kinds {
 fn accumulate_errors(response: &mut DMatrix<f64>, intervals: f64) {
     let decay = (-intervals.recip()).exp();
     for sample in (1..response.ncols()).rev() {
-        let later = response.column(sample) * decay;
-        let mut earlier = response.column_mut(sample - 1);
-        earlier += later;
+        let carry = response.column(sample) * decay;
+        let mut previous = response.column_mut(sample - 1);
+        previous += carry;
     }
     let innovation = (1.0 - decay * decay).sqrt();
     let mut later_columns = response.columns_range_mut(1..);

@@ -6,8 +6,8 @@ use num_complex::Complex64;
 
 use super::members::{
     ANGLE, BOW, COMMON_ANGLE, COMMON_RESIDUAL, COURSE, Covariance, DAMPING, FILM_MEAN, GROWTH,
-    INSTANCE_PARAMETERS, LAG_GROWTH, Member, Minimised, OWN, Own, Q0, REACTANCE, RESIDUAL, SHARED,
-    SIGMA_T, Shared, TILT, TISSUE, courses,
+    INSTANCE_PARAMETERS, LAG_GROWTH, Member, OWN, Own, Q0, REACTANCE, RESIDUAL, SHARED, SIGMA_T,
+    Shared, TILT, TISSUE, TrialMinimum, courses,
 };
 use super::plate::{self, OffsetPrior, PlateDeviation, PlateReadings};
 use super::prior::{LogNormal, Normal, TrialPriors};
@@ -115,15 +115,15 @@ impl<'a> Search<'a> {
     /// Searches with the plate's damping held fixed and, where references do not determine it, also with it fitted. The second
     /// result is accepted if the Bayesian information criterion (Schwarz 1978) favours a separate damping for each instance:
     /// if the damping is constant, fitting it lets the model's own error into σ_t (decision 21).
-    pub(super) fn solve(&mut self) -> Result<Minimised, FitError> {
+    pub(super) fn solve(&mut self) -> Result<TrialMinimum, FitError> {
         let start = self.search_starts().ok_or(FitError::NoStart)?;
         self.is_start_search = false;
         let fixed_damping = self.refine(start)?;
-        let unreferenced = self
+        let members_without_reference = self
             .members
             .iter()
             .filter(|member| member.offset.damping_std.is_none());
-        let damping_count = unreferenced.count() as f64;
+        let damping_count = members_without_reference.count() as f64;
         if damping_count == 0.0 {
             return Ok(fixed_damping);
         }
@@ -174,8 +174,8 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the best minimum from all starts, or the first one found twice.
-    fn search_starts(&mut self) -> Option<Minimised> {
-        let mut best: Option<Minimised> = None;
+    fn search_starts(&mut self) -> Option<TrialMinimum> {
+        let mut best: Option<TrialMinimum> = None;
         for (area_m2, tau_s) in STARTS {
             let Some((shared, own)) = self.start(area_m2, tau_s) else {
                 continue;
@@ -237,8 +237,8 @@ impl<'a> Search<'a> {
             ))
         });
         let (_, shared, common) = costs.min_by(|(a, ..), (b, ..)| a.total_cmp(b))?;
-        let all: Vec<usize> = (0..=last).collect();
-        let fits = self.fit_candidates(&all, &shared, &common)?;
+        let indices: Vec<usize> = (0..=last).collect();
+        let fits = self.fit_candidates(&indices, &shared, &common)?;
         let starts = fits.iter().map(|fit| {
             let mut start = common;
             (start[TISSUE[0]], start[TISSUE[1]]) = (fit.z_t.re, fit.z_t.im);
@@ -265,7 +265,7 @@ impl<'a> Search<'a> {
 
     /// Minimises from a nearby minimum, after updating the trends within the instances, the plate's course, and the weights of
     /// the samples from it.
-    fn refine(&mut self, mut minimum: Minimised) -> Result<Minimised, FitError> {
+    fn refine(&mut self, mut minimum: TrialMinimum) -> Result<TrialMinimum, FitError> {
         for refinement in 1..=REFINEMENTS {
             self.follow_trends(&minimum);
             self.follow_plate(&mut minimum);
@@ -284,7 +284,7 @@ impl<'a> Search<'a> {
     }
 
     /// Updates the plate's course from the reactances of a minimum, and the damping from that course.
-    fn follow_plate(&mut self, minimum: &mut Minimised) {
+    fn follow_plate(&mut self, minimum: &mut TrialMinimum) {
         let courses = courses(&minimum.shared).to_vec();
         let previous: Vec<Complex64> = self
             .members
@@ -320,7 +320,7 @@ impl<'a> Search<'a> {
     }
 
     /// Applies the rates at which parameters change between instances within each instance.
-    fn follow_trends(&mut self, minimum: &Minimised) {
+    fn follow_trends(&mut self, minimum: &TrialMinimum) {
         let courses = courses(&minimum.shared);
         let (times_s, values): (Vec<f64>, Vec<Own>) = self
             .members
@@ -346,7 +346,7 @@ impl<'a> Search<'a> {
     }
 
     /// Updates the transients of the skin for a minimum.
-    fn follow_transients(&mut self, minimum: &Minimised) -> Option<()> {
+    fn follow_transients(&mut self, minimum: &TrialMinimum) -> Option<()> {
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let parameters = member.parameters(&minimum.shared, own);
             member.model.follow_transient(&parameters)?;
@@ -355,7 +355,7 @@ impl<'a> Search<'a> {
     }
 
     /// Updates the film's motion by other modes for each contact at a minimum.
-    pub(super) fn follow_other_modes(&mut self, minimum: &Minimised) -> Option<()> {
+    pub(super) fn follow_other_modes(&mut self, minimum: &TrialMinimum) -> Option<()> {
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let parameters = member.parameters(&minimum.shared, own);
             member.model.follow_other_modes(&parameters)?;
@@ -364,7 +364,7 @@ impl<'a> Search<'a> {
     }
 
     /// Updates the scatter of the residuals at a minimum, and if `has_new_kinds` also the contributions of each kind of error.
-    fn weigh(&mut self, minimum: &Minimised, has_new_kinds: bool) {
+    fn weigh(&mut self, minimum: &TrialMinimum, has_new_kinds: bool) {
         let residuals = self.residuals_at(minimum);
         if has_new_kinds {
             self.kinds = self.members.iter().map(Kinds::new).collect();
@@ -375,8 +375,8 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the residuals at a minimum, instance by instance.
-    pub(super) fn residuals_at(&mut self, minimum: &Minimised) -> Vec<Vec<Complex64>> {
-        let mut all = Vec::with_capacity(self.members.len());
+    pub(super) fn residuals_at(&mut self, minimum: &TrialMinimum) -> Vec<Vec<Complex64>> {
+        let mut instances = Vec::with_capacity(self.members.len());
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let z_m = &mut self.z_m[..member.model.z_m.len()];
             let slopes = &mut self.slopes[..z_m.len()];
@@ -384,9 +384,9 @@ impl<'a> Search<'a> {
             let evaluation = member.model.evaluate(&parameters, z_m, slopes);
             debug_assert!(evaluation.is_some(), "a minimum lies in the model's domain");
             let residuals = z_m.iter().zip(member.model.z_m).map(|(a, b)| a - b);
-            all.push(residuals.collect());
+            instances.push(residuals.collect());
         }
-        all
+        instances
     }
 
     /// Returns each instance's whitened residuals, their slopes by its own and by the shared parameters, and their response to
@@ -397,7 +397,7 @@ impl<'a> Search<'a> {
         own: &[Own],
         by_error: Option<&ByError<PARAMETERS>>,
     ) -> Option<Vec<DMatrix<f64>>> {
-        let mut all = Vec::with_capacity(own.len());
+        let mut blocks = Vec::with_capacity(own.len());
         for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
             let parameters = member.parameters(shared, own);
             let n = member.model.z_m.len();
@@ -419,9 +419,9 @@ impl<'a> Search<'a> {
                 }
             }
             scatter.whiten(&mut rows);
-            all.push(rows);
+            blocks.push(rows);
         }
-        Some(all)
+        Some(blocks)
     }
 
     /// Returns mean and standard deviation of the prior of each shared parameter.
@@ -451,7 +451,7 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the plate's deviation from its course; `None` if it was not read before and after.
-    pub(super) fn plate_deviation(&self, minimum: &Minimised) -> Option<PlateDeviation> {
+    pub(super) fn plate_deviation(&self, minimum: &TrialMinimum) -> Option<PlateDeviation> {
         let courses = courses(&minimum.shared);
         let (mut deviation, mut course, mut count) = (0.0, 0.0, 0.0);
         for (member, own) in self.members.iter().zip(&minimum.own) {
@@ -468,11 +468,11 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the ratio of the residuals' variance to that of their weights, at least 1.
-    fn excess(&mut self, minimum: &Minimised) -> f64 {
+    fn excess(&mut self, minimum: &TrialMinimum) -> f64 {
         let squares = self
             .residuals(&minimum.shared, &minimum.own)
-            .map_or(f64::INFINITY, |all| {
-                all.iter().map(DVector::norm_squared).sum()
+            .map_or(f64::INFINITY, |blocks| {
+                blocks.iter().map(DVector::norm_squared).sum()
             });
         let samples: usize = self
             .members
@@ -486,7 +486,7 @@ impl<'a> Search<'a> {
     /// Returns the covariance of all parameters, from the priors, the residuals, and calibration errors.
     pub(super) fn covariance(
         &mut self,
-        minimum: &Minimised,
+        minimum: &TrialMinimum,
         by_error: &ByError<PARAMETERS>,
     ) -> Option<Covariance> {
         let excess = self.excess(minimum);
@@ -515,7 +515,7 @@ impl ArrowProblem<OWN, SHARED> for Search<'_> {
     }
 
     fn residuals(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<DVector<f64>>> {
-        let mut all = Vec::with_capacity(own.len());
+        let mut blocks = Vec::with_capacity(own.len());
         for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
             let z_m = &mut self.z_m[..member.model.z_m.len()];
             let parameters = member.parameters(shared, own);
@@ -527,9 +527,9 @@ impl ArrowProblem<OWN, SHARED> for Search<'_> {
             let components = differences(|z| z.re).chain(differences(|z| z.im));
             let mut residuals = DMatrix::from_iterator(2 * z_m.len(), 1, components);
             scatter.whiten(&mut residuals);
-            all.push(residuals.column(0).into_owned());
+            blocks.push(residuals.column(0).into_owned());
         }
-        Some(all)
+        Some(blocks)
     }
 
     fn prior_of_own(&self, instance: usize) -> Prior<OWN> {

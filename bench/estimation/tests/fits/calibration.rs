@@ -28,7 +28,7 @@ fn scale(values: &mut [f64], factor: f64) {
 
 fn miscalibrations() -> [Miscalibration; 5] {
     let exact = CalibrationErrors::default();
-    let one = Complex64::ONE;
+    let unity = Complex64::ONE;
     [
         Miscalibration {
             name: "amplitude",
@@ -37,7 +37,7 @@ fn miscalibrations() -> [Miscalibration; 5] {
                 ..exact
             },
             record: |record| scale(&mut record.amplitude_m, SIZE.exp()),
-            impedance: one,
+            impedance: unity,
         },
         Miscalibration {
             name: "impedance",
@@ -46,7 +46,7 @@ fn miscalibrations() -> [Miscalibration; 5] {
                 ..exact
             },
             record: |_| (),
-            impedance: one * SIZE.exp(),
+            impedance: unity * SIZE.exp(),
         },
         Miscalibration {
             name: "phase",
@@ -67,7 +67,7 @@ fn miscalibrations() -> [Miscalibration; 5] {
                 scale(&mut record.normal_n, SIZE.exp());
                 scale(&mut record.mu, (-SIZE).exp());
             },
-            impedance: one,
+            impedance: unity,
         },
         Miscalibration {
             name: "lateral force",
@@ -76,7 +76,7 @@ fn miscalibrations() -> [Miscalibration; 5] {
                 ..exact
             },
             record: |record| scale(&mut record.mu, SIZE.exp()),
-            impedance: one,
+            impedance: unity,
         },
     ]
 }

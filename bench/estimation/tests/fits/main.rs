@@ -222,10 +222,10 @@ fn a_lag_at_its_bound_is_reported() {
         ..TRUTH
     };
     let mut record = steady.record();
-    let unshifted = steady.record();
+    let original = steady.record();
     record.corrected.rotate_left(1);
     let last = record.corrected.len() - 1;
-    record.corrected[last] = unshifted.corrected[last];
+    record.corrected[last] = original.corrected[last];
     let fit = fit_dynamic(&record);
     assert!(fit.verdict.to_string().contains("tau held at its bound"));
     let FitVerdict::LagAtBound { unbounded_tau_s } = fit.verdict else {
@@ -240,7 +240,7 @@ fn a_lag_at_its_bound_is_reported() {
 }
 
 #[test]
-fn no_lag_is_found_where_there_is_none() {
+fn no_lag_is_estimated_without_one() {
     let fit = fit_dynamic(
         &Truth {
             tau_s: 0.0,

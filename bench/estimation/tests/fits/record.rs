@@ -262,18 +262,18 @@ impl Record {
 
     /// Applies a first-order lag to the lateral force, exact for a force constant over a sample.
     pub fn with_lateral_lag(&self, lag_s: f64) -> Self {
-        let mut lagging = self.clone();
+        let mut record = self.clone();
         let share = 1.0 - (-1.0 / RATE_HZ / lag_s).exp();
         let mut lateral_n = self.mu[0] * self.normal_n[0];
-        for (mu, normal_n) in lagging.mu.iter_mut().zip(&self.normal_n) {
+        for (mu, normal_n) in record.mu.iter_mut().zip(&self.normal_n) {
             lateral_n += share * (*mu * normal_n - lateral_n);
             *mu = lateral_n / normal_n;
         }
-        lagging
+        record
     }
 
     /// Returns the record with `factor` samples for each, linearly interpolated.
-    pub fn finer(&self, factor: usize) -> Self {
+    pub fn resample(&self, factor: usize) -> Self {
         let last = factor * (self.time_s.len() - 1);
         let position = |i: usize| (i / factor, (i % factor) as f64 / factor as f64);
         let real = |values: &[f64]| -> Vec<f64> {

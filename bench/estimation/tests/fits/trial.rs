@@ -208,18 +208,22 @@ fn references_determine_the_damping_between_them() {
         references: [-1.0, -0.7, 4.7, 5.0, 5.3].map(reference).to_vec(),
         touches_s: vec![touch],
     };
-    let (informed, uninformed) = (fit_with_readings(&noisy, &readings), fit_records(&noisy));
-    assert_eq!(informed.shared.misfit, []);
-    for ((informed, uninformed), truth) in informed
+    let (reference_fit, plain_fit) = (fit_with_readings(&noisy, &readings), fit_records(&noisy));
+    assert_eq!(reference_fit.shared.misfit, []);
+    for ((reference_fit, plain_fit), truth) in reference_fit
         .instances
         .iter()
-        .zip(&uninformed.instances)
+        .zip(&plain_fit.instances)
         .zip(&truths)
     {
-        let error = informed.plate_offset_n_s_per_m.re - truth.plate_damping;
+        let error = reference_fit.plate_offset_n_s_per_m.re - truth.plate_damping;
         assert!(error.abs() < 0.005, "{error}");
-        assert_relative_eq!(informed.sigma_t_m, truth.sigma_t_m, max_relative = 0.02);
-        assert!(informed.sigma_t_std_m < uninformed.sigma_t_std_m);
+        assert_relative_eq!(
+            reference_fit.sigma_t_m,
+            truth.sigma_t_m,
+            max_relative = 0.02
+        );
+        assert!(reference_fit.sigma_t_std_m < plain_fit.sigma_t_std_m);
     }
 }
 
@@ -248,18 +252,18 @@ fn a_plate_offset_under_the_finger_alone_is_a_misfit() {
 /// An implausible skin is rejected, as is a friction that the contact does not explain.
 #[test]
 fn another_law_than_the_model_is_a_misfit() {
-    let lagging = Truth {
+    let lag_truth = Truth {
         lag_exponent: 1.3,
         ..TRUTH
     };
-    let fit = fit_with_readings(&records(&instances(lagging, 5)), &references(5));
+    let fit = fit_with_readings(&records(&instances(lag_truth, 5)), &references(5));
     let is_unlikely = |sign: &Misfit| matches!(sign, Misfit::Unlikely { .. });
     assert!(
         fit.shared.misfit.iter().any(is_unlikely),
         "{:?}",
         fit.shared
     );
-    let slipping: Vec<Record> = records(&instances(TRUTH, 5))
+    let slip_records: Vec<Record> = records(&instances(TRUTH, 5))
         .into_iter()
         .map(|mut record| {
             for (sample, mu) in record.mu.iter_mut().enumerate() {
@@ -268,7 +272,7 @@ fn another_law_than_the_model_is_a_misfit() {
             record
         })
         .collect();
-    let fit = fit_with_readings(&slipping, &references(5));
+    let fit = fit_with_readings(&slip_records, &references(5));
     let is_friction = |sign: &Misfit| matches!(sign, Misfit::Friction { .. });
     assert!(
         fit.shared.misfit.iter().all(is_friction),
@@ -284,7 +288,7 @@ fn long_instances_are_weighed_sample_by_sample() {
     let factor = 6;
     let records: Vec<Record> = records(&instances(TRUTH, 3))
         .iter()
-        .map(|record| record.finer(factor))
+        .map(|record| record.resample(factor))
         .collect();
     let places: Vec<Placed<'_>> = records
         .iter()
@@ -309,14 +313,14 @@ fn a_single_instance_is_biased_by_another_skin_than_the_assumed() {
         plate_offset: false,
         ..DynamicOptions::default()
     };
-    let warmer = Truth {
+    let warm_truth = Truth {
         plate_offset: 0.1,
         ..TRUTH
     };
-    let record = warmer.record();
+    let record = warm_truth.record();
     let bias = |options: &DynamicOptions| {
         let fit = dynamic::fit(&record.series(), &conditions(), options).unwrap();
-        (fit.sigma_t_m / warmer.sigma_t_m - 1.0).abs()
+        (fit.sigma_t_m / warm_truth.sigma_t_m - 1.0).abs()
     };
     // The resonance has shifted by one hertz.
     assert!(bias(&fixed_plate) > 0.05, "{}", bias(&fixed_plate));
@@ -328,17 +332,20 @@ fn a_lag_of_the_lateral_force_is_estimated_without_effect_on_the_contact() {
     for lag_s in [0.5e-3, 2e-3] {
         let truths = instances(SKINS[1], 4);
         let records = records(&truths);
-        let lagging: Vec<Record> = records
+        let lag_records: Vec<Record> = records
             .iter()
             .map(|record| record.with_lateral_lag(lag_s))
             .collect();
-        let [prompt, late] =
-            [&records, &lagging].map(|records| fit_with_readings(records, &references(4)));
-        assert_eq!(prompt.shared.contact_area_m2, late.shared.contact_area_m2);
+        let [prompt_fit, late_fit] =
+            [&records, &lag_records].map(|records| fit_with_readings(records, &references(4)));
+        assert_eq!(
+            prompt_fit.shared.contact_area_m2,
+            late_fit.shared.contact_area_m2
+        );
         // The record's lag keeps the force constant over a sample, which delays it by half a sample.
-        let estimate_s = late.shared.lateral_lag_s.unwrap().value;
+        let estimate_s = late_fit.shared.lateral_lag_s.unwrap().value;
         assert!((estimate_s - lag_s).abs() < 0.3e-3, "{estimate_s}");
-        for (instance, truth) in late.instances.iter().zip(&truths) {
+        for (instance, truth) in late_fit.instances.iter().zip(&truths) {
             assert!(instance.agreement.rms_mu < 3e-3, "{:?}", instance.agreement);
             assert_relative_eq!(instance.mu0, truth.mu0, max_relative = 0.01);
         }
@@ -427,12 +434,15 @@ fn the_priors_keep_one_instance_plausible() {
         (area.value / TRUTH.area_m2).ln().abs() < 4.0 * area.ln_std + 0.02,
         "{area:?}"
     );
-    let still = Truth {
+    let rest_truth = Truth {
         modulation_index: 0.0,
         mean_amplitude_m: 0.05e-6,
         ..TRUTH
     };
-    let fit = fit_records(&[still.record().with_inertia(&still).with_noise(3, 1e-4)]);
+    let fit = fit_records(&[rest_truth
+        .record()
+        .with_inertia(&rest_truth)
+        .with_noise(3, 1e-4)]);
     let verdict = fit.shared.verdict;
     let is_unidentified = matches!(
         verdict,

@@ -36,7 +36,7 @@ pub struct Reading {
 }
 
 /// Number of parameters of a part.
-const PARTS: usize = 4;
+const PART_PARAMETERS: usize = 4;
 /// Weight below which a pair of time constants is left out of the sum.
 const MIN_PAIR_WEIGHT: f64 = 1e-9;
 
@@ -270,7 +270,7 @@ fn sum(pairs: &Pairs, predictions: &[[PartPrediction; TIME_CONSTANTS]; 2]) -> Pr
 struct PartPrediction {
     mean: DVector<f64>,
     /// Factor of the covariance, which is its product with its transpose.
-    factor: OMatrix<f64, Dyn, Const<PARTS>>,
+    factor: OMatrix<f64, Dyn, Const<PART_PARAMETERS>>,
 }
 
 /// Basis functions of the course for one T.
@@ -305,12 +305,13 @@ impl Course<'_> {
     }
 
     fn predict(&self, readings: &[Reading], stds: CourseStds, times_s: &[f64]) -> PartPrediction {
-        let rows = OMatrix::<f64, Dyn, Const<PARTS>>::from_fn(times_s.len(), |index, part| {
-            self.row(times_s[index])[part]
-        });
+        let rows =
+            OMatrix::<f64, Dyn, Const<PART_PARAMETERS>>::from_fn(times_s.len(), |index, part| {
+                self.row(times_s[index])[part]
+            });
         let fit = self.explain(readings, stds);
         // Scale the errors up if the readings scatter about the course by more than their own errors.
-        let freedom = readings.len().saturating_sub(PARTS).max(1) as f64;
+        let freedom = readings.len().saturating_sub(PART_PARAMETERS).max(1) as f64;
         let excess = (fit.squares / freedom).max(1.0);
         PartPrediction {
             mean: &rows * fit.parameters,
@@ -457,13 +458,13 @@ mod tests {
             value: f64::NAN,
             std: 1e-4,
         }];
-        let long = predicted(&[part(&free), part(&free)], &touches, &[1005.0]);
+        let prediction = predicted(&[part(&free), part(&free)], &touches, &[1005.0]);
         assert_relative_eq!(
-            long.mean[0],
+            prediction.mean[0],
             0.3 * warmth(1005.0, 5.0, &touches),
             epsilon = 1e-3
         );
-        assert!(long.variance(0).is_finite());
+        assert!(prediction.variance(0).is_finite());
         let prior = predicted(&[part(&invalid), part(&invalid)], &TOUCHES, &[2.5]);
         assert_eq!(prior.mean.len(), 2);
     }

@@ -124,17 +124,17 @@ impl Truth {
 
     pub fn equilibrium_m(&self, t: f64) -> f64 {
         let n = self.true_normal_n(t);
-        let (mut lo, mut hi) = (1e-9_f64, 1e-3);
+        let (mut low, mut high) = (1e-9_f64, 1e-3);
         for _ in 0..60 {
-            let middle = 0.5 * (lo + hi);
+            let middle = 0.5 * (low + high);
             if self.asperity_n(middle, n) + self.squeeze_n(middle, self.film_m(t, middle, n), n) > n
             {
-                lo = middle
+                low = middle
             } else {
-                hi = middle
+                high = middle
             }
         }
-        0.5 * (lo + hi)
+        0.5 * (low + high)
     }
 
     /// Runge–Kutta integration over the lead-in and 60 ms around time 0, from 100 ms earlier.

@@ -24,9 +24,9 @@ impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
     #[must_use]
     pub fn with_response(mut self, response: ArrowResponse<OWN, SHARED, ERRORS>) -> Self {
         self.shared += response.shared * response.shared.transpose();
-        for (block, own) in self.blocks.iter_mut().zip(&response.own) {
-            block.own += own * own.transpose();
-            block.with_shared += own * response.shared.transpose();
+        for (block, own_response) in self.blocks.iter_mut().zip(&response.own) {
+            block.own += own_response * own_response.transpose();
+            block.with_shared += own_response * response.shared.transpose();
         }
         self.response = response;
         self
@@ -52,7 +52,7 @@ pub struct ArrowResponse<const OWN: usize, const SHARED: usize, const ERRORS: us
 impl<const OWN: usize, const SHARED: usize, const ERRORS: usize>
     ArrowResponse<OWN, SHARED, ERRORS>
 {
-    fn none(blocks: usize) -> Self {
+    fn zeros(blocks: usize) -> Self {
         Self {
             shared: SMatrix::zeros(),
             own: vec![SMatrix::zeros(); blocks],
@@ -70,41 +70,41 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         scatter: Vec<BlockNormal<OWN, SHARED>>,
         prior_scatter: SVector<f64, SHARED>,
     ) -> Option<ArrowCovariance<OWN, SHARED, ERRORS>> {
-        let mut reduced = self.arrow.shared;
-        let mut of_shared = SMatrix::from_diagonal(&prior_scatter);
-        let mut eliminated = Vec::with_capacity(scatter.len());
+        let mut schur = self.arrow.shared;
+        let mut shared_scatter = SMatrix::from_diagonal(&prior_scatter);
+        let mut terms = Vec::with_capacity(scatter.len());
         for (block, scatter) in self.arrow.blocks.iter().zip(&scatter) {
-            let inverse = inverted(&block.own)?;
-            let to_shared = inverse * block.coupling;
-            reduced -= block.coupling.transpose() * to_shared;
+            let inverse = invert(&block.own)?;
+            let shared_response = inverse * block.coupling;
+            schur -= block.coupling.transpose() * shared_response;
             // Contribution of a block's gradient to the shared one, after its own parameters are eliminated.
-            let across = scatter.coupling - scatter.own * to_shared;
-            of_shared += scatter.shared
-                - scatter.coupling.transpose() * to_shared
-                - to_shared.transpose() * across;
-            eliminated.push((inverse, to_shared, across));
+            let coupling_scatter = scatter.coupling - scatter.own * shared_response;
+            shared_scatter += scatter.shared
+                - scatter.coupling.transpose() * shared_response
+                - shared_response.transpose() * coupling_scatter;
+            terms.push((inverse, shared_response, coupling_scatter));
         }
-        let reduced = inverted(&reduced)?;
-        let shared = reduced * of_shared * reduced;
-        let blocks = eliminated
+        let schur_inverse = invert(&schur)?;
+        let shared = schur_inverse * shared_scatter * schur_inverse;
+        let blocks = terms
             .into_iter()
             .zip(&scatter)
-            .map(|((inverse, to_shared, across), scatter)| {
-                let direct = inverse * across * reduced;
-                let mixed = direct * to_shared.transpose();
+            .map(|((inverse, shared_response, coupling_scatter), scatter)| {
+                let direct_term = inverse * coupling_scatter * schur_inverse;
+                let cross_term = direct_term * shared_response.transpose();
                 BlockCovariance {
                     own: inverse * scatter.own * inverse
-                        + to_shared * shared * to_shared.transpose()
-                        - mixed
-                        - mixed.transpose(),
-                    with_shared: direct - to_shared * shared,
+                        + shared_response * shared * shared_response.transpose()
+                        - cross_term
+                        - cross_term.transpose(),
+                    with_shared: direct_term - shared_response * shared,
                 }
             })
             .collect();
         Some(ArrowCovariance {
             shared,
             blocks,
-            response: ArrowResponse::none(scatter.len()),
+            response: ArrowResponse::zeros(scatter.len()),
             scatter: (scatter, prior_scatter),
         })
     }
@@ -118,17 +118,17 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         combination: &Place<OWN, SHARED>,
     ) -> Option<Place<OWN, SHARED>> {
         let (blocks, prior) = &covariance.scatter;
-        let at = self.arrow.step(0.0, combination)?;
-        let mut scattered = Place {
-            shared: at.shared.component_mul(prior),
+        let step = self.arrow.step(0.0, combination)?;
+        let mut gradient = Place {
+            shared: step.shared.component_mul(prior),
             own: Vec::with_capacity(blocks.len()),
         };
-        for (block, own) in blocks.iter().zip(&at.own) {
-            let of_own = block.own * own + block.coupling * at.shared;
-            scattered.own.push(of_own);
-            scattered.shared += block.coupling.tr_mul(own) + block.shared * at.shared;
+        for (block, own_step) in blocks.iter().zip(&step.own) {
+            let own_gradient = block.own * own_step + block.coupling * step.shared;
+            gradient.own.push(own_gradient);
+            gradient.shared += block.coupling.tr_mul(own_step) + block.shared * step.shared;
         }
-        self.arrow.step(0.0, &scattered)
+        self.arrow.step(0.0, &gradient)
     }
 
     /// Returns the response of the minimum to errors. The rows of each block are those of [`BlockNormal::of`], followed by the
@@ -138,25 +138,25 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
         &self,
         rows: &[DMatrix<f64>],
     ) -> Option<ArrowResponse<OWN, SHARED, ERRORS>> {
-        let mut response = ArrowResponse::<OWN, SHARED, ERRORS>::none(rows.len());
+        let mut response = ArrowResponse::<OWN, SHARED, ERRORS>::zeros(rows.len());
         for error in 0..ERRORS {
-            let mut moved = Place {
+            let mut gradient = Place {
                 shared: SVector::zeros(),
                 own: Vec::with_capacity(rows.len()),
             };
             for rows in rows {
                 let by_error = rows.column(1 + OWN + SHARED + error);
-                let (own, shared) = (
+                let (own_slopes, shared_slopes) = (
                     rows.fixed_columns::<OWN>(1),
                     rows.fixed_columns::<SHARED>(1 + OWN),
                 );
-                moved.own.push(own.tr_mul(&by_error));
-                moved.shared += shared.tr_mul(&by_error);
+                gradient.own.push(own_slopes.tr_mul(&by_error));
+                gradient.shared += shared_slopes.tr_mul(&by_error);
             }
-            let step = self.arrow.step(0.0, &moved)?;
+            let step = self.arrow.step(0.0, &gradient)?;
             response.shared.set_column(error, &step.shared);
-            for (of_block, own) in response.own.iter_mut().zip(step.own) {
-                of_block.set_column(error, &own);
+            for (block, own_step) in response.own.iter_mut().zip(step.own) {
+                block.set_column(error, &own_step);
             }
         }
         Some(response)
@@ -164,13 +164,14 @@ impl<const OWN: usize, const SHARED: usize> ArrowMinimum<OWN, SHARED> {
 }
 
 /// Pivot of a matrix scaled to unit diagonal below which it is rounding, not information.
-const SINGULAR: f64 = 1e-12;
+const MIN_PIVOT: f64 = 1e-12;
 
-fn inverted<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
-    let scale = SMatrix::<f64, N, N>::from_diagonal(&matrix.diagonal().map(|of| of.sqrt().recip()));
+fn invert<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
+    let scale =
+        SMatrix::<f64, N, N>::from_diagonal(&matrix.diagonal().map(|entry| entry.sqrt().recip()));
     let factor = (scale * matrix * scale).cholesky()?;
     let pivots = factor.l_dirty().diagonal();
-    if !pivots.iter().all(|pivot| pivot.powi(2) >= SINGULAR) {
+    if !pivots.iter().all(|pivot| pivot.powi(2) >= MIN_PIVOT) {
         return None;
     }
     Some(scale * factor.inverse() * scale)
@@ -192,30 +193,35 @@ mod tests {
 
     /// Returns blocks of weighted rows.
     fn blocks(rows: &[DMatrix<f64>], weight: fn(usize) -> f64) -> Vec<BlockNormal<OWN, SHARED>> {
-        let weighed = |rows: &DMatrix<f64>| {
+        let weighted_rows = |rows: &DMatrix<f64>| {
             DMatrix::from_fn(rows.nrows(), rows.ncols(), |row, column| {
                 rows[(row, column)] * weight(row).sqrt()
             })
         };
         rows.iter()
-            .map(|rows| BlockNormal::of(&weighed(rows)))
+            .map(|rows| BlockNormal::of(&weighted_rows(rows)))
             .collect()
     }
 
     /// Returns the whole matrix, shared parameters first.
-    fn dense(blocks: &[BlockNormal<OWN, SHARED>], prior: &SVector<f64, SHARED>) -> DMatrix<f64> {
+    fn dense_matrix(
+        blocks: &[BlockNormal<OWN, SHARED>],
+        prior: &SVector<f64, SHARED>,
+    ) -> DMatrix<f64> {
         let size = SHARED + OWN * blocks.len();
         let mut matrix = DMatrix::zeros(size, size);
         let mut shared = SMatrix::from_diagonal(prior);
         for (index, block) in blocks.iter().enumerate() {
-            let at = SHARED + OWN * index;
+            let offset = SHARED + OWN * index;
             shared += block.shared;
-            matrix.view_mut((at, at), (OWN, OWN)).copy_from(&block.own);
             matrix
-                .view_mut((at, 0), (OWN, SHARED))
+                .view_mut((offset, offset), (OWN, OWN))
+                .copy_from(&block.own);
+            matrix
+                .view_mut((offset, 0), (OWN, SHARED))
                 .copy_from(&block.coupling);
             matrix
-                .view_mut((0, at), (SHARED, OWN))
+                .view_mut((0, offset), (SHARED, OWN))
                 .copy_from(&block.coupling.transpose());
         }
         matrix.view_mut((0, 0), (SHARED, SHARED)).copy_from(&shared);
@@ -223,33 +229,33 @@ mod tests {
     }
 
     /// Returns the effect of errors on the whole gradient, shared parameters first.
-    fn moved_gradient(rows: &[DMatrix<f64>]) -> DMatrix<f64> {
-        let mut moved = DMatrix::zeros(SHARED + OWN * rows.len(), ERRORS);
+    fn error_gradient(rows: &[DMatrix<f64>]) -> DMatrix<f64> {
+        let mut gradient = DMatrix::zeros(SHARED + OWN * rows.len(), ERRORS);
         for (index, rows) in rows.iter().enumerate() {
             let errors = rows.columns(1 + OWN + SHARED, ERRORS);
-            let (own, shared) = (rows.columns(1, OWN), rows.columns(1 + OWN, SHARED));
-            let mut of_shared = moved.rows_mut(0, SHARED);
-            of_shared += shared.tr_mul(&errors);
-            let mut of_own = moved.rows_mut(SHARED + OWN * index, OWN);
-            of_own += own.tr_mul(&errors);
+            let (own_slopes, shared_slopes) = (rows.columns(1, OWN), rows.columns(1 + OWN, SHARED));
+            let mut shared_rows = gradient.rows_mut(0, SHARED);
+            shared_rows += shared_slopes.tr_mul(&errors);
+            let mut own_rows = gradient.rows_mut(SHARED + OWN * index, OWN);
+            own_rows += own_slopes.tr_mul(&errors);
         }
-        moved
+        gradient
     }
 
     /// Compares with the scatter between two inverses of the whole matrix, including the effect of errors on the gradients.
     #[test]
-    fn the_covariance_is_that_of_the_whole_matrix() {
+    fn the_covariance_equals_that_of_the_dense_matrix() {
         let mut random = ChaCha8Rng::seed_from_u64(12);
         let mut number = || -> f64 { StandardNormal.sample(&mut random) };
         let rows: Vec<_> = (0..3)
             .map(|_| DMatrix::from_fn(24, 1 + OWN + SHARED + ERRORS, |_, _| number()))
             .collect();
-        let of_block = |rows: &DMatrix<f64>| rows.columns(0, 1 + OWN + SHARED).into_owned();
-        let summed: Vec<_> = rows.iter().map(of_block).collect();
+        let fit_columns = |rows: &DMatrix<f64>| rows.columns(0, 1 + OWN + SHARED).into_owned();
+        let fit_rows: Vec<_> = rows.iter().map(fit_columns).collect();
         let prior = SVector::from_fn(|index, _| 0.3 + 0.2 * index as f64);
         let (normal, scatter) = (
-            blocks(&summed, |_| 1.0),
-            blocks(&summed, |i| 1.0 + i as f64),
+            blocks(&fit_rows, |_| 1.0),
+            blocks(&fit_rows, |i| 1.0 + i as f64),
         );
         let mut shared = SMatrix::from_diagonal(&prior);
         for block in &normal {
@@ -268,7 +274,7 @@ mod tests {
             },
         };
         let response = minimum.response(&rows).unwrap();
-        let found = minimum
+        let covariance = minimum
             .covariance::<ERRORS>(scatter.clone(), prior)
             .unwrap();
         let combination = Place {
@@ -277,37 +283,48 @@ mod tests {
                 .map(|block| SVector::from_fn(|index, _| (block + index) as f64 - 1.5))
                 .collect(),
         };
-        let together = minimum.covariance_with(&found, &combination).unwrap();
-        let found = found.with_response(response);
-        let inverse = dense(&normal, &prior).try_inverse().unwrap();
-        let in_line = |of: &Place<OWN, SHARED>| {
-            let own = of.own.iter().flat_map(|own| own.iter());
-            DVector::from_vec(of.shared.iter().chain(own).copied().collect())
+        let combination_covariance = minimum.covariance_with(&covariance, &combination).unwrap();
+        let covariance = covariance.with_response(response);
+        let inverse = dense_matrix(&normal, &prior).try_inverse().unwrap();
+        let flatten = |place: &Place<OWN, SHARED>| {
+            let own_values = place.own.iter().flat_map(|values| values.iter());
+            DVector::from_vec(place.shared.iter().chain(own_values).copied().collect())
         };
-        let with_all = &inverse * dense(&scatter, &prior) * &inverse * in_line(&combination);
-        assert!((in_line(&together) - with_all).amax() < 1e-12);
-        let by_error = moved_gradient(&rows);
-        let gradients = dense(&scatter, &prior) + &by_error * by_error.transpose();
+        let expected_combination =
+            &inverse * dense_matrix(&scatter, &prior) * &inverse * flatten(&combination);
+        assert!((flatten(&combination_covariance) - expected_combination).amax() < 1e-12);
+        let gradient = error_gradient(&rows);
+        let gradients = dense_matrix(&scatter, &prior) + &gradient * gradient.transpose();
         let expected = &inverse * gradients * &inverse;
-        let apart = |ours: DMatrix<f64>, theirs: DMatrix<f64>| (ours - theirs).abs().max();
-        let of = |matrix: &DMatrix<f64>, at: (usize, usize), size: (usize, usize)| {
-            matrix.view(at, size).into_owned()
+        let max_difference = |a: DMatrix<f64>, b: DMatrix<f64>| (a - b).abs().max();
+        let submatrix = |matrix: &DMatrix<f64>, start: (usize, usize), size: (usize, usize)| {
+            matrix.view(start, size).into_owned()
         };
-        let shared = DMatrix::from_column_slice(SHARED, SHARED, found.shared.as_slice());
-        assert!(apart(shared, of(&expected, (0, 0), (SHARED, SHARED))) < 1e-12);
-        for (index, block) in found.blocks.iter().enumerate() {
-            let at = SHARED + OWN * index;
-            let own = DMatrix::from_column_slice(OWN, OWN, block.own.as_slice());
-            assert!(apart(own, of(&expected, (at, at), (OWN, OWN))) < 1e-12);
-            let with = DMatrix::from_column_slice(OWN, SHARED, block.with_shared.as_slice());
-            assert!(apart(with, of(&expected, (at, 0), (OWN, SHARED))) < 1e-12);
+        let shared = DMatrix::from_column_slice(SHARED, SHARED, covariance.shared.as_slice());
+        assert!(max_difference(shared, submatrix(&expected, (0, 0), (SHARED, SHARED))) < 1e-12);
+        for (index, block) in covariance.blocks.iter().enumerate() {
+            let offset = SHARED + OWN * index;
+            let own_block = DMatrix::from_column_slice(OWN, OWN, block.own.as_slice());
+            assert!(
+                max_difference(
+                    own_block,
+                    submatrix(&expected, (offset, offset), (OWN, OWN))
+                ) < 1e-12
+            );
+            let cross_block = DMatrix::from_column_slice(OWN, SHARED, block.with_shared.as_slice());
+            assert!(
+                max_difference(
+                    cross_block,
+                    submatrix(&expected, (offset, 0), (OWN, SHARED))
+                ) < 1e-12
+            );
         }
     }
 
     #[test]
     fn a_matrix_that_leaves_a_combination_open_has_no_inverse() {
-        let open = SMatrix::<f64, 2, 2>::new(1.0, 1.0, 1.0, 1.0);
-        assert_eq!(inverted(&open), None);
-        assert_eq!(inverted(&SMatrix::<f64, 2, 2>::zeros()), None);
+        let singular = SMatrix::<f64, 2, 2>::new(1.0, 1.0, 1.0, 1.0);
+        assert_eq!(invert(&singular), None);
+        assert_eq!(invert(&SMatrix::<f64, 2, 2>::zeros()), None);
     }
 }

@@ -17,10 +17,10 @@ pub struct Prior<const N: usize> {
 
 impl<const N: usize> Prior<N> {
     /// Returns the prior's squares and gradient at the parameters.
-    fn at(&self, parameters: &SVector<f64, N>) -> (f64, SVector<f64, N>) {
-        let apart = parameters - self.mean;
-        let gradient = apart.component_mul(&self.precision);
-        (apart.dot(&gradient), gradient)
+    fn evaluate(&self, parameters: &SVector<f64, N>) -> (f64, SVector<f64, N>) {
+        let deviation = parameters - self.mean;
+        let gradient = deviation.component_mul(&self.precision);
+        (deviation.dot(&gradient), gradient)
     }
 }
 
@@ -73,19 +73,19 @@ pub struct ArrowMinimum<const OWN: usize, const SHARED: usize> {
 }
 
 const FIRST_DAMPING: f64 = 1e-4;
-const MOST_DAMPING: f64 = 1e12;
+const MAX_DAMPING: f64 = 1e12;
 /// Fraction of a step at which the bend of the valley is evaluated.
-const FELT: f64 = 0.1;
+const BEND_FRACTION: f64 = 0.1;
 /// A bend longer than this fraction of its step is rejected (Transtrum & Sethna 2012).
-const MOST_BEND: f64 = 0.75;
+const MAX_BEND: f64 = 0.75;
 /// Relative decrease of the squares below which a step is too short to bend.
-const STRAIGHT: f64 = 1e-4;
+const MIN_BENDING_FALL: f64 = 1e-4;
 /// Largest decrease predicted for an undamped step at a minimum, in units of the tolerance. A damped step cannot confirm a
 /// minimum: with enough damping its predicted decrease vanishes anywhere.
-const LEFT: f64 = 1000.0;
+const MAX_FALL_AT_MINIMUM: f64 = 1000.0;
 /// Largest decrease predicted for an undamped step if no step reduces the squares, in units of the contribution of a single
 /// residual: such a step moves no parameter by a thirtieth of its standard error.
-const LEFT_OF_ROUNDING: f64 = 1e-3;
+const MAX_FALL_OF_ROUNDING: f64 = 1e-3;
 /// Fraction of the initial squares below which a difference of squares is rounding.
 const ROUNDING: f64 = 1e-20;
 
@@ -94,39 +94,39 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
     problem: &mut impl ArrowProblem<OWN, SHARED>,
     shared: SVector<f64, SHARED>,
     own: Vec<SVector<f64, OWN>>,
-    until: Until,
+    termination: Until,
 ) -> Option<ArrowMinimum<OWN, SHARED>> {
-    let mut at = Place { shared, own };
-    let mut valley = Valley::at(problem, &at)?;
-    let first = valley.arrow.squares;
+    let mut point = Place { shared, own };
+    let mut valley = Valley::new(problem, &point)?;
+    let start_squares = valley.arrow.squares;
     let (mut damping, mut growth, mut converged) = (FIRST_DAMPING, 2.0, false);
-    for _ in 0..until.iterations {
+    for _ in 0..termination.iterations {
         let arrow = &valley.arrow;
         let Some(step) = arrow.step(damping, &arrow.gradient()) else {
             damping *= growth;
             growth *= 2.0;
-            if damping > MOST_DAMPING {
+            if damping > MAX_DAMPING {
                 break;
             }
             continue;
         };
         let expected = arrow.expected_fall(&step);
-        let least = until.tolerance * arrow.squares;
-        if expected <= least && arrow.fall_left() <= LEFT * least {
+        let min_fall = termination.tolerance * arrow.squares;
+        if expected <= min_fall && arrow.undamped_fall() <= MAX_FALL_AT_MINIMUM * min_fall {
             converged = true;
             break;
         }
-        let mut tried = at.after(1.0, &step);
-        if expected > STRAIGHT * arrow.squares
-            && let Some(bend) = valley.bend(problem, damping, &at, &step)
+        let mut candidate = point.advance(1.0, &step);
+        if expected > MIN_BENDING_FALL * arrow.squares
+            && let Some(bend) = valley.bend(problem, damping, &point, &step)
         {
-            tried = tried.after(1.0, &bend);
+            candidate = candidate.advance(1.0, &bend);
         }
-        let next = Valley::at(problem, &tried);
+        let next = Valley::new(problem, &candidate);
         match next.filter(|next| next.arrow.squares < arrow.squares) {
             Some(next) => {
                 let gain = (arrow.squares - next.arrow.squares) / expected;
-                (at, valley) = (tried, next);
+                (point, valley) = (candidate, next);
                 damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
                 growth = 2.0;
             }
@@ -135,18 +135,19 @@ pub fn minimise<const OWN: usize, const SHARED: usize>(
                 growth *= 2.0;
                 // No step reduces the squares: the rest is rounding, or the search has reached the edge of the model's
                 // domain.
-                if damping > MOST_DAMPING {
-                    let of_one = valley.arrow.squares / valley.residuals().max(1) as f64;
-                    let rounding = (LEFT_OF_ROUNDING * of_one).max(ROUNDING * first);
-                    converged = valley.arrow.fall_left() <= rounding;
+                if damping > MAX_DAMPING {
+                    let mean_square = valley.arrow.squares / valley.residuals().max(1) as f64;
+                    let rounding =
+                        (MAX_FALL_OF_ROUNDING * mean_square).max(ROUNDING * start_squares);
+                    converged = valley.arrow.undamped_fall() <= rounding;
                     break;
                 }
             }
         }
     }
     Some(ArrowMinimum {
-        shared: at.shared,
-        own: at.own,
+        shared: point.shared,
+        own: point.own,
         squares: valley.arrow.squares,
         converged,
         arrow: valley.arrow,
@@ -160,16 +161,19 @@ struct Valley<const OWN: usize, const SHARED: usize> {
 }
 
 impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
-    fn at(problem: &mut impl ArrowProblem<OWN, SHARED>, at: &Place<OWN, SHARED>) -> Option<Self> {
-        let rows = problem.rows(&at.shared, &at.own)?;
+    fn new(
+        problem: &mut impl ArrowProblem<OWN, SHARED>,
+        point: &Place<OWN, SHARED>,
+    ) -> Option<Self> {
+        let rows = problem.rows(&point.shared, &point.own)?;
         let mut blocks: Vec<BlockNormal<OWN, SHARED>> = rows.iter().map(BlockNormal::of).collect();
         let prior = problem.prior_of_shared();
-        let (mut squares, mut shared_gradient) = prior.at(&at.shared);
+        let (mut squares, mut shared_gradient) = prior.evaluate(&point.shared);
         let mut shared = SMatrix::from_diagonal(&prior.precision);
-        for (index, (block, own)) in blocks.iter_mut().zip(&at.own).enumerate() {
+        for (index, (block, own)) in blocks.iter_mut().zip(&point.own).enumerate() {
             let prior = problem.prior_of_own(index);
-            let (apart, gradient) = prior.at(own);
-            block.squares += apart;
+            let (prior_squares, gradient) = prior.evaluate(own);
+            block.squares += prior_squares;
             block.own_gradient += gradient;
             block.own += SMatrix::from_diagonal(&prior.precision);
             squares += block.squares;
@@ -196,29 +200,30 @@ impl<const OWN: usize, const SHARED: usize> Valley<OWN, SHARED> {
         &self,
         problem: &mut impl ArrowProblem<OWN, SHARED>,
         damping: f64,
-        at: &Place<OWN, SHARED>,
+        point: &Place<OWN, SHARED>,
         step: &Place<OWN, SHARED>,
     ) -> Option<Place<OWN, SHARED>> {
-        let felt = at.after(FELT, step);
-        let felt = problem.residuals(&felt.shared, &felt.own)?;
+        let probe = point.advance(BEND_FRACTION, step);
+        let probe_residuals = problem.residuals(&probe.shared, &probe.own)?;
         let mut gradient = Place {
             shared: SVector::zeros(),
-            own: Vec::with_capacity(felt.len()),
+            own: Vec::with_capacity(probe_residuals.len()),
         };
-        for ((rows, felt), own) in self.rows.iter().zip(&felt).zip(&step.own) {
+        for ((rows, residuals), own) in self.rows.iter().zip(&probe_residuals).zip(&step.own) {
             let by_own = rows.fixed_columns::<OWN>(1);
             let by_shared = rows.fixed_columns::<SHARED>(1 + OWN);
-            let straight = by_own * own + by_shared * step.shared;
-            let curved = ((felt - rows.column(0)) / FELT - straight) * (2.0 / FELT);
-            gradient.own.push(by_own.tr_mul(&curved));
-            gradient.shared += by_shared.tr_mul(&curved);
+            let linear = by_own * own + by_shared * step.shared;
+            let curvature =
+                ((residuals - rows.column(0)) / BEND_FRACTION - linear) * (2.0 / BEND_FRACTION);
+            gradient.own.push(by_own.tr_mul(&curvature));
+            gradient.shared += by_shared.tr_mul(&curvature);
         }
-        let second = self.arrow.step(damping, &gradient)?;
-        let part = 2.0 * (self.arrow.length2(&second) / self.arrow.length2(step)).sqrt();
-        let half = |of: &SVector<f64, OWN>| of * 0.5;
-        (part < MOST_BEND).then(|| Place {
-            shared: second.shared * 0.5,
-            own: second.own.iter().map(half).collect(),
+        let acceleration = self.arrow.step(damping, &gradient)?;
+        let ratio = 2.0 * (self.arrow.length2(&acceleration) / self.arrow.length2(step)).sqrt();
+        let half = |values: &SVector<f64, OWN>| values * 0.5;
+        (ratio < MAX_BEND).then(|| Place {
+            shared: acceleration.shared * 0.5,
+            own: acceleration.own.iter().map(half).collect(),
         })
     }
 }
@@ -228,23 +233,23 @@ mod tests {
     use super::*;
 
     /// Rosenbrock's valley in each block: y of the block follows the shared x², and x tends to 1.
-    struct Bent {
-        narrow: f64,
+    struct RosenbrockValley {
+        narrowness: f64,
     }
 
-    impl ArrowProblem<1, 1> for Bent {
+    impl ArrowProblem<1, 1> for RosenbrockValley {
         fn rows(
             &mut self,
             shared: &SVector<f64, 1>,
             own: &[SVector<f64, 1>],
         ) -> Option<Vec<DMatrix<f64>>> {
-            let narrow = self.narrow;
-            let slopes = [narrow, 0.0, -2.0 * narrow * shared[0], 1.0];
+            let narrowness = self.narrowness;
+            let slopes = [narrowness, 0.0, -2.0 * narrowness * shared[0], 1.0];
             let residuals = self.residuals(shared, own)?;
-            let with_slopes = |of: DVector<f64>| {
-                DMatrix::from_column_slice(2, 3, &[&[of[0], of[1]], &slopes[..]].concat())
+            let block_rows = |block: DVector<f64>| {
+                DMatrix::from_column_slice(2, 3, &[&[block[0], block[1]], &slopes[..]].concat())
             };
-            Some(residuals.into_iter().map(with_slopes).collect())
+            Some(residuals.into_iter().map(block_rows).collect())
         }
 
         fn residuals(
@@ -253,8 +258,9 @@ mod tests {
             own: &[SVector<f64, 1>],
         ) -> Option<Vec<DVector<f64>>> {
             let x = shared[0];
-            let of = |own: &SVector<f64, 1>| vec![self.narrow * (own[0] - x * x), x - 1.0];
-            Some(own.iter().map(|own| of(own).into()).collect())
+            let residuals_at =
+                |y: &SVector<f64, 1>| vec![self.narrowness * (y[0] - x * x), x - 1.0];
+            Some(own.iter().map(|y| residuals_at(y).into()).collect())
         }
 
         fn prior_of_own(&self, _: usize) -> Prior<1> {
@@ -269,35 +275,39 @@ mod tests {
         }
     }
 
-    const UNTIL: Until = Until {
+    const TERMINATION: Until = Until {
         tolerance: 1e-12,
         iterations: 500,
     };
 
     #[test]
     fn a_narrow_bent_valley_is_followed_to_its_end() {
-        for narrow in [1.0, 10.0, 1e3] {
-            let mut problem = Bent { narrow };
+        for narrowness in [1.0, 10.0, 1e3] {
+            let mut problem = RosenbrockValley { narrowness };
             let start = (SVector::from([-1.2]), vec![SVector::from([1.0]); 3]);
-            let found = minimise(&mut problem, start.0, start.1, UNTIL).unwrap();
-            assert!(found.converged);
-            assert!((found.shared[0] - 1.0).abs() < 1e-6, "{}", found.shared[0]);
-            for own in &found.own {
-                assert!((own[0] - 1.0).abs() < 1e-5, "{}", own[0]);
+            let minimum = minimise(&mut problem, start.0, start.1, TERMINATION).unwrap();
+            assert!(minimum.converged);
+            assert!(
+                (minimum.shared[0] - 1.0).abs() < 1e-6,
+                "{}",
+                minimum.shared[0]
+            );
+            for y in &minimum.own {
+                assert!((y[0] - 1.0).abs() < 1e-5, "{}", y[0]);
             }
         }
     }
 
     #[test]
-    fn a_search_that_is_cut_short_says_so() {
-        let mut problem = Bent { narrow: 1e3 };
+    fn a_search_cut_short_has_not_converged() {
+        let mut problem = RosenbrockValley { narrowness: 1e3 };
         let start = (SVector::from([-1.2]), vec![SVector::from([1.0]); 3]);
-        let until = Until {
+        let termination = Until {
             iterations: 3,
-            ..UNTIL
+            ..TERMINATION
         };
-        let found = minimise(&mut problem, start.0, start.1, until).unwrap();
-        assert!(!found.converged);
+        let minimum = minimise(&mut problem, start.0, start.1, termination).unwrap();
+        assert!(!minimum.converged);
     }
 
     /// Slope toward 0 that ends at a wall, beyond which the model is undefined.
@@ -313,10 +323,10 @@ mod tests {
         ) -> Option<Vec<DMatrix<f64>>> {
             let slopes = [0.0, 1.0, 0.0, 7.0, 0.0, 0.0];
             let residuals = self.residuals(shared, own)?;
-            let with_slopes = |of: DVector<f64>| {
-                DMatrix::from_column_slice(3, 3, &[of.as_slice(), &slopes[..]].concat())
+            let block_rows = |block: DVector<f64>| {
+                DMatrix::from_column_slice(3, 3, &[block.as_slice(), &slopes[..]].concat())
             };
-            Some(residuals.into_iter().map(with_slopes).collect())
+            Some(residuals.into_iter().map(block_rows).collect())
         }
 
         fn residuals(
@@ -324,8 +334,8 @@ mod tests {
             shared: &SVector<f64, 1>,
             own: &[SVector<f64, 1>],
         ) -> Option<Vec<DVector<f64>>> {
-            let of = |own: &SVector<f64, 1>| vec![7.0 * shared[0], own[0], 3.0].into();
-            (shared[0] >= self.wall).then(|| own.iter().map(of).collect())
+            let residuals_at = |y: &SVector<f64, 1>| vec![7.0 * shared[0], y[0], 3.0].into();
+            (shared[0] >= self.wall).then(|| own.iter().map(residuals_at).collect())
         }
 
         fn prior_of_own(&self, _: usize) -> Prior<1> {
@@ -342,15 +352,19 @@ mod tests {
 
     #[test]
     fn a_search_that_ends_at_the_edge_of_the_model_has_found_no_minimum() {
-        for (wall, converges) in [(-1.0, true), (0.75, false), (0.5, false)] {
+        for (wall, has_minimum) in [(-1.0, true), (0.75, false), (0.5, false)] {
             for tolerance in [1e-4, 1e-7, 1e-12] {
-                let until = Until {
+                let termination = Until {
                     tolerance,
                     iterations: 500,
                 };
                 let start = (SVector::from([2.0]), vec![SVector::from([1.0])]);
-                let found = minimise(&mut Walled { wall }, start.0, start.1, until).unwrap();
-                assert_eq!(found.converged, converges, "{wall}, {tolerance}: {found:?}");
+                let minimum =
+                    minimise(&mut Walled { wall }, start.0, start.1, termination).unwrap();
+                assert_eq!(
+                    minimum.converged, has_minimum,
+                    "{wall}, {tolerance}: {minimum:?}"
+                );
             }
         }
     }
@@ -358,27 +372,27 @@ mod tests {
     /// From the floor of the valley a straight step climbs its wall.
     #[test]
     fn a_step_that_bends_stays_on_the_floor() {
-        let mut problem = Bent { narrow: 1e3 };
-        let at = Place {
+        let mut problem = RosenbrockValley { narrowness: 1e3 };
+        let point = Place {
             shared: SVector::from([0.7]),
             own: vec![SVector::from([0.49]); 2],
         };
-        let valley = Valley::at(&mut problem, &at).unwrap();
+        let valley = Valley::new(&mut problem, &point).unwrap();
         let step = valley.arrow.step(0.0, &valley.arrow.gradient()).unwrap();
-        let bend = valley.bend(&mut problem, 0.0, &at, &step).unwrap();
-        let above = |place: &Place<1, 1>| place.own[0][0] - place.shared[0].powi(2);
-        let straight = at.after(1.0, &step);
-        assert!(above(&straight).abs() > 1e-3);
-        assert!(above(&straight.after(1.0, &bend)).abs() < 0.05 * above(&straight).abs());
+        let bend = valley.bend(&mut problem, 0.0, &point, &step).unwrap();
+        let height = |place: &Place<1, 1>| place.own[0][0] - place.shared[0].powi(2);
+        let end = point.advance(1.0, &step);
+        assert!(height(&end).abs() > 1e-3);
+        assert!(height(&end.advance(1.0, &bend)).abs() < 0.05 * height(&end).abs());
     }
 
     #[test]
-    fn what_is_known_beforehand_counts_by_its_precision() {
+    fn a_prior_counts_by_its_precision() {
         let prior = Prior {
             mean: SVector::from([1.0, 2.0]),
             precision: SVector::from([4.0, 0.0]),
         };
-        let (squares, gradient) = prior.at(&SVector::from([1.5, 7.0]));
+        let (squares, gradient) = prior.evaluate(&SVector::from([1.5, 7.0]));
         assert_eq!((squares, gradient), (1.0, SVector::from([2.0, 0.0])));
     }
 }

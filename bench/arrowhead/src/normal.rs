@@ -24,15 +24,21 @@ impl<const OWN: usize, const SHARED: usize> BlockNormal<OWN, SHARED> {
     #[must_use]
     pub fn of(rows: &DMatrix<f64>) -> Self {
         let products = rows.transpose() * rows;
-        let (own, shared) = (1, 1 + OWN);
+        let (own_start, shared_start) = (1, 1 + OWN);
         Self {
             squares: products[(0, 0)],
-            own_gradient: products.fixed_view::<OWN, 1>(own, 0).into_owned(),
-            shared_gradient: products.fixed_view::<SHARED, 1>(shared, 0).into_owned(),
-            own: products.fixed_view::<OWN, OWN>(own, own).into_owned(),
-            coupling: products.fixed_view::<OWN, SHARED>(own, shared).into_owned(),
+            own_gradient: products.fixed_view::<OWN, 1>(own_start, 0).into_owned(),
+            shared_gradient: products
+                .fixed_view::<SHARED, 1>(shared_start, 0)
+                .into_owned(),
+            own: products
+                .fixed_view::<OWN, OWN>(own_start, own_start)
+                .into_owned(),
+            coupling: products
+                .fixed_view::<OWN, SHARED>(own_start, shared_start)
+                .into_owned(),
             shared: products
-                .fixed_view::<SHARED, SHARED>(shared, shared)
+                .fixed_view::<SHARED, SHARED>(shared_start, shared_start)
                 .into_owned(),
         }
     }
@@ -51,22 +57,22 @@ impl<const OWN: usize, const SHARED: usize> Place<OWN, SHARED> {
     /// Returns the inner product with a row or a place over all parameters.
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
-        let own = self.own.iter().zip(&other.own);
-        self.shared.dot(&other.shared) + own.map(|(a, b)| a.dot(b)).sum::<f64>()
+        let pairs = self.own.iter().zip(&other.own);
+        self.shared.dot(&other.shared) + pairs.map(|(a, b)| a.dot(b)).sum::<f64>()
     }
 
-    /// Returns this place moved by `part` of a step.
-    pub(crate) fn after(&self, part: f64, step: &Self) -> Self {
-        let own = self.own.iter().zip(&step.own);
+    /// Returns this place moved by `fraction` of a step.
+    pub(crate) fn advance(&self, fraction: f64, step: &Self) -> Self {
+        let pairs = self.own.iter().zip(&step.own);
         Self {
-            shared: self.shared + step.shared * part,
-            own: own.map(|(at, step)| at + step * part).collect(),
+            shared: self.shared + step.shared * fraction,
+            own: pairs.map(|(value, step)| value + step * fraction).collect(),
         }
     }
 }
 
 /// Damping that keeps a normal matrix regular without shortening the step.
-const HARDLY_DAMPED: f64 = 1e-12;
+const MIN_DAMPING: f64 = 1e-12;
 
 /// Sums over all blocks, with the priors.
 #[derive(Debug, Clone)]
@@ -82,7 +88,7 @@ impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
     pub(crate) fn gradient(&self) -> Place<OWN, SHARED> {
         Place {
             shared: self.shared_gradient,
-            own: self.blocks.iter().map(|of| of.own_gradient).collect(),
+            own: self.blocks.iter().map(|block| block.own_gradient).collect(),
         }
     }
 
@@ -92,25 +98,31 @@ impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
         damping: f64,
         gradient: &Place<OWN, SHARED>,
     ) -> Option<Place<OWN, SHARED>> {
-        let damped = |diagonal: f64| diagonal * damping;
-        let mut reduced = self.shared + SMatrix::from_diagonal(&self.shared.diagonal().map(damped));
-        let mut right = -gradient.shared;
-        let mut eliminated = Vec::with_capacity(self.blocks.len());
+        let increment = |diagonal: f64| diagonal * damping;
+        let mut schur =
+            self.shared + SMatrix::from_diagonal(&self.shared.diagonal().map(increment));
+        let mut right_side = -gradient.shared;
+        let mut responses = Vec::with_capacity(self.blocks.len());
         for (block, own_gradient) in self.blocks.iter().zip(&gradient.own) {
-            let own = block.own + SMatrix::from_diagonal(&block.own.diagonal().map(damped));
-            let factor = own.cholesky()?;
-            let (to_shared, to_gradient) =
+            let normal = block.own + SMatrix::from_diagonal(&block.own.diagonal().map(increment));
+            let factor = normal.cholesky()?;
+            let (shared_response, gradient_response) =
                 (factor.solve(&block.coupling), factor.solve(own_gradient));
-            reduced -= block.coupling.transpose() * to_shared;
-            right += block.coupling.transpose() * to_gradient;
-            eliminated.push((to_shared, to_gradient));
+            schur -= block.coupling.transpose() * shared_response;
+            right_side += block.coupling.transpose() * gradient_response;
+            responses.push((shared_response, gradient_response));
         }
-        let shared = reduced.cholesky()?.solve(&right);
-        let own = eliminated
+        let shared = schur.cholesky()?.solve(&right_side);
+        let own_steps = responses
             .into_iter()
-            .map(|(to_shared, to_gradient)| -to_gradient - to_shared * shared)
+            .map(|(shared_response, gradient_response)| {
+                -gradient_response - shared_response * shared
+            })
             .collect();
-        Some(Place { shared, own })
+        Some(Place {
+            shared,
+            own: own_steps,
+        })
     }
 
     /// Returns the predicted decrease of the squares for a step.
@@ -118,27 +130,27 @@ impl<const OWN: usize, const SHARED: usize> Arrow<OWN, SHARED> {
         let shared = &step.shared;
         let mut fall =
             -2.0 * self.shared_gradient.dot(shared) - shared.dot(&(self.shared * shared));
-        for (block, own) in self.blocks.iter().zip(&step.own) {
-            fall -= 2.0 * block.own_gradient.dot(own)
-                + own.dot(&(block.own * own))
-                + 2.0 * own.dot(&(block.coupling * shared));
+        for (block, own_step) in self.blocks.iter().zip(&step.own) {
+            fall -= 2.0 * block.own_gradient.dot(own_step)
+                + own_step.dot(&(block.own * own_step))
+                + 2.0 * own_step.dot(&(block.coupling * shared));
         }
         fall
     }
 
     /// Returns the predicted decrease of the squares for an undamped step; infinite if no such step exists.
-    pub(crate) fn fall_left(&self) -> f64 {
-        let step = self.step(HARDLY_DAMPED, &self.gradient());
+    pub(crate) fn undamped_fall(&self) -> f64 {
+        let step = self.step(MIN_DAMPING, &self.gradient());
         step.map_or(f64::INFINITY, |step| self.expected_fall(&step))
     }
 
     /// Returns the squared length of a step, each parameter scaled by the diagonal of the normal matrix.
     pub(crate) fn length2(&self, step: &Place<OWN, SHARED>) -> f64 {
-        let of_blocks = self.blocks.iter().zip(&step.own);
-        let own: f64 = of_blocks
-            .map(|(block, own)| own.component_mul(own).dot(&block.own.diagonal()))
+        let blocks = self.blocks.iter().zip(&step.own);
+        let own_length2: f64 = blocks
+            .map(|(block, own_step)| own_step.component_mul(own_step).dot(&block.own.diagonal()))
             .sum();
-        let shared = step.shared.component_mul(&step.shared);
-        own + shared.dot(&self.shared.diagonal())
+        let shared_squares = step.shared.component_mul(&step.shared);
+        own_length2 + shared_squares.dot(&self.shared.diagonal())
     }
 }

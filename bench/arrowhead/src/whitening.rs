@@ -8,9 +8,9 @@ pub struct Whitening(DMatrix<f64>);
 
 /// Largest size that is factored element by element. Larger matrices are split in halves, so that nearly all of the work is in
 /// products, which are fast.
-const SMALL: usize = 32;
+const MAX_UNSPLIT_SIZE: usize = 32;
 /// Rows multiplied at a time; a band of a lower triangle is zero beyond its last row.
-const BAND: usize = 64;
+const BAND_ROWS: usize = 64;
 
 impl Whitening {
     /// Returns the whitening of `covariance`, or `None` if it is not positive definite.
@@ -21,15 +21,15 @@ impl Whitening {
 
     /// Multiplies columns that have as many rows as the covariance.
     pub fn apply(&self, columns: &mut DMatrix<f64>) {
-        let mut whitened = DMatrix::zeros(columns.nrows(), columns.ncols());
-        for from in (0..self.0.nrows()).step_by(BAND) {
-            let to = (from + BAND).min(self.0.nrows());
-            let band = self.0.view((from, 0), (to - from, to));
-            whitened
-                .rows_mut(from, to - from)
-                .gemm(1.0, &band, &columns.rows(0, to), 0.0);
+        let mut product = DMatrix::zeros(columns.nrows(), columns.ncols());
+        for start in (0..self.0.nrows()).step_by(BAND_ROWS) {
+            let end = (start + BAND_ROWS).min(self.0.nrows());
+            let band = self.0.view((start, 0), (end - start, end));
+            product
+                .rows_mut(start, end - start)
+                .gemm(1.0, &band, &columns.rows(0, end), 0.0);
         }
-        *columns = whitened;
+        *columns = product;
     }
 }
 
@@ -37,27 +37,28 @@ impl Whitening {
 fn inverse_factor(covariance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = covariance.nrows();
     let mut inverse = DMatrix::identity(n, n);
-    if n <= SMALL {
+    if n <= MAX_UNSPLIT_SIZE {
         let factor = covariance.clone().cholesky()?.unpack();
         return factor
             .solve_lower_triangular_mut(&mut inverse)
             .then_some(inverse);
     }
     let half = n / 2;
-    let part = |at: (usize, usize), size: (usize, usize)| covariance.view(at, size).into_owned();
-    let first = inverse_factor(&part((0, 0), (half, half)))?;
+    let block =
+        |start: (usize, usize), size: (usize, usize)| covariance.view(start, size).into_owned();
+    let first = inverse_factor(&block((0, 0), (half, half)))?;
     // Coupling of the second half to the whitened first half.
-    let across = part((half, 0), (n - half, half)) * first.transpose();
-    let alone = part((half, half), (n - half, n - half)) - &across * across.transpose();
-    let second = inverse_factor(&alone)?;
-    let across = &second * across * &first;
+    let coupling = block((half, 0), (n - half, half)) * first.transpose();
+    let complement = block((half, half), (n - half, n - half)) - &coupling * coupling.transpose();
+    let second = inverse_factor(&complement)?;
+    let coupling = &second * coupling * &first;
     inverse.view_mut((0, 0), first.shape()).copy_from(&first);
     inverse
         .view_mut((half, half), second.shape())
         .copy_from(&second);
     inverse
-        .view_mut((half, 0), across.shape())
-        .copy_from(&-across);
+        .view_mut((half, 0), coupling.shape())
+        .copy_from(&-coupling);
     Some(inverse)
 }
 
@@ -72,13 +73,19 @@ mod tests {
     }
 
     #[test]
-    fn what_is_whitened_has_a_covariance_of_1() {
-        for n in [1, SMALL, SMALL + 1, BAND + 1, 5 * SMALL] {
-            let mut whitened = covariance(n).cholesky().unwrap().unpack();
-            Whitening::of(&covariance(n)).unwrap().apply(&mut whitened);
-            let apart = whitened - DMatrix::identity(n, n);
-            assert!(apart.amax() < 1e-10, "{n}: {}", apart.amax());
+    fn whitened_residuals_have_unit_covariance() {
+        for n in [
+            1,
+            MAX_UNSPLIT_SIZE,
+            MAX_UNSPLIT_SIZE + 1,
+            BAND_ROWS + 1,
+            5 * MAX_UNSPLIT_SIZE,
+        ] {
+            let mut columns = covariance(n).cholesky().unwrap().unpack();
+            Whitening::of(&covariance(n)).unwrap().apply(&mut columns);
+            let deviation = columns - DMatrix::identity(n, n);
+            assert!(deviation.amax() < 1e-10, "{n}: {}", deviation.amax());
         }
-        assert_eq!(Whitening::of(&-covariance(3 * SMALL)), None);
+        assert_eq!(Whitening::of(&-covariance(3 * MAX_UNSPLIT_SIZE)), None);
     }
 }

@@ -18,14 +18,14 @@ fn gaps(c: &mut Criterion) {
         .map(|t| (amplitude_m(t), normal_n(t)))
         .unzip();
     // The same samples in an order without neighbours: 48 271 is prime to N.
-    let scattered: (Vec<f64>, Vec<f64>) = (0..N)
+    let permutation: (Vec<f64>, Vec<f64>) = (0..N)
         .map(|i| i * 48_271 % N)
         .map(|i| (record.0[i], record.1[i]))
         .unzip();
     let mut gap_m = vec![0.0; N];
     for (name, (amplitude_m, normal_n)) in [
         ("100 000 gaps of a record", &record),
-        ("100 000 gaps without order", &scattered),
+        ("100 000 gaps without order", &permutation),
     ] {
         c.bench_function(name, |b| {
             b.iter(|| {
@@ -35,7 +35,7 @@ fn gaps(c: &mut Criterion) {
     }
     let k_c: Vec<f64> = gap_m
         .iter()
-        .zip(&scattered.1)
+        .zip(&permutation.1)
         .map(|(&gap, &n)| contact.balance_stiffness_n_per_m(gap, n))
         .collect();
     c.bench_function("100 000 gaps from stiffness in balance", |b| {
@@ -45,21 +45,21 @@ fn gaps(c: &mut Criterion) {
 
 fn fits(c: &mut Criterion) {
     let conditions = record::conditions();
-    let sixty = Record::at_rate(1000.0);
+    let paper_record = Record::at_rate(1000.0);
     c.bench_function("paper fit, 60 points", |b| {
         b.iter(|| {
             paper::fit(
-                black_box(&sixty.series()),
+                black_box(&paper_record.series()),
                 &conditions,
                 &paper::PaperOptions::default(),
             )
         });
     });
-    let at_frame_rate = Record::at_rate(2000.0);
+    let dynamic_record = Record::at_rate(2000.0);
     c.bench_function("dynamic fit, 120 points", |b| {
         b.iter(|| {
             dynamic::fit(
-                black_box(&at_frame_rate.series()),
+                black_box(&dynamic_record.series()),
                 &conditions,
                 &dynamic::DynamicOptions::default(),
             )

@@ -33,7 +33,7 @@ const GAPS: usize = 100_000;
 const AGREEMENT: f64 = 1e-3;
 /// The same for `trial`: the Python fits ignore the correlation of the residuals, and one of them fixes the extensions of the
 /// published laws at zero, while this crate fits them against their priors.
-const OTHER_LAWS: f64 = 0.02;
+const TRIAL_AGREEMENT: f64 = 0.02;
 
 /// Set to 1, these variables limit numpy's linear algebra to one core, which this crate uses too. With more threads than idle
 /// cores numpy takes up to eight times as long.
@@ -41,14 +41,14 @@ const ONE_THREAD: [&str; 3] = ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_N
 
 /// Measures `rivals.py NAME` if Python is available; `answer` is the result of this crate.
 fn rival(group: &mut BenchmarkGroup<'_, WallTime>, label: &str, name: &str, answer: f64) {
-    rival_within(group, label, name, (answer, AGREEMENT));
+    rival_with_tolerance(group, label, name, (answer, AGREEMENT));
 }
 
-fn rival_within(
+fn rival_with_tolerance(
     group: &mut BenchmarkGroup<'_, WallTime>,
     label: &str,
     name: &str,
-    (answer, within): (f64, f64),
+    (answer, tolerance): (f64, f64),
 ) {
     let Some(python) = std::env::var_os("FRICTION_BENCH_PYTHON") else {
         return;
@@ -68,15 +68,15 @@ fn rival_within(
                 "{}",
                 String::from_utf8_lossy(&output.stderr)
             );
-            let printed = String::from_utf8_lossy(&output.stdout);
-            let mut printed = printed
+            let text = String::from_utf8_lossy(&output.stdout);
+            let mut numbers = text
                 .split_whitespace()
                 .map(|number| number.parse::<f64>().expect("a number"));
-            let (seconds, theirs) = (printed.next(), printed.next());
-            let theirs = theirs.expect("an answer");
+            let (seconds, rival_answer) = (numbers.next(), numbers.next());
+            let rival_answer = rival_answer.expect("an answer");
             assert!(
-                (theirs / answer - 1.0).abs() < within,
-                "{name} comes to {theirs}, ours to {answer}"
+                (rival_answer / answer - 1.0).abs() < tolerance,
+                "{name} comes to {rival_answer}, ours to {answer}"
             );
             Duration::from_secs_f64(seconds.expect("seconds"))
         });
@@ -125,12 +125,12 @@ fn demodulation(criterion: &mut Criterion) {
         channel,
         clip_level: 1.0,
     };
-    let demodulate = |each: &mut dyn FnMut(ZmFrame)| {
+    let demodulate = |sink: &mut dyn FnMut(ZmFrame)| {
         let mut demodulator = Demodulator::drive_and_pickup(filter.clone(), 2, input(0), input(1))
             .expect("two channels");
         for block in samples.chunks(8192) {
             demodulator
-                .push(block, |frame| each(zm.read(frame)))
+                .push(block, |frame| sink(zm.read(frame)))
                 .expect("whole frames");
         }
     };
@@ -141,16 +141,16 @@ fn demodulation(criterion: &mut Criterion) {
             })
         });
     });
-    let mut published = Vec::new();
-    demodulate(&mut |frame| published.push(frame.plain_n_s_per_m.norm()));
-    published.retain(|z| z.is_finite());
-    let published = median(&mut published);
-    rival(&mut group, "scipy hilbert", "hilbert", published);
-    let mut corrected = Vec::new();
-    demodulate(&mut |frame| corrected.push(frame.corrected_n_s_per_m.norm()));
-    corrected.retain(|z| z.is_finite());
-    let corrected = median(&mut corrected);
-    rival(&mut group, "numpy lock-in", "lock_in", corrected);
+    let mut plain_n_s_per_m = Vec::new();
+    demodulate(&mut |frame| plain_n_s_per_m.push(frame.plain_n_s_per_m.norm()));
+    plain_n_s_per_m.retain(|z| z.is_finite());
+    let plain_n_s_per_m = median(&mut plain_n_s_per_m);
+    rival(&mut group, "scipy hilbert", "hilbert", plain_n_s_per_m);
+    let mut corrected_n_s_per_m = Vec::new();
+    demodulate(&mut |frame| corrected_n_s_per_m.push(frame.corrected_n_s_per_m.norm()));
+    corrected_n_s_per_m.retain(|z| z.is_finite());
+    let corrected_n_s_per_m = median(&mut corrected_n_s_per_m);
+    rival(&mut group, "numpy lock-in", "lock_in", corrected_n_s_per_m);
     group.finish();
 }
 
@@ -181,10 +181,10 @@ fn fit(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("paper fit of 60 points");
     group.sample_size(10).sampling_mode(SamplingMode::Flat);
     let conditions = record::conditions();
-    let sixty = Record::at_rate(1000.0);
+    let record = Record::at_rate(1000.0);
     let work = || {
         paper::fit(
-            black_box(&sixty.series()),
+            black_box(&record.series()),
             &conditions,
             &paper::PaperOptions::default(),
         )
@@ -207,8 +207,12 @@ fn trial_fit(criterion: &mut Criterion) {
     let records = Record::trial(14);
     let work = || fit_trial(black_box(&records));
     group.bench_function("this bench", |bencher| bencher.iter(work));
-    let fitted = work().instances;
-    let mean_m = fitted.iter().map(|of| of.sigma_t_m).sum::<f64>() / fitted.len() as f64;
+    let instances = work().instances;
+    let mean_m = instances
+        .iter()
+        .map(|instance| instance.sigma_t_m)
+        .sum::<f64>()
+        / instances.len() as f64;
     for (label, name) in [
         ("scipy least_squares", "trial_all_laws"),
         (
@@ -216,7 +220,7 @@ fn trial_fit(criterion: &mut Criterion) {
             "trial_least_squares",
         ),
     ] {
-        rival_within(&mut group, label, name, (mean_m, OTHER_LAWS));
+        rival_with_tolerance(&mut group, label, name, (mean_m, TRIAL_AGREEMENT));
     }
     group.finish();
 }

@@ -66,7 +66,7 @@ const MU_NOISE: f64 = 0.002;
 
 /// One instance with its lead-in.
 #[derive(Default)]
-struct Recorded {
+struct InstanceRecord {
     time_s: Vec<f64>,
     plain: Vec<Complex64>,
     corrected: Vec<Complex64>,
@@ -75,54 +75,54 @@ struct Recorded {
     mu: Vec<f64>,
 }
 
-impl Recorded {
+impl InstanceRecord {
     /// 20 ms of lead-in and 60 ms of a rising amplitude, 6 Hz at 95 %; the gap follows its equilibrium with a first-order
     /// lag, integrated in small steps from rest 100 ms earlier. Impedance and friction are noisy, with the same noise in
     /// every run.
-    fn synthesised(conditions: &FitConditions) -> Result<Self, ModelError> {
+    fn synthesise(conditions: &FitConditions) -> Result<Self, ModelError> {
         let contact = Contact::new(&conditions.assumed, TRUTH.sigma_t_m)?;
         let omega = conditions.carrier_rad_per_s()?;
         let modulation = TAU * 6.0;
         let amplitude_m = |t: f64| 1.95e-6 * (1.0 + 0.95 * (modulation * t).sin());
         let normal_n = |t: f64| 0.65 * (1.0 + 0.4 * t);
-        let (before, samples, substeps) = (200, 160, 200);
+        let (settling, samples, substeps) = (200, 160, 200);
         let step_s = 1.0 / RATE_HZ / f64::from(substeps);
         let first_s = -0.03 - LEAD_IN_S;
-        let at = |i: i32, j: i32| first_s + f64::from(i) / RATE_HZ + f64::from(j) * step_s;
-        let mut gap_m = contact.rest_gap_m(normal_n(at(-before, 0)))?;
+        let time_s = |i: i32, j: i32| first_s + f64::from(i) / RATE_HZ + f64::from(j) * step_s;
+        let mut gap_m = contact.rest_gap_m(normal_n(time_s(-settling, 0)))?;
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-        let mut recorded = Self::default();
-        for i in -before..samples {
+        let mut record = Self::default();
+        for i in -settling..samples {
             if i >= 0 {
-                let t = at(i, 0);
+                let t = time_s(i, 0);
                 let (a, n) = (amplitude_m(t), normal_n(t));
                 let z_c = contact.impedance_n_s_per_m(contact.stiffness_n_per_m(gap_m, a), omega);
                 let noise = NOISE_AT_1_UM * (1e-6 / a) * Complex64::new(normal(), normal());
                 let z_m =
                     harmonic::observed(conditions.z_p_corrected_n_s_per_m, TRUTH.z_t, z_c) + noise;
                 let growth = 1.95e-6 * 0.95 * modulation * (modulation * t).cos() / a;
-                recorded.time_s.push(t);
-                recorded.corrected.push(z_m);
-                recorded.plain.push(z_m + 2.0 * MODAL_MASS_KG * growth);
-                recorded.amplitude_m.push(a);
-                recorded.normal_n.push(n);
-                recorded.mu.push(
+                record.time_s.push(t);
+                record.corrected.push(z_m);
+                record.plain.push(z_m + 2.0 * MODAL_MASS_KG * growth);
+                record.amplitude_m.push(a);
+                record.normal_n.push(n);
+                record.mu.push(
                     (TRUTH.mu0 * contact.friction_ratio(gap_m, n) + MU_NOISE * normal()).abs(),
                 );
             }
             for j in 0..substeps {
                 // Midpoint rule.
                 let slope = |t: f64, gap_m: f64| -> Result<f64, ModelError> {
-                    let settled_m = contact.equilibrium_gap_m(amplitude_m(t), normal_n(t))?;
-                    Ok((settled_m - gap_m) / TRUTH.tau_s)
+                    let equilibrium_m = contact.equilibrium_gap_m(amplitude_m(t), normal_n(t))?;
+                    Ok((equilibrium_m - gap_m) / TRUTH.tau_s)
                 };
-                let t = at(i, j);
+                let t = time_s(i, j);
                 let half_m = gap_m + 0.5 * step_s * slope(t, gap_m)?;
                 gap_m += step_s * slope(t + 0.5 * step_s, half_m)?;
             }
         }
-        Ok(recorded)
+        Ok(record)
     }
 
     fn from_csv(text: &str) -> Result<Self, String> {
@@ -131,7 +131,7 @@ impl Recorded {
         if header != HEADER {
             return Err(format!("the header is {header:?}, expected {HEADER:?}"));
         }
-        let mut recorded = Self::default();
+        let mut record = Self::default();
         for (number, line) in (2..).zip(lines) {
             let cells: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
             let cells = cells.map_err(|error| format!("line {number}: {error}"))?;
@@ -142,14 +142,14 @@ impl Recorded {
                     cells.len()
                 ));
             };
-            recorded.time_s.push(time_s);
-            recorded.plain.push(Complex64::new(p_re, p_im));
-            recorded.corrected.push(Complex64::new(c_re, c_im));
-            recorded.amplitude_m.push(amplitude_m);
-            recorded.normal_n.push(normal_n);
-            recorded.mu.push(mu);
+            record.time_s.push(time_s);
+            record.plain.push(Complex64::new(p_re, p_im));
+            record.corrected.push(Complex64::new(c_re, c_im));
+            record.amplitude_m.push(amplitude_m);
+            record.normal_n.push(normal_n);
+            record.mu.push(mu);
         }
-        Ok(recorded)
+        Ok(record)
     }
 
     fn to_csv(&self) -> String {
@@ -236,23 +236,23 @@ fn parse(mut arguments: impl Iterator<Item = String>) -> Result<Arguments, Strin
 
 fn report(arguments: &Arguments) -> Result<String, Box<dyn Error>> {
     let conditions = &arguments.conditions;
-    let recorded = match &arguments.file {
-        None => Recorded::synthesised(conditions)?,
+    let record = match &arguments.file {
+        None => InstanceRecord::synthesise(conditions)?,
         Some(file) => {
-            let named = |error: &dyn std::fmt::Display| format!("{file}: {error}");
-            let text = std::fs::read_to_string(file).map_err(|error| named(&error))?;
-            Recorded::from_csv(&text).map_err(|error| named(&error))?
+            let file_error = |error: &dyn std::fmt::Display| format!("{file}: {error}");
+            let text = std::fs::read_to_string(file).map_err(|error| file_error(&error))?;
+            InstanceRecord::from_csv(&text).map_err(|error| file_error(&error))?
         }
     };
     if let Some(file) = &arguments.write {
-        std::fs::write(file, recorded.to_csv()).map_err(|error| format!("{file}: {error}"))?;
+        std::fs::write(file, record.to_csv()).map_err(|error| format!("{file}: {error}"))?;
     }
-    let first_s = recorded.time_s.first().copied().unwrap_or_default();
-    let series = recorded.series(arguments.start_s.unwrap_or(first_s + LEAD_IN_S))?;
+    let first_s = record.time_s.first().copied().unwrap_or_default();
+    let series = record.series(arguments.start_s.unwrap_or(first_s + LEAD_IN_S))?;
     let paper = paper::fit(&series, conditions, &PaperOptions::default())?;
     let dynamic = dynamic::fit(&series, conditions, &DynamicOptions::default())?;
 
-    let with_error = |value: f64, error: f64| format!("{value:.4} ± {error:.4}");
+    let estimate = |value: f64, error: f64| format!("{value:.4} ± {error:.4}");
     let truth = arguments.file.is_none().then_some(&TRUTH);
     let mut text = String::new();
     let mut row = |name: &str, truth: Option<f64>, paper: String, dynamic: String| {
@@ -264,32 +264,32 @@ fn report(arguments: &Arguments) -> Result<String, Box<dyn Error>> {
     row(
         "sigma_t, um",
         truth.map(|t| t.sigma_t_m * 1e6),
-        with_error(paper.sigma_t_m * 1e6, paper.sigma_t_std_m * 1e6),
-        with_error(dynamic.sigma_t_m * 1e6, dynamic.sigma_t_std_m * 1e6),
+        estimate(paper.sigma_t_m * 1e6, paper.sigma_t_std_m * 1e6),
+        estimate(dynamic.sigma_t_m * 1e6, dynamic.sigma_t_std_m * 1e6),
     );
     row(
         "Re Z_t, N s/m",
         truth.map(|t| t.z_t.re),
-        with_error(paper.z_t_n_s_per_m.re, paper.z_t_std_n_s_per_m.re),
-        with_error(dynamic.z_t_n_s_per_m.re, dynamic.z_t_std_n_s_per_m.re),
+        estimate(paper.z_t_n_s_per_m.re, paper.z_t_std_n_s_per_m.re),
+        estimate(dynamic.z_t_n_s_per_m.re, dynamic.z_t_std_n_s_per_m.re),
     );
     row(
         "Im Z_t, N s/m",
         truth.map(|t| t.z_t.im),
-        with_error(paper.z_t_n_s_per_m.im, paper.z_t_std_n_s_per_m.im),
-        with_error(dynamic.z_t_n_s_per_m.im, dynamic.z_t_std_n_s_per_m.im),
+        estimate(paper.z_t_n_s_per_m.im, paper.z_t_std_n_s_per_m.im),
+        estimate(dynamic.z_t_n_s_per_m.im, dynamic.z_t_std_n_s_per_m.im),
     );
     row(
         "tau, ms",
         truth.map(|t| t.tau_s * 1e3),
         "0, by assumption".to_owned(),
-        with_error(dynamic.tau_s * 1e3, dynamic.tau_std_s * 1e3),
+        estimate(dynamic.tau_s * 1e3, dynamic.tau_std_s * 1e3),
     );
     row(
         "mu0",
         truth.map(|t| t.mu0),
-        with_error(paper.mu0, paper.mu0_std),
-        with_error(dynamic.mu0, dynamic.mu0_std),
+        estimate(paper.mu0, paper.mu0_std),
+        estimate(dynamic.mu0, dynamic.mu0_std),
     );
     row(
         "RMS error mu",
@@ -308,13 +308,13 @@ fn report(arguments: &Arguments) -> Result<String, Box<dyn Error>> {
 
 fn main() -> ExitCode {
     // Standard error may be closed.
-    let complain = |error: &dyn std::fmt::Display| {
+    let print_error = |error: &dyn std::fmt::Display| {
         let _ = writeln!(io::stderr(), "fit_instance: {error}");
     };
     let arguments = match parse(std::env::args().skip(1)) {
         Ok(arguments) => arguments,
         Err(error) => {
-            complain(&format!("{error}\n\n{USAGE}"));
+            print_error(&format!("{error}\n\n{USAGE}"));
             return ExitCode::from(2);
         }
     };
@@ -322,13 +322,13 @@ fn main() -> ExitCode {
         Ok(text) => match io::stdout().write_all(text.as_bytes()) {
             // A reader such as `head` may close the pipe early.
             Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-                complain(&error);
+                print_error(&error);
                 ExitCode::FAILURE
             }
             _ => ExitCode::SUCCESS,
         },
         Err(error) => {
-            complain(&error);
+            print_error(&error);
             ExitCode::FAILURE
         }
     }

@@ -17,10 +17,10 @@ use num_complex::Complex64;
 
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
-use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, unidentified};
+use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, find_unidentified};
 use super::instance_fit::{InstanceFit, friction_at_rest};
 use super::lagged_model::LaggedModel;
-use super::least_squares::{Minimum, evaluated, minimise};
+use super::least_squares::{Minimum, minimise, model_impedances};
 use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Sensitivities};
 use super::series::{InstanceSeries, mean};
@@ -70,7 +70,7 @@ pub fn fit(
 }
 
 /// Returns the model with a σ_t that was not fitted to this instance, such as a participant's average, and with τ and Z_p
-/// from `fitted`; Z_t and μ0 are refitted to the instance.
+/// from `constants`; Z_t and μ0 are refitted to the instance.
 ///
 /// # Errors
 /// If the lead-in is too short, or the model allows no such contact.
@@ -79,30 +79,30 @@ pub fn modelled(
     conditions: &FitConditions,
     options: &DynamicOptions,
     sigma_t_m: f64,
-    fitted: &AlongWith,
+    constants: &AlongWith,
 ) -> Result<ModelledSeries, FitError> {
-    let shifted = FitConditions {
-        z_p_corrected_n_s_per_m: fitted.z_p_n_s_per_m,
+    let plate_conditions = FitConditions {
+        z_p_corrected_n_s_per_m: constants.z_p_n_s_per_m,
         ..*conditions
     };
-    let mut model = lagged_model(instance, &shifted, options)?;
-    let parameters = model.assumed_parameters(sigma_t_m, fitted.tau_s);
+    let mut model = lagged_model(instance, &plate_conditions, options)?;
+    let parameters = model.assumed_parameters(sigma_t_m, constants.tau_s);
     let parameters = model.best_start([parameters]).ok_or(FitError::NoStart)?;
     let contact = model.contact(&parameters).ok_or(FitError::NoStart)?;
-    let z_m_n_s_per_m = evaluated(&mut model, &parameters).ok_or(FitError::NoStart)?;
+    let z_m_n_s_per_m = model_impedances(&mut model, &parameters).ok_or(FitError::NoStart)?;
     let mu0 = friction_at_rest(&model, &contact, instance.instance().mu).mu0;
-    let from = model.lead;
-    let gap_m = model.gap[from..].to_vec();
+    let lead = model.lead;
+    let gap_m = model.gap[lead..].to_vec();
     let k_c = |(&gap_m, &a)| contact.stiffness_n_per_m(gap_m, a);
     let mu = |(&gap_m, &n)| mu0 * contact.friction_ratio(gap_m, n);
     Ok(ModelledSeries {
         z_m_n_s_per_m,
         k_c_n_per_m: gap_m
             .iter()
-            .zip(&model.amplitude_m[from..])
+            .zip(&model.amplitude_m[lead..])
             .map(k_c)
             .collect(),
-        mu: gap_m.iter().zip(&model.normal_n[from..]).map(mu).collect(),
+        mu: gap_m.iter().zip(&model.normal_n[lead..]).map(mu).collect(),
         gap_m,
     })
 }
@@ -153,33 +153,38 @@ struct JointSolution {
 }
 
 fn solve(model: &mut LaggedModel<'_>, options: &DynamicOptions) -> Result<JointSolution, FitError> {
-    let with_offset = [LN_SIGMA_T, RE_Z_T, IM_Z_T, TAU_MS, IM_OFFSET];
-    let without_tau = [LN_SIGMA_T, RE_Z_T, IM_Z_T, IM_OFFSET];
-    let offset = usize::from(options.plate_offset);
+    let free_parameters = [LN_SIGMA_T, RE_Z_T, IM_Z_T, TAU_MS, IM_OFFSET];
+    let bound_parameters = [LN_SIGMA_T, RE_Z_T, IM_Z_T, IM_OFFSET];
+    let offset_count = usize::from(options.plate_offset);
     let by_error = model.calibration.by_parameter();
-    let (free, at_bound) = (&with_offset[..4 + offset], &without_tau[..3 + offset]);
+    let (free, free_at_bound) = (
+        &free_parameters[..4 + offset_count],
+        &bound_parameters[..3 + offset_count],
+    );
     let starts: Vec<_> = TAU_STARTS_S
         .iter()
         .flat_map(|&tau_s| {
-            let apart = options.plate_offset.then(|| start_apart(model, tau_s));
-            [start(model, tau_s), apart.flatten()]
+            let offset_start = options
+                .plate_offset
+                .then(|| start_with_offset(model, tau_s));
+            [start(model, tau_s), offset_start.flatten()]
         })
         .flatten()
         .collect();
     let mut solutions: Vec<JointSolution> = Vec::with_capacity(starts.len());
     for start in starts {
-        let unbounded = minimise(model, start, free, &by_error);
-        let tau_ms = unbounded.parameters[TAU_MS];
+        let unbounded_minimum = minimise(model, start, free, &by_error);
+        let tau_ms = unbounded_minimum.parameters[TAU_MS];
         solutions.push(if tau_ms >= 0.0 {
             JointSolution {
-                minimum: unbounded,
+                minimum: unbounded_minimum,
                 unbounded_tau_s: None,
             }
         } else {
-            let mut held = unbounded.parameters;
-            held[TAU_MS] = 0.0;
+            let mut bound_start = unbounded_minimum.parameters;
+            bound_start[TAU_MS] = 0.0;
             JointSolution {
-                minimum: minimise(model, held, at_bound, &by_error),
+                minimum: minimise(model, bound_start, free_at_bound, &by_error),
                 unbounded_tau_s: Some(tau_ms * MS),
             }
         });
@@ -204,13 +209,13 @@ fn start(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
 }
 
 /// Returns a start with a plate that may already differ from the unloaded one.
-fn start_apart(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
+fn start_with_offset(model: &mut LaggedModel<'_>, tau_s: f64) -> Option<[f64; PARAMETERS]> {
     let candidates = sigma_starts().filter_map(|sigma_t_m| {
         let mut parameters = model.assumed_parameters(sigma_t_m, tau_s);
-        let beside = model.beside(&parameters)?;
-        (parameters[RE_Z_T], parameters[IM_Z_T]) = (beside.z_t.re, beside.z_t.im);
-        parameters[IM_OFFSET] = beside.reactance;
-        Some((beside.square, parameters))
+        let fit = model.fit_candidate(&parameters)?;
+        (parameters[RE_Z_T], parameters[IM_Z_T]) = (fit.z_t.re, fit.z_t.im);
+        parameters[IM_OFFSET] = fit.reactance;
+        Some((fit.square, parameters))
     });
     let best = candidates.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
     Some(best.1)
@@ -226,7 +231,7 @@ impl JointSolution {
         }
         let z_t = Complex64::new(minimum.parameters[RE_Z_T], minimum.parameters[IM_Z_T]);
         let z_t_std = minimum.std(RE_Z_T).hypot(minimum.std(IM_Z_T));
-        let weak = [
+        let errors = [
             (
                 FitParameter::SigmaT,
                 minimum.std(LN_SIGMA_T),
@@ -243,7 +248,7 @@ impl JointSolution {
                 IDENTIFIABLE_TAU_STD_S,
             ),
         ];
-        match (unidentified(weak), self.unbounded_tau_s) {
+        match (find_unidentified(errors), self.unbounded_tau_s) {
             (Some(verdict), _) => verdict,
             (None, Some(unbounded_tau_s)) => FitVerdict::LagAtBound { unbounded_tau_s },
             (None, None) => FitVerdict::Converged,

@@ -52,12 +52,12 @@ pub(super) struct MeasuredSamples<'a> {
     pub(super) amplitude_m: &'a [f64],
     pub(super) normal_n: &'a [f64],
     /// Load and trend of each sample; `None` for the published method, where the contact is the same for all samples.
-    pub(super) varying: Option<Varying<'a>>,
+    pub(super) load_trend: Option<LoadTrend<'a>>,
 }
 
 /// Load and trend of each sample.
 #[derive(Clone, Copy)]
-pub(super) struct Varying<'a> {
+pub(super) struct LoadTrend<'a> {
     pub(super) loads: &'a Loads,
     pub(super) trend: &'a Trend,
     /// Index of the first sample in loads and trend.
@@ -71,16 +71,19 @@ impl MeasuredSamples<'_> {
         inversion: &Inversion<N>,
         index: usize,
     ) -> (Inversion<N>, f64) {
-        match self.varying {
+        match self.load_trend {
             None => (*inversion, self.amplitude_m[index]),
-            Some(Varying {
+            Some(LoadTrend {
                 loads,
                 trend,
                 first,
             }) => {
-                let at = first + index;
-                let inversion = trend.inversion(inversion, at);
-                (loads.inversion(&inversion, at), loads.amplitude_m[at])
+                let sample = first + index;
+                let inversion = trend.inversion(inversion, sample);
+                (
+                    loads.inversion(&inversion, sample),
+                    loads.amplitude_m[sample],
+                )
             }
         }
     }
@@ -90,13 +93,13 @@ pub(super) fn estimate<const N: usize>(
     inversion: &Inversion<N>,
     law: GapLaw,
     friction: &FrictionLaw<N>,
-    measured: &MeasuredSamples<'_>,
+    measurement: &MeasuredSamples<'_>,
     z_m_model: Vec<Complex64>,
 ) -> EstimatedSeries {
-    let n = measured.time_s.len();
+    let n = measurement.time_s.len();
     let empty = || Vec::with_capacity(n);
     let mut series = EstimatedSeries {
-        time_s: measured.time_s.to_vec(),
+        time_s: measurement.time_s.to_vec(),
         k_c_n_per_m: empty(),
         k_c_std_n_per_m: empty(),
         gap_m: empty(),
@@ -107,9 +110,9 @@ pub(super) fn estimate<const N: usize>(
         inversion: InversionCounts::default(),
     };
     for index in 0..n {
-        let (inversion, amplitude_m) = measured.inversion(inversion, index);
-        let k_c = inversion.stiffness(measured.z_m[index], measured.z_m_std[index]);
-        let normal_n = measured.normal_n[index];
+        let (inversion, amplitude_m) = measurement.inversion(inversion, index);
+        let k_c = inversion.stiffness(measurement.z_m[index], measurement.z_m_std[index]);
+        let normal_n = measurement.normal_n[index];
         let gap = match law {
             GapLaw::Balance => inversion.balance_gap(&k_c, normal_n).map(|(gap, branch)| {
                 series.inversion.count(branch);
@@ -122,13 +125,13 @@ pub(super) fn estimate<const N: usize>(
             Dependent::unknown()
         });
         let ratio = inversion.friction_ratio(&gap, normal_n);
-        let course = friction.course.at(measured.time_s[index]);
-        let over_mu0 = course * friction.of_ratio(ratio.value);
+        let course = friction.course.ratio_at(measurement.time_s[index]);
+        let relative_mu = course * friction.relative_mu(ratio.value);
         let by_ratio = course * friction.mu0 * (1.0 - friction.floor);
-        let by_law = Vector2::new(over_mu0, course * friction.mu0 * (1.0 - ratio.value));
+        let by_law = Vector2::new(relative_mu, course * friction.mu0 * (1.0 - ratio.value));
         let scatter = by_law.dot(&(friction.scatter * by_law)).sqrt();
         let mu = Dependent {
-            value: friction.mu0 * over_mu0,
+            value: friction.mu0 * relative_mu,
             slopes: ratio.slopes * by_ratio
                 + SVector::from(friction.slopes) * by_law[0]
                 + SVector::from(friction.floor_slopes) * by_law[1],

@@ -31,12 +31,14 @@ pub(super) fn agreement(
         .map(|(a, b)| (a - b).norm_sqr())
         .sum();
     let spread: f64 = z_m.iter().map(|z| (z - mean).norm_sqr()).sum();
-    let apart = estimated_mu
+    let differences = estimated_mu
         .iter()
         .zip(mu)
         .map(|(a, b)| a - b)
-        .filter(|d| !d.is_nan());
-    let (count, mu_squares) = apart.fold((0u32, 0.0), |(count, sum), d| (count + 1, sum + d * d));
+        .filter(|difference| !difference.is_nan());
+    let (count, mu_squares) = differences.fold((0u32, 0.0), |(count, sum), difference| {
+        (count + 1, sum + difference * difference)
+    });
     Agreement {
         r2_impedance: 1.0 - squares / spread,
         rms_impedance_n_s_per_m: (squares / n).sqrt(),

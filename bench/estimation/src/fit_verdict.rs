@@ -7,7 +7,7 @@ pub(super) const IDENTIFIABLE_RELATIVE_STD: f64 = 0.5;
 
 /// Returns the standard error that exceeds its limit by the largest factor, if any does. NaN ranks above every number, whatever
 /// its sign.
-pub(super) fn unidentified(
+pub(super) fn find_unidentified(
     errors: impl IntoIterator<Item = (FitParameter, f64, f64)>,
 ) -> Option<FitVerdict> {
     let size = |&(_, std, limit): &(FitParameter, f64, f64)| {
@@ -115,22 +115,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_error_that_is_no_number_is_worse_than_any() {
-        let of = |z_t: f64| {
-            unidentified([
+    fn a_nan_error_ranks_worst() {
+        let verdict_for = |z_t_std: f64| {
+            find_unidentified([
                 (FitParameter::SigmaT, 0.1, 0.5),
-                (FitParameter::ZT, z_t, 0.5),
+                (FitParameter::ZT, z_t_std, 0.5),
                 (FitParameter::Tau, 1e-3, 2e-3),
             ])
         };
-        assert_eq!(of(0.2), None);
-        assert_eq!(of(0.5), None);
-        for open in [0.6, f64::INFINITY, f64::NAN, -f64::NAN] {
-            let verdict = of(open);
+        assert_eq!(verdict_for(0.2), None);
+        assert_eq!(verdict_for(0.5), None);
+        for std in [0.6, f64::INFINITY, f64::NAN, -f64::NAN] {
+            let verdict = verdict_for(std);
             let parameter = FitParameter::ZT;
             assert!(
                 matches!(verdict, Some(FitVerdict::NotIdentifiable { parameter: worst, .. }) if worst == parameter),
-                "{open}: {verdict:?}"
+                "{std}: {verdict:?}"
             );
         }
     }

@@ -14,7 +14,7 @@ pub(super) struct Course {
 
 impl Course {
     /// Returns μ0 relative to its value at the middle.
-    pub(super) fn at(&self, time_s: f64) -> f64 {
+    pub(super) fn ratio_at(&self, time_s: f64) -> f64 {
         1.0 + self.per_s * (time_s - self.middle_s)
     }
 }
@@ -40,7 +40,7 @@ pub(super) struct FrictionLaw<const N: usize> {
 
 impl<const N: usize> FrictionLaw<N> {
     /// Returns Eq. 19 as published, with the standard error of μ0 from the scatter of the measured friction.
-    pub(super) fn published(mu0: f64, mu0_std: f64, slopes: [f64; N]) -> Self {
+    pub(super) fn paper(mu0: f64, mu0_std: f64, slopes: [f64; N]) -> Self {
         Self {
             mu0,
             course: Course::default(),
@@ -53,13 +53,13 @@ impl<const N: usize> FrictionLaw<N> {
     }
 
     /// Returns the law with a relative error of the lateral force added.
-    pub(super) fn with_error_of_lateral(mut self, relative: f64) -> Self {
+    pub(super) fn with_lateral_error(mut self, relative: f64) -> Self {
         self.scatter[(0, 0)] += (self.mu0 * relative).powi(2);
         self
     }
 
     /// Returns μ/μ0 for a ratio by Eq. 19.
-    pub(super) fn of_ratio(&self, ratio: f64) -> f64 {
+    pub(super) fn relative_mu(&self, ratio: f64) -> f64 {
         self.floor + (1.0 - self.floor) * ratio
     }
 
@@ -70,32 +70,37 @@ impl<const N: usize> FrictionLaw<N> {
 }
 
 /// Fewest samples needed to start a lag.
-const FEWEST: usize = 4;
+const MIN_SAMPLES: usize = 4;
 
 /// Returns a friction as a lateral force sensor with a lag would read it. Each stretch of samples with friction is filtered
 /// separately; a stretch too short to filter is returned unchanged.
-pub(super) fn as_read(mu: &[f64], normal_n: &[f64], lag_s: f64, interval_s: f64) -> Vec<f64> {
-    let mut read = mu.to_vec();
+pub(super) fn sensor_friction(
+    mu: &[f64],
+    normal_n: &[f64],
+    lag_s: f64,
+    interval_s: f64,
+) -> Vec<f64> {
+    let mut reading = mu.to_vec();
     if lag_s == 0.0 {
-        return read;
+        return reading;
     }
     let lag = Lag::new(lag_s, interval_s);
-    let mut from = 0;
+    let mut start = 0;
     for stretch in mu.split(|mu| !mu.is_finite()) {
-        let inside = from..from + stretch.len();
-        from = inside.end + 1;
-        if stretch.len() < FEWEST {
+        let range = start..start + stretch.len();
+        start = range.end + 1;
+        if stretch.len() < MIN_SAMPLES {
             continue;
         }
-        let normal_n = &normal_n[inside.clone()];
+        let normal_n = &normal_n[range.clone()];
         let lateral: Vec<f64> = stretch.iter().zip(normal_n).map(|(mu, n)| mu * n).collect();
-        let mut lagged = vec![0.0; lateral.len()];
-        lag.apply(&lateral, &mut lagged);
-        for ((read, lagged), n) in read[inside].iter_mut().zip(lagged).zip(normal_n) {
-            *read = lagged / n;
+        let mut output = vec![0.0; lateral.len()];
+        lag.apply(&lateral, &mut output);
+        for ((reading, output), n) in reading[range].iter_mut().zip(output).zip(normal_n) {
+            *reading = output / n;
         }
     }
-    read
+    reading
 }
 
 #[cfg(test)]
@@ -103,25 +108,35 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sample_without_friction_takes_no_other_with_it() {
-        let whole: Vec<f64> = (0..60).map(|n| 0.8 + 0.002 * f64::from(n)).collect();
-        let normal_n = vec![0.6; whole.len()];
-        let read = |mu: &[f64]| as_read(mu, &normal_n, 2e-3, 5e-4);
-        let mut holed = whole.clone();
-        for at in [0, 20, 23, 40] {
-            holed[at] = f64::NAN;
+    fn a_sample_without_friction_affects_no_other() {
+        let line: Vec<f64> = (0..60).map(|n| 0.8 + 0.002 * f64::from(n)).collect();
+        let normal_n = vec![0.6; line.len()];
+        let reading = |mu: &[f64]| sensor_friction(mu, &normal_n, 2e-3, 5e-4);
+        let mut interrupted_line = line.clone();
+        for sample in [0, 20, 23, 40] {
+            interrupted_line[sample] = f64::NAN;
         }
         // On a straight line each stretch is read alike, four samples late; a stretch of two samples is left unchanged.
-        let (of_whole, of_holed) = (read(&whole), read(&holed));
-        for (at, mu) in holed.iter().enumerate() {
-            let late = match at {
-                21 | 22 => whole[at],
-                _ => of_whole[at],
+        let (line_reading, interrupted_reading) = (reading(&line), reading(&interrupted_line));
+        for (sample, mu) in interrupted_line.iter().enumerate() {
+            let expected = match sample {
+                21 | 22 => line[sample],
+                _ => line_reading[sample],
             };
-            assert_eq!(of_holed[at].is_nan(), mu.is_nan(), "{at}");
-            assert!(mu.is_nan() || (of_holed[at] - late).abs() < 1e-9, "{at}");
-            assert!((of_whole[at] - (whole[at] - 0.008)).abs() < 1e-9, "{at}");
+            assert_eq!(
+                interrupted_reading[sample].is_nan(),
+                mu.is_nan(),
+                "{sample}"
+            );
+            assert!(
+                mu.is_nan() || (interrupted_reading[sample] - expected).abs() < 1e-9,
+                "{sample}"
+            );
+            assert!(
+                (line_reading[sample] - (line[sample] - 0.008)).abs() < 1e-9,
+                "{sample}"
+            );
         }
-        assert_eq!(as_read(&whole, &normal_n, 0.0, 5e-4), whole);
+        assert_eq!(sensor_friction(&line, &normal_n, 0.0, 5e-4), line);
     }
 }

@@ -3,12 +3,12 @@
 use nalgebra::SVector;
 use num_complex::Complex64;
 
-use super::estimated_series::{EstimatedSeries, GapLaw, MeasuredSamples, Varying, estimate};
+use super::estimated_series::{EstimatedSeries, GapLaw, LoadTrend, MeasuredSamples, estimate};
 use super::fit_agreement::{Agreement, agreement};
 use super::fit_error::FitError;
 use super::fit_verdict::FitVerdict;
-use super::friction_law::{FrictionLaw, as_read};
-use super::lagged_model::{LaggedModel, OF_GAP, finger_scale};
+use super::friction_law::{FrictionLaw, sensor_friction};
+use super::lagged_model::{GAP_PARAMETERS, LaggedModel, finger_scale};
 use super::least_squares::Minimum;
 use super::series::{InstanceSamples, mean};
 use contact::Contact;
@@ -65,7 +65,7 @@ impl InstanceFit {
         verdict: FitVerdict,
         friction: FrictionLaw<PARAMETERS>,
     ) -> Result<Self, FitError> {
-        let friction = friction.with_error_of_lateral(model.calibration.lateral_force_relative);
+        let friction = friction.with_lateral_error(model.calibration.lateral_force_relative);
         let parameters = &minimum.parameters;
         let std = |i: usize| minimum.std(i);
         let contact = model.follow(parameters).ok_or(FitError::NoStart)?;
@@ -108,14 +108,14 @@ impl InstanceFit {
             slopes: friction.slopes.into(),
             noise: friction.mu0_scatter(),
         });
-        let z_m_at_rest = model.z_m_at_rest();
-        let measured = MeasuredSamples {
+        let z_m = model.z_m_without_inertia();
+        let measurement = MeasuredSamples {
             time_s: samples.time_s,
-            z_m: &z_m_at_rest,
+            z_m: &z_m,
             z_m_std: &z_m_std,
             amplitude_m: samples.amplitude_m,
             normal_n: &model.normal_n[model.lead..],
-            varying: Some(Varying {
+            load_trend: Some(LoadTrend {
                 loads: &model.loads,
                 trend: &model.trend,
                 first: model.lead,
@@ -130,12 +130,12 @@ impl InstanceFit {
             &finger.inversion,
             GapLaw::Amplitude,
             &friction,
-            &measured,
+            &measurement,
             minimum.z_m,
         );
-        let read_mu = as_read(
+        let sensor_mu = sensor_friction(
             &series.mu,
-            measured.normal_n,
+            measurement.normal_n,
             friction.lag_s,
             model.interval_s,
         );
@@ -152,7 +152,7 @@ impl InstanceFit {
             mu0: friction.mu0,
             mu0_std,
             normal_n: mean(samples.normal_n),
-            agreement: agreement(model.z_m, samples.mu, &series, &read_mu),
+            agreement: agreement(model.z_m, samples.mu, &series, &sensor_mu),
             series,
             finger,
         })
@@ -163,7 +163,7 @@ impl InstanceFit {
 pub(super) fn modelled_ratio(model: &LaggedModel<'_>, contact: &Contact) -> Vec<f64> {
     let samples = model.gap.iter().zip(model.normal_n).enumerate();
     samples
-        .map(|(at, (&x, &n))| model.contact_at(contact, at).friction_ratio(x, n))
+        .map(|(sample, (&x, &n))| model.contact_at(contact, sample).friction_ratio(x, n))
         .collect()
 }
 
@@ -173,8 +173,8 @@ pub(super) fn friction_at_rest(
     contact: &Contact,
     mu: &[f64],
 ) -> FrictionLaw<PARAMETERS> {
-    let all = modelled_ratio(model, contact);
-    let ratios = &all[model.lead..];
+    let all_ratios = modelled_ratio(model, contact);
+    let ratios = &all_ratios[model.lead..];
     let power: f64 = ratios.iter().map(|m| m * m).sum();
     let mu0 = ratios.iter().zip(mu).map(|(m, mu)| m * mu).sum::<f64>() / power;
     let squares: f64 = ratios
@@ -183,29 +183,30 @@ pub(super) fn friction_at_rest(
         .map(|(ratio, mu)| (mu - mu0 * ratio).powi(2))
         .sum();
     let freedom = (ratios.len() - 1) as f64;
-    FrictionLaw::published(
+    FrictionLaw::paper(
         mu0,
         (squares / freedom / power).sqrt(),
-        friction_slopes(model, contact, mu, mu0, &all),
+        friction_slopes(model, contact, mu, mu0, &all_ratios),
     )
 }
 
-/// Returns ∂(μ/μ0)/∂parameter for the parameters in [`OF_GAP`], after [`LaggedModel::follow`], with the lead-in.
+/// Returns ∂(μ/μ0)/∂parameter for the parameters in [`GAP_PARAMETERS`], after [`LaggedModel::follow`], with the lead-in.
 pub(super) fn modelled_ratio_slopes(
     model: &LaggedModel<'_>,
     contact: &Contact,
     ratios: &[f64],
-) -> [Vec<f64>; OF_GAP.len()] {
+) -> [Vec<f64>; GAP_PARAMETERS.len()] {
     let sigma = contact.sigma_t_m();
-    let mut slopes: [Vec<f64>; OF_GAP.len()] =
+    let mut slopes: [Vec<f64>; GAP_PARAMETERS.len()] =
         std::array::from_fn(|_| Vec::with_capacity(ratios.len()));
-    for (at, &ratio) in ratios.iter().enumerate() {
-        let contact = model.contact_at(contact, at);
-        let at_gap = contact.friction_ratio_slopes(model.gap[at], model.normal_n[at]);
-        let of_gap = model.gap_slopes_m(at).into_iter().zip(OF_GAP);
-        for (slopes, (of_gap, parameter)) in slopes.iter_mut().zip(of_gap) {
-            let direct = at_gap.by(parameter, &model.loads.slopes[at]);
-            slopes.push(direct - ratio / sigma * of_gap);
+    for (sample, &ratio) in ratios.iter().enumerate() {
+        let contact = model.contact_at(contact, sample);
+        let fixed_gap_slopes =
+            contact.friction_ratio_slopes(model.gap[sample], model.normal_n[sample]);
+        let gap_slopes = model.gap_slopes_m(sample).into_iter().zip(GAP_PARAMETERS);
+        for (slopes, (gap_slope, parameter)) in slopes.iter_mut().zip(gap_slopes) {
+            let direct_slope = fixed_gap_slopes.by(parameter, &model.loads.slopes[sample]);
+            slopes.push(direct_slope - ratio / sigma * gap_slope);
         }
     }
     slopes
@@ -219,16 +220,19 @@ fn friction_slopes(
     mu0: f64,
     ratios: &[f64],
 ) -> [f64; PARAMETERS] {
-    let inside = &ratios[model.lead..];
-    let power: f64 = inside.iter().map(|m| m * m).sum();
+    let instance_ratios = &ratios[model.lead..];
+    let power: f64 = instance_ratios.iter().map(|m| m * m).sum();
     let mut slopes = [0.0; PARAMETERS];
-    let of_ratio = modelled_ratio_slopes(model, contact, ratios);
-    for (parameter, by) in OF_GAP.into_iter().zip(&of_ratio) {
-        let each = inside.iter().zip(mu).zip(&by[model.lead..]);
-        let moved: f64 = each
-            .map(|((ratio, mu), by)| (mu - 2.0 * mu0 * ratio) * by)
+    let ratio_slopes = modelled_ratio_slopes(model, contact, ratios);
+    for (parameter, ratio_slope) in GAP_PARAMETERS.into_iter().zip(&ratio_slopes) {
+        let samples = instance_ratios
+            .iter()
+            .zip(mu)
+            .zip(&ratio_slope[model.lead..]);
+        let weighted_slope: f64 = samples
+            .map(|((ratio, mu), slope)| (mu - 2.0 * mu0 * ratio) * slope)
             .sum();
-        slopes[parameter] = moved / power;
+        slopes[parameter] = weighted_slope / power;
     }
     // The measured friction is the lateral force divided by the normal force.
     slopes[LN_FORCE] -= mu0;

@@ -56,7 +56,7 @@ pub(super) struct LaggedModel<'a> {
 }
 
 /// Parameters that the lagged gap depends on, those of its equilibrium first.
-pub(super) const OF_GAP: [usize; 10] = [
+pub(super) const GAP_PARAMETERS: [usize; 10] = [
     LN_SIGMA_T,
     LN_AREA,
     LN_Q0,
@@ -69,15 +69,15 @@ pub(super) const OF_GAP: [usize; 10] = [
     LN_FORCE,
 ];
 /// Number of parameters that the equilibrium depends on.
-const OF_EQUILIBRIUM: usize = 7;
-/// Index of ln S in [`OF_GAP`].
+const EQUILIBRIUM_COUNT: usize = 7;
+/// Index of ln S in [`GAP_PARAMETERS`].
 const AREA: usize = 1;
 
 /// Derivatives of the lagged gap by the parameters, m.
 struct GapSlopes {
-    unlagged: [Vec<f64>; OF_EQUILIBRIUM],
+    equilibrium: [Vec<f64>; EQUILIBRIUM_COUNT],
     /// Slopes of the lagged gap, except by the force: a larger force is equivalent to a smaller area.
-    lagged: [Vec<f64>; OF_GAP.len() - 1],
+    gap: [Vec<f64>; GAP_PARAMETERS.len() - 1],
     /// Lag last applied to the gap.
     lag: GrowingLag,
 }
@@ -115,8 +115,8 @@ impl<'a> LaggedModel<'a> {
             equilibrium: zeros(),
             gap: zeros(),
             gap_slopes: GapSlopes {
-                unlagged: std::array::from_fn(|_| zeros()),
-                lagged: std::array::from_fn(|_| zeros()),
+                equilibrium: std::array::from_fn(|_| zeros()),
+                gap: std::array::from_fn(|_| zeros()),
                 lag: GrowingLag::new(samples.time_s.len()),
             },
             by_gap: vec![Complex64::ZERO; samples.time_s.len() - lead],
@@ -151,14 +151,14 @@ impl<'a> LaggedModel<'a> {
     pub(super) fn follow(&mut self, parameters: &[f64; PARAMETERS]) -> Option<Contact> {
         let contact = self.follow_gap(parameters)?;
         let (loads, trend) = (&self.loads, &self.trend);
-        let heavier = parameters[LN_FORCE].exp();
+        let force_factor = parameters[LN_FORCE].exp();
         let slopes = &mut self.gap_slopes;
-        for (at, (&gap, &normal_n)) in self.equilibrium.iter().zip(self.normal_n).enumerate() {
-            let of_gap = loads
-                .contact(&trend.contact(&contact, at), at)
-                .equilibrium_gap_slopes_m(gap, heavier * normal_n);
-            for (unlagged, parameter) in slopes.unlagged.iter_mut().zip(OF_GAP) {
-                unlagged[at] = of_gap.by(parameter, &loads.slopes[at]);
+        for (sample, (&gap, &normal_n)) in self.equilibrium.iter().zip(self.normal_n).enumerate() {
+            let equilibrium_slopes = loads
+                .contact(&trend.contact(&contact, sample), sample)
+                .equilibrium_gap_slopes_m(gap, force_factor * normal_n);
+            for (slope, parameter) in slopes.equilibrium.iter_mut().zip(GAP_PARAMETERS) {
+                slope[sample] = equilibrium_slopes.by(parameter, &loads.slopes[sample]);
             }
         }
         slopes.follow(&self.equilibrium, &self.gap, MS / self.interval_s);
@@ -175,15 +175,15 @@ impl<'a> LaggedModel<'a> {
             MS / self.interval_s,
         )?;
         let (loads, trend) = (&self.loads, &self.trend);
-        let heavier = parameters[LN_FORCE].exp();
-        let each = (0..self.gap.len()).map(|at| {
+        let force_factor = parameters[LN_FORCE].exp();
+        let samples = (0..self.gap.len()).map(|sample| {
             (
-                loads.contact(&trend.contact(&contact, at), at),
-                loads.amplitude_m[at],
-                heavier * self.normal_n[at],
+                loads.contact(&trend.contact(&contact, sample), sample),
+                loads.amplitude_m[sample],
+                force_factor * self.normal_n[sample],
             )
         });
-        equilibrium_gaps(each, &mut self.equilibrium).ok()?;
+        equilibrium_gaps(samples, &mut self.equilibrium).ok()?;
         let law = GrowthLaw {
             tau: parameters[TAU_MS] * MS / self.interval_s,
             exponent: parameters[LAG_EXPONENT],
@@ -198,22 +198,22 @@ impl<'a> LaggedModel<'a> {
     /// Returns the derivative of Z_m at each sample of the instance, real parts first, by the logarithm of the normal force at
     /// each sample, lead-in included, after [`evaluate`](ImpedanceModel::evaluate).
     pub(super) fn response_to_force(&self) -> DMatrix<f64> {
-        let (samples, all) = (self.z_m.len(), self.gap.len());
+        let (samples, total) = (self.z_m.len(), self.gap.len());
         // A larger force is equivalent to a smaller area, apart from the growth of the area.
-        let smaller = self.area_exponent - 1.0;
-        let mut response = DMatrix::zeros(2 * samples, all);
-        let (mut impulse, mut gap) = (vec![0.0; all], vec![0.0; all]);
-        for (at, &by_ln_area) in self.gap_slopes.unlagged[AREA].iter().enumerate() {
-            impulse[at] = smaller * by_ln_area;
+        let area_slope = self.area_exponent - 1.0;
+        let mut response = DMatrix::zeros(2 * samples, total);
+        let (mut impulse, mut gap) = (vec![0.0; total], vec![0.0; total]);
+        for (sample, &by_ln_area) in self.gap_slopes.equilibrium[AREA].iter().enumerate() {
+            impulse[sample] = area_slope * by_ln_area;
             self.gap_slopes.lag.slope_by_input(&impulse, &mut gap);
-            impulse[at] = 0.0;
+            impulse[sample] = 0.0;
             for (index, &by_gap) in self.by_gap.iter().enumerate() {
-                let mut of = by_gap * gap[self.lead + index];
-                if self.lead + index == at {
-                    of += self.by_ln_area[index] * self.area_exponent;
+                let mut by_force = by_gap * gap[self.lead + index];
+                if self.lead + index == sample {
+                    by_force += self.by_ln_area[index] * self.area_exponent;
                 }
-                response[(index, at)] = of.re;
-                response[(samples + index, at)] = of.im;
+                response[(index, sample)] = by_force.re;
+                response[(samples + index, sample)] = by_force.im;
             }
         }
         response
@@ -223,20 +223,21 @@ impl<'a> LaggedModel<'a> {
     /// both, it may vary more steeply with frequency (Foster 1924), which the carrier does not show.
     pub(super) fn follow_transient(&mut self, parameters: &[f64; PARAMETERS]) -> Option<()> {
         let contact = self.follow_gap(parameters)?;
-        let (fitted, omega) = (Fitted::new(parameters), self.carrier_rad_per_s);
+        let (finger_parameters, omega) =
+            (FingerParameters::new(parameters), self.carrier_rad_per_s);
         let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, omega);
         let rows: Vec<Row> = (self.lead..self.gap.len())
-            .map(|at| {
+            .map(|sample| {
                 let k_c = self
-                    .contact_at(&contact, at)
-                    .stiffness_n_per_m(self.gap[at], self.loads.amplitude_m[at]);
-                let seen = self.seen(&fitted, z_c_per_stiffness * k_c, at);
+                    .contact_at(&contact, sample)
+                    .stiffness_n_per_m(self.gap[sample], self.loads.amplitude_m[sample]);
+                let z = self.sample_impedance(&finger_parameters, z_c_per_stiffness * k_c, sample);
                 Row {
-                    on_contact: seen.z_t / seen.both,
-                    on_skin: seen.z_c / seen.both,
+                    contact_fraction: z.z_t / z.z_sum,
+                    skin_fraction: z.z_c / z.z_sum,
                     contact_kg: k_c / omega.powi(2),
-                    skin_kg: seen.z_t.im.abs() / omega,
-                    seen: seen.part * seen.part * seen.finger_scale,
+                    skin_kg: z.z_t.im.abs() / omega,
+                    finger_factor: z.mobility_factor * z.mobility_factor * z.finger_scale,
                 }
             })
             .collect();
@@ -248,54 +249,68 @@ impl<'a> LaggedModel<'a> {
     /// 1 − Y Z times that at the pickup.
     pub(super) fn follow_other_modes(&mut self, parameters: &[f64; PARAMETERS]) -> Option<()> {
         let contact = self.follow_gap(parameters)?;
-        let fitted = Fitted::new(parameters);
+        let finger_parameters = FingerParameters::new(parameters);
         let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, self.carrier_rad_per_s);
-        for at in 0..self.gap.len() {
+        for sample in 0..self.gap.len() {
             let k_c = self
-                .contact_at(&contact, at)
-                .stiffness_n_per_m(self.gap[at], self.loads.amplitude_m[at]);
-            let seen = self.seen(&fitted, z_c_per_stiffness * k_c, at);
-            self.loads.slopes[at].ln_film_by_mobility = 2.0 * seen.alone.im;
+                .contact_at(&contact, sample)
+                .stiffness_n_per_m(self.gap[sample], self.loads.amplitude_m[sample]);
+            let z = self.sample_impedance(&finger_parameters, z_c_per_stiffness * k_c, sample);
+            self.loads.slopes[sample].ln_film_by_mobility = 2.0 * z.z_finger.im;
         }
         Some(())
     }
 
     /// Returns the measured Z_m minus the contribution of the skin's inertia, N·s/m.
-    pub(super) fn z_m_at_rest(&self) -> Vec<Complex64> {
-        let each = self.z_m.iter().zip(&self.transient.n_s_per_m);
-        each.map(|(z_m, added)| z_m - added).collect()
+    pub(super) fn z_m_without_inertia(&self) -> Vec<Complex64> {
+        let samples = self.z_m.iter().zip(&self.transient.n_s_per_m);
+        samples.map(|(z_m, inertia)| z_m - inertia).collect()
     }
 
     /// Returns the contact at a sample.
-    pub(super) fn contact_at(&self, contact: &Contact, at: usize) -> Contact {
-        self.loads.contact(&self.trend.contact(contact, at), at)
+    pub(super) fn contact_at(&self, contact: &Contact, sample: usize) -> Contact {
+        self.loads
+            .contact(&self.trend.contact(contact, sample), sample)
     }
 
-    /// Returns the derivatives of the gap at a sample by the parameters in [`OF_GAP`], m.
-    pub(super) fn gap_slopes_m(&self, at: usize) -> [f64; OF_GAP.len()] {
-        let lagged = &self.gap_slopes.lagged;
-        std::array::from_fn(|index| lagged.get(index).map_or(-lagged[AREA][at], |of| of[at]))
+    /// Returns the derivatives of the gap at a sample by the parameters in [`GAP_PARAMETERS`], m.
+    pub(super) fn gap_slopes_m(&self, sample: usize) -> [f64; GAP_PARAMETERS.len()] {
+        let gap_slopes = &self.gap_slopes.gap;
+        std::array::from_fn(|index| {
+            gap_slopes
+                .get(index)
+                .map_or(-gap_slopes[AREA][sample], |slopes| slopes[sample])
+        })
     }
 
     /// Returns the logarithm of the ratio of the instance's mean gap to the gap at which τ has its parameter value.
     pub(super) fn ln_mean_gap(&self) -> f64 {
-        let inside = &self.gap[self.lead..];
-        (inside.iter().sum::<f64>() / inside.len() as f64 / LAG_REFERENCE_GAP_M).ln()
+        let instance_gap = &self.gap[self.lead..];
+        (instance_gap.iter().sum::<f64>() / instance_gap.len() as f64 / LAG_REFERENCE_GAP_M).ln()
     }
 
     /// Returns the finger at a sample for a contact of impedance `z_c`.
-    fn seen(&self, fitted: &Fitted, z_c: Complex64, at: usize) -> Seen {
-        let z_t = self.trend.z_t(fitted.z_t, at);
-        let both = z_t + z_c;
-        let alone = z_t * z_c / both;
-        Seen {
-            z_p: self.trend.z_p(self.z_p + fitted.z_p_offset, at),
+    fn sample_impedance(
+        &self,
+        finger_parameters: &FingerParameters,
+        z_c: Complex64,
+        sample: usize,
+    ) -> SampleImpedance {
+        let z_t = self.trend.z_t(finger_parameters.z_t, sample);
+        let z_sum = z_t + z_c;
+        let z_finger = z_t * z_c / z_sum;
+        SampleImpedance {
+            z_p: self
+                .trend
+                .z_p(self.z_p + finger_parameters.z_p_offset, sample),
             z_t,
             z_c,
-            both,
-            alone,
-            part: (1.0 + fitted.residual_mobility * alone).inv(),
-            finger_scale: self.trend.finger_scale(fitted.finger_scale, at),
+            z_sum,
+            z_finger,
+            mobility_factor: (1.0 + finger_parameters.residual_mobility * z_finger).inv(),
+            finger_scale: self
+                .trend
+                .finger_scale(finger_parameters.finger_scale, sample),
         }
     }
 
@@ -306,15 +321,15 @@ impl<'a> LaggedModel<'a> {
         z_m: &mut [Complex64],
     ) -> Option<()> {
         let contact = self.follow_gap(parameters)?;
-        let fitted = Fitted::new(parameters);
+        let finger_parameters = FingerParameters::new(parameters);
         let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, self.carrier_rad_per_s);
         for (index, z_m) in z_m.iter_mut().enumerate() {
-            let at = self.lead + index;
+            let sample = self.lead + index;
             let k_c = self
-                .contact_at(&contact, at)
-                .stiffness_n_per_m(self.gap[at], self.loads.amplitude_m[at]);
-            let seen = self.seen(&fitted, z_c_per_stiffness * k_c, at);
-            *z_m = seen.z_p + seen.finger() + self.transient.n_s_per_m[index];
+                .contact_at(&contact, sample)
+                .stiffness_n_per_m(self.gap[sample], self.loads.amplitude_m[sample]);
+            let z = self.sample_impedance(&finger_parameters, z_c_per_stiffness * k_c, sample);
+            *z_m = z.z_p + z.finger() + self.transient.n_s_per_m[index];
         }
         Some(())
     }
@@ -334,7 +349,7 @@ impl<'a> LaggedModel<'a> {
             };
             let (z_t, squares) = self.tissue_given_gap(&contact, self.z_p);
             (parameters[RE_Z_T], parameters[IM_Z_T]) = (z_t.re, z_t.im);
-            if z_t.is_finite() && best.is_none_or(|(least, _)| squares < least) {
+            if z_t.is_finite() && best.is_none_or(|(min_squares, _)| squares < min_squares) {
                 best = Some((squares, parameters));
             }
         }
@@ -356,9 +371,9 @@ impl<'a> LaggedModel<'a> {
             );
             let weight = finger.norm_sqr().powi(2);
             if weight > 0.0 {
-                let of_tissue = finger.inv() - z_c.inv();
-                sum += weight * of_tissue;
-                squares += weight * of_tissue.norm_sqr();
+                let tissue_mobility = finger.inv() - z_c.inv();
+                sum += weight * tissue_mobility;
+                squares += weight * tissue_mobility.norm_sqr();
                 weights += weight;
             }
         }
@@ -367,7 +382,7 @@ impl<'a> LaggedModel<'a> {
 }
 
 impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
-    fn measured(&self) -> &[Complex64] {
+    fn measurement(&self) -> &[Complex64] {
         self.z_m
     }
 
@@ -385,34 +400,36 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
         let contact = self.follow(parameters)?;
         self.area_exponent = parameters[AREA_EXPONENT];
         let loss_factor = parameters[LN_LOSS_FACTOR].exp();
-        let fitted = Fitted::new(parameters);
+        let finger_parameters = FingerParameters::new(parameters);
         let z_c_per_stiffness = contact.impedance_n_s_per_m(1.0, self.carrier_rad_per_s);
         for index in 0..z_m.len() {
-            let at = self.lead + index;
-            let (gap, amplitude) = (self.gap[at], self.loads.amplitude_m[at]);
-            let contact = self.contact_at(&contact, at);
+            let sample = self.lead + index;
+            let (gap, amplitude) = (self.gap[sample], self.loads.amplitude_m[sample]);
+            let contact = self.contact_at(&contact, sample);
             let by_gap = contact.stiffness_slope_n_per_m2(gap, amplitude);
-            let at_gap = contact.stiffness_slopes_n_per_m(gap, amplitude);
+            let fixed_gap_slopes = contact.stiffness_slopes_n_per_m(gap, amplitude);
             let k_c = contact.stiffness_n_per_m(gap, amplitude);
-            let seen = self.seen(&fitted, z_c_per_stiffness * k_c, at);
-            let by_alone = seen.part * seen.part * seen.finger_scale;
-            let by_z_c = (seen.z_t / seen.both).powi(2) * by_alone;
+            let z = self.sample_impedance(&finger_parameters, z_c_per_stiffness * k_c, sample);
+            let by_z_finger = z.mobility_factor * z.mobility_factor * z.finger_scale;
+            let by_z_c = (z.z_t / z.z_sum).powi(2) * by_z_finger;
             let by_stiffness = by_z_c * z_c_per_stiffness;
-            let by_z_t = (seen.z_c / seen.both).powi(2) * by_alone;
-            let finger = seen.finger();
-            z_m[index] = seen.z_p + finger + self.transient.n_s_per_m[index];
+            let by_z_t = (z.z_c / z.z_sum).powi(2) * by_z_finger;
+            let finger = z.finger();
+            z_m[index] = z.z_p + finger + self.transient.n_s_per_m[index];
             self.by_gap[index] = by_stiffness * by_gap;
-            self.by_ln_area[index] = by_stiffness * at_gap.by_ln_area;
+            self.by_ln_area[index] = by_stiffness * fixed_gap_slopes.by_ln_area;
             let slope = &mut slopes[index];
-            for (parameter, of_gap) in OF_GAP.into_iter().zip(self.gap_slopes_m(at)) {
-                let stiffness = at_gap.by(parameter, &self.loads.slopes[at]) + by_gap * of_gap;
-                slope[parameter] = by_stiffness * stiffness;
+            for (parameter, gap_slope) in GAP_PARAMETERS.into_iter().zip(self.gap_slopes_m(sample))
+            {
+                let stiffness_slope =
+                    fixed_gap_slopes.by(parameter, &self.loads.slopes[sample]) + by_gap * gap_slope;
+                slope[parameter] = by_stiffness * stiffness_slope;
             }
             slope[LN_RATIO] += finger * FINGER_SLOPES[LN_RATIO];
             for parameter in [FINGER_ANGLE, LN_FINGER] {
                 slope[parameter] = finger * FINGER_SLOPES[parameter];
             }
-            slope[RESIDUAL_MOBILITY] = -Complex64::I * seen.alone * seen.alone * by_alone;
+            slope[RESIDUAL_MOBILITY] = -Complex64::I * z.z_finger * z.z_finger * by_z_finger;
             slope[RE_Z_T] = by_z_t;
             slope[IM_Z_T] = by_z_t * Complex64::I;
             slope[IM_OFFSET] = Complex64::I;
@@ -424,14 +441,14 @@ impl ImpedanceModel<PARAMETERS> for LaggedModel<'_> {
 }
 
 /// Parameters that act on the impedance of a sample, apart from those of its contact.
-struct Fitted {
+struct FingerParameters {
     z_t: Complex64,
     z_p_offset: Complex64,
     finger_scale: Complex64,
     residual_mobility: Complex64,
 }
 
-impl Fitted {
+impl FingerParameters {
     fn new(parameters: &[f64; PARAMETERS]) -> Self {
         Self {
             z_t: Complex64::new(parameters[RE_Z_T], parameters[IM_Z_T]),
@@ -443,21 +460,21 @@ impl Fitted {
 }
 
 /// Finger at a sample: Eqs. 9 to 11 and the effect of other modes of the plate.
-struct Seen {
+struct SampleImpedance {
     z_p: Complex64,
     z_t: Complex64,
     z_c: Complex64,
-    both: Complex64,
+    z_sum: Complex64,
     /// Z_t Z_c/(Z_t + Z_c).
-    alone: Complex64,
-    /// Factor that the other modes apply to `alone`.
-    part: Complex64,
+    z_finger: Complex64,
+    /// Factor that the other modes apply to `z_finger`.
+    mobility_factor: Complex64,
     finger_scale: Complex64,
 }
 
-impl Seen {
+impl SampleImpedance {
     fn finger(&self) -> Complex64 {
-        self.alone * self.part * self.finger_scale
+        self.z_finger * self.mobility_factor * self.finger_scale
     }
 }
 
@@ -471,15 +488,17 @@ impl GapSlopes {
     /// Computes the slopes of the gap that lags behind its equilibrium.
     fn follow(&mut self, equilibrium: &[f64], gap: &[f64], intervals_per_ms: f64) {
         self.lag.differentiate(equilibrium, gap);
-        let (of_equilibrium, of_lag) = self.lagged.split_at_mut(OF_EQUILIBRIUM);
-        for (unlagged, lagged) in self.unlagged.iter().zip(of_equilibrium) {
-            self.lag.slope_by_input(unlagged, lagged);
+        let (equilibrium_slopes, lag_slopes) = self.gap.split_at_mut(EQUILIBRIUM_COUNT);
+        for (equilibrium_slope, gap_slope) in self.equilibrium.iter().zip(equilibrium_slopes) {
+            self.lag.slope_by_input(equilibrium_slope, gap_slope);
         }
-        let [by_tau_ms, by_exponent] = of_lag else {
+        let [by_tau_ms, by_exponent] = lag_slopes else {
             unreachable!("the slopes by the lag's two parameters come last")
         };
         self.lag.slope_by_tau(by_tau_ms);
-        by_tau_ms.iter_mut().for_each(|of| *of *= intervals_per_ms);
+        by_tau_ms
+            .iter_mut()
+            .for_each(|slope| *slope *= intervals_per_ms);
         self.lag.slope_by_exponent(by_exponent);
     }
 }
@@ -501,32 +520,38 @@ mod tests {
                 let mut model = LaggedModel::new(instance, &conditions, 0.02, 0.6).unwrap();
                 model.normal_n = normal_n;
                 model.loads = Loads::new(samples.amplitude_m, normal_n, 0.6);
-                let mut at = model.assumed_parameters(1.7e-6, 1.2e-3);
-                (at[RE_Z_T], at[IM_Z_T], at[AREA_EXPONENT]) = (0.47, 3.16, exponent);
+                let mut parameters = model.assumed_parameters(1.7e-6, 1.2e-3);
+                (
+                    parameters[RE_Z_T],
+                    parameters[IM_Z_T],
+                    parameters[AREA_EXPONENT],
+                ) = (0.47, 3.16, exponent);
                 let n = model.z_m.len();
                 let mut z_m = vec![Complex64::ZERO; n];
                 let mut slopes = vec![[Complex64::ZERO; PARAMETERS]; n];
-                model.evaluate(&at, &mut z_m, &mut slopes).unwrap();
+                model.evaluate(&parameters, &mut z_m, &mut slopes).unwrap();
                 (z_m, model.response_to_force())
             };
             for exponent in [0.0, 0.5] {
                 let (_, response) = impedance(&force, exponent);
-                for at in [10, 60, 100] {
-                    let by = 1e-5;
-                    let heavier = |sign: f64| {
+                for sample in [10, 60, 100] {
+                    let step = 1e-5;
+                    let impedance_with = |sign: f64| {
                         let mut force = force.clone();
-                        force[at] *= (sign * by).exp();
+                        force[sample] *= (sign * step).exp();
                         impedance(&force, exponent).0
                     };
-                    let (above, below) = (heavier(1.0), heavier(-1.0));
+                    let (above, below) = (impedance_with(1.0), impedance_with(-1.0));
                     for (index, (above, below)) in above.iter().zip(&below).enumerate() {
-                        let slope = (above - below) / (2.0 * by);
+                        let slope = (above - below) / (2.0 * step);
                         let n = response.nrows() / 2;
-                        let stated =
-                            Complex64::new(response[(index, at)], response[(n + index, at)]);
+                        let expected = Complex64::new(
+                            response[(index, sample)],
+                            response[(n + index, sample)],
+                        );
                         assert!(
-                            (slope - stated).norm() < 1e-5,
-                            "{at} {index}: {slope} {stated}"
+                            (slope - expected).norm() < 1e-5,
+                            "{sample} {index}: {slope} {expected}"
                         );
                     }
                 }
@@ -539,16 +564,22 @@ mod tests {
         with_instance(|instance| {
             let conditions = FitConditions::with_plate(Complex64::new(7.01, 0.1));
             let mut model = LaggedModel::new(instance, &conditions, 0.02, 0.6).unwrap();
-            let mut at = model.assumed_parameters(1.7e-6, 1.2e-3);
-            (at[RE_Z_T], at[IM_Z_T], at[AREA_EXPONENT]) = (0.47, 3.16, 0.3);
-            (at[FINGER_ANGLE], at[RESIDUAL_MOBILITY]) = (0.03, 0.02);
+            let mut parameters = model.assumed_parameters(1.7e-6, 1.2e-3);
+            (
+                parameters[RE_Z_T],
+                parameters[IM_Z_T],
+                parameters[AREA_EXPONENT],
+            ) = (0.47, 3.16, 0.3);
+            (parameters[FINGER_ANGLE], parameters[RESIDUAL_MOBILITY]) = (0.03, 0.02);
             let n = model.z_m.len();
-            let mut with = vec![Complex64::ZERO; n];
+            let mut z_m = vec![Complex64::ZERO; n];
             let mut slopes = vec![[Complex64::ZERO; PARAMETERS]; n];
-            model.evaluate(&at, &mut with, &mut slopes).unwrap();
-            let mut without = vec![Complex64::ZERO; n];
-            model.impedances(&at, &mut without).unwrap();
-            assert_eq!(with, without);
+            model.evaluate(&parameters, &mut z_m, &mut slopes).unwrap();
+            let mut z_m_without_slopes = vec![Complex64::ZERO; n];
+            model
+                .impedances(&parameters, &mut z_m_without_slopes)
+                .unwrap();
+            assert_eq!(z_m, z_m_without_slopes);
         });
     }
 
@@ -558,24 +589,24 @@ mod tests {
             let conditions = FitConditions::with_plate(Complex64::new(7.01, 0.1));
             let mut model = LaggedModel::new(instance, &conditions, 0.02, 0.6).unwrap();
             for (tau_s, area_ratio) in [(-0.2e-3, 1.0), (0.05e-3, 0.6), (1.2e-3, 1.3)] {
-                let mut at = model.assumed_parameters(1.7e-6, tau_s);
-                at[RE_Z_T] = 0.47;
-                at[IM_Z_T] = 3.16;
-                at[IM_OFFSET] = -0.3;
-                at[RE_OFFSET] = 0.2;
-                at[LN_AREA] += f64::ln(area_ratio);
-                assert_slopes_are_derivatives(&mut model, at);
-                at[TAU_MS] = at[TAU_MS].max(0.3);
-                at[AREA_EXPONENT] = 0.4;
-                at[FILM_MEAN_MS] = 0.2;
-                at[LAG_EXPONENT] = 0.3;
-                at[LN_RATIO] = -0.04;
-                at[RESIDUAL_MOBILITY] = 0.02;
-                at[FINGER_ANGLE] = 0.03;
-                (at[LN_FINGER], at[LN_FORCE]) = (0.02, -0.05);
-                model.follow_other_modes(&at).unwrap();
-                at[FILM_MOBILITY] = 0.01;
-                assert_slopes_are_derivatives(&mut model, at);
+                let mut parameters = model.assumed_parameters(1.7e-6, tau_s);
+                parameters[RE_Z_T] = 0.47;
+                parameters[IM_Z_T] = 3.16;
+                parameters[IM_OFFSET] = -0.3;
+                parameters[RE_OFFSET] = 0.2;
+                parameters[LN_AREA] += f64::ln(area_ratio);
+                assert_slopes_are_derivatives(&mut model, parameters);
+                parameters[TAU_MS] = parameters[TAU_MS].max(0.3);
+                parameters[AREA_EXPONENT] = 0.4;
+                parameters[FILM_MEAN_MS] = 0.2;
+                parameters[LAG_EXPONENT] = 0.3;
+                parameters[LN_RATIO] = -0.04;
+                parameters[RESIDUAL_MOBILITY] = 0.02;
+                parameters[FINGER_ANGLE] = 0.03;
+                (parameters[LN_FINGER], parameters[LN_FORCE]) = (0.02, -0.05);
+                model.follow_other_modes(&parameters).unwrap();
+                parameters[FILM_MOBILITY] = 0.01;
+                assert_slopes_are_derivatives(&mut model, parameters);
             }
         });
     }

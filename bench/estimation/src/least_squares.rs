@@ -10,7 +10,7 @@ use contact::residual_noise::ResidualNoise;
 
 /// A model of the complex impedance of every sample of an instance, with N real parameters.
 pub(crate) trait ImpedanceModel<const N: usize> {
-    fn measured(&self) -> &[Complex64];
+    fn measurement(&self) -> &[Complex64];
     /// Returns the noise of a sample, in any unit; the model's own error is added to it. The fit weighs all samples alike, but
     /// its standard errors account for the noise.
     fn noise_shape(&self, index: usize) -> f64;
@@ -25,15 +25,15 @@ pub(crate) trait ImpedanceModel<const N: usize> {
 
 /// Residual per sample for a trial step outside the model's domain, N·s/m. It is far above any impedance, so the step is
 /// rejected.
-const OUT_OF_DOMAIN: f64 = 1e6;
+const DOMAIN_PENALTY: f64 = 1e6;
 const TOLERANCE: f64 = 1e-12;
 const PATIENCE: usize = 60;
 /// Relative decrease of the squares below which a Gauss–Newton step confirms a minimum, and length of a step, in the
 /// parameters' units, that is attributed to rounding.
-const FALL_LEFT: f64 = 1e-4;
-const STEP_LEFT: f64 = 1e-6;
+const MAX_RELATIVE_FALL: f64 = 1e-4;
+const MAX_ROUNDING_STEP: f64 = 1e-6;
 /// Pivot of the scaled normal matrix below which it is rounding, not information.
-const SINGULAR: f64 = 1e-12;
+const MIN_PIVOT: f64 = 1e-12;
 
 pub(crate) struct Minimum<const N: usize> {
     pub(crate) parameters: [f64; N],
@@ -65,12 +65,12 @@ struct ImpedanceProblem<'a, M, const N: usize> {
     free: &'a [usize],
     z_m: Vec<Complex64>,
     slopes: Vec<[Complex64; N]>,
-    in_domain: bool,
+    is_in_domain: bool,
 }
 
 impl<M: ImpedanceModel<N>, const N: usize> ImpedanceProblem<'_, M, N> {
     fn evaluate(&mut self) {
-        self.in_domain = self
+        self.is_in_domain = self
             .model
             .evaluate(&self.parameters, &mut self.z_m, &mut self.slopes)
             .is_some()
@@ -78,7 +78,7 @@ impl<M: ImpedanceModel<N>, const N: usize> ImpedanceProblem<'_, M, N> {
     }
 
     fn residual(&self, index: usize) -> Complex64 {
-        self.z_m[index] - self.model.measured()[index]
+        self.z_m[index] - self.model.measurement()[index]
     }
 }
 
@@ -102,8 +102,8 @@ impl<M: ImpedanceModel<N>, const N: usize> LeastSquaresProblem<f64, Dyn, Dyn>
 
     fn residuals(&self) -> Option<DVector<f64>> {
         let n = self.z_m.len();
-        if !self.in_domain {
-            return Some(DVector::from_element(2 * n, OUT_OF_DOMAIN));
+        if !self.is_in_domain {
+            return Some(DVector::from_element(2 * n, DOMAIN_PENALTY));
         }
         Some(DVector::from_fn(2 * n, |row, _| {
             if row < n {
@@ -128,33 +128,33 @@ pub(crate) fn best_start<M: ImpedanceModel<N>, const N: usize>(
     model: &mut M,
     starts: impl IntoIterator<Item = [f64; N]>,
 ) -> Option<[f64; N]> {
-    let n = model.measured().len();
+    let n = model.measurement().len();
     let mut z_m = vec![Complex64::ZERO; n];
     let mut slopes = vec![[Complex64::ZERO; N]; n];
     let mut best = None;
-    let mut least = f64::INFINITY;
+    let mut min_squares = f64::INFINITY;
     for start in starts {
         if model.evaluate(&start, &mut z_m, &mut slopes).is_none() {
             continue;
         }
         let squares: f64 = z_m
             .iter()
-            .zip(model.measured())
+            .zip(model.measurement())
             .map(|(a, b)| (a - b).norm_sqr())
             .sum();
-        if squares < least {
-            (best, least) = (Some(start), squares);
+        if squares < min_squares {
+            (best, min_squares) = (Some(start), squares);
         }
     }
     best
 }
 
 /// Returns the model's impedance; `None` outside the model's domain.
-pub(crate) fn evaluated<M: ImpedanceModel<N>, const N: usize>(
+pub(crate) fn model_impedances<M: ImpedanceModel<N>, const N: usize>(
     model: &mut M,
     parameters: &[f64; N],
 ) -> Option<Vec<Complex64>> {
-    let n = model.measured().len();
+    let n = model.measurement().len();
     let mut z_m = vec![Complex64::ZERO; n];
     model.evaluate(parameters, &mut z_m, &mut vec![[Complex64::ZERO; N]; n])?;
     Some(z_m)
@@ -168,7 +168,7 @@ pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
     free: &[usize],
     by_error: &ByError<N>,
 ) -> Minimum<N> {
-    let n = model.measured().len();
+    let n = model.measurement().len();
     let zero = Complex64::ZERO;
     let mut problem = ImpedanceProblem {
         model,
@@ -176,7 +176,7 @@ pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
         free,
         z_m: vec![zero; n],
         slopes: vec![[zero; N]; n],
-        in_domain: false,
+        is_in_domain: false,
     };
     problem.evaluate();
     let (problem, report) = LevenbergMarquardt::new()
@@ -186,7 +186,7 @@ pub(crate) fn minimise<M: ImpedanceModel<N>, const N: usize>(
         .with_patience(PATIENCE)
         .minimize(problem);
     let failure = match report.termination {
-        _ if !problem.in_domain => Some("left the range in which the model holds".to_owned()),
+        _ if !problem.is_in_domain => Some("left the range in which the model holds".to_owned()),
         TerminationReason::NoImprovementPossible(_) => None,
         reason if reason.was_successful() => None,
         reason => Some(format!("{reason:?}")),
@@ -208,7 +208,7 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
         .collect();
     let noise = ResidualNoise::of(&residuals, &shapes, problem.free.len());
     let deviations: Vec<f64> = shapes.iter().map(|&shape| noise.std(shape)).collect();
-    let white: Vec<Complex64> = residuals
+    let white_residuals: Vec<Complex64> = residuals
         .iter()
         .zip(&deviations)
         .map(|(residual, deviation)| residual / deviation)
@@ -216,14 +216,14 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
     let size = problem.free.len();
     let (mut normal, mut scatter) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
     let mut gradient = DVector::zeros(size);
-    let mut moved = DMatrix::zeros(size, ERRORS);
+    let mut error_gradient = DMatrix::zeros(size, ERRORS);
     let by_error_complex = by_error.map(Complex64::from);
     for ((slope, deviation), residual) in problem.slopes.iter().zip(&deviations).zip(&residuals) {
         gradient += DVector::from_fn(size, |row, _| {
             (slope[problem.free[row]].conj() * residual).re
         });
         let errors = SVector::from(*slope).tr_mul(&by_error_complex);
-        moved += DMatrix::from_fn(size, ERRORS, |row, error| {
+        error_gradient += DMatrix::from_fn(size, ERRORS, |row, error| {
             (slope[problem.free[row]].conj() * errors[error]).re
         });
         let product = DMatrix::from_fn(size, size, |row, column| {
@@ -235,21 +235,22 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
     let inverse = invert_scaled(&normal);
     let step = inverse.as_ref().map(|inverse| inverse * &gradient);
     // Rejected steps out of the domain shorten the steps that follow, and a short step can be mistaken for convergence.
-    let stopped = step
-        .is_some_and(|step| step.amax() > STEP_LEFT && step.dot(&gradient) > FALL_LEFT * squares);
-    let at_the_edge = || "stopped at the edge of the range in which the model holds".to_owned();
-    let failure = failure.or_else(|| stopped.then(at_the_edge));
+    let is_unfinished = step.is_some_and(|step| {
+        step.amax() > MAX_ROUNDING_STEP && step.dot(&gradient) > MAX_RELATIVE_FALL * squares
+    });
+    let edge_failure = || "stopped at the edge of the range in which the model holds".to_owned();
+    let failure = failure.or_else(|| is_unfinished.then(edge_failure));
     let covariance = inverse.map(|inverse| {
-        let of_free = &inverse * scatter * &inverse * correlation(&white);
+        let free_covariance = &inverse * scatter * &inverse * correlation(&white_residuals);
         let mut by_error = *by_error;
-        for (followed, &parameter) in (&inverse * moved).row_iter().zip(problem.free) {
+        for (response, &parameter) in (&inverse * error_gradient).row_iter().zip(problem.free) {
             let mut row = by_error.row_mut(parameter);
-            row -= followed;
+            row -= response;
         }
         let mut covariance = by_error * by_error.transpose();
         for (row, &i) in problem.free.iter().enumerate() {
             for (column, &j) in problem.free.iter().enumerate() {
-                covariance[(i, j)] += of_free[(row, column)];
+                covariance[(i, j)] += free_covariance[(row, column)];
             }
         }
         covariance
@@ -266,19 +267,19 @@ fn summarise<M: ImpedanceModel<N>, const N: usize>(
 
 /// Inverts a normal matrix, scaled to unit diagonal first so that units do not decide which pivots count as singular.
 fn invert_scaled(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    let scale = normal.diagonal().map(|of| of.sqrt().recip());
+    let scale = normal.diagonal().map(|entry| entry.sqrt().recip());
     if !scale.iter().all(|s| s.is_finite()) {
         return None;
     }
-    let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
+    let scaled_matrix = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
         normal[(i, j)] * scale[i] * scale[j]
     });
-    let factor = scaled.cholesky()?;
+    let factor = scaled_matrix.cholesky()?;
     if factor
         .l_dirty()
         .diagonal()
         .iter()
-        .any(|pivot| pivot.powi(2) < SINGULAR)
+        .any(|pivot| pivot.powi(2) < MIN_PIVOT)
     {
         return None;
     }
@@ -291,20 +292,20 @@ fn invert_scaled(normal: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 /// Returns 1 + 2 Σ ρ_k over the lags before the autocorrelation first vanishes. Neighbouring residuals share the demodulator's
 /// window and the model's error, so n samples carry less information than n independent values.
 pub(crate) fn correlation(residuals: &[Complex64]) -> f64 {
-    let at = |lag: usize| {
+    let autocovariance = |lag: usize| {
         residuals
             .iter()
             .zip(&residuals[lag..])
             .map(|(a, b)| (a.conj() * b).re)
             .sum::<f64>()
     };
-    let power = at(0);
+    let power = autocovariance(0);
     // Without residuals the autocorrelation is undefined.
     if power.is_nan() || power <= 0.0 {
         return 1.0;
     }
     let sum: f64 = (1..residuals.len())
-        .map(|lag| at(lag) / power)
+        .map(|lag| autocovariance(lag) / power)
         .take_while(|rho| *rho > 0.0)
         .sum();
     1.0 + 2.0 * sum
@@ -316,13 +317,13 @@ pub(crate) mod tests {
 
     /// Model with impedances equal to a parameter, undefined below a wall.
     struct Walled {
-        measured: Vec<Complex64>,
+        measurement: Vec<Complex64>,
         wall: f64,
     }
 
     impl ImpedanceModel<1> for Walled {
-        fn measured(&self) -> &[Complex64] {
-            &self.measured
+        fn measurement(&self) -> &[Complex64] {
+            &self.measurement
         }
 
         fn noise_shape(&self, _: usize) -> f64 {
@@ -343,53 +344,53 @@ pub(crate) mod tests {
 
     #[test]
     fn a_search_that_ends_at_the_edge_of_the_model_has_found_no_minimum() {
-        let measured: Vec<Complex64> = (0..40).map(|n| f64::from(n % 5).into()).collect();
-        for (wall, minimum) in [(f64::NEG_INFINITY, true), (1.9, true), (2.5, false)] {
+        let measurement: Vec<Complex64> = (0..40).map(|n| f64::from(n % 5).into()).collect();
+        for (wall, is_minimum) in [(f64::NEG_INFINITY, true), (1.9, true), (2.5, false)] {
             let mut model = Walled {
-                measured: measured.clone(),
+                measurement: measurement.clone(),
                 wall,
             };
-            let found = minimise(&mut model, [9.0], &[0], &ByError::zeros());
+            let minimum = minimise(&mut model, [9.0], &[0], &ByError::zeros());
             assert_eq!(
-                found.failure.is_none(),
-                minimum,
+                minimum.failure.is_none(),
+                is_minimum,
                 "{wall}: {:?}",
-                found.parameters
+                minimum.parameters
             );
         }
         // Without residuals, the remaining error is rounding.
         let mut exact = Walled {
-            measured: vec![Complex64::new(0.3, 0.0); 40],
+            measurement: vec![Complex64::new(0.3, 0.0); 40],
             wall: 0.0,
         };
-        let found = minimise(&mut exact, [9.0], &[0], &ByError::zeros());
-        assert_eq!(found.failure, None);
+        let minimum = minimise(&mut exact, [9.0], &[0], &ByError::zeros());
+        assert_eq!(minimum.failure, None);
     }
 
     /// Compares every slope with central differences of the impedance.
     pub(crate) fn assert_slopes_are_derivatives<const N: usize>(
         model: &mut impl ImpedanceModel<N>,
-        at: [f64; N],
+        parameters: [f64; N],
     ) {
-        let n = model.measured().len();
+        let n = model.measurement().len();
         let mut evaluate = |parameters: &[f64; N]| {
             let (mut z_m, mut slopes) = (vec![Complex64::ZERO; n], vec![[Complex64::ZERO; N]; n]);
             assert!(model.evaluate(parameters, &mut z_m, &mut slopes).is_some());
             (z_m, slopes)
         };
-        let (_, slopes) = evaluate(&at);
+        let (_, slopes) = evaluate(&parameters);
         for parameter in 0..N {
             let h = 1e-5;
-            let (mut above, mut below) = (at, at);
+            let (mut above, mut below) = (parameters, parameters);
             above[parameter] += h;
             below[parameter] -= h;
             let (above, below) = (evaluate(&above).0, evaluate(&below).0);
             for i in 0..n {
                 let difference = (above[i] - below[i]) / (2.0 * h);
-                let apart = (difference - slopes[i][parameter]).norm();
+                let error = (difference - slopes[i][parameter]).norm();
                 assert!(
-                    apart < 1e-7 * (1.0 + difference.norm()),
-                    "parameter {parameter}, sample {i}: {apart}"
+                    error < 1e-7 * (1.0 + difference.norm()),
+                    "parameter {parameter}, sample {i}: {error}"
                 );
             }
         }

@@ -23,7 +23,7 @@
 //! scatter of repeated fits (`tests/fits/`). σ_t, Z_t and τ are conditional on the assumed constants: on the first
 //! simulation with S wrong by 20 % σ_t moves by up to 4.4 % and τ by up to 0.7 ms, while μ stays within 0.005 RMS.
 
-mod beside;
+mod candidate_fit;
 mod conditions;
 pub mod dynamic;
 mod estimated_series;

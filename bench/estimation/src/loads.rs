@@ -12,9 +12,9 @@ use contact::parameters::LoadSlopes;
 
 /// Effective amplitude of the film and contact area at each sample.
 pub(super) struct Loads {
-    measured_m: Vec<f64>,
-    squared_m2: Vec<f64>,
-    answered_m2: Vec<f64>,
+    plate_m: Vec<f64>,
+    plate_m2: Vec<f64>,
+    film_m2: Vec<f64>,
     by_mean_m2: Vec<f64>,
     /// Effective amplitude of the film, m.
     pub(super) amplitude_m: Vec<f64>,
@@ -29,16 +29,16 @@ impl Loads {
         let n = amplitude_m.len();
         let ln_area_by_exponent = |&normal_n: &f64| (normal_n / reference_n).ln();
         Self {
-            measured_m: amplitude_m.to_vec(),
-            squared_m2: amplitude_m.iter().map(|a| a * a).collect(),
-            answered_m2: vec![0.0; n],
+            plate_m: amplitude_m.to_vec(),
+            plate_m2: amplitude_m.iter().map(|a| a * a).collect(),
+            film_m2: vec![0.0; n],
             by_mean_m2: vec![0.0; n],
             amplitude_m: amplitude_m.to_vec(),
             area_ratio: vec![1.0; n],
             slopes: normal_n
                 .iter()
-                .map(|of| LoadSlopes {
-                    ln_area_by_exponent: ln_area_by_exponent(of),
+                .map(|force_n| LoadSlopes {
+                    ln_area_by_exponent: ln_area_by_exponent(force_n),
                     ln_film_by_mean_ms: 0.0,
                     ln_film_by_mobility: 0.0,
                 })
@@ -56,28 +56,28 @@ impl Loads {
     ) -> Option<()> {
         let mean = Lag::new(film_mean_intervals, 1.0);
         if film_mean_intervals == 0.0 {
-            self.answered_m2.copy_from_slice(&self.squared_m2);
-            self.amplitude_m.copy_from_slice(&self.measured_m);
+            self.film_m2.copy_from_slice(&self.plate_m2);
+            self.amplitude_m.copy_from_slice(&self.plate_m);
         } else {
-            mean.apply(&self.squared_m2, &mut self.answered_m2);
+            mean.apply(&self.plate_m2, &mut self.film_m2);
         }
-        mean.slope(&self.squared_m2, &self.answered_m2, &mut self.by_mean_m2);
-        for (at, &answered_m2) in self.answered_m2.iter().enumerate() {
-            if answered_m2 <= 0.0 && self.squared_m2[at] > 0.0 {
+        mean.slope(&self.plate_m2, &self.film_m2, &mut self.by_mean_m2);
+        for (sample, &film_m2) in self.film_m2.iter().enumerate() {
+            if film_m2 <= 0.0 && self.plate_m2[sample] > 0.0 {
                 return None;
             }
-            let slopes = &mut self.slopes[at];
-            if answered_m2 > 0.0 {
-                slopes.ln_film_by_mean_ms = self.by_mean_m2[at] * intervals_per_ms / answered_m2;
+            let slopes = &mut self.slopes[sample];
+            if film_m2 > 0.0 {
+                slopes.ln_film_by_mean_ms = self.by_mean_m2[sample] * intervals_per_ms / film_m2;
             }
             if film_mean_intervals != 0.0 {
-                self.amplitude_m[at] = answered_m2.sqrt();
+                self.amplitude_m[sample] = film_m2.sqrt();
             }
-            let ln_moved = ln_ratio + 0.5 * mobility * slopes.ln_film_by_mobility;
-            if ln_moved != 0.0 {
-                self.amplitude_m[at] *= ln_moved.exp();
+            let ln_factor = ln_ratio + 0.5 * mobility * slopes.ln_film_by_mobility;
+            if ln_factor != 0.0 {
+                self.amplitude_m[sample] *= ln_factor.exp();
             }
-            self.area_ratio[at] = if area_exponent == 0.0 {
+            self.area_ratio[sample] = if area_exponent == 0.0 {
                 1.0
             } else {
                 (area_exponent * slopes.ln_area_by_exponent).exp()
@@ -90,17 +90,17 @@ impl Loads {
     pub(super) fn inversion<const N: usize>(
         &self,
         inversion: &Inversion<N>,
-        at: usize,
+        sample: usize,
     ) -> Inversion<N> {
         Inversion {
-            contact: self.contact(&inversion.contact, at),
-            load: self.slopes[at],
+            contact: self.contact(&inversion.contact, sample),
+            load: self.slopes[sample],
             ..*inversion
         }
     }
 
     /// Returns the contact under the load of a sample.
-    pub(super) fn contact(&self, contact: &Contact, at: usize) -> Contact {
-        contact.with_area_ratio(self.area_ratio[at])
+    pub(super) fn contact(&self, contact: &Contact, sample: usize) -> Contact {
+        contact.with_area_ratio(self.area_ratio[sample])
     }
 }

@@ -14,9 +14,9 @@ use super::conditions::FitConditions;
 use super::estimated_series::{EstimatedSeries, GapLaw, MeasuredSamples, estimate};
 use super::fit_agreement::{Agreement, agreement};
 use super::fit_error::FitError;
-use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, unidentified};
+use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, find_unidentified};
 use super::friction_law::FrictionLaw;
-use super::least_squares::{ImpedanceModel, Minimum, best_start, evaluated, minimise};
+use super::least_squares::{ImpedanceModel, Minimum, best_start, minimise, model_impedances};
 use super::modelled_series::ModelledSeries;
 use super::sensitivity::{self, Sensitivities};
 use super::series::{InstanceSamples, InstanceSeries, mean};
@@ -97,10 +97,10 @@ pub fn fit(
     options: &PaperOptions,
 ) -> Result<PaperFit, FitError> {
     let samples = instance.instance();
-    let at_rest = InstanceAtRest::read(instance, options);
-    let mut model = PaperModel::new(&samples, conditions, at_rest.reading.z_m_plain_n_s_per_m)?;
-    let minimum = model.fitted()?;
-    model.report(&samples, minimum, &at_rest)
+    let rest = InstanceRest::read(instance, options);
+    let mut model = PaperModel::new(&samples, conditions, rest.reading.z_m_plain_n_s_per_m)?;
+    let minimum = model.minimise()?;
+    model.report(&samples, minimum, &rest)
 }
 
 /// Returns the model with a σ_t that was not fitted to this instance, such as a participant's average; Z_t (Eq. 21) and μ0
@@ -115,11 +115,11 @@ pub fn modelled(
     sigma_t_m: f64,
 ) -> Result<ModelledSeries, FitError> {
     let samples = instance.instance();
-    let at_rest = InstanceAtRest::read(instance, options);
-    let mut model = PaperModel::new(&samples, conditions, at_rest.reading.z_m_plain_n_s_per_m)?;
-    let z_m_n_s_per_m = evaluated(&mut model, &[sigma_t_m.ln()]).ok_or(FitError::NoStart)?;
+    let rest = InstanceRest::read(instance, options);
+    let mut model = PaperModel::new(&samples, conditions, rest.reading.z_m_plain_n_s_per_m)?;
+    let z_m_n_s_per_m = model_impedances(&mut model, &[sigma_t_m.ln()]).ok_or(FitError::NoStart)?;
     let contact = Contact::new(&conditions.assumed, sigma_t_m)?;
-    let mu0 = at_rest.friction.mu0;
+    let mu0 = rest.friction.mu0;
     let film = || model.gap_m.iter().zip(&model.normal_n);
     Ok(ModelledSeries {
         z_m_n_s_per_m,
@@ -144,9 +144,9 @@ pub fn sensitivities(
 ) -> Result<Sensitivities, FitError> {
     sensitivity::sensitivities(conditions, |conditions| {
         let samples = instance.instance();
-        let at_rest = InstanceAtRest::read(instance, options);
-        let mut model = PaperModel::new(&samples, conditions, at_rest.reading.z_m_plain_n_s_per_m)?;
-        let minimum = model.fitted()?;
+        let rest = InstanceRest::read(instance, options);
+        let mut model = PaperModel::new(&samples, conditions, rest.reading.z_m_plain_n_s_per_m)?;
+        let minimum = model.minimise()?;
         Ok((
             minimum.parameters[0],
             model.tissue(minimum.parameters[0]).0,
@@ -155,27 +155,28 @@ pub fn sensitivities(
     })
 }
 
-struct InstanceAtRest {
+struct InstanceRest {
     friction: FrictionLaw<1>,
     reading: RestReading,
 }
 
-impl InstanceAtRest {
+impl InstanceRest {
     fn read(instance: &InstanceSeries<'_>, options: &PaperOptions) -> Self {
         let samples = instance.instance();
         let amplitude = samples.amplitude_m;
-        let mut at: Vec<usize> = (0..amplitude.len())
+        let mut indices: Vec<usize> = (0..amplitude.len())
             .filter(|&i| amplitude[i] < options.rest_amplitude_m)
             .collect();
-        let below = !at.is_empty();
-        if !below {
-            at = (0..amplitude.len()).collect();
-            at.sort_by(|&a, &b| amplitude[a].total_cmp(&amplitude[b]));
+        let has_rest = !indices.is_empty();
+        if !has_rest {
+            indices = (0..amplitude.len()).collect();
+            indices.sort_by(|&a, &b| amplitude[a].total_cmp(&amplitude[b]));
             let lowest = (options.lowest_s / instance.interval_s()).round() as usize;
-            at.truncate(lowest.max(1));
+            indices.truncate(lowest.max(1));
         }
-        let mean_of =
-            |z_m: &[Complex64]| at.iter().map(|&i| z_m[i]).sum::<Complex64>() / at.len() as f64;
+        let mean_impedance = |z_m: &[Complex64]| {
+            indices.iter().map(|&i| z_m[i]).sum::<Complex64>() / indices.len() as f64
+        };
         let rise = instance.rise();
         let mut mu: Vec<f64> = rise
             .amplitude_m
@@ -185,19 +186,19 @@ impl InstanceAtRest {
             .map(|(_, mu)| *mu)
             .collect();
         if mu.is_empty() {
-            mu = at.iter().map(|&i| samples.mu[i]).collect();
+            mu = indices.iter().map(|&i| samples.mu[i]).collect();
         }
         let n = mu.len() as f64;
         let mu0 = mean(&mu);
         let scatter = mu.iter().map(|m| (m - mu0).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
         Self {
-            friction: FrictionLaw::published(mu0, (scatter / n).sqrt(), [0.0]),
+            friction: FrictionLaw::paper(mu0, (scatter / n).sqrt(), [0.0]),
             reading: RestReading {
-                below_threshold: below,
-                samples: at.len(),
-                up_to_amplitude_m: at.iter().map(|&i| amplitude[i]).fold(0.0, f64::max),
-                z_m_plain_n_s_per_m: mean_of(samples.z_m_plain_n_s_per_m),
-                z_m_corrected_n_s_per_m: mean_of(samples.z_m_corrected_n_s_per_m),
+                below_threshold: has_rest,
+                samples: indices.len(),
+                up_to_amplitude_m: indices.iter().map(|&i| amplitude[i]).fold(0.0, f64::max),
+                z_m_plain_n_s_per_m: mean_impedance(samples.z_m_plain_n_s_per_m),
+                z_m_corrected_n_s_per_m: mean_impedance(samples.z_m_corrected_n_s_per_m),
             },
         }
     }
@@ -218,7 +219,7 @@ impl<'a> PaperModel<'a> {
     fn new(
         samples: &InstanceSamples<'a>,
         conditions: &'a FitConditions,
-        z_m_at_rest: Complex64,
+        z_m_rest: Complex64,
     ) -> Result<Self, FitError> {
         conditions.assumed.validated()?;
         let n = samples.time_s.len();
@@ -228,7 +229,7 @@ impl<'a> PaperModel<'a> {
             z_m: samples.z_m_plain_n_s_per_m,
             amplitude_m: samples.amplitude_m,
             normal_n: vec![mean(samples.normal_n); n],
-            finger_at_rest: z_m_at_rest - conditions.z_p_plain_n_s_per_m,
+            finger_at_rest: z_m_rest - conditions.z_p_plain_n_s_per_m,
             gap_m: vec![0.0; n],
         })
     }
@@ -249,7 +250,7 @@ impl<'a> PaperModel<'a> {
         )
     }
 
-    fn fitted(&mut self) -> Result<Minimum<1>, FitError> {
+    fn minimise(&mut self) -> Result<Minimum<1>, FitError> {
         let start =
             best_start(self, sigma_starts().map(|sigma| [sigma.ln()])).ok_or(FitError::NoStart)?;
         Ok(minimise(self, start, &[0], &ByError::zeros()))
@@ -259,7 +260,7 @@ impl<'a> PaperModel<'a> {
         &self,
         samples: &InstanceSamples<'_>,
         minimum: Minimum<1>,
-        at_rest: &InstanceAtRest,
+        rest: &InstanceRest,
     ) -> Result<PaperFit, FitError> {
         let sigma_t_m = minimum.parameters[0].exp();
         let (z_t, z_t_slope) = self.tissue(minimum.parameters[0]);
@@ -268,7 +269,7 @@ impl<'a> PaperModel<'a> {
             FitVerdict::NotConverged { reason }
         } else {
             let error = (FitParameter::SigmaT, ln_std, IDENTIFIABLE_RELATIVE_STD);
-            unidentified([error]).unwrap_or(FitVerdict::Converged)
+            find_unidentified([error]).unwrap_or(FitVerdict::Converged)
         };
         let inversion = Inversion {
             contact: Contact::new(&self.conditions.assumed, sigma_t_m)?,
@@ -284,19 +285,19 @@ impl<'a> PaperModel<'a> {
             load: LoadSlopes::default(),
             covariance: minimum.covariance,
         };
-        let measured = MeasuredSamples {
+        let measurement = MeasuredSamples {
             time_s: samples.time_s,
             z_m: self.z_m,
             z_m_std: &vec![minimum.noise.std(1.0); self.z_m.len()],
             amplitude_m: self.amplitude_m,
             normal_n: &self.normal_n,
-            varying: None,
+            load_trend: None,
         };
         let series = estimate(
             &inversion,
             GapLaw::Balance,
-            &at_rest.friction,
-            &measured,
+            &rest.friction,
+            &measurement,
             minimum.z_m,
         );
         Ok(PaperFit {
@@ -308,10 +309,10 @@ impl<'a> PaperModel<'a> {
                 z_t_slope.re.abs() * ln_std,
                 z_t_slope.im.abs() * ln_std,
             ),
-            mu0: at_rest.friction.mu0,
-            mu0_std: at_rest.friction.mu0_scatter(),
+            mu0: rest.friction.mu0,
+            mu0_std: rest.friction.mu0_scatter(),
             normal_n: self.normal_n[0],
-            rest: at_rest.reading,
+            rest: rest.reading,
             agreement: agreement(self.z_m, samples.mu, &series, &series.mu),
             series,
         })
@@ -319,7 +320,7 @@ impl<'a> PaperModel<'a> {
 }
 
 impl ImpedanceModel<1> for PaperModel<'_> {
-    fn measured(&self) -> &[Complex64] {
+    fn measurement(&self) -> &[Complex64] {
         self.z_m
     }
 
@@ -349,10 +350,10 @@ impl ImpedanceModel<1> for PaperModel<'_> {
                         .equilibrium_gap_slopes_m(gap, normal_n)
                         .by_ln_sigma_t;
             let z_c = z_c_per_stiffness * k_c;
-            let both = z_t + z_c;
+            let z_sum = z_t + z_c;
             z_m[index] = observed(self.conditions.z_p_plain_n_s_per_m, z_t, z_c);
-            slopes[index] = [(z_t / both).powi(2) * z_c_per_stiffness * by_ln_sigma
-                + (z_c / both).powi(2) * z_t_slope];
+            slopes[index] = [(z_t / z_sum).powi(2) * z_c_per_stiffness * by_ln_sigma
+                + (z_c / z_sum).powi(2) * z_t_slope];
         }
         Some(())
     }

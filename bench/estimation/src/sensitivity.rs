@@ -37,13 +37,13 @@ pub(super) fn sensitivities(
     refit: impl Fn(&FitConditions) -> Result<(f64, Complex64, f64), FitError>,
 ) -> Result<Sensitivities, FitError> {
     const STEP: f64 = 0.01;
-    let central = |vary: fn(&mut AssumedConstants, f64)| {
-        let at = |factor: f64| {
-            let mut varied = *conditions;
-            vary(&mut varied.assumed, factor);
-            refit(&varied)
+    let central_difference = |vary: fn(&mut AssumedConstants, f64)| {
+        let fit_at = |factor: f64| {
+            let mut variant = *conditions;
+            vary(&mut variant.assumed, factor);
+            refit(&variant)
         };
-        let (above, below) = (at(STEP.exp())?, at((-STEP).exp())?);
+        let (above, below) = (fit_at(STEP.exp())?, fit_at((-STEP).exp())?);
         let slope = |a: f64, b: f64| (a - b) / (2.0 * STEP);
         Ok::<_, FitError>(Sensitivity {
             ln_sigma_t: slope(above.0, below.0),
@@ -51,8 +51,8 @@ pub(super) fn sensitivities(
             tau_s: slope(above.2, below.2),
         })
     };
-    let q0 = central(|assumed, factor| assumed.q0_rad_per_m *= factor)?;
-    let contact_area = central(|assumed, factor| assumed.contact_area_m2 *= factor)?;
+    let q0 = central_difference(|assumed, factor| assumed.q0_rad_per_m *= factor)?;
+    let contact_area = central_difference(|assumed, factor| assumed.contact_area_m2 *= factor)?;
     let nu_squared = conditions.assumed.poisson_ratio.powi(2);
     let per_nu = 2.0 * nu_squared / (1.0 - nu_squared);
     let poisson_ratio = Sensitivity {

@@ -6,9 +6,9 @@ use super::fit_error::FitError;
 use contact::error::{ModelError, not_negative, positive, same_length};
 
 /// Largest deviation from an even grid, as a fraction of the sampling interval.
-const UNEVEN: f64 = 0.01;
+const MAX_UNEVENNESS: f64 = 0.01;
 /// Fewest samples that can determine the parameters of either fit.
-const FEWEST_SAMPLES: usize = 8;
+const MIN_SAMPLES: usize = 8;
 
 /// Simultaneous samples of one stretch of an exploration, evenly spaced (2 kHz on this bench).
 #[derive(Debug, Clone, Copy)]
@@ -50,18 +50,18 @@ impl<'a> InstanceSeries<'a> {
         same_length("amplitude_m", samples.amplitude_m.len(), n)?;
         same_length("normal_n", samples.normal_n.len(), n)?;
         same_length("mu", samples.mu.len(), n)?;
-        let in_instance = n.saturating_sub(start);
-        if in_instance < FEWEST_SAMPLES {
+        let instance_samples = n.saturating_sub(start);
+        if instance_samples < MIN_SAMPLES {
             return Err(FitError::TooFewSamples {
-                got: in_instance,
-                needed: FEWEST_SAMPLES,
+                got: instance_samples,
+                needed: MIN_SAMPLES,
             });
         }
         let interval_s = (samples.time_s[n - 1] - samples.time_s[0]) / (n - 1) as f64;
         positive("sampling interval", "s", interval_s)?;
         for (index, step) in samples.time_s.windows(2).enumerate() {
             let step_s = step[1] - step[0];
-            if step_s.is_nan() || (step_s - interval_s).abs() > UNEVEN * interval_s {
+            if step_s.is_nan() || (step_s - interval_s).abs() > MAX_UNEVENNESS * interval_s {
                 return Err(FitError::UnevenTime {
                     index: index + 1,
                     step_s,
@@ -70,23 +70,23 @@ impl<'a> InstanceSeries<'a> {
             }
         }
         for index in 0..n {
-            let at = |source| ModelError::AtSample {
+            let sample_error = |source| ModelError::AtSample {
                 index,
                 source: Box::new(source),
             };
-            positive("amplitude", "m", samples.amplitude_m[index]).map_err(at)?;
-            positive("normal force", "N", samples.normal_n[index]).map_err(at)?;
+            positive("amplitude", "m", samples.amplitude_m[index]).map_err(sample_error)?;
+            positive("normal force", "N", samples.normal_n[index]).map_err(sample_error)?;
             // A null of the envelope may invalidate the rest of the lead-in.
             if index < start {
                 continue;
             }
-            not_negative("measured friction", "", samples.mu[index]).map_err(at)?;
+            not_negative("measured friction", "", samples.mu[index]).map_err(sample_error)?;
             for z in [
                 samples.z_m_plain_n_s_per_m[index],
                 samples.z_m_corrected_n_s_per_m[index],
             ] {
                 if !z.is_finite() {
-                    return Err(at(ModelError::OutOfRange {
+                    return Err(sample_error(ModelError::OutOfRange {
                         name: "|Z_m|",
                         value: z.norm(),
                         unit: "N s/m",
@@ -110,14 +110,14 @@ impl<'a> InstanceSeries<'a> {
 
     /// Returns the instance without its lead-in.
     pub fn instance(&self) -> InstanceSamples<'a> {
-        self.from(self.start)
+        self.tail(self.start)
     }
 
     /// Returns the instance and the part of its lead-in within the same rise of the amplitude, from the minimum amplitude on.
     pub(crate) fn rise(&self) -> InstanceSamples<'a> {
         let lead_in = &self.samples.amplitude_m[..=self.start];
-        let least = (0..=self.start).min_by(|&a, &b| lead_in[a].total_cmp(&lead_in[b]));
-        self.from(least.unwrap_or(self.start))
+        let lowest = (0..=self.start).min_by(|&a, &b| lead_in[a].total_cmp(&lead_in[b]));
+        self.tail(lowest.unwrap_or(self.start))
     }
 
     /// Returns the instance and the `lead_in_s` before it, with the number of samples in the lead-in.
@@ -128,17 +128,17 @@ impl<'a> InstanceSeries<'a> {
         &self,
         lead_in_s: f64,
     ) -> Result<(InstanceSamples<'a>, usize), FitError> {
-        let needed = (lead_in_s / self.interval_s).round() as usize;
-        if needed > self.start {
+        let lead = (lead_in_s / self.interval_s).round() as usize;
+        if lead > self.start {
             return Err(FitError::LeadInTooShort {
                 got_s: self.start as f64 * self.interval_s,
                 needed_s: lead_in_s,
             });
         }
-        Ok((self.from(self.start - needed), needed))
+        Ok((self.tail(self.start - lead), lead))
     }
 
-    fn from(&self, first: usize) -> InstanceSamples<'a> {
+    fn tail(&self, first: usize) -> InstanceSamples<'a> {
         let s = &self.samples;
         InstanceSamples {
             time_s: &s.time_s[first..],

@@ -23,13 +23,13 @@ use num_complex::Complex64;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row {
     /// Fractions of the plate's velocity on the contact's spring and on the skin.
-    pub(super) on_contact: Complex64,
-    pub(super) on_skin: Complex64,
+    pub(super) contact_fraction: Complex64,
+    pub(super) skin_fraction: Complex64,
     /// k_c/ω² and m_t, kg.
     pub(super) contact_kg: f64,
     pub(super) skin_kg: f64,
     /// Factor of the finger's force in the measured impedance, by mode shape and other modes of the plate.
-    pub(super) seen: Complex64,
+    pub(super) finger_factor: Complex64,
 }
 
 /// The skin's transients over an instance.
@@ -46,9 +46,9 @@ impl Transient {
     /// Takes an instance's amplitude and its plain impedance γŨ/(iωx̃): with Ũ constant in phase, its phase falls as that of
     /// x̃ rises. The transients are zero until a finger is [followed](Self::follow).
     pub(super) fn new(amplitude_m: &[f64], z_m_plain: &[Complex64], interval_s: f64) -> Self {
-        let velocity_per_s = differences(amplitude_m.len(), interval_s, |from, to| {
-            let phase = (z_m_plain[from] * z_m_plain[to].conj()).arg();
-            Complex64::new((amplitude_m[to] / amplitude_m[from]).ln(), phase)
+        let velocity_per_s = differences(amplitude_m.len(), interval_s, |first, last| {
+            let phase = (z_m_plain[first] * z_m_plain[last].conj()).arg();
+            Complex64::new((amplitude_m[last] / amplitude_m[first]).ln(), phase)
         });
         Self {
             interval_s,
@@ -60,16 +60,21 @@ impl Transient {
     /// Computes the transients for the finger at each sample.
     pub(super) fn follow(&mut self, rows: &[Row]) {
         let per_s = |part: fn(&Row) -> Complex64| {
-            differences(rows.len(), self.interval_s, |from, to| {
-                part(&rows[to]) - part(&rows[from])
+            differences(rows.len(), self.interval_s, |first, last| {
+                part(&rows[last]) - part(&rows[first])
             })
         };
-        let (contact, skin) = (per_s(|row| row.on_contact), per_s(|row| row.on_skin));
-        for (at, row) in rows.iter().enumerate() {
-            let rate = self.velocity_per_s[at];
-            let of_contact = row.on_contact * (row.on_contact * rate + contact[at]);
-            let of_skin = row.on_skin * (row.on_skin * rate + skin[at]);
-            self.n_s_per_m[at] = (of_contact * row.contact_kg + of_skin * row.skin_kg) * row.seen;
+        let (contact, skin) = (
+            per_s(|row| row.contact_fraction),
+            per_s(|row| row.skin_fraction),
+        );
+        for (sample, row) in rows.iter().enumerate() {
+            let rate = self.velocity_per_s[sample];
+            let contact_term =
+                row.contact_fraction * (row.contact_fraction * rate + contact[sample]);
+            let skin_term = row.skin_fraction * (row.skin_fraction * rate + skin[sample]);
+            self.n_s_per_m[sample] =
+                (contact_term * row.contact_kg + skin_term * row.skin_kg) * row.finger_factor;
         }
     }
 }
@@ -81,9 +86,9 @@ fn differences(
     change: impl Fn(usize, usize) -> Complex64,
 ) -> Vec<Complex64> {
     (0..samples)
-        .map(|at| {
-            let (from, to) = (at.saturating_sub(1), (at + 1).min(samples - 1));
-            change(from, to) / (interval_s * (to - from).max(1) as f64)
+        .map(|sample| {
+            let (first, last) = (sample.saturating_sub(1), (sample + 1).min(samples - 1));
+            change(first, last) / (interval_s * (last - first).max(1) as f64)
         })
         .collect()
 }
@@ -115,49 +120,49 @@ mod tests {
 
     /// Integrates the envelopes of contact and skin under a plate of given velocity: elongation of the spring and velocity of
     /// the skin. Returns f̃_c/ṽ at each sample.
-    fn integrated(samples: usize) -> Vec<Complex64> {
+    fn integrate(samples: usize) -> Vec<Complex64> {
         let spin = Complex64::I * OMEGA;
         let force = |time_s: f64, [elongation, skin]: [Complex64; 2]| {
             let damping = LOSS_FACTOR * k_c(time_s) / OMEGA;
             elongation * k_c(time_s) + (velocity(time_s) - skin) * damping
         };
-        let rates = |time_s: f64, at: [Complex64; 2]| {
-            let [elongation, skin] = at;
+        let rates = |time_s: f64, state: [Complex64; 2]| {
+            let [elongation, skin] = state;
             [
                 velocity(time_s) - skin - spin * elongation,
-                (force(time_s, at) - skin * SKIN_DAMPING) / SKIN_KG - spin * skin,
+                (force(time_s, state) - skin * SKIN_DAMPING) / SKIN_KG - spin * skin,
             ]
         };
         let substeps = 1000;
         let step_s = INTERVAL_S / f64::from(substeps);
-        let mut at = [Complex64::ZERO; 2];
-        let mut found = Vec::with_capacity(samples);
+        let mut state = [Complex64::ZERO; 2];
+        let mut ratios = Vec::with_capacity(samples);
         for sample in 0..samples {
             let time_s = sample as f64 * INTERVAL_S;
-            found.push(force(time_s, at) / velocity(time_s));
-            for sub in 0..substeps {
-                let now_s = time_s + f64::from(sub) * step_s;
-                let moved = |by: [Complex64; 2], part: f64| {
-                    [0, 1].map(|of| at[of] + by[of] * (part * step_s))
+            ratios.push(force(time_s, state) / velocity(time_s));
+            for substep in 0..substeps {
+                let now_s = time_s + f64::from(substep) * step_s;
+                let state_after = |slopes: [Complex64; 2], fraction: f64| {
+                    [0, 1].map(|part| state[part] + slopes[part] * (fraction * step_s))
                 };
-                let first = rates(now_s, at);
-                let second = rates(now_s + 0.5 * step_s, moved(first, 0.5));
-                let third = rates(now_s + 0.5 * step_s, moved(second, 0.5));
-                let fourth = rates(now_s + step_s, moved(third, 1.0));
-                at = [0, 1].map(|of| {
-                    let all = first[of] + second[of] * 2.0 + third[of] * 2.0 + fourth[of];
-                    at[of] + all * (step_s / 6.0)
+                let k1 = rates(now_s, state);
+                let k2 = rates(now_s + 0.5 * step_s, state_after(k1, 0.5));
+                let k3 = rates(now_s + 0.5 * step_s, state_after(k2, 0.5));
+                let k4 = rates(now_s + step_s, state_after(k3, 1.0));
+                state = [0, 1].map(|part| {
+                    let sum = k1[part] + k2[part] * 2.0 + k3[part] * 2.0 + k4[part];
+                    state[part] + sum * (step_s / 6.0)
                 });
             }
         }
-        found
+        ratios
     }
 
     #[test]
     fn the_skin_follows_its_equations_of_motion() {
         const SAMPLES: usize = 240;
         let z_t = Complex64::new(SKIN_DAMPING, OMEGA * SKIN_KG);
-        let times = (0..SAMPLES).map(|sample| sample as f64 * INTERVAL_S);
+        let times = (0..SAMPLES).map(|index| index as f64 * INTERVAL_S);
         let amplitudes: Vec<f64> = times
             .clone()
             .map(|time_s| velocity(time_s).norm())
@@ -171,27 +176,30 @@ mod tests {
             .map(|time_s| {
                 let z_c = z_c(k_c(time_s));
                 Row {
-                    on_contact: z_t / (z_t + z_c),
-                    on_skin: z_c / (z_t + z_c),
+                    contact_fraction: z_t / (z_t + z_c),
+                    skin_fraction: z_c / (z_t + z_c),
                     contact_kg: k_c(time_s) / OMEGA.powi(2),
                     skin_kg: SKIN_KG,
-                    seen: Complex64::ONE,
+                    finger_factor: Complex64::ONE,
                 }
             })
             .collect();
         let mut transient = Transient::new(&amplitudes, &plain, INTERVAL_S);
         transient.follow(&rows);
-        let found = integrated(SAMPLES);
-        let (mut without, mut left) = (0.0_f64, 0.0_f64);
-        for (at, time_s) in times.enumerate().skip(100) {
+        let ratios = integrate(SAMPLES);
+        let (mut largest_effect, mut largest_error) = (0.0_f64, 0.0_f64);
+        for (sample, time_s) in times.enumerate().skip(100) {
             let z_c = z_c(k_c(time_s));
-            let apart = found[at] - z_t * z_c / (z_t + z_c);
-            without = without.max(apart.norm());
-            if at + 1 < SAMPLES {
-                left = left.max((apart - transient.n_s_per_m[at]).norm());
+            let effect = ratios[sample] - z_t * z_c / (z_t + z_c);
+            largest_effect = largest_effect.max(effect.norm());
+            if sample + 1 < SAMPLES {
+                largest_error = largest_error.max((effect - transient.n_s_per_m[sample]).norm());
             }
         }
-        assert!(without > 1e-4, "{without}");
-        assert!(left < 0.02 * without, "{left} of {without}");
+        assert!(largest_effect > 1e-4, "{largest_effect}");
+        assert!(
+            largest_error < 0.02 * largest_effect,
+            "{largest_error} of {largest_effect}"
+        );
     }
 }

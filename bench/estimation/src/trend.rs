@@ -8,7 +8,7 @@ use contact::Contact;
 use contact::inversion::Inversion;
 
 /// Fewest instances of an exploration that determine a trend.
-const FEWEST: usize = 3;
+const MIN_INSTANCES: usize = 3;
 /// Largest interval between instances of the same exploration, s.
 pub(super) const NEIGHBOURS_S: f64 = 0.7;
 
@@ -18,18 +18,21 @@ pub(super) fn rate_about<T>(index: usize, times_s: &[f64], values: impl Fn(usize
 where
     T: Default + AddAssign + Mul<f64, Output = T>,
 {
-    let apart = |pair: &[f64]| pair[1] - pair[0] > NEIGHBOURS_S;
-    let before = times_s[..=index].windows(2).rposition(apart);
-    let after = times_s[index..].windows(2).position(apart);
-    let from = before.map_or(0, |last| last + 1);
-    let to = after.map_or(times_s.len(), |last| index + last + 1);
-    let near = &times_s[from..to];
-    let mean_s = near.iter().sum::<f64>() / near.len() as f64;
-    let spread: f64 = near.iter().map(|of| (of - mean_s).powi(2)).sum();
+    let is_pause = |pair: &[f64]| pair[1] - pair[0] > NEIGHBOURS_S;
+    let pause_before = times_s[..=index].windows(2).rposition(is_pause);
+    let pause_after = times_s[index..].windows(2).position(is_pause);
+    let begin = pause_before.map_or(0, |last| last + 1);
+    let end = pause_after.map_or(times_s.len(), |last| index + last + 1);
+    let neighbours_s = &times_s[begin..end];
+    let mean_s = neighbours_s.iter().sum::<f64>() / neighbours_s.len() as f64;
+    let spread: f64 = neighbours_s
+        .iter()
+        .map(|time_s| (time_s - mean_s).powi(2))
+        .sum();
     let mut per_s = T::default();
-    if near.len() >= FEWEST && spread > 0.0 {
-        for (of, time_s) in (from..to).zip(near) {
-            per_s += values(of) * ((time_s - mean_s) / spread);
+    if neighbours_s.len() >= MIN_INSTANCES && spread > 0.0 {
+        for (k, time_s) in (begin..end).zip(neighbours_s) {
+            per_s += values(k) * ((time_s - mean_s) / spread);
         }
     }
     per_s
@@ -56,7 +59,7 @@ pub(super) struct Trend {
     /// σ_t at each sample relative to its value at the middle.
     sigma_ratio: Vec<f64>,
     /// Factor that rotates the finger's part of Z_m at each sample.
-    turned: Vec<Complex64>,
+    rotation: Vec<Complex64>,
 }
 
 impl Trend {
@@ -67,7 +70,7 @@ impl Trend {
             elapsed_s: time_s.iter().map(|time_s| time_s - middle_s).collect(),
             rates: Rates::default(),
             sigma_ratio: vec![1.0; time_s.len()],
-            turned: vec![Complex64::ONE; time_s.len()],
+            rotation: vec![Complex64::ONE; time_s.len()],
         }
     }
 
@@ -79,44 +82,44 @@ impl Trend {
     /// Changes the rates.
     pub(super) fn follow(&mut self, rates: Rates) {
         self.rates = rates;
-        let of_samples = self.sigma_ratio.iter_mut().zip(&mut self.turned);
-        for ((sigma_ratio, turned), elapsed_s) in of_samples.zip(&self.elapsed_s) {
+        let samples = self.sigma_ratio.iter_mut().zip(&mut self.rotation);
+        for ((sigma_ratio, rotation), elapsed_s) in samples.zip(&self.elapsed_s) {
             *sigma_ratio = (rates.ln_sigma_t_per_s * elapsed_s).exp();
-            *turned = Complex64::cis(rates.finger_angle_rad_per_s * elapsed_s);
+            *rotation = Complex64::cis(rates.finger_angle_rad_per_s * elapsed_s);
         }
     }
 
     /// Returns the contact at a sample.
-    pub(super) fn contact(&self, contact: &Contact, at: usize) -> Contact {
-        contact.with_sigma_ratio(self.sigma_ratio[at])
+    pub(super) fn contact(&self, contact: &Contact, sample: usize) -> Contact {
+        contact.with_sigma_ratio(self.sigma_ratio[sample])
     }
 
     /// Returns Z_t at a sample.
-    pub(super) fn z_t(&self, z_t: Complex64, at: usize) -> Complex64 {
-        z_t + self.rates.z_t_per_s * self.elapsed_s[at]
+    pub(super) fn z_t(&self, z_t: Complex64, sample: usize) -> Complex64 {
+        z_t + self.rates.z_t_per_s * self.elapsed_s[sample]
     }
 
     /// Returns Z_p at a sample.
-    pub(super) fn z_p(&self, z_p: Complex64, at: usize) -> Complex64 {
-        z_p + self.rates.z_p_per_s * self.elapsed_s[at]
+    pub(super) fn z_p(&self, z_p: Complex64, sample: usize) -> Complex64 {
+        z_p + self.rates.z_p_per_s * self.elapsed_s[sample]
     }
 
     /// Returns the ratio of the measured to the true finger part of Z_m at a sample.
-    pub(super) fn finger_scale(&self, scale: Complex64, at: usize) -> Complex64 {
-        scale * self.turned[at]
+    pub(super) fn finger_scale(&self, scale: Complex64, sample: usize) -> Complex64 {
+        scale * self.rotation[sample]
     }
 
     /// Returns the inversion at a sample.
     pub(super) fn inversion<const N: usize>(
         &self,
         inversion: &Inversion<N>,
-        at: usize,
+        sample: usize,
     ) -> Inversion<N> {
         Inversion {
-            contact: self.contact(&inversion.contact, at),
-            z_t: self.z_t(inversion.z_t, at),
-            z_p: self.z_p(inversion.z_p, at),
-            finger_scale: self.finger_scale(inversion.finger_scale, at),
+            contact: self.contact(&inversion.contact, sample),
+            z_t: self.z_t(inversion.z_t, sample),
+            z_p: self.z_p(inversion.z_p, sample),
+            finger_scale: self.finger_scale(inversion.finger_scale, sample),
             ..*inversion
         }
     }
@@ -131,7 +134,7 @@ mod tests {
     fn a_rate_is_that_of_one_exploration() {
         let times_s = [0.0, 0.2, 0.4, 5.0, 5.2, 9.0, 9.1, 9.3];
         let values = [1.0, 1.4, 1.8, 7.0, 3.0, 2.0, 1.9, 1.7];
-        let rate = |index| rate_about(index, &times_s, |of| values[of]);
+        let rate = |index| rate_about(index, &times_s, |k| values[k]);
         for (index, expected) in [2.0, 2.0, 2.0, 0.0, 0.0, -1.0, -1.0, -1.0]
             .into_iter()
             .enumerate()

@@ -25,9 +25,9 @@ pub struct GrowingLag {
     middles: Vec<f64>,
     factors: Vec<f64>,
     /// Derivative of each output by its own step's τ alone, output units per sampling interval.
-    pushes: Vec<f64>,
+    tau_slopes: Vec<f64>,
     /// Derivative of each output by its step's middle.
-    fed_back: Vec<f64>,
+    feedback: Vec<f64>,
 }
 
 impl GrowingLag {
@@ -44,8 +44,8 @@ impl GrowingLag {
             steps: vec![Step::new(0.0)],
             middles: vec![0.0; samples],
             factors: vec![1.0; samples],
-            pushes: vec![0.0; samples],
-            fed_back: vec![0.0; samples],
+            tau_slopes: vec![0.0; samples],
+            feedback: vec![0.0; samples],
         }
     }
 
@@ -56,7 +56,7 @@ impl GrowingLag {
         for n in 0..input.len() {
             self.middles[n] = match n {
                 0 => input[0],
-                n => foreseen(output, n),
+                n => extrapolate(output, n),
             } / law.reference;
             if n == 0 || law.exponent != 0.0 {
                 self.factors[n] = self.middles[n].powf(law.exponent);
@@ -72,30 +72,30 @@ impl GrowingLag {
 
     /// Prepares the derivatives for the output that [`follow`](Self::follow) computed from the input.
     pub fn differentiate(&mut self, input: &[f64], output: &[f64]) {
-        self.pushes[0] = -first_slope(input);
+        self.tau_slopes[0] = -first_slope(input);
         for n in 1..input.len() {
             let step = self.step(n);
-            self.pushes[n] = step.decay.1 * output[n - 1] + step.drive(input, n).1;
+            self.tau_slopes[n] = step.decay.1 * output[n - 1] + step.drive(input, n).1;
         }
         for n in 0..input.len() {
-            self.fed_back[n] = self.pushes[n] * self.growth(n);
+            self.feedback[n] = self.tau_slopes[n] * self.growth(n);
         }
     }
 
     /// Writes the derivative of the output by a parameter that changes the input by `input`, after
     /// [`differentiate`](Self::differentiate).
     pub fn slope_by_input(&self, input: &[f64], slope: &mut [f64]) {
-        slope[0] = input[0] - self.step(0).tau * first_slope(input) + self.fed_back[0] * input[0];
+        slope[0] = input[0] - self.step(0).tau * first_slope(input) + self.feedback[0] * input[0];
         for n in 1..input.len() {
-            slope[n] = self.carried(slope, n) + self.step(n).drive(input, n).0;
+            slope[n] = self.propagate(slope, n) + self.step(n).drive(input, n).0;
         }
     }
 
     /// Writes the derivative of the output by the law's τ, output units per sampling interval, after
     /// [`differentiate`](Self::differentiate).
     pub fn slope_by_tau(&self, slope: &mut [f64]) {
-        let grows = self.law.exponent != 0.0;
-        self.slope_by_lag(|n| if grows { self.factors[n] } else { 1.0 }, slope);
+        let has_growth = self.law.exponent != 0.0;
+        self.slope_by_lag(|n| if has_growth { self.factors[n] } else { 1.0 }, slope);
     }
 
     /// Writes the derivative of the output by the law's exponent, after [`differentiate`](Self::differentiate).
@@ -105,17 +105,17 @@ impl GrowingLag {
         self.slope_by_lag(|n| self.step(n).tau * ln_middle(n), slope);
     }
 
-    /// Writes the derivative by a parameter that changes each step's τ by `moved`.
-    fn slope_by_lag(&self, moved: impl Fn(usize) -> f64, slope: &mut [f64]) {
-        slope[0] = self.pushes[0] * moved(0);
+    /// Writes the derivative by a parameter that changes each step's τ by `tau_slope`.
+    fn slope_by_lag(&self, tau_slope: impl Fn(usize) -> f64, slope: &mut [f64]) {
+        slope[0] = self.tau_slopes[0] * tau_slope(0);
         for n in 1..slope.len() {
-            slope[n] = self.carried(slope, n) + self.pushes[n] * moved(n);
+            slope[n] = self.propagate(slope, n) + self.tau_slopes[n] * tau_slope(n);
         }
     }
 
     /// Returns the slope at sample `n` carried over from sample `n - 1`, by the decay and by the change of τ.
-    fn carried(&self, slope: &[f64], n: usize) -> f64 {
-        self.step(n).decay.0 * slope[n - 1] + self.fed_back[n] * foreseen(slope, n)
+    fn propagate(&self, slope: &[f64], n: usize) -> f64 {
+        self.step(n).decay.0 * slope[n - 1] + self.feedback[n] * extrapolate(slope, n)
     }
 
     /// Returns the derivative of a step's τ by its middle.
@@ -132,7 +132,7 @@ impl GrowingLag {
 }
 
 /// Returns the middle of the step that ends at a sample, extrapolated from the two samples before it.
-fn foreseen(output: &[f64], n: usize) -> f64 {
+fn extrapolate(output: &[f64], n: usize) -> f64 {
     output[n - 1] + 0.5 * (output[n - 1] - output[n.saturating_sub(2)])
 }
 
@@ -142,15 +142,15 @@ mod tests {
 
     const SAMPLES: usize = 160;
 
-    fn input(at: f64) -> f64 {
-        2.0 + (0.04 * at).sin()
+    fn input(t: f64) -> f64 {
+        2.0 + (0.04 * t).sin()
     }
 
-    fn inputs(of: impl Fn(f64) -> f64) -> Vec<f64> {
-        (0..SAMPLES).map(|n| of(n as f64)).collect()
+    fn inputs(input_at: impl Fn(f64) -> f64) -> Vec<f64> {
+        (0..SAMPLES).map(|n| input_at(n as f64)).collect()
     }
 
-    fn followed(law: GrowthLaw, input: &[f64]) -> (GrowingLag, Vec<f64>) {
+    fn run(law: GrowthLaw, input: &[f64]) -> (GrowingLag, Vec<f64>) {
         let (mut lag, mut output) = (GrowingLag::new(input.len()), vec![0.0; input.len()]);
         lag.follow(law, input, &mut output);
         (lag, output)
@@ -164,23 +164,23 @@ mod tests {
 
     /// Compares with steps a thousand times as short.
     #[test]
-    fn it_solves_its_equation() {
-        let (_, output) = followed(LAW, &inputs(input));
+    fn the_output_solves_the_equation() {
+        let (_, output) = run(LAW, &inputs(input));
         let (mut x, step) = (input(0.0), 1e-3);
-        for fine in 0..(SAMPLES - 1) * 1000 {
+        for substep in 0..(SAMPLES - 1) * 1000 {
             let tau = LAW.tau * f64::powf(x / LAW.reference, LAW.exponent);
-            x += (input((fine as f64 + 0.5) * step) - x) * -f64::exp_m1(-step / tau);
+            x += (input((substep as f64 + 0.5) * step) - x) * -f64::exp_m1(-step / tau);
         }
         assert!((output[SAMPLES - 1] / x - 1.0).abs() < 3e-5, "{x}");
     }
 
     #[test]
-    fn without_growth_it_is_the_lag() {
+    fn without_growth_the_output_is_that_of_the_lag() {
         let law = GrowthLaw {
             exponent: 0.0,
             ..LAW
         };
-        let (_, output) = followed(law, &inputs(input));
+        let (_, output) = run(law, &inputs(input));
         let mut expected = vec![0.0; SAMPLES];
         crate::Lag::new(LAW.tau, 1.0).apply(&inputs(input), &mut expected);
         assert_eq!(output, expected);
@@ -188,34 +188,34 @@ mod tests {
 
     #[test]
     fn slopes_of_a_steep_fall_are_finite() {
-        let falling = inputs(|at| if at < 80.0 { 2.0 } else { 1e-3 });
+        let steep_input = inputs(|t| if t < 80.0 { 2.0 } else { 1e-3 });
         let law = GrowthLaw {
             tau: 0.1,
             exponent: 0.0,
             ..LAW
         };
-        let (mut lag, output) = followed(law, &falling);
-        lag.differentiate(&falling, &output);
+        let (mut lag, output) = run(law, &steep_input);
+        lag.differentiate(&steep_input, &output);
         let mut slope = vec![0.0; SAMPLES];
         lag.slope_by_exponent(&mut slope);
-        assert!(slope.iter().all(|of| of.is_finite()));
+        assert!(slope.iter().all(|value| value.is_finite()));
     }
 
     #[test]
     fn slopes_are_derivatives() {
-        let direction = inputs(|at| (0.3 * at).cos());
-        let moved = |by: f64| inputs(|at| input(at) + by * (0.3 * at).cos());
+        let direction = inputs(|t| (0.3 * t).cos());
+        let input_with = |delta: f64| inputs(|t| input(t) + delta * (0.3 * t).cos());
         for exponent in [0.0, 0.4, -0.3] {
             let law = GrowthLaw { exponent, ..LAW };
-            let (mut lag, output) = followed(law, &inputs(input));
+            let (mut lag, output) = run(law, &inputs(input));
             lag.differentiate(&inputs(input), &output);
             let h = 1e-6;
-            let check = |slope: &[f64], at: &dyn Fn(f64) -> (GrowthLaw, Vec<f64>)| {
-                let of = |by: f64| {
-                    let (law, input) = at(by);
-                    followed(law, &input).1
+            let check = |slope: &[f64], case_at: &dyn Fn(f64) -> (GrowthLaw, Vec<f64>)| {
+                let output_at = |delta: f64| {
+                    let (law, input) = case_at(delta);
+                    run(law, &input).1
                 };
-                let (above, below) = (of(h), of(-h));
+                let (above, below) = (output_at(h), output_at(-h));
                 for (n, slope) in slope.iter().enumerate() {
                     let expected = (above[n] - below[n]) / (2.0 * h);
                     assert!((expected - slope).abs() < 1e-8, "{n}: {slope} {expected}");
@@ -223,19 +223,19 @@ mod tests {
             };
             let mut slope = vec![0.0; SAMPLES];
             lag.slope_by_input(&direction, &mut slope);
-            check(&slope, &|by| (law, moved(by)));
+            check(&slope, &|delta| (law, input_with(delta)));
             lag.slope_by_tau(&mut slope);
-            let tau = |by| GrowthLaw {
-                tau: law.tau + by,
+            let law_with_tau = |delta| GrowthLaw {
+                tau: law.tau + delta,
                 ..law
             };
-            check(&slope, &|by| (tau(by), inputs(input)));
+            check(&slope, &|delta| (law_with_tau(delta), inputs(input)));
             lag.slope_by_exponent(&mut slope);
-            let exponent = |by| GrowthLaw {
-                exponent: law.exponent + by,
+            let law_with_exponent = |delta| GrowthLaw {
+                exponent: law.exponent + delta,
                 ..law
             };
-            check(&slope, &|by| (exponent(by), inputs(input)));
+            check(&slope, &|delta| (law_with_exponent(delta), inputs(input)));
         }
     }
 }

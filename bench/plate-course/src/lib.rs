@@ -20,9 +20,9 @@ const SIZES: [f64; 4] = [1.0, 0.3, 0.1, 0.03];
 /// Standard deviation of the logarithm of the ratio of the damping's T to the reactance's (an assumption).
 const DAMPING_RATIO_LN_STD: f64 = 0.3;
 /// Number of grid refinements.
-const CLOSER: usize = 6;
+const REFINEMENTS: usize = 6;
 /// Weight below which a time constant is excluded from a refined grid.
-const HARDLY: f64 = 1e-4;
+const MIN_GRID_WEIGHT: f64 = 1e-4;
 
 /// Reading with its time and standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,9 +36,9 @@ pub struct Reading {
 }
 
 /// Number of parameters of a part.
-const PARTS: usize = 4;
+const PART_PARAMETERS: usize = 4;
 /// Weight below which a pair of time constants is left out of the sum.
-const UNLIKELY: f64 = 1e-9;
+const MIN_PAIR_WEIGHT: f64 = 1e-9;
 
 /// Prior standard deviations of a part's initial value, of the effect of a long touch, and of the change per second; their
 /// means are 0.
@@ -72,15 +72,15 @@ pub struct Predicted {
 impl Predicted {
     /// Returns the variance at an index.
     #[must_use]
-    pub fn variance(&self, place: usize) -> f64 {
-        self.factor.row(place).norm_squared()
+    pub fn variance(&self, index: usize) -> f64 {
+        self.factor.row(index).norm_squared()
     }
 }
 
 /// Fit of a part with one T.
-struct Explained {
+struct PartFit {
     /// Estimates of z0, ż, w and h, and their covariance.
-    at: Vector4<f64>,
+    parameters: Vector4<f64>,
     covariance: Matrix4<f64>,
     /// Logarithm of the probability of the readings, up to a constant common to all T.
     ln_evidence: f64,
@@ -90,46 +90,50 @@ struct Explained {
 
 /// Normal equations of a part's parameters for one T.
 #[derive(Default)]
-struct Told {
+struct NormalEquations {
     precision: Matrix4<f64>,
-    along: Vector4<f64>,
+    right_side: Vector4<f64>,
     squares: f64,
 }
 
-impl Told {
+impl NormalEquations {
     fn add(&mut self, row: Vector4<f64>, reading: &Reading) {
         let weight = reading.std.powi(-2);
         self.precision += row * row.transpose() * weight;
-        self.along += row * (reading.value * weight);
+        self.right_side += row * (reading.value * weight);
         self.squares += reading.value.powi(2) * weight;
     }
 
     /// Solves the normal equations for a prior standard deviation `warmth` of the warmth.
-    fn explained(&self, stds: CourseStds, warmth: f64) -> Explained {
+    fn solve(&self, stds: CourseStds, warmth: f64) -> PartFit {
         let stds = Vector4::new(stds.size, stds.per_s, warmth, warmth);
         let prior = stds.map(|std| std.powi(-2));
         let precision = self.precision + Matrix4::from_diagonal(&prior);
         // Scale to a unit diagonal, because long courses span many orders of magnitude.
-        let scale = precision.diagonal().map(|of| of.sqrt().recip());
+        let scale = precision.diagonal().map(|entry| entry.sqrt().recip());
         let scaling = Matrix4::from_diagonal(&scale);
         let Some(factor) = (scaling * precision * scaling).cholesky() else {
             // Return the prior, with less evidence than any solution.
-            return Explained {
-                at: Vector4::zeros(),
+            return PartFit {
+                parameters: Vector4::zeros(),
                 covariance: Matrix4::from_diagonal(&stds.map(|std| std * std)),
                 ln_evidence: f64::MIN,
                 squares: self.squares,
             };
         };
         let covariance = scaling * factor.inverse() * scaling;
-        let at = covariance * self.along;
-        let squares = self.squares - 2.0 * at.dot(&self.along) + at.dot(&(self.precision * at));
-        let likely = squares + at.component_mul(&at).dot(&prior);
-        let ln = |of: &Vector4<f64>| of.map(f64::ln).sum();
-        Explained {
-            at,
+        let parameters = covariance * self.right_side;
+        let squares = self.squares - 2.0 * parameters.dot(&self.right_side)
+            + parameters.dot(&(self.precision * parameters));
+        let cost = squares + parameters.component_mul(&parameters).dot(&prior);
+        let ln_product = |values: &Vector4<f64>| values.map(f64::ln).sum();
+        PartFit {
+            parameters,
             covariance,
-            ln_evidence: ln(&scale) - ln(&factor.l_dirty().diagonal()) - ln(&stds) - 0.5 * likely,
+            ln_evidence: ln_product(&scale)
+                - ln_product(&factor.l_dirty().diagonal())
+                - ln_product(&stds)
+                - 0.5 * cost,
             squares: squares.max(0.0),
         }
     }
@@ -138,39 +142,42 @@ impl Told {
 /// Predicts both parts at `times_s`.
 #[must_use]
 pub fn predicted(parts: &[Part<'_>; 2], touches: Touches<'_>, times_s: &[f64]) -> Predicted {
-    let since_s = parts[0].free.first().map_or(0.0, |of| of.time_s);
-    let read = [0, 1].map(|part: usize| -> Vec<Reading> {
+    let start_s = parts[0].free.first().map_or(0.0, |reading| reading.time_s);
+    let readings = [0, 1].map(|part: usize| -> Vec<Reading> {
         let free = parts[part].free.iter();
-        free.filter(|of| of.value.is_finite()).copied().collect()
+        free.filter(|reading| reading.value.is_finite())
+            .copied()
+            .collect()
     });
-    let on = |grid: Grid| {
+    let courses_on = |grid: Grid| {
         grid.ln_t().map(|ln_t| Course {
             t_s: ln_t.exp(),
-            since_s,
+            start_s,
             touches,
         })
     };
-    let likely = |grids: &[Grid; 2]| {
+    let pair_weights = |grids: &[Grid; 2]| {
         let ln_evidence = |part: usize| {
             let stds = parts[part].stds;
-            on(grids[part]).map(|course| course.explain(&read[part], stds).ln_evidence)
+            courses_on(grids[part]).map(|course| course.explain(&readings[part], stds).ln_evidence)
         };
         pairs(grids, &[ln_evidence(0), ln_evidence(1)])
     };
     let mut grids = [Grid(TIME_CONSTANTS_S.map(f64::ln)); 2];
-    let mut weights = likely(&grids);
-    for _ in 0..CLOSER {
-        let closer = [0, 1].map(|part| grids[part].closer(&of_part(&weights, part)));
-        if closer == [None; 2] {
+    let mut weights = pair_weights(&grids);
+    for _ in 0..REFINEMENTS {
+        let refinements = [0, 1].map(|part| grids[part].refine(&part_weights(&weights, part)));
+        if refinements == [None; 2] {
             break;
         }
-        grids = [0, 1].map(|part| closer[part].unwrap_or(grids[part]));
-        weights = likely(&grids);
+        grids = [0, 1].map(|part| refinements[part].unwrap_or(grids[part]));
+        weights = pair_weights(&grids);
     }
-    let each = [0, 1].map(|part| {
-        on(grids[part]).map(|course| course.predict(&read[part], parts[part].stds, times_s))
+    let predictions = [0, 1].map(|part| {
+        courses_on(grids[part])
+            .map(|course| course.predict(&readings[part], parts[part].stds, times_s))
     });
-    sum(&weights, &each)
+    sum(&weights, &predictions)
 }
 
 /// Logarithms of time constants in s, evenly spaced between two limits.
@@ -187,14 +194,14 @@ impl Grid {
     }
 
     /// Returns a grid around the likely time constants; `None` if it would not be much narrower.
-    fn closer(self, weights: &[f64; TIME_CONSTANTS]) -> Option<Self> {
-        let likely = |weight: &f64| *weight > HARDLY;
-        let first = weights.iter().position(likely)?;
-        let last = weights.iter().rposition(likely)?;
+    fn refine(self, weights: &[f64; TIME_CONSTANTS]) -> Option<Self> {
+        let is_likely = |weight: &f64| *weight > MIN_GRID_WEIGHT;
+        let first = weights.iter().position(is_likely)?;
+        let last = weights.iter().rposition(is_likely)?;
         let ln_t = self.ln_t();
-        let about = [ln_t[first] - self.spacing(), ln_t[last] + self.spacing()];
-        let few = 2 * (last - first + 2) < TIME_CONSTANTS;
-        few.then_some(Self(about))
+        let limits = [ln_t[first] - self.spacing(), ln_t[last] + self.spacing()];
+        let is_narrow = 2 * (last - first + 2) < TIME_CONSTANTS;
+        is_narrow.then_some(Self(limits))
     }
 }
 
@@ -203,19 +210,19 @@ type Pairs = SMatrix<f64, TIME_CONSTANTS, TIME_CONSTANTS>;
 
 /// Returns the weights of the pairs from the evidence of each part's readings.
 fn pairs(grids: &[Grid; 2], ln_evidence: &[[f64; TIME_CONSTANTS]; 2]) -> Pairs {
-    let [of_damping, of_reactance] = grids.map(Grid::ln_t);
-    let ln_likely = Pairs::from_fn(|row, column| {
-        let apart = (of_reactance[column] - WARMTH_S.ln()) / WARMTH_LN_STD;
-        let ratio = (of_damping[row] - of_reactance[column]) / DAMPING_RATIO_LN_STD;
-        ln_evidence[0][row] + ln_evidence[1][column] - 0.5 * (apart * apart + ratio * ratio)
+    let [damping_ln_t, reactance_ln_t] = grids.map(Grid::ln_t);
+    let ln_weights = Pairs::from_fn(|row, column| {
+        let deviation = (reactance_ln_t[column] - WARMTH_S.ln()) / WARMTH_LN_STD;
+        let ratio = (damping_ln_t[row] - reactance_ln_t[column]) / DAMPING_RATIO_LN_STD;
+        ln_evidence[0][row] + ln_evidence[1][column] - 0.5 * (deviation * deviation + ratio * ratio)
     });
-    let most = ln_likely.max();
-    let weights = ln_likely.map(|ln_likely| (ln_likely - most).exp());
+    let max = ln_weights.max();
+    let weights = ln_weights.map(|ln_weight| (ln_weight - max).exp());
     weights / weights.sum()
 }
 
 /// Returns the weight of each time constant of a part.
-fn of_part(pairs: &Pairs, part: usize) -> [f64; TIME_CONSTANTS] {
+fn part_weights(pairs: &Pairs, part: usize) -> [f64; TIME_CONSTANTS] {
     std::array::from_fn(|k| match part {
         0 => pairs.row(k).sum(),
         _ => pairs.column(k).sum(),
@@ -223,33 +230,33 @@ fn of_part(pairs: &Pairs, part: usize) -> [f64; TIME_CONSTANTS] {
 }
 
 /// Sums the predictions over all pairs, with their deviation from the common mean in the covariance.
-fn sum(pairs: &Pairs, each: &[[PartPredicted; TIME_CONSTANTS]; 2]) -> Predicted {
-    let n = each[0][0].mean.len();
+fn sum(pairs: &Pairs, predictions: &[[PartPrediction; TIME_CONSTANTS]; 2]) -> Predicted {
+    let n = predictions[0][0].mean.len();
     let mut mean = DVector::zeros(2 * n);
     let mut columns: Vec<DVector<f64>> = Vec::new();
-    for (part, each) in each.iter().enumerate() {
-        let mut of_part_mean = mean.rows_mut(part * n, n);
-        for (of, weight) in each.iter().zip(of_part(pairs, part)) {
-            of_part_mean.axpy(weight, &of.mean, 1.0);
-            if weight > UNLIKELY {
-                columns.extend(of.factor.column_iter().map(|column| {
-                    let mut whole = DVector::zeros(2 * n);
-                    whole
+    for (part, predictions) in predictions.iter().enumerate() {
+        let mut part_mean = mean.rows_mut(part * n, n);
+        for (prediction, weight) in predictions.iter().zip(part_weights(pairs, part)) {
+            part_mean.axpy(weight, &prediction.mean, 1.0);
+            if weight > MIN_PAIR_WEIGHT {
+                columns.extend(prediction.factor.column_iter().map(|column| {
+                    let mut full_column = DVector::zeros(2 * n);
+                    full_column
                         .rows_mut(part * n, n)
                         .axpy(weight.sqrt(), &column, 0.0);
-                    whole
+                    full_column
                 }));
             }
         }
     }
-    for (row, damping) in each[0].iter().enumerate() {
-        for (column, reactance) in each[1].iter().enumerate() {
+    for (row, damping) in predictions[0].iter().enumerate() {
+        for (column, reactance) in predictions[1].iter().enumerate() {
             let weight = pairs[(row, column)];
-            if weight > UNLIKELY {
-                let mut apart = -&mean;
-                apart.rows_mut(0, n).axpy(1.0, &damping.mean, 1.0);
-                apart.rows_mut(n, n).axpy(1.0, &reactance.mean, 1.0);
-                columns.push(apart * weight.sqrt());
+            if weight > MIN_PAIR_WEIGHT {
+                let mut deviation = -&mean;
+                deviation.rows_mut(0, n).axpy(1.0, &damping.mean, 1.0);
+                deviation.rows_mut(n, n).axpy(1.0, &reactance.mean, 1.0);
+                columns.push(deviation * weight.sqrt());
             }
         }
     }
@@ -260,54 +267,55 @@ fn sum(pairs: &Pairs, each: &[[PartPredicted; TIME_CONSTANTS]; 2]) -> Predicted 
 }
 
 /// Prediction of a part at some times for one T.
-struct PartPredicted {
+struct PartPrediction {
     mean: DVector<f64>,
     /// Factor of the covariance, which is its product with its transpose.
-    factor: OMatrix<f64, Dyn, Const<PARTS>>,
+    factor: OMatrix<f64, Dyn, Const<PART_PARAMETERS>>,
 }
 
 /// Basis functions of the course for one T.
 struct Course<'a> {
     t_s: f64,
-    since_s: f64,
+    start_s: f64,
     touches: Touches<'a>,
 }
 
 impl Course<'_> {
     /// Fits the readings with the evidence summed over all sizes of the warmth: a single size would favour a T that turns a
     /// small change into warmth of that size.
-    fn explain(&self, readings: &[Reading], stds: CourseStds) -> Explained {
-        let mut told = Told::default();
-        for of in readings {
-            told.add(self.row(of.time_s), of);
+    fn explain(&self, readings: &[Reading], stds: CourseStds) -> PartFit {
+        let mut normal = NormalEquations::default();
+        for reading in readings {
+            normal.add(self.row(reading.time_s), reading);
         }
-        let each = SIZES.map(|part| told.explained(stds, part * stds.size));
-        let most = each
+        let fits = SIZES.map(|fraction| normal.solve(stds, fraction * stds.size));
+        let max = fits
             .iter()
-            .map(|of| of.ln_evidence)
+            .map(|fit| fit.ln_evidence)
             .fold(f64::NEG_INFINITY, f64::max);
-        let sum: f64 = each.iter().map(|of| (of.ln_evidence - most).exp()).sum();
-        let best = each
+        let sum: f64 = fits.iter().map(|fit| (fit.ln_evidence - max).exp()).sum();
+        let best = fits
             .into_iter()
             .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence));
         let best = best.expect("there are sizes");
-        Explained {
-            ln_evidence: most + sum.ln(),
+        PartFit {
+            ln_evidence: max + sum.ln(),
             ..best
         }
     }
 
-    fn predict(&self, readings: &[Reading], stds: CourseStds, times_s: &[f64]) -> PartPredicted {
-        let rows = OMatrix::<f64, Dyn, Const<PARTS>>::from_fn(times_s.len(), |index, part| {
-            self.row(times_s[index])[part]
-        });
-        let free = self.explain(readings, stds);
+    fn predict(&self, readings: &[Reading], stds: CourseStds, times_s: &[f64]) -> PartPrediction {
+        let rows =
+            OMatrix::<f64, Dyn, Const<PART_PARAMETERS>>::from_fn(times_s.len(), |index, part| {
+                self.row(times_s[index])[part]
+            });
+        let fit = self.explain(readings, stds);
         // Scale the errors up if the readings scatter about the course by more than their own errors.
-        let freedom = readings.len().saturating_sub(PARTS).max(1) as f64;
-        let excess = (free.squares / freedom).max(1.0);
-        PartPredicted {
-            mean: &rows * free.at,
-            factor: match free.covariance.cholesky() {
+        let freedom = readings.len().saturating_sub(PART_PARAMETERS).max(1) as f64;
+        let excess = (fit.squares / freedom).max(1.0);
+        PartPrediction {
+            mean: &rows * fit.parameters,
+            factor: match fit.covariance.cholesky() {
                 Some(factor) => rows * factor.l() * excess.sqrt(),
                 None => rows * 0.0,
             },
@@ -316,25 +324,30 @@ impl Course<'_> {
 
     /// Returns the derivatives of the part at a time by its parameters.
     fn row(&self, time_s: f64) -> Vector4<f64> {
-        let since_s = time_s - self.since_s;
-        let left = (-since_s / self.t_s).exp();
-        Vector4::new(1.0, since_s, warmth(time_s, self.t_s, self.touches), left)
+        let elapsed_s = time_s - self.start_s;
+        let decay = (-elapsed_s / self.t_s).exp();
+        Vector4::new(
+            1.0,
+            elapsed_s,
+            warmth(time_s, self.t_s, self.touches),
+            decay,
+        )
     }
 }
 
 /// Returns the warmth at a time as a fraction, 0 to 1, of that of a long touch.
 fn warmth(time_s: f64, t_s: f64, touches: Touches<'_>) -> f64 {
-    let (mut share, mut since_s) = (0.0f64, f64::NEG_INFINITY);
+    let (mut share, mut last_s) = (0.0f64, f64::NEG_INFINITY);
     for &(begin_s, end_s) in touches {
         if time_s <= begin_s {
             break;
         }
-        share *= ((since_s - begin_s) / t_s).exp();
-        let until_s = end_s.min(time_s);
-        share = 1.0 + (share - 1.0) * ((begin_s - until_s) / t_s).exp();
-        since_s = until_s;
+        share *= ((last_s - begin_s) / t_s).exp();
+        let stop_s = end_s.min(time_s);
+        share = 1.0 + (share - 1.0) * ((begin_s - stop_s) / t_s).exp();
+        last_s = stop_s;
     }
-    share * ((since_s - time_s) / t_s).exp()
+    share * ((last_s - time_s) / t_s).exp()
 }
 
 #[cfg(test)]
@@ -350,41 +363,42 @@ mod tests {
     };
 
     /// Integrates in steps of 0.1 ms, independent of the closed form.
-    fn stepped(until_s: f64, t_s: f64) -> f64 {
+    fn integrate(duration_s: f64, t_s: f64) -> f64 {
         let mut share = 0.0;
-        for step in 0..(until_s * 1e4).round() as u32 {
+        for step in 0..(duration_s * 1e4).round() as u32 {
             let time_s = (f64::from(step) + 0.5) * 1e-4;
-            let on = TOUCHES
+            let is_touched = TOUCHES
                 .iter()
-                .any(|(from, to)| (*from..*to).contains(&time_s));
-            share += (f64::from(u8::from(on)) - share) / t_s * 1e-4;
+                .any(|(begin_s, end_s)| (*begin_s..*end_s).contains(&time_s));
+            share += (f64::from(u8::from(is_touched)) - share) / t_s * 1e-4;
         }
         share
     }
 
     #[test]
-    fn warmth_grows_under_a_finger_and_wears_off_without() {
+    fn warmth_grows_under_a_finger_and_decays_after_it() {
         assert_eq!(warmth(0.5, 3.0, &TOUCHES), 0.0);
         assert_eq!(warmth(5.0, 3.0, &[]), 0.0);
         for t_s in [0.8, 5.0, 60.0] {
             for time_s in [1.5, 3.9, 4.0, 5.0, 7.5, 12.0] {
                 assert_relative_eq!(
                     warmth(time_s, t_s, &TOUCHES),
-                    stepped(time_s, t_s),
+                    integrate(time_s, t_s),
                     epsilon = 1e-4
                 );
             }
         }
     }
 
-    fn read(of: impl Fn(f64) -> f64, std: f64) -> Vec<Reading> {
-        let free = [0.1, 0.3, 0.5, 0.7, 0.9, 4.2, 4.4, 5.0, 5.8, 9.2, 9.4];
-        free.map(|time_s| Reading {
-            time_s,
-            value: of(time_s),
-            std,
-        })
-        .to_vec()
+    fn readings(value_at: impl Fn(f64) -> f64, std: f64) -> Vec<Reading> {
+        let times_s = [0.1, 0.3, 0.5, 0.7, 0.9, 4.2, 4.4, 5.0, 5.8, 9.2, 9.4];
+        times_s
+            .map(|time_s| Reading {
+                time_s,
+                value: value_at(time_s),
+                std,
+            })
+            .to_vec()
     }
 
     fn part(free: &[Reading]) -> Part<'_> {
@@ -392,19 +406,19 @@ mod tests {
     }
 
     #[test]
-    fn what_was_read_beside_a_finger_tells_what_holds_under_it() {
-        for (t_s, per_s, left) in [(2.0, 2e-3, 0.0), (6.0, -1e-3, 0.05), (20.0, 0.0, -0.1)] {
+    fn readings_without_a_finger_predict_the_plate_under_it() {
+        for (t_s, per_s, remainder) in [(2.0, 2e-3, 0.0), (6.0, -1e-3, 0.05), (20.0, 0.0, -0.1)] {
             let course = |time_s: f64| {
-                let cooling = left * (-time_s / t_s).exp();
+                let cooling = remainder * (-time_s / t_s).exp();
                 0.02 + per_s * time_s + 0.3 * warmth(time_s, t_s, &TOUCHES) + cooling
             };
-            let free = read(course, 1e-4);
+            let free = readings(course, 1e-4);
             let times_s = [1.5, 2.5, 3.5, 7.0, 8.5];
-            let found = predicted(&[part(&free), part(&free)], &TOUCHES, &times_s);
+            let prediction = predicted(&[part(&free), part(&free)], &TOUCHES, &times_s);
             for (index, time_s) in times_s.into_iter().enumerate() {
-                let std = found.variance(index).sqrt();
-                let apart = found.mean[index] - course(time_s);
-                assert!(apart.abs() < 3.0 * std, "{t_s} {time_s}: {apart} of {std}");
+                let std = prediction.variance(index).sqrt();
+                let error = prediction.mean[index] - course(time_s);
+                assert!(error.abs() < 3.0 * std, "{t_s} {time_s}: {error} of {std}");
                 assert!(std < 1e-2, "{t_s} {time_s}: {std}");
             }
         }
@@ -413,23 +427,23 @@ mod tests {
     /// A part with a single reading after a touch does not determine T, and takes it from the other part.
     #[test]
     fn both_parts_share_a_time_constant() {
-        let read_of = |w: f64| read(|time_s| w * warmth(time_s, 2.0, &TOUCHES), 1e-3);
-        let (mut damping, reactance) = (read_of(0.3), read_of(-2.0));
-        damping.retain(|of| of.time_s < 4.3);
-        let alone = predicted(&[part(&damping), part(&damping)], &TOUCHES, &[2.5]);
-        let told = predicted(&[part(&damping), part(&reactance)], &TOUCHES, &[2.5]);
+        let readings_with = |w: f64| readings(|time_s| w * warmth(time_s, 2.0, &TOUCHES), 1e-3);
+        let (mut damping, reactance) = (readings_with(0.3), readings_with(-2.0));
+        damping.retain(|reading| reading.time_s < 4.3);
+        let single = predicted(&[part(&damping), part(&damping)], &TOUCHES, &[2.5]);
+        let joint = predicted(&[part(&damping), part(&reactance)], &TOUCHES, &[2.5]);
         let truth = 0.3 * warmth(2.5, 2.0, &TOUCHES);
-        let apart = |of: &Predicted| (of.mean[0] - truth).abs();
-        assert!(apart(&told) < 0.5 * apart(&alone));
-        assert!(apart(&told) < 3.0 * told.variance(0).sqrt());
+        let error = |prediction: &Predicted| (prediction.mean[0] - truth).abs();
+        assert!(error(&joint) < 0.5 * error(&single));
+        assert!(error(&joint) < 3.0 * joint.variance(0).sqrt());
     }
 
     /// A recording of twenty minutes and readings that are not finite still give a prediction.
     #[test]
-    fn long_courses_and_broken_readings_are_predicted() {
+    fn long_courses_and_invalid_readings_are_predicted() {
         let touches: Vec<(f64, f64)> = (0..120)
             .map(|k| f64::from(k) * 10.0 + 2.0)
-            .map(|from| (from, from + 6.0))
+            .map(|begin_s| (begin_s, begin_s + 6.0))
             .collect();
         let free: Vec<Reading> = (0..1200)
             .map(|k| f64::from(k) + 0.5)
@@ -439,31 +453,31 @@ mod tests {
                 std: 1e-4,
             })
             .collect();
-        let broken = [Reading {
+        let invalid = [Reading {
             time_s: 1.0,
             value: f64::NAN,
             std: 1e-4,
         }];
-        let long = predicted(&[part(&free), part(&free)], &touches, &[1005.0]);
+        let prediction = predicted(&[part(&free), part(&free)], &touches, &[1005.0]);
         assert_relative_eq!(
-            long.mean[0],
+            prediction.mean[0],
             0.3 * warmth(1005.0, 5.0, &touches),
             epsilon = 1e-3
         );
-        assert!(long.variance(0).is_finite());
-        let none = predicted(&[part(&broken), part(&broken)], &TOUCHES, &[2.5]);
-        assert_eq!(none.mean.len(), 2);
+        assert!(prediction.variance(0).is_finite());
+        let prior = predicted(&[part(&invalid), part(&invalid)], &TOUCHES, &[2.5]);
+        assert_eq!(prior.mean.len(), 2);
     }
 
     /// Readings that do not follow such a course give a prediction with larger errors.
     #[test]
-    fn readings_astray_widen_the_prediction() {
+    fn irregular_readings_widen_the_prediction() {
         let std = |free: &[Reading]| {
-            let found = predicted(&[part(free), part(free)], &TOUCHES, &[2.5]);
-            found.variance(0).sqrt()
+            let prediction = predicted(&[part(free), part(free)], &TOUCHES, &[2.5]);
+            prediction.variance(0).sqrt()
         };
-        let still = std(&read(|_| 0.1, 1e-4));
-        let astray = std(&read(|time_s| 0.1 + 0.01 * (7.0 * time_s).sin(), 1e-4));
-        assert!(astray > 20.0 * still, "{astray} {still}");
+        let regular = std(&readings(|_| 0.1, 1e-4));
+        let irregular = std(&readings(|time_s| 0.1 + 0.01 * (7.0 * time_s).sin(), 1e-4));
+        assert!(irregular > 20.0 * regular, "{irregular} {regular}");
     }
 }

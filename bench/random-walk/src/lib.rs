@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 /// Smallest fraction of a deviation assumed to remain at the next stretch: the rate of a faster decay cannot be determined.
-const LEAST_LEFT: f64 = 1.0 / std::f64::consts::E;
+const MIN_REMAINDER: f64 = 1.0 / std::f64::consts::E;
 
 /// Means over stretches of a positive quantity; its logarithm performs a random walk.
 #[derive(Debug, Clone, Copy)]
@@ -27,43 +27,48 @@ impl Means<'_> {
     /// then less than twice that over one (Uhlenbeck & Ornstein 1930).
     #[must_use]
     pub fn diffusivity_per_s(&self) -> f64 {
-        let (one, two) = (self.steps(1), self.steps(2));
+        let (single_steps, double_steps) = (self.steps(1), self.steps(2));
         // The trend uses one of the steps.
-        if one.count < 2.0 || one.squares <= 0.0 {
+        if single_steps.count < 2.0 || single_steps.squares <= 0.0 {
             return 0.0;
         }
-        let mean = |of: &Steps| of.squares / of.count;
-        let left = if two.count > 0.0 {
-            (mean(&two) / mean(&one) - 1.0).clamp(LEAST_LEFT, 1.0)
+        let mean = |sums: &Steps| sums.squares / sums.count;
+        let remainder = if double_steps.count > 0.0 {
+            (mean(&double_steps) / mean(&single_steps) - 1.0).clamp(MIN_REMAINDER, 1.0)
         } else {
             1.0
         };
-        let faster = if left < 1.0 {
-            -left.ln() / (1.0 - left)
+        let speedup = if remainder < 1.0 {
+            -remainder.ln() / (1.0 - remainder)
         } else {
             1.0
         };
         // Means over two stretches of a walk differ less than the points at their middles.
-        let lasted_s = one.time_s - one.count * self.each_s.min(one.time_s / one.count) / 3.0;
-        one.squares / lasted_s * one.count / (one.count - 1.0) * faster
+        let duration_s = single_steps.time_s
+            - single_steps.count * self.each_s.min(single_steps.time_s / single_steps.count) / 3.0;
+        single_steps.squares / duration_s * single_steps.count / (single_steps.count - 1.0)
+            * speedup
     }
 
     /// Returns sums over all increments of `steps` samples.
     fn steps(&self, steps: usize) -> Steps {
-        let mut of = Steps::default();
-        for (index, near) in self.times_s.windows(steps + 1).enumerate() {
-            if near.windows(2).any(|pair| pair[1] - pair[0] > self.apart_s) {
+        let mut sums = Steps::default();
+        for (index, window) in self.times_s.windows(steps + 1).enumerate() {
+            if window
+                .windows(2)
+                .any(|pair| pair[1] - pair[0] > self.apart_s)
+            {
                 continue;
             }
-            let (last, lasted_s) = (index + steps, near[steps] - near[0]);
-            let ((a, of_a), (b, of_b)) = (self.values[index], self.values[last]);
-            let steady = 0.5 * (self.per_s[index] + self.per_s[last]) * lasted_s;
-            let measured = of_a / (a * a) + of_b / (b * b);
-            of.squares += ((b / a).ln() - steady).powi(2) - measured;
-            of.time_s += lasted_s;
-            of.count += 1.0;
+            let (last, duration_s) = (index + steps, window[steps] - window[0]);
+            let ((a, var_a), (b, var_b)) = (self.values[index], self.values[last]);
+            let drift = 0.5 * (self.per_s[index] + self.per_s[last]) * duration_s;
+            let noise = var_a / (a * a) + var_b / (b * b);
+            sums.squares += ((b / a).ln() - drift).powi(2) - noise;
+            sums.time_s += duration_s;
+            sums.count += 1.0;
         }
-        of
+        sums
     }
 }
 
@@ -77,14 +82,14 @@ struct Steps {
 }
 
 /// Returns the covariance, for a walk of diffusivity 1 per sample, of three weighted sums over it: one with the weights
-/// `alone`, and two with the weights `pair`.
+/// `single`, and two with the weights `pair`.
 #[must_use]
-pub fn spread(alone: &[f64], pair: &[Vector2<f64>]) -> Matrix3<f64> {
+pub fn spread(single: &[f64], pair: &[Vector2<f64>]) -> Matrix3<f64> {
     // An increment at a sample persists in all later samples.
-    let (mut after, mut sum) = (Vector3::zeros(), Matrix3::zeros());
-    for (alone, pair) in alone.iter().zip(pair).rev() {
-        after += Vector3::new(*alone, pair[0], pair[1]);
-        sum += after * after.transpose();
+    let (mut tail, mut sum) = (Vector3::zeros(), Matrix3::zeros());
+    for (weight, pair) in single.iter().zip(pair).rev() {
+        tail += Vector3::new(*weight, pair[0], pair[1]);
+        sum += tail * tail.transpose();
     }
     sum
 }
@@ -121,17 +126,20 @@ mod tests {
                 .iter()
                 .map(|_| {
                     ln_mu0 += 0.2 * rate + (0.2 * diffusivity).sqrt() * normal();
-                    let measured = (ln_mu0 + noise * normal()).exp();
-                    (measured, (noise * measured).powi(2))
+                    let reading = (ln_mu0 + noise * normal()).exp();
+                    (reading, (noise * reading).powi(2))
                 })
                 .collect();
-            let found = diffusivity_per_s(&times_s, 0.0, &mu0, rate);
-            assert!((found - diffusivity).abs() < 1e-5, "{found} {diffusivity}");
+            let estimate = diffusivity_per_s(&times_s, 0.0, &mu0, rate);
+            assert!(
+                (estimate - diffusivity).abs() < 1e-5,
+                "{estimate} {diffusivity}"
+            );
         }
     }
 
     #[test]
-    fn means_over_a_walk_show_all_of_it() {
+    fn means_over_a_walk_show_its_diffusivity() {
         let mut random = ChaCha8Rng::seed_from_u64(9);
         let (diffusivity, step_s) = (1e-4_f64, 1e-3);
         let mut ln_mu0 = 0.0_f64;
@@ -139,57 +147,58 @@ mod tests {
         for instance in 0..6000 {
             let mut sum = 0.0;
             for sample in 0..150 {
-                let news: f64 = StandardNormal.sample(&mut random);
-                ln_mu0 += (diffusivity * step_s).sqrt() * news;
+                let innovation: f64 = StandardNormal.sample(&mut random);
+                ln_mu0 += (diffusivity * step_s).sqrt() * innovation;
                 sum += if sample < 100 { ln_mu0 } else { 0.0 };
             }
             times_s.push(0.15 * f64::from(instance));
             mu0.push(((sum / 100.0).exp(), 0.0));
         }
-        let found = diffusivity_per_s(&times_s, 0.1, &mu0, 0.0);
-        assert_relative_eq!(found, diffusivity, max_relative = 0.06);
+        let estimate = diffusivity_per_s(&times_s, 0.1, &mu0, 0.0);
+        assert_relative_eq!(estimate, diffusivity, max_relative = 0.06);
     }
 
-    /// The steps of a deviation that keeps a fraction `left` after each step have 2 (1 − left) times its variance.
+    /// The steps of a deviation that keeps a fraction `remainder` after each step have 2 (1 − remainder) times its variance.
     #[test]
-    fn what_returns_to_its_mean_wandered_faster() {
+    fn a_walk_that_returns_to_its_mean_is_faster() {
         let mut random = ChaCha8Rng::seed_from_u64(5);
-        let (left, std, step_s) = (0.6_f64, 3e-3, 0.17);
-        let mut departure = 0.0;
+        let (remainder, std, step_s) = (0.6_f64, 3e-3, 0.17);
+        let mut deviation = 0.0;
         let (mut times_s, mut mu0) = (Vec::new(), Vec::new());
         for instance in 0..20_000 {
-            let news: f64 = StandardNormal.sample(&mut random);
-            departure = left * departure + std * (1.0 - left * left).sqrt() * news;
+            let innovation: f64 = StandardNormal.sample(&mut random);
+            deviation =
+                remainder * deviation + std * (1.0 - remainder * remainder).sqrt() * innovation;
             times_s.push(step_s * f64::from(instance));
-            mu0.push((f64::exp(departure), 0.0));
+            mu0.push((f64::exp(deviation), 0.0));
         }
-        let found = diffusivity_per_s(&times_s, 0.0, &mu0, 0.0);
-        let at_once = 2.0 * std * std * -left.ln() / step_s;
-        assert_relative_eq!(found, at_once, max_relative = 0.05);
+        let estimate = diffusivity_per_s(&times_s, 0.0, &mu0, 0.0);
+        let expected = 2.0 * std * std * -remainder.ln() / step_s;
+        assert_relative_eq!(estimate, expected, max_relative = 0.05);
     }
 
     #[test]
     fn two_instances_show_no_walk() {
-        let found = diffusivity_per_s(&[0.0, 0.2], 0.0, &[(0.5, 0.0), (0.6, 0.0)], 0.0);
-        assert_eq!(found, 0.0);
-        let apart = diffusivity_per_s(
+        let pair = diffusivity_per_s(&[0.0, 0.2], 0.0, &[(0.5, 0.0), (0.6, 0.0)], 0.0);
+        assert_eq!(pair, 0.0);
+        let sparse = diffusivity_per_s(
             &[0.0, 2.0, 4.0],
             0.0,
             &[(0.5, 0.0), (0.6, 0.0), (0.7, 0.0)],
             0.0,
         );
-        assert_eq!(apart, 0.0);
+        assert_eq!(sparse, 0.0);
     }
 
     /// Compares with the covariance of a walk, which for two samples equals the time until the first.
     #[test]
     fn the_spread_is_that_of_weighted_sums_over_a_walk() {
-        let of_mu0: Vec<f64> = (0..30).map(|n| (0.4 * f64::from(n)).sin()).collect();
-        let of_trial: Vec<Vector2<f64>> = (0..30)
+        let mu0_weights: Vec<f64> = (0..30).map(|n| (0.4 * f64::from(n)).sin()).collect();
+        let trial_weights: Vec<Vector2<f64>> = (0..30)
             .map(|n| Vector2::new(0.1 * f64::from(n) - 1.0, (0.2 * f64::from(n)).cos()))
             .collect();
-        let found = spread(&of_mu0, &of_trial);
-        let weights = |n: usize| [of_mu0[n], of_trial[n][0], of_trial[n][1]];
+        let covariance = spread(&mu0_weights, &trial_weights);
+        let weights = |n: usize| [mu0_weights[n], trial_weights[n][0], trial_weights[n][1]];
         for row in 0..3 {
             for column in 0..3 {
                 let mut sum = 0.0;
@@ -198,7 +207,7 @@ mod tests {
                         sum += weights(a)[row] * weights(b)[column] * (a.min(b) + 1) as f64;
                     }
                 }
-                assert_relative_eq!(found[(row, column)], sum, max_relative = 1e-9);
+                assert_relative_eq!(covariance[(row, column)], sum, max_relative = 1e-9);
             }
         }
     }

@@ -82,10 +82,12 @@ impl Record {
 
     /// Instances of a trial at 2 kHz: the skin differs from the assumed one, the plate drifts, and the lag is 0.9 ms.
     pub fn trial(instances: usize) -> Vec<Self> {
-        (0..instances).map(|k| Self::of_trial(k as f64)).collect()
+        (0..instances)
+            .map(|k| Self::trial_instance(k as f64))
+            .collect()
     }
 
-    fn of_trial(k: f64) -> Self {
+    fn trial_instance(k: f64) -> Self {
         let (rate_hz, lead, tau_s, substeps) = (2000.0, 40, 0.9e-3, 32);
         let skin = AssumedConstants {
             contact_area_m2: 240e-6,
@@ -97,9 +99,9 @@ impl Record {
             Contact::new(&skin, SIGMA_T_M * (1.0 + 0.01 * k)).expect("physical constants");
         let z_t = Complex64::new(Z_T.re, Z_T.im * (1.0 + 0.01 * k));
         let z_p = Z_P - Complex64::I * (0.02 * k);
-        let pressed_n = |t: f64| normal_n(t) * (0.9 + 0.015 * k);
+        let force_n = |t: f64| normal_n(t) * (0.9 + 0.015 * k);
         let steady_m = |t: f64| {
-            let (a, n) = (amplitude_m(t), pressed_n(t));
+            let (a, n) = (amplitude_m(t), force_n(t));
             contact.equilibrium_gap_m(a, n).expect("physical record")
         };
         let step_s = 1.0 / rate_hz / f64::from(substeps);
@@ -117,14 +119,14 @@ impl Record {
         let mut step = 0;
         for (i, &t) in record.time_s.clone().iter().enumerate() {
             loop {
-                let at_s = begin_s + (f64::from(step) + 0.5) * step_s;
-                if at_s > t {
+                let middle_s = begin_s + (f64::from(step) + 0.5) * step_s;
+                if middle_s > t {
                     break;
                 }
-                gap_m += (steady_m(at_s) - gap_m) * share;
+                gap_m += (steady_m(middle_s) - gap_m) * share;
                 step += 1;
             }
-            let (a, n) = (amplitude_m(t), pressed_n(t));
+            let (a, n) = (amplitude_m(t), force_n(t));
             let k_c = contact.stiffness_n_per_m(gap_m, a);
             let z_c = contact.impedance_n_s_per_m(k_c, TAU * CARRIER_HZ);
             let ripple = Complex64::from_polar(0.001, i as f64);
@@ -152,7 +154,7 @@ impl Record {
 
 /// Fits instances of one trial together.
 pub fn fit_trial(records: &[Record]) -> TrialFit {
-    let placed: Vec<Placed<'_>> = records
+    let places: Vec<Placed<'_>> = records
         .iter()
         .map(|record| Placed {
             series: record.series(),
@@ -160,9 +162,9 @@ pub fn fit_trial(records: &[Record]) -> TrialFit {
         })
         .collect();
     // The plate as read before and after the finger, which shifted its resonance by 3 Hz.
-    let references = [(-100.0, 0.0), (100.0, -0.28)].map(|(time_s, moved)| PlateReference {
+    let references = [(-100.0, 0.0), (100.0, -0.28)].map(|(time_s, reactance)| PlateReference {
         time_s,
-        z_p_n_s_per_m: Z_P + Complex64::I * moved,
+        z_p_n_s_per_m: Z_P + Complex64::I * reactance,
         std_n_s_per_m: 1e-3,
     });
     let readings = PlateReadings {
@@ -170,7 +172,7 @@ pub fn fit_trial(records: &[Record]) -> TrialFit {
         touches_s: vec![(-99.0, 99.0)],
     };
     let options = TrialOptions::default();
-    trial::fit(&placed, &conditions(), &readings, &options)
+    trial::fit(&places, &conditions(), &readings, &options)
         .expect("instances that the model allows")
 }
 

@@ -21,12 +21,12 @@ pub(super) const SHARED: usize = 16;
 
 pub(super) type Own = SVector<f64, OWN>;
 pub(super) type Shared = SVector<f64, SHARED>;
-pub(super) type Minimised = ArrowMinimum<OWN, SHARED>;
+pub(super) type TrialMinimum = ArrowMinimum<OWN, SHARED>;
 pub(super) type Step = Place<OWN, SHARED>;
 pub(super) type Covariance = ArrowCovariance<OWN, SHARED, ERRORS>;
 
 /// Model parameters of one instance, in the order of a block.
-pub(super) const OF_INSTANCE: [usize; OWN] = [
+pub(super) const INSTANCE_PARAMETERS: [usize; OWN] = [
     LN_SIGMA_T,
     RE_Z_T,
     IM_Z_T,
@@ -44,7 +44,7 @@ pub(super) const RESIDUAL: usize = 6;
 
 /// Model parameters shared by the trial, in the arrow's order, followed by [`COURSE`] and the two of the amplitude along the
 /// plate. Times are stored as their logarithms.
-pub(super) const OF_TRIAL: [usize; SHARED - COURSES - 4] = [
+pub(super) const TRIAL_PARAMETERS: [usize; SHARED - COURSES - 4] = [
     LN_AREA,
     LN_Q0,
     LN_LOSS_FACTOR,
@@ -62,47 +62,47 @@ pub(super) const FILM_MEAN: usize = 5;
 pub(super) const LAG_GROWTH: usize = 6;
 /// Index of the first of the [`COURSES`], deviations of the plate from its likely course in standard deviations.
 pub(super) const COURSE: usize = 7;
-/// Logarithm of the ratio of the amplitude along the plate to that at the pickup: its growth over [`ALONG_M`], and its
+/// Logarithm of the ratio of the amplitude along the plate to that at the pickup: its growth over [`TILT_DISTANCE_M`], and its
 /// increase at that distance on both sides.
 pub(super) const TILT: usize = COURSE + COURSES;
 pub(super) const BOW: usize = TILT + 1;
 /// Effect of other modes that is common to all instances: angle and residual mobility.
-pub(super) const ANGLE_OF_ALL: usize = BOW + 1;
-pub(super) const RESIDUAL_OF_ALL: usize = ANGLE_OF_ALL + 1;
+pub(super) const COMMON_ANGLE: usize = BOW + 1;
+pub(super) const COMMON_RESIDUAL: usize = COMMON_ANGLE + 1;
 /// Distance along the plate at which tilt and bow are stated, m: half of the published central part.
-pub(super) const ALONG_M: f64 = 0.03;
+pub(super) const TILT_DISTANCE_M: f64 = 0.03;
 
 /// Times stored as their logarithms, paired with the model's parameters in ms.
-const IN_MS: [(usize, usize); 2] = [(TAU, TAU_MS), (FILM_MEAN, FILM_MEAN_MS)];
+const TIMES_MS: [(usize, usize); 2] = [(TAU, TAU_MS), (FILM_MEAN, FILM_MEAN_MS)];
 
 /// An instance of a trial.
 pub(super) struct Member<'a> {
     pub(super) model: LaggedModel<'a>,
     /// Prior of the plate's offset.
     pub(super) offset: OffsetPrior,
-    /// Distance from the plate's centre, in units of [`ALONG_M`].
-    pub(super) along: f64,
+    /// Distance from the plate's centre, in units of [`TILT_DISTANCE_M`].
+    pub(super) position: f64,
 }
 
 impl Member<'_> {
     /// Returns the model's parameters.
     pub(super) fn parameters(&self, shared: &Shared, own: &Own) -> [f64; PARAMETERS] {
         let mut parameters = [0.0; PARAMETERS];
-        for (value, parameter) in own.iter().zip(OF_INSTANCE) {
+        for (value, parameter) in own.iter().zip(INSTANCE_PARAMETERS) {
             parameters[parameter] = *value;
         }
-        for (value, parameter) in shared.iter().zip(OF_TRIAL) {
+        for (value, parameter) in shared.iter().zip(TRIAL_PARAMETERS) {
             parameters[parameter] = *value;
         }
-        for (index, parameter) in IN_MS {
+        for (index, parameter) in TIMES_MS {
             parameters[parameter] = shared[index].exp() / MS;
         }
-        let offset = self.offset.on_course(courses(shared));
+        let offset = self.offset.value(courses(shared));
         parameters[RE_OFFSET] += offset.re;
         parameters[IM_OFFSET] += offset.im;
-        parameters[FINGER_ANGLE] += shared[ANGLE_OF_ALL];
-        parameters[RESIDUAL_MOBILITY] += shared[RESIDUAL_OF_ALL];
-        parameters[LN_RATIO] = shared[TILT] * self.along + shared[BOW] * self.along.powi(2);
+        parameters[FINGER_ANGLE] += shared[COMMON_ANGLE];
+        parameters[RESIDUAL_MOBILITY] += shared[COMMON_RESIDUAL];
+        parameters[LN_RATIO] = shared[TILT] * self.position + shared[BOW] * self.position.powi(2);
         parameters
     }
 
@@ -112,41 +112,41 @@ impl Member<'_> {
         slopes: &[T; PARAMETERS],
         parameters: &[f64; PARAMETERS],
     ) -> [T; SHARED] {
-        std::array::from_fn(|index| match OF_TRIAL.get(index) {
+        std::array::from_fn(|index| match TRIAL_PARAMETERS.get(index) {
             Some(&parameter) if is_time(parameter) => slopes[parameter] * parameters[parameter],
             Some(&parameter) => slopes[parameter],
             None => self
-                .beside(index)
+                .dependents(index)
                 .into_iter()
-                .fold(T::default(), |sum, (parameter, by)| {
-                    sum + slopes[parameter] * by
+                .fold(T::default(), |sum, (parameter, slope)| {
+                    sum + slopes[parameter] * slope
                 }),
         })
     }
 
     /// Returns the model's parameters that depend on one of the last shared ones, with the slopes.
-    fn beside(&self, index: usize) -> [(usize, f64); 2] {
-        let (parameter, by) = match index {
-            TILT => (LN_RATIO, self.along),
-            BOW => (LN_RATIO, self.along.powi(2)),
-            ANGLE_OF_ALL => (FINGER_ANGLE, 1.0),
-            RESIDUAL_OF_ALL => (RESIDUAL_MOBILITY, 1.0),
+    fn dependents(&self, index: usize) -> [(usize, f64); 2] {
+        let (parameter, slope) = match index {
+            TILT => (LN_RATIO, self.position),
+            BOW => (LN_RATIO, self.position.powi(2)),
+            COMMON_ANGLE => (FINGER_ANGLE, 1.0),
+            COMMON_RESIDUAL => (RESIDUAL_MOBILITY, 1.0),
             _ => {
-                let by = self.offset.by_course[index - COURSE];
-                return [(RE_OFFSET, by.re), (IM_OFFSET, by.im)];
+                let slope = self.offset.by_course[index - COURSE];
+                return [(RE_OFFSET, slope.re), (IM_OFFSET, slope.im)];
             }
         };
-        [(parameter, by), (parameter, 0.0)]
+        [(parameter, slope), (parameter, 0.0)]
     }
 
     /// Returns the derivatives of the model's parameters by those of the instance and those of the trial.
-    pub(super) fn following(&self, parameters: &[f64; PARAMETERS]) -> Following {
+    pub(super) fn parameter_slopes(&self, parameters: &[f64; PARAMETERS]) -> ParameterSlopes {
         let mut by_own = SMatrix::zeros();
-        for (column, parameter) in OF_INSTANCE.into_iter().enumerate() {
+        for (column, parameter) in INSTANCE_PARAMETERS.into_iter().enumerate() {
             by_own[(parameter, column)] = 1.0;
         }
         let mut by_shared = SMatrix::zeros();
-        for (column, parameter) in OF_TRIAL.into_iter().enumerate() {
+        for (column, parameter) in TRIAL_PARAMETERS.into_iter().enumerate() {
             let unit = if is_time(parameter) {
                 parameters[parameter]
             } else {
@@ -155,49 +155,51 @@ impl Member<'_> {
             by_shared[(parameter, column)] = unit;
         }
         for column in COURSE..SHARED {
-            for (parameter, by) in self.beside(column) {
-                by_shared[(parameter, column)] += by;
+            for (parameter, slope) in self.dependents(column) {
+                by_shared[(parameter, column)] += slope;
             }
         }
-        Following { by_own, by_shared }
+        ParameterSlopes { by_own, by_shared }
     }
 }
 
 /// Derivatives of the model's parameters at an instance by the instance's and the shared ones.
-pub(super) struct Following {
+pub(super) struct ParameterSlopes {
     pub(super) by_own: SMatrix<f64, PARAMETERS, OWN>,
     pub(super) by_shared: SMatrix<f64, PARAMETERS, SHARED>,
 }
 
-impl Following {
+impl ParameterSlopes {
     /// Returns the effect of calibration errors on the model's parameters, with the response of the fitted ones.
     pub(super) fn response(
         &self,
-        of: &Covariance,
+        covariance: &Covariance,
         instance: usize,
         by_error: &ByError<PARAMETERS>,
     ) -> ByError<PARAMETERS> {
-        self.by_own * of.response.own[instance] + self.by_shared * of.response.shared + by_error
+        self.by_own * covariance.response.own[instance]
+            + self.by_shared * covariance.response.shared
+            + by_error
     }
 
     /// Returns the covariance of the model's parameters, including calibration errors that act on them by `by_error`.
     pub(super) fn covariance(
         &self,
-        of: &Covariance,
+        covariance: &Covariance,
         instance: usize,
         by_error: &ByError<PARAMETERS>,
     ) -> SMatrix<f64, PARAMETERS, PARAMETERS> {
         let Self { by_own, by_shared } = self;
-        let block = &of.blocks[instance];
-        let across = by_own * block.with_shared * by_shared.transpose();
-        let follows = self.response(of, instance, by_error) - by_error;
-        let beside = follows * by_error.transpose();
+        let block = &covariance.blocks[instance];
+        let cross = by_own * block.with_shared * by_shared.transpose();
+        let response = self.response(covariance, instance, by_error) - by_error;
+        let error_cross = response * by_error.transpose();
         by_own * block.own * by_own.transpose()
-            + by_shared * of.shared * by_shared.transpose()
-            + across
-            + across.transpose()
-            + beside
-            + beside.transpose()
+            + by_shared * covariance.shared * by_shared.transpose()
+            + cross
+            + cross.transpose()
+            + error_cross
+            + error_cross.transpose()
             + by_error * by_error.transpose()
     }
 }
@@ -208,5 +210,5 @@ pub(super) fn courses(shared: &Shared) -> &[f64] {
 }
 
 fn is_time(parameter: usize) -> bool {
-    IN_MS.iter().any(|(_, time)| *time == parameter)
+    TIMES_MS.iter().any(|(_, time)| *time == parameter)
 }

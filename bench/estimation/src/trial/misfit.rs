@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::members::{SHARED, Shared};
-use super::plate::PlateApart;
+use super::plate::PlateDeviation;
 use crate::instance_fit::InstanceFit;
 
 /// A sign that the model does not hold for a trial, so that its parameters and their errors do not describe the finger.
@@ -30,9 +30,9 @@ pub enum Misfit {
 
 /// Largest plausible distance of a parameter from the middle of its prior, in standard deviations. A fit that bends the skin to
 /// another law exceeds it by far; no fit of the 79 simulated people of docs/accuracy.md does.
-const MOST_DEVIATIONS: f64 = 4.0;
+const MAX_DEVIATIONS: f64 = 4.0;
 /// RMS of estimated − measured friction from which on the model does not explain it.
-const MOST_RMS_MU: f64 = 0.03;
+const MAX_RMS_MU: f64 = 0.03;
 
 impl fmt::Display for Misfit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -70,40 +70,40 @@ const NAMES: [&str; 7] = [
 pub(super) fn signs(
     shared: &Shared,
     priors: &[(f64, f64); SHARED],
-    plate: Option<PlateApart>,
+    plate: Option<PlateDeviation>,
     instances: &[InstanceFit],
 ) -> Vec<Misfit> {
     let mut signs: Vec<Misfit> = NAMES
         .into_iter()
         .zip(shared.iter().zip(priors))
-        .map(|(name, (at, (middle, std)))| Misfit::Unlikely {
+        .map(|(name, (value, (middle, std)))| Misfit::Unlikely {
             name,
-            deviations: (at - middle) / std,
+            deviations: (value - middle) / std,
         })
         .filter(|sign| {
-            matches!(sign, Misfit::Unlikely { deviations, .. } if deviations.abs() > MOST_DEVIATIONS)
+            matches!(sign, Misfit::Unlikely { deviations, .. } if deviations.abs() > MAX_DEVIATIONS)
         })
         .collect();
     signs.extend(
         plate
-            .filter(PlateApart::is_misfit)
+            .filter(PlateDeviation::is_misfit)
             .map(|plate| Misfit::Plate {
-                apart_n_s_per_m: plate.apart_n_s_per_m,
+                apart_n_s_per_m: plate.deviation_n_s_per_m,
             }),
     );
-    let rms_mu = rms_of_known(instances.iter().map(|of| of.agreement.rms_mu));
+    let rms_mu = known_rms(instances.iter().map(|instance| instance.agreement.rms_mu));
     signs.extend(
         rms_mu
-            .filter(|rms_mu| *rms_mu > MOST_RMS_MU)
+            .filter(|rms_mu| *rms_mu > MAX_RMS_MU)
             .map(|rms_mu| Misfit::Friction { rms_mu }),
     );
     signs
 }
 
 /// Returns the RMS over the instances with comparable friction; `None` without any.
-fn rms_of_known(each: impl Iterator<Item = f64>) -> Option<f64> {
+fn known_rms(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (mut count, mut squares) = (0.0, 0.0);
-    for rms_mu in each.filter(|rms_mu| !rms_mu.is_nan()) {
+    for rms_mu in values.filter(|rms_mu| !rms_mu.is_nan()) {
         count += 1.0;
         squares += rms_mu * rms_mu;
     }
@@ -115,10 +115,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_instance_without_friction_to_compare_hides_no_other() {
-        let of = |each: &[f64]| rms_of_known(each.iter().copied());
-        assert_eq!(of(&[0.3, f64::NAN, 0.4]), Some((0.125_f64).sqrt()));
-        assert_eq!(of(&[f64::NAN]), None);
-        assert_eq!(of(&[f64::NAN, f64::INFINITY]), Some(f64::INFINITY));
+    fn an_instance_without_friction_does_not_hide_others() {
+        let rms = |values: &[f64]| known_rms(values.iter().copied());
+        assert_eq!(rms(&[0.3, f64::NAN, 0.4]), Some((0.125_f64).sqrt()));
+        assert_eq!(rms(&[f64::NAN]), None);
+        assert_eq!(rms(&[f64::NAN, f64::INFINITY]), Some(f64::INFINITY));
     }
 }

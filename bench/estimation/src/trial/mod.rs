@@ -23,8 +23,8 @@ use num_complex::Complex64;
 use friction::{RatioSamples, TrialFriction};
 use friction_spread::FrictionSpread;
 use members::{
-    ALONG_M, AREA, Covariance, FILM_MEAN, Following, GROWTH, LAG_GROWTH, LOSS_FACTOR, Member,
-    Minimised, OWN, Q0, SIGMA_T, Shared, TAU, TISSUE,
+    AREA, Covariance, FILM_MEAN, GROWTH, LAG_GROWTH, LOSS_FACTOR, Member, OWN, ParameterSlopes, Q0,
+    SIGMA_T, Shared, TAU, TILT_DISTANCE_M, TISSUE, TrialMinimum,
 };
 pub use misfit::Misfit;
 pub use plate::{PlateReadings, PlateReference};
@@ -33,7 +33,7 @@ use search::Search;
 
 use super::conditions::FitConditions;
 use super::fit_error::FitError;
-use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, unidentified};
+use super::fit_verdict::{FitParameter, FitVerdict, IDENTIFIABLE_RELATIVE_STD, find_unidentified};
 use super::instance_fit::{InstanceFit, friction_at_rest, modelled_ratio, modelled_ratio_slopes};
 use super::lagged_model::LaggedModel;
 use super::least_squares::{ImpedanceModel, Minimum};
@@ -112,29 +112,31 @@ pub struct TrialFit {
 /// # Errors
 /// If there is no instance, a lead-in is too short, or the model allows no such contacts.
 pub fn fit(
-    placed: &[Placed<'_>],
+    places: &[Placed<'_>],
     conditions: &FitConditions,
     readings: &PlateReadings,
     options: &TrialOptions,
 ) -> Result<TrialFit, FitError> {
-    let instances: Vec<InstanceSeries<'_>> = placed.iter().map(|of| of.series).collect();
-    let forces = instances.iter().map(|of| mean(of.instance().normal_n));
+    let instances: Vec<InstanceSeries<'_>> = places.iter().map(|place| place.series).collect();
+    let forces = instances
+        .iter()
+        .map(|instance| mean(instance.instance().normal_n));
     let reference_n = forces.sum::<f64>() / instances.len() as f64;
     let z_p = conditions.z_p_corrected_n_s_per_m;
     let mut members = Vec::with_capacity(instances.len());
-    for (instance, placed) in instances.iter().zip(placed) {
+    for (instance, place) in instances.iter().zip(places) {
         let model = LaggedModel::new(instance, conditions, options.lead_in_s, reference_n)?;
-        members.push((model, placed.off_centre_m / ALONG_M));
+        members.push((model, place.off_centre_m / TILT_DISTANCE_M));
     }
-    let times_s: Vec<f64> = members.iter().map(|of| of.0.middle_s).collect();
+    let times_s: Vec<f64> = members.iter().map(|member| member.0.middle_s).collect();
     let offsets = plate::offsets(&times_s, readings, z_p, &options.priors, None);
     let members: Vec<Member<'_>> = members
         .into_iter()
         .zip(offsets)
-        .map(|((model, along), offset)| Member {
+        .map(|((model, position), offset)| Member {
             model,
             offset,
-            along,
+            position,
         })
         .collect();
     if members.is_empty() {
@@ -148,42 +150,42 @@ pub fn fit(
 fn report(
     mut search: Search<'_>,
     instances: &[InstanceSeries<'_>],
-    minimum: Minimised,
-    errors: &CalibrationErrors,
+    minimum: TrialMinimum,
+    calibration: &CalibrationErrors,
 ) -> Result<TrialFit, FitError> {
-    let mut by_error = errors.by_parameter();
+    let mut by_error = calibration.by_parameter();
     // The component common to all places and that of each place add in quadrature.
     by_error[(FILM_MOBILITY, OF_OTHER_MODES)] =
         std::f64::consts::SQRT_2 * search.priors.residual_mobility_std_m_per_n_s;
     search
         .follow_other_modes(&minimum)
         .ok_or(FitError::NoStart)?;
-    let residuals = search.left(&minimum);
+    let residuals = search.residuals_at(&minimum);
     let covariance = search.covariance(&minimum, &by_error);
     let verdict = verdict(&minimum, covariance.as_ref());
     let std = |index: usize| {
-        covariance
-            .as_ref()
-            .map_or(f64::INFINITY, |of| of.shared[(index, index)].sqrt())
+        covariance.as_ref().map_or(f64::INFINITY, |covariance| {
+            covariance.shared[(index, index)].sqrt()
+        })
     };
-    let of_ln = |index: usize| LogUncertain {
+    let log_uncertain = |index: usize| LogUncertain {
         value: minimum.shared[index].exp(),
         ln_std: std(index),
     };
-    let plain = |index: usize| Uncertain {
+    let uncertain = |index: usize| Uncertain {
         value: minimum.shared[index],
         std: std(index),
     };
     let members = &mut search.members;
-    let following: Vec<Following> = members
+    let parameter_slopes: Vec<ParameterSlopes> = members
         .iter()
         .zip(&minimum.own)
-        .map(|(member, own)| member.following(&member.parameters(&minimum.shared, own)))
+        .map(|(member, own)| member.parameter_slopes(&member.parameters(&minimum.shared, own)))
         .collect();
     let friction = friction(members, instances, &minimum);
     let spread = friction.as_ref().zip(covariance.as_ref());
     let spread = spread.and_then(|(friction, covariance)| {
-        FrictionSpread::new(friction, &following, &minimum, covariance, &by_error)
+        FrictionSpread::new(friction, &parameter_slopes, &minimum, covariance, &by_error)
     });
     let tau_s = tau_at_mean_gap(members, &minimum, covariance.as_ref());
     let mut fits = Vec::with_capacity(instances.len());
@@ -193,61 +195,61 @@ fn report(
         let shapes: Vec<f64> = (0..z_m.len())
             .map(|i| member.model.noise_shape(i))
             .collect();
-        let of_instance = Minimum {
+        let instance_minimum = Minimum {
             parameters,
             z_m: z_m.iter().zip(residuals).map(|(z, r)| z + r).collect(),
             squares: residuals.iter().map(Complex64::norm_sqr).sum(),
             failure: None,
             covariance: covariance
                 .as_ref()
-                .map(|of| following[index].covariance(of, index, &by_error)),
+                .map(|covariance| parameter_slopes[index].covariance(covariance, index, &by_error)),
             noise: ResidualNoise::of(residuals, &shapes, OWN),
         };
         let (model, samples) = (&mut member.model, instance.instance());
         let contact = model.follow(&parameters).ok_or(FitError::NoStart)?;
-        let law = match (&friction, &spread, &of_instance.covariance) {
+        let law = match (&friction, &spread, &instance_minimum.covariance) {
             (Some(friction), Some(spread), Some(covariance)) => {
                 spread.law(friction, index, covariance)
             }
-            (Some(friction), ..) => friction.held(index),
+            (Some(friction), ..) => friction.law(index),
             (None, ..) => friction_at_rest(model, &contact, samples.mu),
         };
-        let fit = InstanceFit::new(model, &samples, of_instance, verdict.clone(), law)?;
+        let fit = InstanceFit::new(model, &samples, instance_minimum, verdict.clone(), law)?;
         fits.push(fit);
     }
-    let of_trial = friction.as_ref().map(|of| {
-        let stds = [of.floor.std, of.lag_s.std];
+    let trial_friction = friction.as_ref().map(|friction| {
+        let stds = [friction.floor.std, friction.lag_s.std];
         let [floor, lag_s] = spread.as_ref().map_or(stds, |spread| spread.stds(stds));
         [
             Uncertain {
                 std: floor,
-                ..of.floor
+                ..friction.floor
             },
             Uncertain {
                 std: lag_s,
-                ..of.lag_s
+                ..friction.lag_s
             },
         ]
     });
     let misfit = misfit::signs(
         &minimum.shared,
-        &search.priors_of_shared(),
-        search.plate_apart(&minimum),
+        &search.shared_priors(),
+        search.plate_deviation(&minimum),
         &fits,
     );
     Ok(TrialFit {
         shared: SharedFit {
             verdict,
-            contact_area_m2: of_ln(AREA),
-            q0_rad_per_m: of_ln(Q0),
-            loss_factor: of_ln(LOSS_FACTOR),
+            contact_area_m2: log_uncertain(AREA),
+            q0_rad_per_m: log_uncertain(Q0),
+            loss_factor: log_uncertain(LOSS_FACTOR),
             tau_s,
-            area_exponent: plain(GROWTH),
-            film_mean_s: of_ln(FILM_MEAN),
-            lag_exponent: plain(LAG_GROWTH),
+            area_exponent: uncertain(GROWTH),
+            film_mean_s: log_uncertain(FILM_MEAN),
+            lag_exponent: uncertain(LAG_GROWTH),
             misfit,
-            friction_floor: of_trial.map(|[floor, _]| floor),
-            lateral_lag_s: of_trial.map(|[_, lag_s]| lag_s),
+            friction_floor: trial_friction.map(|[floor, _]| floor),
+            lateral_lag_s: trial_friction.map(|[_, lag_s]| lag_s),
         },
         instances: fits,
     })
@@ -256,7 +258,7 @@ fn report(
 /// Returns τ at the mean gap of all instances.
 fn tau_at_mean_gap(
     members: &mut [Member<'_>],
-    minimum: &Minimised,
+    minimum: &TrialMinimum,
     covariance: Option<&Covariance>,
 ) -> LogUncertain {
     let mut ln_gap = 0.0;
@@ -270,7 +272,9 @@ fn tau_at_mean_gap(
     (slopes[TAU], slopes[LAG_GROWTH]) = (1.0, ln_gap);
     LogUncertain {
         value: minimum.shared.dot(&slopes).exp(),
-        ln_std: covariance.map_or(f64::INFINITY, |of| slopes.dot(&(of.shared * slopes)).sqrt()),
+        ln_std: covariance.map_or(f64::INFINITY, |covariance| {
+            slopes.dot(&(covariance.shared * slopes)).sqrt()
+        }),
     }
 }
 
@@ -278,7 +282,7 @@ fn tau_at_mean_gap(
 fn friction(
     members: &mut [Member<'_>],
     instances: &[InstanceSeries<'_>],
-    minimum: &Minimised,
+    minimum: &TrialMinimum,
 ) -> Option<TrialFriction> {
     let mut ratios = Vec::with_capacity(members.len());
     for (member, own) in members.iter_mut().zip(&minimum.own) {
@@ -305,7 +309,7 @@ fn friction(
     friction::fit(&samples, members.first()?.model.interval_s)
 }
 
-fn verdict(minimum: &Minimised, covariance: Option<&Covariance>) -> FitVerdict {
+fn verdict(minimum: &TrialMinimum, covariance: Option<&Covariance>) -> FitVerdict {
     if !minimum.converged {
         return FitVerdict::NotConverged {
             reason: "the search for the least squares did not end".to_owned(),
@@ -317,21 +321,21 @@ fn verdict(minimum: &Minimised, covariance: Option<&Covariance>) -> FitVerdict {
             std: f64::INFINITY,
         };
     };
-    let of_instances = minimum.own.iter().enumerate().flat_map(|(index, own)| {
+    let instance_errors = minimum.own.iter().enumerate().flat_map(|(index, own)| {
         let own_covariance = &covariance.blocks[index].own;
-        let variance = |of: usize| own_covariance[(of, of)];
-        let of_tissue: f64 = TISSUE.map(variance).iter().sum();
-        let squared: f64 = TISSUE.map(|of| own[of] * own[of]).iter().sum();
+        let variance = |k: usize| own_covariance[(k, k)];
+        let tissue_variance: f64 = TISSUE.map(variance).iter().sum();
+        let tissue_square: f64 = TISSUE.map(|k| own[k] * own[k]).iter().sum();
         [
             (FitParameter::SigmaT, variance(SIGMA_T).sqrt()),
-            (FitParameter::ZT, (of_tissue / squared).sqrt()),
+            (FitParameter::ZT, (tissue_variance / tissue_square).sqrt()),
         ]
     });
     let area = (
         FitParameter::ContactArea,
         covariance.shared[(AREA, AREA)].sqrt(),
     );
-    let errors = of_instances.chain([area]);
+    let errors = instance_errors.chain([area]);
     let errors = errors.map(|(parameter, std)| (parameter, std, IDENTIFIABLE_RELATIVE_STD));
-    unidentified(errors).unwrap_or(FitVerdict::Converged)
+    find_unidentified(errors).unwrap_or(FitVerdict::Converged)
 }

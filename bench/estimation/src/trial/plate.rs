@@ -34,31 +34,32 @@ const REACTANCE_PER_S: f64 = 0.3;
 const DAMPING_PER_S: f64 = 0.003;
 /// Deviation of a single instance from the course, as a fraction of the course's deviation from the straight line between two
 /// references: the diffusion of heat is not of first order.
-const ASTRAY: f64 = 0.03;
+const COURSE_DEVIATION: f64 = 0.03;
 /// Smallest standard deviation of an instance's damping about the common course, N·s/m.
-const LEAST_STD_N_S_PER_M: f64 = 1e-4;
+const MIN_DAMPING_STD_N_S_PER_M: f64 = 1e-4;
 /// Standard deviation of an instance's reactance about the common course before any is fitted, N·s/m: a tenth of a hertz.
-const UNSEEN_STD_N_S_PER_M: f64 = 0.01;
+const INITIAL_STD_N_S_PER_M: f64 = 0.01;
 /// Smallest standard deviation of the fitted reactances, N·s/m: three hundredths of a hertz.
-const FOUND_STD_N_S_PER_M: f64 = 3e-3;
+const MIN_REACTANCE_STD_N_S_PER_M: f64 = 3e-3;
 /// Weight of damping errors relative to reactance errors; the reactance is also observed under the finger.
-const DAMPING_COUNTS: f64 = 10.0;
+const DAMPING_WEIGHT: f64 = 10.0;
 
 /// Largest deviation of a plate from its course, as a fraction of its change along the course, and the smallest such limit,
 /// N·s/m: half a hertz. A larger deviation does not come from the plate: the finger follows another law.
-const MOST_APART: f64 = 0.1;
-const LEAST_APART_N_S_PER_M: f64 = 0.05;
+const MAX_DEVIATION: f64 = 0.1;
+const MIN_DEVIATION_N_S_PER_M: f64 = 0.05;
 
 /// Deviation of the reactances of a trial from their course, and of the course from 0, RMS over the instances, N·s/m.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PlateApart {
-    pub(super) apart_n_s_per_m: f64,
+pub(super) struct PlateDeviation {
+    pub(super) deviation_n_s_per_m: f64,
     pub(super) course_n_s_per_m: f64,
 }
 
-impl PlateApart {
+impl PlateDeviation {
     pub(super) fn is_misfit(&self) -> bool {
-        self.apart_n_s_per_m > LEAST_APART_N_S_PER_M.max(MOST_APART * self.course_n_s_per_m)
+        self.deviation_n_s_per_m
+            > MIN_DEVIATION_N_S_PER_M.max(MAX_DEVIATION * self.course_n_s_per_m)
     }
 }
 
@@ -87,56 +88,57 @@ impl OffsetPrior {
     }
 
     /// Returns the offset for the given coefficients of the courses, N·s/m.
-    pub(super) fn on_course(&self, courses: &[f64]) -> Complex64 {
-        let moved = self.by_course.iter().zip(courses);
-        self.mean + moved.map(|(by, course)| by * course).sum::<Complex64>()
+    pub(super) fn value(&self, courses: &[f64]) -> Complex64 {
+        let deviations = self.by_course.iter().zip(courses);
+        self.mean
+            + deviations
+                .map(|(slope, course)| slope * course)
+                .sum::<Complex64>()
     }
 }
 
-/// Returns the priors at `times_s`, as offsets from the plate of the unloaded interval. Reactances `found` at these times
+/// Returns the priors at `times_s`, as offsets from the plate of the unloaded interval. Reactances `estimates` at these times
 /// determine the plate's scatter about the course.
 pub(super) fn offsets(
     times_s: &[f64],
     readings: &PlateReadings,
     z_p: Complex64,
     priors: &TrialPriors,
-    found: Option<&[f64]>,
+    estimates: Option<&[f64]>,
 ) -> Vec<OffsetPrior> {
     let mut offsets = vec![OffsetPrior::unknown(priors); times_s.len()];
     let references = &readings.references;
-    let beside = |time_s: f64| {
-        let after = references.partition_point(|of| of.time_s < time_s);
-        Some((
-            references.get(after.checked_sub(1)?)?,
-            references.get(after)?,
-        ))
+    let neighbours = |time_s: f64| {
+        let next = references.partition_point(|reference| reference.time_s < time_s);
+        Some((references.get(next.checked_sub(1)?)?, references.get(next)?))
     };
-    let known: Vec<usize> = (0..times_s.len())
-        .filter(|&index| beside(times_s[index]).is_some())
+    let known_indices: Vec<usize> = (0..times_s.len())
+        .filter(|&index| neighbours(times_s[index]).is_some())
         .collect();
-    let n = known.len();
+    let n = known_indices.len();
     if n == 0 {
         return offsets;
     }
-    let at_s: Vec<f64> = known.iter().map(|&index| times_s[index]).collect();
-    let read = |part: fn(Complex64) -> f64| -> Vec<Reading> {
-        let of = references.iter();
-        of.map(|of| Reading {
-            time_s: of.time_s,
-            value: part(of.z_p_n_s_per_m - z_p),
-            std: of.std_n_s_per_m,
-        })
-        .collect()
+    let known_times_s: Vec<f64> = known_indices.iter().map(|&index| times_s[index]).collect();
+    let part_readings = |component: fn(Complex64) -> f64| -> Vec<Reading> {
+        let references = references.iter();
+        references
+            .map(|reference| Reading {
+                time_s: reference.time_s,
+                value: component(reference.z_p_n_s_per_m - z_p),
+                std: reference.std_n_s_per_m,
+            })
+            .collect()
     };
-    let (dampings, reactances) = (read(|z| z.re), read(|z| z.im));
+    let (dampings, reactances) = (part_readings(|z| z.re), part_readings(|z| z.im));
     let part = |free, size, per_s| Part {
         free,
         stds: CourseStds { size, per_s },
     };
-    let straight: Vec<Complex64> = at_s
+    let line: Vec<Complex64> = known_times_s
         .iter()
         .filter_map(|&time_s| {
-            let (last, next) = beside(time_s)?;
+            let (last, next) = neighbours(time_s)?;
             let share = (time_s - last.time_s) / (next.time_s - last.time_s);
             Some(last.z_p_n_s_per_m - z_p + (next.z_p_n_s_per_m - last.z_p_n_s_per_m) * share)
         })
@@ -149,66 +151,83 @@ pub(super) fn offsets(
             REACTANCE_PER_S,
         ),
     ];
-    let course = plate_course::predicted(&parts, &readings.touches_s, &at_s);
-    let (reactance_std, astray) = match found {
-        None => (UNSEEN_STD_N_S_PER_M, ASTRAY),
-        Some(found) => {
-            let apart = DVector::from_fn(n, |at, _| found[known[at]] - course.mean[n + at]);
-            let std = scatter_about(&course, apart);
-            let bent: f64 = (0..n)
-                .map(|at| (course.mean[n + at] - straight[at].im).powi(2))
+    let course = plate_course::predicted(&parts, &readings.touches_s, &known_times_s);
+    let (reactance_std, deviation_fraction) = match estimates {
+        None => (INITIAL_STD_N_S_PER_M, COURSE_DEVIATION),
+        Some(estimates) => {
+            let deviation = DVector::from_fn(n, |row, _| {
+                estimates[known_indices[row]] - course.mean[n + row]
+            });
+            let std = scatter_about(&course, deviation);
+            let curvature: f64 = (0..n)
+                .map(|row| (course.mean[n + row] - line[row].im).powi(2))
                 .sum();
-            let bent = (bent / n as f64).sqrt().max(FOUND_STD_N_S_PER_M);
-            let more = (std * std - FOUND_STD_N_S_PER_M.powi(2)).sqrt();
-            (std, ASTRAY + more / bent)
+            let curvature = (curvature / n as f64)
+                .sqrt()
+                .max(MIN_REACTANCE_STD_N_S_PER_M);
+            let excess = (std * std - MIN_REACTANCE_STD_N_S_PER_M.powi(2)).sqrt();
+            (std, COURSE_DEVIATION + excess / curvature)
         }
     };
     let by_course = directions(&course);
-    for (place, &index) in known.iter().enumerate() {
+    for (place, &index) in known_indices.iter().enumerate() {
         let variance = course.variance(place);
-        let together: f64 = by_course[place].iter().map(|by| by.re * by.re).sum();
-        let alone = (variance - together).max(0.0).sqrt();
-        let bent = course.mean[place] - straight[place].re;
+        let common_variance: f64 = by_course[place]
+            .iter()
+            .map(|slope| slope.re * slope.re)
+            .sum();
+        let damping_std = (variance - common_variance).max(0.0).sqrt();
+        let curvature = course.mean[place] - line[place].re;
         offsets[index] = OffsetPrior {
             mean: Complex64::new(course.mean[place], course.mean[n + place]),
             by_course: by_course[place],
             reactance_std,
-            damping_std: Some(alone.hypot(astray * bent).hypot(LEAST_STD_N_S_PER_M)),
+            damping_std: Some(
+                damping_std
+                    .hypot(deviation_fraction * curvature)
+                    .hypot(MIN_DAMPING_STD_N_S_PER_M),
+            ),
         };
     }
     offsets
 }
 
-/// Returns the RMS scatter of reactances about the course fitted to them; `apart` is their deviation from the likely course.
-fn scatter_about(course: &Predicted, apart: DVector<f64>) -> f64 {
-    let n = apart.len();
-    let of_course = course.factor.rows(n, n);
-    let alone = FOUND_STD_N_S_PER_M.powi(2);
-    let left = (of_course * of_course.transpose() + DMatrix::identity(n, n) * alone)
+/// Returns the RMS scatter of reactances about the course fitted to them; `deviation` is that from the likely course.
+fn scatter_about(course: &Predicted, deviation: DVector<f64>) -> f64 {
+    let n = deviation.len();
+    let course_factor = course.factor.rows(n, n);
+    let variance = MIN_REACTANCE_STD_N_S_PER_M.powi(2);
+    let residuals = (course_factor * course_factor.transpose()
+        + DMatrix::identity(n, n) * variance)
         .cholesky()
-        .map_or_else(|| apart.clone(), |factor| factor.solve(&apart) * alone);
-    let scatter = (left.norm_squared() / n as f64).sqrt();
-    scatter.max(FOUND_STD_N_S_PER_M)
+        .map_or_else(
+            || deviation.clone(),
+            |factor| factor.solve(&deviation) * variance,
+        );
+    let scatter = (residuals.norm_squared() / n as f64).sqrt();
+    scatter.max(MIN_REACTANCE_STD_N_S_PER_M)
 }
 
 /// Returns the [`COURSES`] in which the plate is least certain, as their effect on each instance.
 fn directions(course: &Predicted) -> Vec<[Complex64; COURSES]> {
     let n = course.mean.len() / 2;
-    let counts = |row: usize| if row < n { DAMPING_COUNTS } else { 1.0 };
-    let mut counted = course.factor.clone();
-    for (row, mut values) in counted.row_iter_mut().enumerate() {
-        values *= counts(row);
+    let weight = |row: usize| if row < n { DAMPING_WEIGHT } else { 1.0 };
+    let mut weighted_factor = course.factor.clone();
+    for (row, mut values) in weighted_factor.row_iter_mut().enumerate() {
+        values *= weight(row);
     }
     // Singular values come in descending order.
-    let svd = counted.svd(true, false);
-    let by = |row: usize, course: usize| {
+    let svd = weighted_factor.svd(true, false);
+    let effect = |row: usize, course: usize| {
         let std = svd.singular_values.get(course);
         std.zip(svd.u.as_ref())
-            .map_or(0.0, |(std, u)| std * u[(row, course)] / counts(row))
+            .map_or(0.0, |(std, u)| std * u[(row, course)] / weight(row))
     };
     (0..n)
         .map(|place| {
-            std::array::from_fn(|course| Complex64::new(by(place, course), by(n + place, course)))
+            std::array::from_fn(|course| {
+                Complex64::new(effect(place, course), effect(n + place, course))
+            })
         })
         .collect()
 }

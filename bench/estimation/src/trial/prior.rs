@@ -72,13 +72,13 @@ impl TrialPriors {
     /// Returns the priors for a plate with a measured amplitude along its length, for which the data are corrected.
     #[must_use]
     pub fn on_a_measured_plate(self) -> Self {
-        let left = |prior: Normal| Normal {
+        let residual_prior = |prior: Normal| Normal {
             mean: 0.0,
             std: prior.std.min(3e-3),
         };
         Self {
-            amplitude_tilt: left(self.amplitude_tilt),
-            amplitude_bow: left(self.amplitude_bow),
+            amplitude_tilt: residual_prior(self.amplitude_tilt),
+            amplitude_bow: residual_prior(self.amplitude_bow),
             ..self
         }
     }

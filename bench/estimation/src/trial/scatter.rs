@@ -15,65 +15,67 @@ use crate::least_squares::ImpedanceModel;
 /// Correlation time of force errors, s. The force's filter has errors about 80 Hz and none far below. A correlation time of
 /// 1/(2π 80 Hz) = 2 ms would give all lower frequencies full error power too, and underweight their information about the skin
 /// (decision 21).
-const FORCE_ERROR_LASTS_S: f64 = 8e-4;
+const FORCE_CORRELATION_S: f64 = 8e-4;
 /// Correlation time of impedance errors, s: between the demodulator's window and the milliseconds of effects that the model
 /// leaves out.
-const NOISE_LASTS_S: f64 = 1.5e-3;
+const NOISE_CORRELATION_S: f64 = 1.5e-3;
 /// Smallest relative error of the force that is assumed: no sensor is better.
-const LEAST_FORCE_ERROR: f64 = 1e-4;
+const MIN_FORCE_ERROR: f64 = 1e-4;
 /// Largest number of samples of an instance, lead-in included, that are weighted with their correlation. The time grows with
 /// the third power of the number; an instance of the published length has 160.
-const MOST_TOGETHER: usize = 600;
+const MAX_CORRELATED_SAMPLES: usize = 600;
 /// Smallest variance relative to the mean, so that no sample has all the weight.
-const LEAST_VARIANCE: f64 = 1e-6;
+const MIN_VARIANCE: f64 = 1e-6;
 
 /// Covariance of an instance's residuals, real parts first, then imaginary ones.
 #[derive(Clone)]
 pub(super) enum Scatter {
     /// Independent, with this standard deviation for all.
-    Alike(f64),
+    Uniform(f64),
     /// Independent, with a standard deviation for each.
-    Apart(Vec<f64>),
+    Independent(Vec<f64>),
     /// Correlated.
-    Together(Whitening),
+    Correlated(Whitening),
 }
 
 impl Scatter {
     /// Estimates the scatter of each instance's residuals, with variances common to all instances. `None` where the residuals
     /// are 0.
-    pub(super) fn of_all(residuals: &[Vec<Complex64>], kinds: &[Kinds]) -> Option<Vec<Self>> {
+    pub(super) fn estimate(residuals: &[Vec<Complex64>], kinds: &[Kinds]) -> Option<Vec<Self>> {
         let squares: Vec<f64> = residuals
             .iter()
-            .flat_map(|of| (0..2 * of.len()).map(|at| part(of, at).powi(2)))
+            .flat_map(|residuals| {
+                (0..2 * residuals.len()).map(|index| component(residuals, index).powi(2))
+            })
             .collect();
         let mean = squares.iter().sum::<f64>() / squares.len() as f64;
         if mean <= 0.0 {
             return None;
         }
-        let of_rows: Vec<[f64; 3]> = kinds.iter().flat_map(Kinds::rows).collect();
+        let rows: Vec<[f64; 3]> = kinds.iter().flat_map(Kinds::rows).collect();
         let freedom = squares
             .len()
             .saturating_sub(SHARED + OWN * kinds.len())
             .max(1);
-        let of_freedom = squares.len() as f64 / freedom as f64;
-        let components = variance_components(&squares, &of_rows, LEAST_VARIANCE * mean)
-            .map(|of| of * of_freedom);
+        let correction = squares.len() as f64 / freedom as f64;
+        let components = variance_components(&squares, &rows, MIN_VARIANCE * mean)
+            .map(|variance| variance * correction);
         kinds
             .iter()
-            .map(|kinds| kinds.scatter(components, LEAST_VARIANCE * mean))
+            .map(|kinds| kinds.scatter(components, MIN_VARIANCE * mean))
             .collect()
     }
 
     /// Multiplies columns by the inverse factor of the covariance, which makes the residuals independent with unit variance.
     pub(super) fn whiten(&self, columns: &mut DMatrix<f64>) {
         match self {
-            Self::Alike(std) => *columns /= *std,
-            Self::Apart(stds) => {
+            Self::Uniform(std) => *columns /= *std,
+            Self::Independent(stds) => {
                 for (mut row, std) in columns.row_iter_mut().zip(stds) {
                     row /= *std;
                 }
             }
-            Self::Together(whitening) => whitening.apply(columns),
+            Self::Correlated(whitening) => whitening.apply(columns),
         }
     }
 }
@@ -89,14 +91,14 @@ pub(super) struct Kinds {
 
 impl Kinds {
     /// Computes the contributions at the parameters of the model's last evaluation.
-    pub(super) fn of(member: &Member<'_>) -> Self {
+    pub(super) fn new(member: &Member<'_>) -> Self {
         let model = &member.model;
-        let all = model.gap.len();
-        let by_force = if all > MOST_TOGETHER {
+        let total = model.gap.len();
+        let by_force = if total > MAX_CORRELATED_SAMPLES {
             None
         } else {
             let mut by_force = model.response_to_force();
-            by_errors_that_last(&mut by_force, FORCE_ERROR_LASTS_S / model.interval_s);
+            accumulate_errors(&mut by_force, FORCE_CORRELATION_S / model.interval_s);
             Some(&by_force * by_force.transpose())
         };
         Self {
@@ -111,56 +113,62 @@ impl Kinds {
     /// Returns the variance of each residual for a unit of each kind: constant, noise, force.
     fn rows(&self) -> impl Iterator<Item = [f64; 3]> {
         let n = self.shapes2.len();
-        let of_force = move |at: usize| self.by_force.as_ref().map_or(0.0, |of| of[(at, at)]);
-        (0..2 * n).map(move |at| [1.0, self.shapes2[at % n], of_force(at)])
+        let force_variance = move |index: usize| {
+            self.by_force
+                .as_ref()
+                .map_or(0.0, |covariance| covariance[(index, index)])
+        };
+        (0..2 * n).map(move |index| [1.0, self.shapes2[index % n], force_variance(index)])
     }
 
-    fn scatter(&self, [alike, noise, of_force]: [f64; 3], least: f64) -> Option<Scatter> {
+    fn scatter(&self, [constant, noise, force]: [f64; 3], min_variance: f64) -> Option<Scatter> {
         let n = self.shapes2.len();
         let stds: Vec<f64> = self
             .shapes2
             .iter()
-            .map(|shape2| (alike + noise * shape2).max(least).sqrt())
+            .map(|shape2| (constant + noise * shape2).max(min_variance).sqrt())
             .collect();
-        let samples_alike = NOISE_LASTS_S / self.interval_s;
+        let correlation_samples = NOISE_CORRELATION_S / self.interval_s;
         let Some(by_force) = &self.by_force else {
             // Samples that share a noise carry the information of only one.
-            let widened = (1.0 + 2.0 * samples_alike).sqrt();
-            let both = stds.iter().chain(&stds);
-            return Some(Scatter::Apart(both.map(|std| std * widened).collect()));
+            let widening = (1.0 + 2.0 * correlation_samples).sqrt();
+            let components = stds.iter().chain(&stds);
+            return Some(Scatter::Independent(
+                components.map(|std| std * widening).collect(),
+            ));
         };
-        let together = lasting(n, samples_alike);
-        let mut covariance = by_force * of_force.max(LEAST_FORCE_ERROR * LEAST_FORCE_ERROR);
+        let correlation = lasting(n, correlation_samples);
+        let mut covariance = by_force * force.max(MIN_FORCE_ERROR * MIN_FORCE_ERROR);
         for row in 0..n {
             for column in 0..n {
-                let of_noise = stds[row] * stds[column] * together[(row, column)];
-                covariance[(row, column)] += of_noise;
-                covariance[(n + row, n + column)] += of_noise;
+                let noise_covariance = stds[row] * stds[column] * correlation[(row, column)];
+                covariance[(row, column)] += noise_covariance;
+                covariance[(n + row, n + column)] += noise_covariance;
             }
         }
-        Whitening::of(&covariance).map(Scatter::Together)
+        Whitening::of(&covariance).map(Scatter::Correlated)
     }
 }
 
 /// Multiplies a response to each sample by the lower factor of [`lasting`]: an error is the decayed previous error plus an
 /// innovation, so the innovation of a sample acts on all later ones.
-fn by_errors_that_last(response: &mut DMatrix<f64>, intervals: f64) {
-    let left = (-intervals.recip()).exp();
+fn accumulate_errors(response: &mut DMatrix<f64>, intervals: f64) {
+    let decay = (-intervals.recip()).exp();
     for sample in (1..response.ncols()).rev() {
-        let later = response.column(sample) * left;
-        let mut earlier = response.column_mut(sample - 1);
-        earlier += later;
+        let carry = response.column(sample) * decay;
+        let mut previous = response.column_mut(sample - 1);
+        previous += carry;
     }
-    let news = (1.0 - left * left).sqrt();
-    let mut after_first = response.columns_range_mut(1..);
-    after_first *= news;
+    let innovation = (1.0 - decay * decay).sqrt();
+    let mut later_columns = response.columns_range_mut(1..);
+    later_columns *= innovation;
 }
 
 /// Returns the real part of a sample's residual, or the imaginary part for an index in the second half.
-fn part(residuals: &[Complex64], at: usize) -> f64 {
-    match residuals.get(at) {
+fn component(residuals: &[Complex64], index: usize) -> f64 {
+    match residuals.get(index) {
         Some(residual) => residual.re,
-        None => residuals[at - residuals.len()].im,
+        None => residuals[index - residuals.len()].im,
     }
 }
 
@@ -169,10 +177,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_that_last_have_their_covariance() {
+    fn accumulated_errors_have_the_covariance_of_their_decay() {
         let mut factor = DMatrix::identity(30, 30);
-        by_errors_that_last(&mut factor, 4.0);
-        let apart = &factor * factor.transpose() - lasting(30, 4.0);
-        assert!(apart.amax() < 1e-12);
+        accumulate_errors(&mut factor, 4.0);
+        let difference = &factor * factor.transpose() - lasting(30, 4.0);
+        assert!(difference.amax() < 1e-12);
     }
 }

@@ -5,14 +5,14 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use num_complex::Complex64;
 
 use super::members::{
-    ANGLE, ANGLE_OF_ALL, BOW, COURSE, Covariance, DAMPING, FILM_MEAN, GROWTH, LAG_GROWTH, Member,
-    Minimised, OF_INSTANCE, OWN, Own, Q0, REACTANCE, RESIDUAL, RESIDUAL_OF_ALL, SHARED, SIGMA_T,
-    Shared, TILT, TISSUE, courses,
+    ANGLE, BOW, COMMON_ANGLE, COMMON_RESIDUAL, COURSE, Covariance, DAMPING, FILM_MEAN, GROWTH,
+    INSTANCE_PARAMETERS, LAG_GROWTH, Member, OWN, Own, Q0, REACTANCE, RESIDUAL, SHARED, SIGMA_T,
+    Shared, TILT, TISSUE, TrialMinimum, courses,
 };
-use super::plate::{self, OffsetPrior, PlateApart, PlateReadings};
+use super::plate::{self, OffsetPrior, PlateDeviation, PlateReadings};
 use super::prior::{LogNormal, Normal, TrialPriors};
 use super::scatter::{Kinds, Scatter};
-use crate::beside::Beside;
+use crate::candidate_fit::CandidateFit;
 use crate::fit_error::FitError;
 use crate::least_squares::ImpedanceModel;
 use crate::sigma_search::sigma_starts;
@@ -31,7 +31,7 @@ const STARTS: [(f64, f64); 4] = [
 /// Starting values of q0 relative to its median, tried at each start.
 const Q0_STARTS: [f64; 3] = [0.5, 1.0, 2.0];
 /// Relative difference of the squares below which two minima are the same.
-const THE_SAME: f64 = 1e-3;
+const SAME_MINIMUM: f64 = 1e-3;
 /// Standard deviation of a residual's component by which the first search weighs the priors, N·s/m.
 const FIRST_STD: f64 = 0.01;
 /// Parameters that extend the published laws.
@@ -41,29 +41,29 @@ const LAWS: [usize; 7] = [
     LAG_GROWTH,
     TILT,
     BOW,
-    ANGLE_OF_ALL,
-    RESIDUAL_OF_ALL,
+    COMMON_ANGLE,
+    COMMON_RESIDUAL,
 ];
 /// Factor on the prior standard deviations of the extensions of the published laws in a search from afar.
-const SEARCHING: f64 = 0.05;
-const TO_THE_MINIMUM: Until = Until {
+const START_FACTOR: f64 = 0.05;
+const FINAL_TERMINATION: Until = Until {
     tolerance: 1e-7,
     iterations: 500,
 };
 /// Termination for a minimum that will be refined.
-const TO_BE_REFINED: Until = Until {
+const COARSE_TERMINATION: Until = Until {
     tolerance: 1e-4,
     iterations: 500,
 };
 /// Limit for one start: poor starts rarely converge, and another gets there sooner.
-const FROM_AFAR: Until = Until {
+const START_TERMINATION: Until = Until {
     tolerance: 1e-4,
     iterations: 60,
 };
 /// Number of refinements of a minimum; further ones do not change it.
 const REFINEMENTS: usize = 3;
 /// Prior standard deviation that holds the plate's damping fixed, N·s/m.
-const HELD: f64 = 1e-9;
+const FIXED_STD: f64 = 1e-9;
 
 /// Instances of a trial, with the current state of the search.
 pub(super) struct Search<'a> {
@@ -77,7 +77,7 @@ pub(super) struct Search<'a> {
     damping_std: f64,
     readings: &'a PlateReadings,
     /// Whether the parameters that extend the published laws are still held close to their priors.
-    from_afar: bool,
+    is_start_search: bool,
     z_m: Vec<Complex64>,
     slopes: Vec<[Complex64; PARAMETERS]>,
 }
@@ -85,7 +85,7 @@ pub(super) struct Search<'a> {
 /// State between two refinements: the residuals' scatter, the plate's likely offset, the trends, and the skin's transients.
 struct Refinement {
     scatters: Vec<Scatter>,
-    of_members: Vec<(OffsetPrior, Rates, Transient)>,
+    states: Vec<(OffsetPrior, Rates, Transient)>,
 }
 
 impl<'a> Search<'a> {
@@ -98,11 +98,14 @@ impl<'a> Search<'a> {
         let longest = lengths.max().unwrap_or(0);
         Self {
             priors,
-            scatters: members.iter().map(|_| Scatter::Alike(FIRST_STD)).collect(),
+            scatters: members
+                .iter()
+                .map(|_| Scatter::Uniform(FIRST_STD))
+                .collect(),
             kinds: Vec::new(),
-            damping_std: HELD,
+            damping_std: FIXED_STD,
             readings,
-            from_afar: true,
+            is_start_search: true,
             z_m: vec![Complex64::ZERO; longest],
             slopes: vec![[Complex64::ZERO; PARAMETERS]; longest],
             members,
@@ -112,34 +115,38 @@ impl<'a> Search<'a> {
     /// Searches with the plate's damping held fixed and, where references do not determine it, also with it fitted. The second
     /// result is accepted if the Bayesian information criterion (Schwarz 1978) favours a separate damping for each instance:
     /// if the damping is constant, fitting it lets the model's own error into σ_t (decision 21).
-    pub(super) fn solve(&mut self) -> Result<Minimised, FitError> {
-        let found = self.search_from_afar().ok_or(FitError::NoStart)?;
-        self.from_afar = false;
-        let held = self.refined(found)?;
-        let unknown = self
+    pub(super) fn solve(&mut self) -> Result<TrialMinimum, FitError> {
+        let start = self.search_starts().ok_or(FitError::NoStart)?;
+        self.is_start_search = false;
+        let fixed_damping = self.refine(start)?;
+        let members_without_reference = self
             .members
             .iter()
-            .filter(|of| of.offset.damping_std.is_none());
-        let dampings = unknown.count() as f64;
-        if dampings == 0.0 {
-            return Ok(held);
+            .filter(|member| member.offset.damping_std.is_none());
+        let damping_count = members_without_reference.count() as f64;
+        if damping_count == 0.0 {
+            return Ok(fixed_damping);
         }
-        let refined = self.refinement();
+        let refinement = self.refinement();
         self.damping_std = self.priors.plate_damping_std_n_s_per_m;
-        let fitted = self.refined(held.clone())?;
-        let samples: usize = self.members.iter().map(|of| of.model.z_m.len()).sum();
-        let independent = 2.0 * samples as f64;
-        self.damping_std = HELD;
-        let as_weighed = (held.shared, held.own.clone());
-        let as_weighed =
-            minimise(self, as_weighed.0, as_weighed.1, TO_THE_MINIMUM).ok_or(FitError::NoStart)?;
-        let gain = as_weighed.squares - fitted.squares;
-        if fitted.converged && gain > dampings * independent.max(1.0).ln() {
+        let free_damping = self.refine(fixed_damping.clone())?;
+        let samples: usize = self
+            .members
+            .iter()
+            .map(|member| member.model.z_m.len())
+            .sum();
+        let residual_count = 2.0 * samples as f64;
+        self.damping_std = FIXED_STD;
+        let comparison = (fixed_damping.shared, fixed_damping.own.clone());
+        let comparison = minimise(self, comparison.0, comparison.1, FINAL_TERMINATION)
+            .ok_or(FitError::NoStart)?;
+        let gain = comparison.squares - free_damping.squares;
+        if free_damping.converged && gain > damping_count * residual_count.max(1.0).ln() {
             self.damping_std = self.priors.plate_damping_std_n_s_per_m;
-            return Ok(fitted);
+            return Ok(free_damping);
         }
-        self.restore(refined);
-        Ok(held)
+        self.restore(refinement);
+        Ok(fixed_damping)
     }
 
     /// Returns the refinement of the current minimum.
@@ -147,10 +154,10 @@ impl<'a> Search<'a> {
         let members = self.members.iter();
         Refinement {
             scatters: self.scatters.clone(),
-            of_members: members
-                .map(|of| {
-                    let model = &of.model;
-                    (of.offset, model.trend.rates(), model.transient.clone())
+            states: members
+                .map(|member| {
+                    let model = &member.model;
+                    (member.offset, model.trend.rates(), model.transient.clone())
                 })
                 .collect(),
         }
@@ -158,8 +165,8 @@ impl<'a> Search<'a> {
 
     fn restore(&mut self, refinement: Refinement) {
         self.scatters = refinement.scatters;
-        let refined = refinement.of_members;
-        for (member, (offset, rates, transient)) in self.members.iter_mut().zip(refined) {
+        let states = refinement.states;
+        for (member, (offset, rates, transient)) in self.members.iter_mut().zip(states) {
             member.offset = offset;
             member.model.trend.follow(rates);
             member.model.transient = transient;
@@ -167,22 +174,22 @@ impl<'a> Search<'a> {
     }
 
     /// Returns the best minimum from all starts, or the first one found twice.
-    fn search_from_afar(&mut self) -> Option<Minimised> {
-        let mut best: Option<Minimised> = None;
+    fn search_starts(&mut self) -> Option<TrialMinimum> {
+        let mut best: Option<TrialMinimum> = None;
         for (area_m2, tau_s) in STARTS {
             let Some((shared, own)) = self.start(area_m2, tau_s) else {
                 continue;
             };
-            let Some(found) = minimise(self, shared, own, FROM_AFAR) else {
+            let Some(minimum) = minimise(self, shared, own, START_TERMINATION) else {
                 continue;
             };
-            let meets = best.as_ref().is_some_and(|best| {
-                let apart = (found.squares - best.squares).abs();
-                best.converged && found.converged && apart <= THE_SAME * best.squares
+            let is_repeated = best.as_ref().is_some_and(|best| {
+                let difference = (minimum.squares - best.squares).abs();
+                best.converged && minimum.converged && difference <= SAME_MINIMUM * best.squares
             });
-            let both = best.into_iter().chain([found]);
-            best = both.min_by(|a, b| a.squares.total_cmp(&b.squares));
-            if meets {
+            let candidates = best.into_iter().chain([minimum]);
+            best = candidates.min_by(|a, b| a.squares.total_cmp(&b.squares));
+            if is_repeated {
                 break;
             }
         }
@@ -213,104 +220,122 @@ impl<'a> Search<'a> {
         ]);
         let ln_q0 = shared[Q0];
         let last = self.members.len() - 1;
-        let mut some = vec![0, last / 2, last];
-        some.dedup();
-        let tried = Q0_STARTS
+        let mut probes = vec![0, last / 2, last];
+        probes.dedup();
+        let candidates = Q0_STARTS
             .iter()
-            .flat_map(|part| sigma_starts().map(move |sigma_t_m| (part.ln(), sigma_t_m.ln())));
-        let left = tried.filter_map(|(ln_part, ln_sigma_t)| {
-            shared[Q0] = ln_q0 + ln_part;
-            let mut own = Own::zeros();
-            own[SIGMA_T] = ln_sigma_t;
-            let beside = self.beside(&some, &shared, &own)?;
-            Some((beside.iter().map(|of| of.square).sum::<f64>(), shared, own))
+            .flat_map(|ratio| sigma_starts().map(move |sigma_t_m| (ratio.ln(), sigma_t_m.ln())));
+        let costs = candidates.filter_map(|(ln_ratio, ln_sigma_t)| {
+            shared[Q0] = ln_q0 + ln_ratio;
+            let mut common = Own::zeros();
+            common[SIGMA_T] = ln_sigma_t;
+            let fits = self.fit_candidates(&probes, &shared, &common)?;
+            Some((
+                fits.iter().map(|fit| fit.square).sum::<f64>(),
+                shared,
+                common,
+            ))
         });
-        let (_, shared, found) = left.min_by(|(a, ..), (b, ..)| a.total_cmp(b))?;
-        let all: Vec<usize> = (0..=last).collect();
-        let beside = self.beside(&all, &shared, &found)?;
-        let own = beside.iter().map(|of| {
-            let mut own = found;
-            (own[TISSUE[0]], own[TISSUE[1]]) = (of.z_t.re, of.z_t.im);
-            own[REACTANCE] = of.reactance;
-            own
+        let (_, shared, common) = costs.min_by(|(a, ..), (b, ..)| a.total_cmp(b))?;
+        let indices: Vec<usize> = (0..=last).collect();
+        let fits = self.fit_candidates(&indices, &shared, &common)?;
+        let starts = fits.iter().map(|fit| {
+            let mut start = common;
+            (start[TISSUE[0]], start[TISSUE[1]]) = (fit.z_t.re, fit.z_t.im);
+            start[REACTANCE] = fit.reactance;
+            start
         });
-        Some((shared, own.collect()))
+        Some((shared, starts.collect()))
     }
 
     /// Returns the best Z_t and reactance at each of some instances; `None` where the model allows no such contact.
-    fn beside(&mut self, some: &[usize], shared: &Shared, own: &Own) -> Option<Vec<Beside>> {
-        let each = some.iter().map(|&index| {
+    fn fit_candidates(
+        &mut self,
+        indices: &[usize],
+        shared: &Shared,
+        own: &Own,
+    ) -> Option<Vec<CandidateFit>> {
+        let fits = indices.iter().map(|&index| {
             let member = &mut self.members[index];
             let candidate = member.parameters(shared, own);
-            member.model.beside(&candidate)
+            member.model.fit_candidate(&candidate)
         });
-        each.collect()
+        fits.collect()
     }
 
     /// Minimises from a nearby minimum, after updating the trends within the instances, the plate's course, and the weights of
     /// the samples from it.
-    fn refined(&mut self, mut at: Minimised) -> Result<Minimised, FitError> {
+    fn refine(&mut self, mut minimum: TrialMinimum) -> Result<TrialMinimum, FitError> {
         for refinement in 1..=REFINEMENTS {
-            self.follow_trends(&at);
-            self.follow_plate(&mut at);
-            self.follow_transients(&at).ok_or(FitError::NoStart)?;
-            let last = refinement == REFINEMENTS;
-            self.weigh(&at, !last);
-            let until = if last { TO_THE_MINIMUM } else { TO_BE_REFINED };
-            at = minimise(self, at.shared, at.own, until).ok_or(FitError::NoStart)?;
+            self.follow_trends(&minimum);
+            self.follow_plate(&mut minimum);
+            self.follow_transients(&minimum).ok_or(FitError::NoStart)?;
+            let is_last = refinement == REFINEMENTS;
+            self.weigh(&minimum, !is_last);
+            let termination = if is_last {
+                FINAL_TERMINATION
+            } else {
+                COARSE_TERMINATION
+            };
+            minimum = minimise(self, minimum.shared, minimum.own, termination)
+                .ok_or(FitError::NoStart)?;
         }
-        Ok(at)
+        Ok(minimum)
     }
 
     /// Updates the plate's course from the reactances of a minimum, and the damping from that course.
-    fn follow_plate(&mut self, at: &mut Minimised) {
-        let courses = courses(&at.shared).to_vec();
-        let before: Vec<Complex64> = self
+    fn follow_plate(&mut self, minimum: &mut TrialMinimum) {
+        let courses = courses(&minimum.shared).to_vec();
+        let previous: Vec<Complex64> = self
             .members
             .iter()
-            .map(|of| of.offset.on_course(&courses))
+            .map(|member| member.offset.value(&courses))
             .collect();
-        let found: Vec<f64> = at
+        let reactances: Vec<f64> = minimum
             .own
             .iter()
-            .zip(&before)
-            .map(|(own, before)| own[REACTANCE] + before.im)
+            .zip(&previous)
+            .map(|(own, offset)| own[REACTANCE] + offset.im)
             .collect();
-        let times_s: Vec<f64> = self.members.iter().map(|of| of.model.middle_s).collect();
+        let times_s: Vec<f64> = self
+            .members
+            .iter()
+            .map(|member| member.model.middle_s)
+            .collect();
         let offsets = plate::offsets(
             &times_s,
             self.readings,
             self.members[0].model.z_p,
             &self.priors,
-            Some(&found),
+            Some(&reactances),
         );
-        at.shared.as_mut_slice()[COURSE..TILT].fill(0.0);
+        minimum.shared.as_mut_slice()[COURSE..TILT].fill(0.0);
         for (index, (member, offset)) in self.members.iter_mut().zip(offsets).enumerate() {
             member.offset = offset;
             // Keep the plate's impedance unchanged, so that the search continues from the same point.
-            let moved = before[index] - offset.on_course(&[]);
-            at.own[index][REACTANCE] += moved.im;
-            at.own[index][DAMPING] += moved.re;
+            let change = previous[index] - offset.value(&[]);
+            minimum.own[index][REACTANCE] += change.im;
+            minimum.own[index][DAMPING] += change.re;
         }
     }
 
     /// Applies the rates at which parameters change between instances within each instance.
-    fn follow_trends(&mut self, minimum: &Minimised) {
+    fn follow_trends(&mut self, minimum: &TrialMinimum) {
         let courses = courses(&minimum.shared);
-        let (times_s, at): (Vec<f64>, Vec<Own>) = self
+        let (times_s, values): (Vec<f64>, Vec<Own>) = self
             .members
             .iter()
             .zip(&minimum.own)
             .map(|(member, own)| {
-                let mut own = *own;
-                let offset = member.offset.on_course(courses);
-                own[DAMPING] += offset.re;
-                own[REACTANCE] += offset.im;
-                (member.model.middle_s, own)
+                let mut parameters = *own;
+                let offset = member.offset.value(courses);
+                parameters[DAMPING] += offset.re;
+                parameters[REACTANCE] += offset.im;
+                (member.model.middle_s, parameters)
             })
             .unzip();
         for (index, member) in self.members.iter_mut().enumerate() {
-            let per_s = rate_about(index, &times_s, |of| at[of]);
+            let per_s = rate_about(index, &times_s, |k| values[k]);
             member.model.trend.follow(Rates {
                 ln_sigma_t_per_s: per_s[SIGMA_T],
                 z_t_per_s: Complex64::new(per_s[TISSUE[0]], per_s[TISSUE[1]]),
@@ -321,7 +346,7 @@ impl<'a> Search<'a> {
     }
 
     /// Updates the transients of the skin for a minimum.
-    fn follow_transients(&mut self, minimum: &Minimised) -> Option<()> {
+    fn follow_transients(&mut self, minimum: &TrialMinimum) -> Option<()> {
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let parameters = member.parameters(&minimum.shared, own);
             member.model.follow_transient(&parameters)?;
@@ -330,7 +355,7 @@ impl<'a> Search<'a> {
     }
 
     /// Updates the film's motion by other modes for each contact at a minimum.
-    pub(super) fn follow_other_modes(&mut self, minimum: &Minimised) -> Option<()> {
+    pub(super) fn follow_other_modes(&mut self, minimum: &TrialMinimum) -> Option<()> {
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let parameters = member.parameters(&minimum.shared, own);
             member.model.follow_other_modes(&parameters)?;
@@ -338,116 +363,116 @@ impl<'a> Search<'a> {
         Some(())
     }
 
-    /// Updates the scatter of the residuals at a minimum, and if `anew` also the contributions of each kind of error.
-    fn weigh(&mut self, minimum: &Minimised, anew: bool) {
-        let residuals = self.left(minimum);
-        if anew {
-            self.kinds = self.members.iter().map(Kinds::of).collect();
+    /// Updates the scatter of the residuals at a minimum, and if `has_new_kinds` also the contributions of each kind of error.
+    fn weigh(&mut self, minimum: &TrialMinimum, has_new_kinds: bool) {
+        let residuals = self.residuals_at(minimum);
+        if has_new_kinds {
+            self.kinds = self.members.iter().map(Kinds::new).collect();
         }
-        if let Some(found) = Scatter::of_all(&residuals, &self.kinds) {
-            self.scatters = found;
+        if let Some(scatters) = Scatter::estimate(&residuals, &self.kinds) {
+            self.scatters = scatters;
         }
     }
 
     /// Returns the residuals at a minimum, instance by instance.
-    pub(super) fn left(&mut self, minimum: &Minimised) -> Vec<Vec<Complex64>> {
-        let mut all = Vec::with_capacity(self.members.len());
+    pub(super) fn residuals_at(&mut self, minimum: &TrialMinimum) -> Vec<Vec<Complex64>> {
+        let mut instances = Vec::with_capacity(self.members.len());
         for (member, own) in self.members.iter_mut().zip(&minimum.own) {
             let z_m = &mut self.z_m[..member.model.z_m.len()];
             let slopes = &mut self.slopes[..z_m.len()];
             let parameters = member.parameters(&minimum.shared, own);
-            let inside = member.model.evaluate(&parameters, z_m, slopes);
-            debug_assert!(inside.is_some(), "a minimum lies in the model's domain");
+            let evaluation = member.model.evaluate(&parameters, z_m, slopes);
+            debug_assert!(evaluation.is_some(), "a minimum lies in the model's domain");
             let residuals = z_m.iter().zip(member.model.z_m).map(|(a, b)| a - b);
-            all.push(residuals.collect());
+            instances.push(residuals.collect());
         }
-        all
+        instances
     }
 
     /// Returns each instance's whitened residuals, their slopes by its own and by the shared parameters, and their response to
     /// calibration errors.
-    fn whitened(
+    fn whitened_rows(
         &mut self,
         shared: &Shared,
         own: &[Own],
         by_error: Option<&ByError<PARAMETERS>>,
     ) -> Option<Vec<DMatrix<f64>>> {
-        let mut all = Vec::with_capacity(own.len());
+        let mut blocks = Vec::with_capacity(own.len());
         for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
             let parameters = member.parameters(shared, own);
             let n = member.model.z_m.len();
             let (z_m, slopes) = (&mut self.z_m[..n], &mut self.slopes[..n]);
             member.model.evaluate(&parameters, z_m, slopes)?;
-            let by_error = by_error.map(|of| of.map(Complex64::from));
+            let by_error = by_error.map(|slopes| slopes.map(Complex64::from));
             let errors = by_error.map_or(0, |_| ERRORS);
             let mut rows = DMatrix::zeros(2 * n, 1 + OWN + SHARED + errors);
             for (index, (z, slope)) in z_m.iter().zip(slopes.iter()).enumerate() {
-                let by_own = OF_INSTANCE.map(|parameter| slope[parameter]);
+                let by_own = INSTANCE_PARAMETERS.map(|parameter| slope[parameter]);
                 let by_shared = member.by_shared(slope, &parameters);
                 let residual = z - member.model.z_m[index];
                 let row = [residual].into_iter().chain(by_own).chain(by_shared);
-                let moved = by_error.map(|of| SVector::from(*slope).tr_mul(&of));
-                let row = row.chain(moved.iter().flatten().copied());
+                let error_slopes = by_error.map(|by_error| SVector::from(*slope).tr_mul(&by_error));
+                let row = row.chain(error_slopes.iter().flatten().copied());
                 for (column, value) in row.enumerate() {
                     rows[(index, column)] = value.re;
                     rows[(n + index, column)] = value.im;
                 }
             }
             scatter.whiten(&mut rows);
-            all.push(rows);
+            blocks.push(rows);
         }
-        Some(all)
+        Some(blocks)
     }
 
     /// Returns mean and standard deviation of the prior of each shared parameter.
-    pub(super) fn priors_of_shared(&self) -> [(f64, f64); SHARED] {
-        let of = &self.priors;
-        let of_ln = |prior: LogNormal| (prior.median.ln(), prior.ln_std);
-        let of_itself = |prior: Normal| (prior.mean, prior.std);
+    pub(super) fn shared_priors(&self) -> [(f64, f64); SHARED] {
+        let priors = &self.priors;
+        let log_normal = |prior: LogNormal| (prior.median.ln(), prior.ln_std);
+        let normal = |prior: Normal| (prior.mean, prior.std);
         let course = (0.0, 1.0);
         [
-            of_ln(of.contact_area_m2),
-            of_ln(of.q0_rad_per_m),
-            of_ln(of.loss_factor),
-            of_ln(of.tau_s),
-            of_itself(of.area_exponent),
-            of_ln(of.film_mean_s),
-            of_itself(of.lag_exponent),
+            log_normal(priors.contact_area_m2),
+            log_normal(priors.q0_rad_per_m),
+            log_normal(priors.loss_factor),
+            log_normal(priors.tau_s),
+            normal(priors.area_exponent),
+            log_normal(priors.film_mean_s),
+            normal(priors.lag_exponent),
             course,
             course,
             course,
             course,
             course,
-            of_itself(of.amplitude_tilt),
-            of_itself(of.amplitude_bow),
-            (0.0, of.finger_angle_std_rad),
-            (0.0, of.residual_mobility_std_m_per_n_s),
+            normal(priors.amplitude_tilt),
+            normal(priors.amplitude_bow),
+            (0.0, priors.finger_angle_std_rad),
+            (0.0, priors.residual_mobility_std_m_per_n_s),
         ]
     }
 
     /// Returns the plate's deviation from its course; `None` if it was not read before and after.
-    pub(super) fn plate_apart(&self, minimum: &Minimised) -> Option<PlateApart> {
+    pub(super) fn plate_deviation(&self, minimum: &TrialMinimum) -> Option<PlateDeviation> {
         let courses = courses(&minimum.shared);
-        let (mut apart, mut course, mut known) = (0.0, 0.0, 0.0);
+        let (mut deviation, mut course, mut count) = (0.0, 0.0, 0.0);
         for (member, own) in self.members.iter().zip(&minimum.own) {
             if member.offset.damping_std.is_some() {
-                apart += own[REACTANCE].powi(2);
-                course += member.offset.on_course(courses).im.powi(2);
-                known += 1.0;
+                deviation += own[REACTANCE].powi(2);
+                course += member.offset.value(courses).im.powi(2);
+                count += 1.0;
             }
         }
-        (known > 0.0).then(|| PlateApart {
-            apart_n_s_per_m: (apart / known).sqrt(),
-            course_n_s_per_m: (course / known).sqrt(),
+        (count > 0.0).then(|| PlateDeviation {
+            deviation_n_s_per_m: (deviation / count).sqrt(),
+            course_n_s_per_m: (course / count).sqrt(),
         })
     }
 
     /// Returns the ratio of the residuals' variance to that of their weights, at least 1.
-    fn excess(&mut self, minimum: &Minimised) -> f64 {
+    fn excess(&mut self, minimum: &TrialMinimum) -> f64 {
         let squares = self
             .residuals(&minimum.shared, &minimum.own)
-            .map_or(f64::INFINITY, |all| {
-                all.iter().map(DVector::norm_squared).sum()
+            .map_or(f64::INFINITY, |blocks| {
+                blocks.iter().map(DVector::norm_squared).sum()
             });
         let samples: usize = self
             .members
@@ -461,11 +486,11 @@ impl<'a> Search<'a> {
     /// Returns the covariance of all parameters, from the priors, the residuals, and calibration errors.
     pub(super) fn covariance(
         &mut self,
-        minimum: &Minimised,
+        minimum: &TrialMinimum,
         by_error: &ByError<PARAMETERS>,
     ) -> Option<Covariance> {
         let excess = self.excess(minimum);
-        let rows = self.whitened(&minimum.shared, &minimum.own, Some(by_error))?;
+        let rows = self.whitened_rows(&minimum.shared, &minimum.own, Some(by_error))?;
         let blocks: Vec<BlockNormal<OWN, SHARED>> = rows
             .iter()
             .enumerate()
@@ -486,41 +511,45 @@ impl<'a> Search<'a> {
 
 impl ArrowProblem<OWN, SHARED> for Search<'_> {
     fn rows(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<DMatrix<f64>>> {
-        self.whitened(shared, own, None)
+        self.whitened_rows(shared, own, None)
     }
 
     fn residuals(&mut self, shared: &Shared, own: &[Own]) -> Option<Vec<DVector<f64>>> {
-        let mut all = Vec::with_capacity(own.len());
+        let mut blocks = Vec::with_capacity(own.len());
         for ((member, own), scatter) in self.members.iter_mut().zip(own).zip(&self.scatters) {
             let z_m = &mut self.z_m[..member.model.z_m.len()];
             let parameters = member.parameters(shared, own);
             member.model.impedances(&parameters, z_m)?;
-            let apart = |part: fn(&Complex64) -> f64| {
-                let each = z_m.iter().zip(member.model.z_m);
-                each.map(move |(a, b)| part(a) - part(b))
+            let differences = |component: fn(&Complex64) -> f64| {
+                let samples = z_m.iter().zip(member.model.z_m);
+                samples.map(move |(a, b)| component(a) - component(b))
             };
-            let both = apart(|z| z.re).chain(apart(|z| z.im));
-            let mut residuals = DMatrix::from_iterator(2 * z_m.len(), 1, both);
+            let components = differences(|z| z.re).chain(differences(|z| z.im));
+            let mut residuals = DMatrix::from_iterator(2 * z_m.len(), 1, components);
             scatter.whiten(&mut residuals);
-            all.push(residuals.column(0).into_owned());
+            blocks.push(residuals.column(0).into_owned());
         }
-        Some(all)
+        Some(blocks)
     }
 
     fn prior_of_own(&self, instance: usize) -> Prior<OWN> {
         let offset = self.members[instance].offset;
-        let allowed = if self.from_afar { SEARCHING } else { 1.0 };
+        let factor = if self.is_start_search {
+            START_FACTOR
+        } else {
+            1.0
+        };
         let mut precision = Own::zeros();
-        for (at, std) in [
+        for (parameter, std) in [
             (REACTANCE, offset.reactance_std),
             (DAMPING, offset.damping_std.unwrap_or(self.damping_std)),
-            (ANGLE, self.priors.finger_angle_std_rad * allowed),
+            (ANGLE, self.priors.finger_angle_std_rad * factor),
             (
                 RESIDUAL,
-                self.priors.residual_mobility_std_m_per_n_s * allowed,
+                self.priors.residual_mobility_std_m_per_n_s * factor,
             ),
         ] {
-            precision[at] = std.powi(-2);
+            precision[parameter] = std.powi(-2);
         }
         Prior {
             mean: Own::zeros(),
@@ -529,15 +558,15 @@ impl ArrowProblem<OWN, SHARED> for Search<'_> {
     }
 
     fn prior_of_shared(&self) -> Prior<SHARED> {
-        let mut known = self.priors_of_shared();
-        if self.from_afar {
+        let mut priors = self.shared_priors();
+        if self.is_start_search {
             for law in LAWS {
-                known[law].1 *= SEARCHING;
+                priors[law].1 *= START_FACTOR;
             }
         }
         Prior {
-            mean: Shared::from(known.map(|(mean, _)| mean)),
-            precision: Shared::from(known.map(|(_, std)| std.powi(-2))),
+            mean: Shared::from(priors.map(|(mean, _)| mean)),
+            precision: Shared::from(priors.map(|(_, std)| std.powi(-2))),
         }
     }
 }

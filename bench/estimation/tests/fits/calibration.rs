@@ -8,13 +8,13 @@ use num_complex::Complex64;
 
 use crate::conditions;
 use crate::record::{Record, Truth};
-use crate::trial::{SKINS, instances, placed, records, references};
+use crate::trial::{SKINS, instances, place, records, references};
 
 /// Size of each error. Its effects are linear to a few per cent.
 const SIZE: f64 = 3e-3;
 
 /// A bench with one constant wrong by [`SIZE`].
-struct Wrong {
+struct Miscalibration {
     name: &'static str,
     errors: CalibrationErrors,
     record: fn(&mut Record),
@@ -22,33 +22,33 @@ struct Wrong {
     impedance: Complex64,
 }
 
-fn scale(of: &mut [f64], by: f64) {
-    of.iter_mut().for_each(|value| *value *= by);
+fn scale(values: &mut [f64], factor: f64) {
+    values.iter_mut().for_each(|value| *value *= factor);
 }
 
-fn wrong() -> [Wrong; 5] {
+fn miscalibrations() -> [Miscalibration; 5] {
     let exact = CalibrationErrors::default();
-    let one = Complex64::ONE;
+    let unity = Complex64::ONE;
     [
-        Wrong {
+        Miscalibration {
             name: "amplitude",
             errors: CalibrationErrors {
                 amplitude_relative: SIZE,
                 ..exact
             },
-            record: |of| scale(&mut of.amplitude_m, SIZE.exp()),
-            impedance: one,
+            record: |record| scale(&mut record.amplitude_m, SIZE.exp()),
+            impedance: unity,
         },
-        Wrong {
+        Miscalibration {
             name: "impedance",
             errors: CalibrationErrors {
                 impedance_relative: SIZE,
                 ..exact
             },
             record: |_| (),
-            impedance: one * SIZE.exp(),
+            impedance: unity * SIZE.exp(),
         },
-        Wrong {
+        Miscalibration {
             name: "phase",
             errors: CalibrationErrors {
                 phase_rad: SIZE,
@@ -57,33 +57,33 @@ fn wrong() -> [Wrong; 5] {
             record: |_| (),
             impedance: Complex64::cis(SIZE),
         },
-        Wrong {
+        Miscalibration {
             name: "normal force",
             errors: CalibrationErrors {
                 normal_force_relative: SIZE,
                 ..exact
             },
-            record: |of| {
-                scale(&mut of.normal_n, SIZE.exp());
-                scale(&mut of.mu, (-SIZE).exp());
+            record: |record| {
+                scale(&mut record.normal_n, SIZE.exp());
+                scale(&mut record.mu, (-SIZE).exp());
             },
-            impedance: one,
+            impedance: unity,
         },
-        Wrong {
+        Miscalibration {
             name: "lateral force",
             errors: CalibrationErrors {
                 lateral_force_relative: SIZE,
                 ..exact
             },
-            record: |of| scale(&mut of.mu, SIZE.exp()),
-            impedance: one,
+            record: |record| scale(&mut record.mu, SIZE.exp()),
+            impedance: unity,
         },
     ]
 }
 
-impl Wrong {
+impl Miscalibration {
     fn records(&self, right: &[Record]) -> Vec<Record> {
-        let wrong = |right: &Record| {
+        let biased_record = |right: &Record| {
             let mut record = right.clone();
             (self.record)(&mut record);
             for z in record.corrected.iter_mut().chain(&mut record.plain) {
@@ -91,7 +91,7 @@ impl Wrong {
             }
             record
         };
-        right.iter().map(wrong).collect()
+        right.iter().map(biased_record).collect()
     }
 
     fn conditions(&self) -> FitConditions {
@@ -112,7 +112,7 @@ impl Wrong {
 }
 
 /// Returns the estimates of an instance in order, with standard errors.
-fn of_instance(fit: &InstanceFit) -> Vec<(&'static str, f64, f64)> {
+fn instance_estimates(fit: &InstanceFit) -> Vec<(&'static str, f64, f64)> {
     let (z_t, z_t_std) = (fit.z_t_n_s_per_m, fit.z_t_std_n_s_per_m);
     let middle = fit.series.mu.len() / 2;
     vec![
@@ -130,90 +130,103 @@ fn of_instance(fit: &InstanceFit) -> Vec<(&'static str, f64, f64)> {
     ]
 }
 
-fn of_trial(fit: &TrialFit) -> Vec<(&'static str, f64, f64)> {
+fn trial_estimates(fit: &TrialFit) -> Vec<(&'static str, f64, f64)> {
     let shared = &fit.shared;
-    let ln = |name, of: &contact::uncertain::LogUncertain| (name, of.value.ln(), of.ln_std);
-    let mut all = of_instance(&fit.instances[2]);
-    all.extend([
+    let ln = |name, estimate: &contact::uncertain::LogUncertain| {
+        (name, estimate.value.ln(), estimate.ln_std)
+    };
+    let mut estimates = instance_estimates(&fit.instances[2]);
+    estimates.extend([
         ln("S", &shared.contact_area_m2),
         ln("q0", &shared.q0_rad_per_m),
         ln("η", &shared.loss_factor),
         ln("τ of all", &shared.tau_s),
     ]);
-    all
+    estimates
 }
 
 /// Compares the change of estimates by a wrong constant with the increase of their errors when the constant is stated as
 /// uncertain. τ is stated at a mean gap that is taken as certain, so its error is slightly too large if the gap depends on the
 /// constant.
-fn assert_held(
+fn assert_covered(
     name: &str,
     right: &[(&'static str, f64, f64)],
     wrong: &[(&'static str, f64, f64)],
-    stated: &[(&'static str, f64, f64)],
+    uncertain: &[(&'static str, f64, f64)],
 ) {
-    for ((right, wrong), stated) in right.iter().zip(wrong).zip(stated) {
-        assert_eq!(right.1, stated.1, "an error that is stated moves nothing");
-        let moved = (wrong.1 - right.1).abs();
-        let held = (stated.2.powi(2) - right.2.powi(2)).max(0.0).sqrt();
+    for ((right, wrong), uncertain) in right.iter().zip(wrong).zip(uncertain) {
+        assert_eq!(
+            right.1, uncertain.1,
+            "an error that is stated moves nothing"
+        );
+        let change = (wrong.1 - right.1).abs();
+        let increase = (uncertain.2.powi(2) - right.2.powi(2)).max(0.0).sqrt();
         assert!(
-            held > 0.9 * moved - 0.2 * SIZE && held < 1.1 * moved + 0.4 * SIZE,
-            "{name}: {} moved by {moved}, its error holds {held} of that",
+            increase > 0.9 * change - 0.2 * SIZE && increase < 1.1 * change + 0.4 * SIZE,
+            "{name}: {} moved by {change}, its error holds {increase} of that",
             right.0
         );
     }
 }
 
 #[test]
-fn errors_of_a_trial_hold_those_of_the_calibration() {
+fn errors_of_a_trial_cover_those_of_the_calibration() {
     let right: Vec<Record> = (0..)
         .zip(records(&instances(SKINS[1], 5)))
         .map(|(seed, record)| record.with_noise(seed, 1e-5))
         .collect();
-    let fitted = |records: &[Record], conditions: &FitConditions, readings: &PlateReadings| {
-        let placed: Vec<_> = records.iter().map(|of| placed(of.series())).collect();
-        of_trial(&trial::fit(&placed, conditions, readings, &TrialOptions::default()).unwrap())
+    let estimates = |records: &[Record], conditions: &FitConditions, readings: &PlateReadings| {
+        let places: Vec<_> = records
+            .iter()
+            .map(|record| place(record.series()))
+            .collect();
+        trial_estimates(
+            &trial::fit(&places, conditions, readings, &TrialOptions::default()).unwrap(),
+        )
     };
-    let without = fitted(&right, &conditions(), &references(5));
-    for wrong in wrong() {
-        let stated = FitConditions {
-            calibration: wrong.errors,
+    let reference = estimates(&right, &conditions(), &references(5));
+    for miscalibration in miscalibrations() {
+        let conditions_with_errors = FitConditions {
+            calibration: miscalibration.errors,
             ..conditions()
         };
-        assert_held(
-            wrong.name,
-            &without,
-            &fitted(
-                &wrong.records(&right),
-                &wrong.conditions(),
-                &wrong.readings(references(5)),
+        assert_covered(
+            miscalibration.name,
+            &reference,
+            &estimates(
+                &miscalibration.records(&right),
+                &miscalibration.conditions(),
+                &miscalibration.readings(references(5)),
             ),
-            &fitted(&right, &stated, &references(5)),
+            &estimates(&right, &conditions_with_errors, &references(5)),
         );
     }
 }
 
 #[test]
-fn errors_of_an_instance_alone_hold_those_of_the_calibration() {
+fn errors_of_a_single_instance_cover_those_of_the_calibration() {
     let right = [SKINS[0]
         .record()
         .with_inertia(&SKINS[0])
         .with_noise(4, 1e-5)];
-    let fitted = |records: &[Record], conditions: &FitConditions| {
+    let estimates = |records: &[Record], conditions: &FitConditions| {
         let series = records[0].series();
-        of_instance(&dynamic::fit(&series, conditions, &DynamicOptions::default()).unwrap())
+        instance_estimates(&dynamic::fit(&series, conditions, &DynamicOptions::default()).unwrap())
     };
-    let without = fitted(&right, &conditions());
-    for wrong in wrong() {
-        let stated = FitConditions {
-            calibration: wrong.errors,
+    let reference = estimates(&right, &conditions());
+    for miscalibration in miscalibrations() {
+        let conditions_with_errors = FitConditions {
+            calibration: miscalibration.errors,
             ..conditions()
         };
-        assert_held(
-            wrong.name,
-            &without,
-            &fitted(&wrong.records(&right), &wrong.conditions()),
-            &fitted(&right, &stated),
+        assert_covered(
+            miscalibration.name,
+            &reference,
+            &estimates(
+                &miscalibration.records(&right),
+                &miscalibration.conditions(),
+            ),
+            &estimates(&right, &conditions_with_errors),
         );
     }
 }
@@ -221,10 +234,10 @@ fn errors_of_an_instance_alone_hold_those_of_the_calibration() {
 /// The film's motion by other modes has no fitted parameter: at one standard deviation of it, no estimate moves by more than
 /// its error, to first order.
 #[test]
-fn errors_of_a_trial_hold_what_other_modes_do_to_the_film() {
+fn errors_of_a_trial_cover_the_film_motion_by_other_modes() {
     let options = TrialOptions::default();
     let one_std = std::f64::consts::SQRT_2 * options.priors.residual_mobility_std_m_per_n_s;
-    let fitted = |film_mobility: f64| {
+    let estimates = |film_mobility: f64| {
         let skin = Truth {
             film_mobility,
             ..SKINS[1]
@@ -233,18 +246,21 @@ fn errors_of_a_trial_hold_what_other_modes_do_to_the_film() {
             .zip(records(&instances(skin, 5)))
             .map(|(seed, record)| record.with_noise(seed, 1e-5))
             .collect();
-        let placed: Vec<_> = records.iter().map(|of| placed(of.series())).collect();
-        of_trial(&trial::fit(&placed, &conditions(), &references(5), &options).unwrap())
+        let places: Vec<_> = records
+            .iter()
+            .map(|record| place(record.series()))
+            .collect();
+        trial_estimates(&trial::fit(&places, &conditions(), &references(5), &options).unwrap())
     };
-    let without = fitted(0.0);
+    let reference = estimates(0.0);
     for film_mobility in [-one_std, one_std] {
-        for (without, with) in without.iter().zip(fitted(film_mobility)) {
-            let moved = (with.1 - without.1).abs();
+        for (reference, estimate) in reference.iter().zip(estimates(film_mobility)) {
+            let change = (estimate.1 - reference.1).abs();
             assert!(
-                moved < 1.1 * without.2,
-                "{} moves by {moved}, its error is {}",
-                with.0,
-                without.2
+                change < 1.1 * reference.2,
+                "{} moves by {change}, its error is {}",
+                estimate.0,
+                reference.2
             );
         }
     }

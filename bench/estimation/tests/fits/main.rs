@@ -44,8 +44,8 @@ fn fit_paper(record: &Record) -> paper::PaperFit {
 
 /// Accurate to 2e-6: the fit interpolates the equilibrium gap by cubics between samples 0.5 ms apart.
 #[test]
-fn dynamic_recovers_what_made_the_record() {
-    let others = [
+fn dynamic_recovers_the_truth() {
+    let truths = [
         TRUTH,
         Truth {
             sigma_t_m: 1.3e-6,
@@ -71,7 +71,7 @@ fn dynamic_recovers_what_made_the_record() {
             ..TRUTH
         },
     ];
-    for truth in others {
+    for truth in truths {
         let record = truth.record();
         let fit = fit_dynamic(&record);
         assert_eq!(fit.verdict, FitVerdict::Converged);
@@ -108,12 +108,12 @@ fn standard_errors_are_the_scatter() {
     let mut scores = [0.0; 6];
     for seed in 0..runs {
         let fit = fit_dynamic(&record.with_noise(seed, 1e-4));
-        let wrong = fit.z_t_n_s_per_m - TRUTH.z_t;
+        let z_t_error = fit.z_t_n_s_per_m - TRUTH.z_t;
         let gap_error = fit.series.gap_m[10] - record.gap_m[LEAD + 10];
         for (score, (error, std)) in scores.iter_mut().zip([
             (fit.sigma_t_m - TRUTH.sigma_t_m, fit.sigma_t_std_m),
-            (wrong.re, fit.z_t_std_n_s_per_m.re),
-            (wrong.im, fit.z_t_std_n_s_per_m.im),
+            (z_t_error.re, fit.z_t_std_n_s_per_m.re),
+            (z_t_error.im, fit.z_t_std_n_s_per_m.im),
             (fit.tau_s - TRUTH.tau_s, fit.tau_std_s),
             (
                 fit.plate_offset_n_s_per_m.im,
@@ -132,7 +132,7 @@ fn standard_errors_are_the_scatter() {
 
 /// In a steady world with true rest at low amplitude, the published method is unbiased.
 #[test]
-fn paper_is_right_without_lag_without_envelope_bias_and_with_a_true_rest() {
+fn paper_is_unbiased_in_a_steady_world_with_rest() {
     let truth = Truth {
         tau_s: 0.0,
         modulation_index: 0.9999,
@@ -195,33 +195,37 @@ fn paper_is_biased_by_envelope_and_lag() {
     );
 
     // μ0 is read at the start of the rise, before the instance, where friction exceeds that of every sample of the instance.
-    let most = record.mu[LEAD..].iter().copied().fold(0.0, f64::max);
-    assert!(most < fit.mu0, "{most} {}", fit.mu0);
+    let max_mu = record.mu[LEAD..].iter().copied().fold(0.0, f64::max);
+    assert!(max_mu < fit.mu0, "{max_mu} {}", fit.mu0);
     assert_relative_eq!(fit.mu0, TRUTH.mu0, max_relative = 0.02);
 
     let mut corrected = record.clone();
     corrected.plain.clone_from(&record.corrected);
-    let better = fit_paper(&corrected);
+    let corrected_fit = fit_paper(&corrected);
     assert!(
-        (1.9e-6..2.3e-6).contains(&better.sigma_t_m),
+        (1.9e-6..2.3e-6).contains(&corrected_fit.sigma_t_m),
         "{}",
-        better.sigma_t_m
+        corrected_fit.sigma_t_m
     );
-    assert!(better.agreement.rms_mu < 0.08, "{:?}", better.agreement);
+    assert!(
+        corrected_fit.agreement.rms_mu < 0.08,
+        "{:?}",
+        corrected_fit.agreement
+    );
 }
 
 #[test]
-fn a_lag_at_its_bound_says_so() {
+fn a_lag_at_its_bound_is_reported() {
     // Impedance that leads its amplitude by one sample.
     let steady = Truth {
         tau_s: 0.0,
         ..TRUTH
     };
     let mut record = steady.record();
-    let ahead = steady.record();
+    let original = steady.record();
     record.corrected.rotate_left(1);
     let last = record.corrected.len() - 1;
-    record.corrected[last] = ahead.corrected[last];
+    record.corrected[last] = original.corrected[last];
     let fit = fit_dynamic(&record);
     assert!(fit.verdict.to_string().contains("tau held at its bound"));
     let FitVerdict::LagAtBound { unbounded_tau_s } = fit.verdict else {
@@ -236,7 +240,7 @@ fn a_lag_at_its_bound_says_so() {
 }
 
 #[test]
-fn no_lag_is_found_where_there_is_none() {
+fn no_lag_is_estimated_without_one() {
     let fit = fit_dynamic(
         &Truth {
             tau_s: 0.0,
@@ -301,37 +305,40 @@ fn a_finger_that_hardly_lifts_is_not_identified() {
 fn sensitivities_are_those_of_wider_refits() {
     let record = TRUTH.record();
     let options = dynamic::DynamicOptions::default();
-    let found = dynamic::sensitivities(&record.series(), &conditions(), &options).unwrap();
+    let sensitivities = dynamic::sensitivities(&record.series(), &conditions(), &options).unwrap();
     let refit = |factor: f64| {
         let mut conditions = conditions();
         conditions.assumed.q0_rad_per_m *= factor;
         dynamic::fit(&record.series(), &conditions, &options).unwrap()
     };
     let (above, below) = (refit(1.2), refit(1.0 / 1.2));
-    let wide = (above.sigma_t_m / below.sigma_t_m).ln() / (2.0 * 1.2f64.ln());
-    assert_relative_eq!(found.q0.ln_sigma_t, wide, max_relative = 0.05);
-    assert!((-0.25..-0.1).contains(&found.q0.ln_sigma_t), "{found:?}");
+    let wide_slope = (above.sigma_t_m / below.sigma_t_m).ln() / (2.0 * 1.2f64.ln());
+    assert_relative_eq!(sensitivities.q0.ln_sigma_t, wide_slope, max_relative = 0.05);
     assert!(
-        found.q0.ln_abs_z_t > 0.0 && found.contact_area.tau_s > 0.0,
-        "{found:?}"
+        (-0.25..-0.1).contains(&sensitivities.q0.ln_sigma_t),
+        "{sensitivities:?}"
     );
-    assert_eq!(found.q0, found.young_modulus);
+    assert!(
+        sensitivities.q0.ln_abs_z_t > 0.0 && sensitivities.contact_area.tau_s > 0.0,
+        "{sensitivities:?}"
+    );
+    assert_eq!(sensitivities.q0, sensitivities.young_modulus);
     assert_relative_eq!(
-        found.poisson_ratio.ln_sigma_t,
-        found.q0.ln_sigma_t * 2.0 / 3.0,
+        sensitivities.poisson_ratio.ln_sigma_t,
+        sensitivities.q0.ln_sigma_t * 2.0 / 3.0,
         max_relative = 1e-12
     );
     assert!(above.agreement.rms_mu < 0.005 && below.agreement.rms_mu < 0.005);
 
-    let paper = paper::sensitivities(
+    let paper_sensitivities = paper::sensitivities(
         &record.series(),
         &conditions(),
         &paper::PaperOptions::default(),
     )
     .unwrap();
     assert!(
-        paper.q0.ln_sigma_t < 0.0 && paper.q0.tau_s == 0.0,
-        "{paper:?}"
+        paper_sensitivities.q0.ln_sigma_t < 0.0 && paper_sensitivities.q0.tau_s == 0.0,
+        "{paper_sensitivities:?}"
     );
 }
 
@@ -392,26 +399,26 @@ fn the_normal_force_is_sensed_and_friction_is_live() {
 #[test]
 fn records_that_cannot_be_fitted_are_refused_by_name() {
     let record = TRUTH.record();
-    let refused = |change: fn(&mut Record)| {
+    let error_after = |change: fn(&mut Record)| {
         let mut record = record.clone();
         change(&mut record);
         InstanceSeries::new(record.samples(), LEAD).unwrap_err()
     };
-    let at = |index: usize| move |error: FitError| matches!(error, FitError::Model(ModelError::AtSample { index: i, .. }) if i == index);
-    assert!(at(47)(refused(|r| r.corrected[47].im = f64::NAN)));
-    assert!(at(8)(refused(|r| r.normal_n[8] = 0.0)));
-    assert!(at(9)(refused(|r| r.amplitude_m[9] = -1e-6)));
-    assert!(at(49)(refused(|r| r.mu[49] = f64::NAN)));
+    let is_at = |index: usize| move |error: FitError| matches!(error, FitError::Model(ModelError::AtSample { index: i, .. }) if i == index);
+    assert!(is_at(47)(error_after(|r| r.corrected[47].im = f64::NAN)));
+    assert!(is_at(8)(error_after(|r| r.normal_n[8] = 0.0)));
+    assert!(is_at(9)(error_after(|r| r.amplitude_m[9] = -1e-6)));
+    assert!(is_at(49)(error_after(|r| r.mu[49] = f64::NAN)));
     assert!(matches!(
-        refused(|r| r.time_s[50] += 1e-4),
+        error_after(|r| r.time_s[50] += 1e-4),
         FitError::UnevenTime { index: 50, .. }
     ));
     assert!(matches!(
-        refused(|r| r.time_s.reverse()),
+        error_after(|r| r.time_s.reverse()),
         FitError::Model(ModelError::OutOfRange { .. })
     ));
     assert!(matches!(
-        refused(|r| r.mu.truncate(3)),
+        error_after(|r| r.mu.truncate(3)),
         FitError::Model(ModelError::LengthMismatch { name: "mu", .. })
     ));
     let short = InstanceSeries::new(record.samples(), record.time_s.len() - 3).unwrap_err();

@@ -26,7 +26,7 @@ pub struct Truth {
     pub mean_amplitude_m: f64,
     pub modulation_index: f64,
     pub normal_n: f64,
-    /// S at [`AREA_AT_N`].
+    /// S at [`AREA_FORCE_N`].
     pub area_m2: f64,
     pub area_exponent: f64,
     pub film_mean_s: f64,
@@ -41,11 +41,11 @@ pub struct Truth {
     /// Imaginary part of the residual mobility by which other modes of the plate move the film, m/(N·s).
     pub film_mobility: f64,
     /// Components of the force that its sensor's filter treats as noise: relative amplitude, frequency in Hz, phase in rad.
-    pub unseen: [(f64, f64, f64); 8],
+    pub force_noise: [(f64, f64, f64); 8],
 }
 
 /// Force at which the area is `area_m2`, N.
-pub const AREA_AT_N: f64 = 0.65;
+pub const AREA_FORCE_N: f64 = 0.65;
 
 pub const TRUTH: Truth = Truth {
     sigma_t_m: 1.7e-6,
@@ -65,7 +65,7 @@ pub const TRUTH: Truth = Truth {
     plate_offset: 0.0,
     friction_floor: 0.0,
     film_mobility: 0.0,
-    unseen: [(0.0, 0.0, 0.0); 8],
+    force_noise: [(0.0, 0.0, 0.0); 8],
 };
 
 impl Truth {
@@ -75,17 +75,17 @@ impl Truth {
     }
 
     /// Returns the effective amplitude of the film; a mean over a short time is replaced by a delay of that time.
-    pub fn answered_m(&self, t: f64) -> f64 {
+    pub fn delayed_m(&self, t: f64) -> f64 {
         self.amplitude_m(t - self.film_mean_s)
     }
 
     /// Returns that amplitude where the finger, with a gap of `x`, drives other modes of the plate.
     pub fn film_m(&self, t: f64, x: f64, n: f64) -> f64 {
-        let answered_m = self.answered_m(t);
-        (0..5).fold(answered_m, |a, _| {
+        let delayed_m = self.delayed_m(t);
+        (0..5).fold(delayed_m, |a, _| {
             let z_c = self.z_c(self.stiffness_n_per_m(x, a, n));
             let finger = self.z_t * z_c / (self.z_t + z_c);
-            answered_m * (1.0 + self.film_mobility * finger.im)
+            delayed_m * (1.0 + self.film_mobility * finger.im)
         })
     }
 
@@ -102,15 +102,15 @@ impl Truth {
     }
 
     pub fn true_normal_n(&self, t: f64) -> f64 {
-        let each = self.unseen.iter();
-        let unseen: f64 = each
-            .map(|(part, hz, phase)| part * (TAU * hz * t + phase).cos())
+        let components = self.force_noise.iter();
+        let noise: f64 = components
+            .map(|(relative, hz, phase)| relative * (TAU * hz * t + phase).cos())
             .sum();
-        self.normal_n(t) * (1.0 + unseen)
+        self.normal_n(t) * (1.0 + noise)
     }
 
     pub fn area_m2(&self, n: f64) -> f64 {
-        self.area_m2 * (n / AREA_AT_N).powf(self.area_exponent)
+        self.area_m2 * (n / AREA_FORCE_N).powf(self.area_exponent)
     }
 
     pub fn asperity_n(&self, x: f64, n: f64) -> f64 {
@@ -124,31 +124,31 @@ impl Truth {
 
     pub fn equilibrium_m(&self, t: f64) -> f64 {
         let n = self.true_normal_n(t);
-        let (mut lo, mut hi) = (1e-9_f64, 1e-3);
+        let (mut low, mut high) = (1e-9_f64, 1e-3);
         for _ in 0..60 {
-            let middle = 0.5 * (lo + hi);
+            let middle = 0.5 * (low + high);
             if self.asperity_n(middle, n) + self.squeeze_n(middle, self.film_m(t, middle, n), n) > n
             {
-                lo = middle
+                low = middle
             } else {
-                hi = middle
+                high = middle
             }
         }
-        0.5 * (lo + hi)
+        0.5 * (low + high)
     }
 
     /// Runge–Kutta integration over the lead-in and 60 ms around time 0, from 100 ms earlier.
     pub fn record(&self) -> Record {
         let substeps = 20;
         let h = 1.0 / RATE_HZ / f64::from(substeps);
-        let before = 200;
+        let settling = 200;
         let total = LEAD + 120;
-        let start_s = -0.03 - (LEAD + before) as f64 / RATE_HZ;
+        let start_s = -0.03 - (LEAD + settling) as f64 / RATE_HZ;
         let mut x = self.equilibrium_m(start_s);
         let mut record = Record::default();
-        for i in 0..before + total {
+        for i in 0..settling + total {
             let t = start_s + i as f64 / RATE_HZ;
-            if i >= before {
+            if i >= settling {
                 self.push(
                     &mut record,
                     t,
@@ -230,12 +230,12 @@ impl Record {
     /// contact and skin.
     pub fn with_inertia(mut self, truth: &Truth) -> Self {
         let skin_kg = truth.z_t.im / OMEGA;
-        let parts: Vec<[Complex64; 2]> = self
+        let fractions: Vec<[Complex64; 2]> = self
             .k_c
             .iter()
             .map(|k_c| {
                 let z_c = truth.z_c(*k_c);
-                [truth.z_t, z_c].map(|of| of / (truth.z_t + z_c))
+                [truth.z_t, z_c].map(|z| z / (truth.z_t + z_c))
             })
             .collect();
         let velocities: Vec<Complex64> = self
@@ -244,17 +244,17 @@ impl Record {
             .zip(&self.plain)
             .map(|(a, plain)| Complex64::from_polar(*a, -plain.arg()))
             .collect();
-        for at in 1..parts.len() - 1 {
-            let per_s = |before: Complex64, after: Complex64| (after - before) * (0.5 * RATE_HZ);
-            for (of, kg) in [self.k_c[at] / (OMEGA * OMEGA), skin_kg]
+        for sample in 1..fractions.len() - 1 {
+            let per_s = |previous: Complex64, next: Complex64| (next - previous) * (0.5 * RATE_HZ);
+            for (part, kg) in [self.k_c[sample] / (OMEGA * OMEGA), skin_kg]
                 .into_iter()
                 .enumerate()
             {
-                let moving = |at: usize| parts[at][of] * velocities[at];
-                let acceleration = per_s(moving(at - 1), moving(at + 1));
-                let added = kg * parts[at][of] * acceleration / velocities[at];
-                self.corrected[at] += added;
-                self.plain[at] += added;
+                let velocity_at = |sample: usize| fractions[sample][part] * velocities[sample];
+                let acceleration = per_s(velocity_at(sample - 1), velocity_at(sample + 1));
+                let inertia = kg * fractions[sample][part] * acceleration / velocities[sample];
+                self.corrected[sample] += inertia;
+                self.plain[sample] += inertia;
             }
         }
         self
@@ -262,30 +262,31 @@ impl Record {
 
     /// Applies a first-order lag to the lateral force, exact for a force constant over a sample.
     pub fn with_lateral_lag(&self, lag_s: f64) -> Self {
-        let mut lagging = self.clone();
+        let mut record = self.clone();
         let share = 1.0 - (-1.0 / RATE_HZ / lag_s).exp();
         let mut lateral_n = self.mu[0] * self.normal_n[0];
-        for (mu, normal_n) in lagging.mu.iter_mut().zip(&self.normal_n) {
+        for (mu, normal_n) in record.mu.iter_mut().zip(&self.normal_n) {
             lateral_n += share * (*mu * normal_n - lateral_n);
             *mu = lateral_n / normal_n;
         }
-        lagging
+        record
     }
 
-    /// Returns the record with `times` samples for each, linearly interpolated.
-    pub fn finer(&self, times: usize) -> Self {
-        let last = times * (self.time_s.len() - 1);
-        let at = |i: usize| (i / times, (i % times) as f64 / times as f64);
-        let real = |of: &[f64]| -> Vec<f64> {
-            let between = |(k, part): (usize, f64)| match of.get(k + 1) {
-                Some(next) => of[k] + part * (next - of[k]),
-                None => of[k],
+    /// Returns the record with `factor` samples for each, linearly interpolated.
+    pub fn resample(&self, factor: usize) -> Self {
+        let last = factor * (self.time_s.len() - 1);
+        let position = |i: usize| (i / factor, (i % factor) as f64 / factor as f64);
+        let real = |values: &[f64]| -> Vec<f64> {
+            let value_at = |(k, fraction): (usize, f64)| match values.get(k + 1) {
+                Some(next) => values[k] + fraction * (next - values[k]),
+                None => values[k],
             };
-            (0..=last).map(|i| between(at(i))).collect()
+            (0..=last).map(|i| value_at(position(i))).collect()
         };
-        let complex = |of: &[Complex64]| -> Vec<Complex64> {
-            let part = |of_z: fn(&Complex64) -> f64| real(&of.iter().map(of_z).collect::<Vec<_>>());
-            let (re, im) = (part(|z| z.re), part(|z| z.im));
+        let complex = |values: &[Complex64]| -> Vec<Complex64> {
+            let component =
+                |part: fn(&Complex64) -> f64| real(&values.iter().map(part).collect::<Vec<_>>());
+            let (re, im) = (component(|z| z.re), component(|z| z.im));
             re.into_iter()
                 .zip(im)
                 .map(|(re, im)| Complex64::new(re, im))
@@ -304,8 +305,8 @@ impl Record {
     }
 
     /// Returns the record at a later time.
-    pub fn later(mut self, by_s: f64) -> Self {
-        self.time_s.iter_mut().for_each(|t| *t += by_s);
+    pub fn shift(mut self, delay_s: f64) -> Self {
+        self.time_s.iter_mut().for_each(|t| *t += delay_s);
         self
     }
 
@@ -314,15 +315,16 @@ impl Record {
     }
 
     /// Adds noise of the impedance with a correlation time of 0.7 ms.
-    pub fn with_lasting_noise(&self, seed: u64, relative: f64) -> Self {
+    pub fn with_correlated_noise(&self, seed: u64, relative: f64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-        let kept = (-1.0 / RATE_HZ / 0.7e-3).exp();
-        let mut at = Complex64::new(normal(), normal());
+        let decay = (-1.0 / RATE_HZ / 0.7e-3).exp();
+        let mut noise = Complex64::new(normal(), normal());
         let mut noisy = self.clone();
         for (z, a) in noisy.corrected.iter_mut().zip(&self.amplitude_m) {
-            at = kept * at + (1.0 - kept * kept).sqrt() * Complex64::new(normal(), normal());
-            *z += at * (relative * 10.0 * 2e-6 / a);
+            noise =
+                decay * noise + (1.0 - decay * decay).sqrt() * Complex64::new(normal(), normal());
+            *z += noise * (relative * 10.0 * 2e-6 / a);
         }
         noisy
     }

@@ -72,16 +72,19 @@ pub fn references(n: usize) -> PlateReadings {
     }
 }
 
-fn fitted(records: &[Record]) -> TrialFit {
-    fitted_on(records, &PlateReadings::default())
+fn fit_records(records: &[Record]) -> TrialFit {
+    fit_with_readings(records, &PlateReadings::default())
 }
 
-fn fitted_on(records: &[Record], readings: &PlateReadings) -> TrialFit {
-    let placed: Vec<Placed<'_>> = records.iter().map(|of| placed(of.series())).collect();
-    trial::fit(&placed, &conditions(), readings, &TrialOptions::default()).unwrap()
+fn fit_with_readings(records: &[Record], readings: &PlateReadings) -> TrialFit {
+    let places: Vec<Placed<'_>> = records
+        .iter()
+        .map(|record| place(record.series()))
+        .collect();
+    trial::fit(&places, &conditions(), readings, &TrialOptions::default()).unwrap()
 }
 
-pub fn placed(series: InstanceSeries<'_>) -> Placed<'_> {
+pub fn place(series: InstanceSeries<'_>) -> Placed<'_> {
     Placed {
         series,
         off_centre_m: 0.0,
@@ -90,25 +93,26 @@ pub fn placed(series: InstanceSeries<'_>) -> Placed<'_> {
 
 /// Records of instances too far apart to determine trends.
 pub fn records(truths: &[Truth]) -> Vec<Record> {
-    let each = (0..).map(f64::from).zip(truths);
-    each.map(|(at_s, truth)| truth.record().with_inertia(truth).later(at_s))
+    let pairs = (0..).map(f64::from).zip(truths);
+    pairs
+        .map(|(start_s, truth)| truth.record().with_inertia(truth).shift(start_s))
         .collect()
 }
 
 fn mean_force_n(record: &Record) -> f64 {
-    let inside = &record.normal_n[LEAD..];
-    inside.iter().sum::<f64>() / inside.len() as f64
+    let forces_n = &record.normal_n[LEAD..];
+    forces_n.iter().sum::<f64>() / forces_n.len() as f64
 }
 
 /// Returns the mean of τ at the mean gap of each instance.
 fn mean_lag_s(truths: &[Truth]) -> f64 {
-    let each = truths.iter().map(|truth| {
+    let lags_s = truths.iter().map(|truth| {
         let record = truth.record();
-        let inside = &record.gap_m[LEAD..];
-        let gap_m = inside.iter().sum::<f64>() / inside.len() as f64;
+        let gaps_m = &record.gap_m[LEAD..];
+        let gap_m = gaps_m.iter().sum::<f64>() / gaps_m.len() as f64;
         truth.tau_s * (gap_m / 10e-6).powf(truth.lag_exponent)
     });
-    each.sum::<f64>() / truths.len() as f64
+    lags_s.sum::<f64>() / truths.len() as f64
 }
 
 /// The fit recovers all constants of the skin without assumptions, and the parameters of each instance separately.
@@ -120,37 +124,37 @@ fn a_trial_recovers_the_skin_and_every_instance() {
         let noisy: Vec<Record> = noisy
             .map(|(seed, record)| record.with_noise(seed, 1e-5))
             .collect();
-        let fit = fitted(&noisy);
+        let fit = fit_records(&noisy);
         assert_eq!(fit.shared.verdict, FitVerdict::Converged);
         // Where all residuals are rounding, the priors pull as if the force were known to 1e-4.
-        let forces = truths.iter().map(|of| mean_force_n(&of.record()));
+        let forces = truths.iter().map(|truth| mean_force_n(&truth.record()));
         let area_m2 = skin.area_m2(forces.sum::<f64>() / truths.len() as f64);
         let shared = &fit.shared;
-        let near = |found: f64, truth: f64, within: f64| {
+        let assert_near = |value: f64, truth: f64, tolerance: f64| {
             assert!(
-                (found / truth - 1.0).abs() < within,
-                "{found} {truth}: {shared:?}"
+                (value / truth - 1.0).abs() < tolerance,
+                "{value} {truth}: {shared:?}"
             );
         };
-        near(shared.contact_area_m2.value, area_m2, 0.025);
-        near(shared.q0_rad_per_m.value, skin.q0_rad_per_m, 0.03);
+        assert_near(shared.contact_area_m2.value, area_m2, 0.025);
+        assert_near(shared.q0_rad_per_m.value, skin.q0_rad_per_m, 0.03);
         // Only the priors separate η from the rotation angle of the finger's part.
-        near(shared.loss_factor.value, skin.loss_factor, 0.02);
-        let tau_s = fit.instances.iter().map(|of| of.tau_s);
-        near(
+        assert_near(shared.loss_factor.value, skin.loss_factor, 0.02);
+        let tau_s = fit.instances.iter().map(|instance| instance.tau_s);
+        assert_near(
             shared.tau_s.value,
             tau_s.sum::<f64>() / truths.len() as f64,
             0.02,
         );
         // A film that averages causes the same delay as a lag.
-        let late_s = shared.tau_s.value + shared.film_mean_s.value;
-        near(late_s, mean_lag_s(&truths) + skin.film_mean_s, 0.1);
+        let delay_s = shared.tau_s.value + shared.film_mean_s.value;
+        assert_near(delay_s, mean_lag_s(&truths) + skin.film_mean_s, 0.1);
         let exponents = [
             (shared.area_exponent.value, skin.area_exponent),
             (shared.lag_exponent.value, skin.lag_exponent),
         ];
-        for (found, truth) in exponents {
-            assert!((found - truth).abs() < 0.1, "{found} {truth}: {shared:?}");
+        for (value, truth) in exponents {
+            assert!((value - truth).abs() < 0.1, "{value} {truth}: {shared:?}");
         }
         assert_eq!(shared.misfit, []);
         let floor = fit.shared.friction_floor.unwrap().value;
@@ -158,13 +162,13 @@ fn a_trial_recovers_the_skin_and_every_instance() {
         assert_relative_eq!(fit.shared.lateral_lag_s.unwrap().value, 0.0, epsilon = 1e-4);
         assert_eq!(fit.instances.len(), truths.len());
         for (instance, truth) in fit.instances.iter().zip(&truths) {
-            near(instance.sigma_t_m, truth.sigma_t_m, 0.01);
-            let apart = (instance.z_t_n_s_per_m - truth.z_t).norm();
-            assert!(apart < 0.02 * truth.z_t.norm(), "{apart}");
+            assert_near(instance.sigma_t_m, truth.sigma_t_m, 0.01);
+            let error = (instance.z_t_n_s_per_m - truth.z_t).norm();
+            assert!(error < 0.02 * truth.z_t.norm(), "{error}");
             let offset = instance.plate_offset_n_s_per_m;
             assert_relative_eq!(offset.im, truth.plate_offset, epsilon = 5e-3);
             assert_relative_eq!(offset.re, truth.plate_damping, epsilon = 5e-3);
-            near(instance.mu0, truth.mu0, 2e-3);
+            assert_near(instance.mu0, truth.mu0, 2e-3);
             assert!(instance.agreement.rms_mu < 1e-3, "{:?}", instance.agreement);
         }
     }
@@ -172,21 +176,21 @@ fn a_trial_recovers_the_skin_and_every_instance() {
 
 /// A plate read before and after determines how its damping changed under the finger, which warmed it.
 #[test]
-fn references_tell_of_the_damping_between_them() {
+fn references_determine_the_damping_between_them() {
     let (touch, time_constant_s) = ((-0.5, 4.5), 4.0);
     let warmth = |time_s: f64| {
-        let (on_s, off_s) = (
+        let (touch_s, release_s) = (
             (time_s.min(touch.1) - touch.0).max(0.0),
             (time_s - touch.1).max(0.0),
         );
-        (1.0 - (-on_s / time_constant_s).exp()) * (-off_s / time_constant_s).exp()
+        (1.0 - (-touch_s / time_constant_s).exp()) * (-release_s / time_constant_s).exp()
     };
-    let moved = |time_s: f64| Complex64::new(0.3, -0.8) * warmth(time_s);
+    let offset = |time_s: f64| Complex64::new(0.3, -0.8) * warmth(time_s);
     let truths: Vec<Truth> = (0..5)
-        .map(|i| moved(f64::from(i)))
-        .map(|moved| Truth {
-            plate_damping: moved.re,
-            plate_offset: moved.im,
+        .map(|i| offset(f64::from(i)))
+        .map(|offset| Truth {
+            plate_damping: offset.re,
+            plate_offset: offset.im,
             ..TRUTH
         })
         .collect();
@@ -197,31 +201,40 @@ fn references_tell_of_the_damping_between_them() {
     let noisy: Vec<Record> = noisy.collect();
     let reference = |time_s: f64| PlateReference {
         time_s,
-        z_p_n_s_per_m: crate::record::Z_P + moved(time_s),
+        z_p_n_s_per_m: crate::record::Z_P + offset(time_s),
         std_n_s_per_m: 3e-4,
     };
-    let known = PlateReadings {
+    let readings = PlateReadings {
         references: [-1.0, -0.7, 4.7, 5.0, 5.3].map(reference).to_vec(),
         touches_s: vec![touch],
     };
-    let (told, alone) = (fitted_on(&noisy, &known), fitted(&noisy));
-    assert_eq!(told.shared.misfit, []);
-    for ((told, alone), truth) in told.instances.iter().zip(&alone.instances).zip(&truths) {
-        let apart = told.plate_offset_n_s_per_m.re - truth.plate_damping;
-        assert!(apart.abs() < 0.005, "{apart}");
-        assert_relative_eq!(told.sigma_t_m, truth.sigma_t_m, max_relative = 0.02);
-        assert!(told.sigma_t_std_m < alone.sigma_t_std_m);
+    let (reference_fit, plain_fit) = (fit_with_readings(&noisy, &readings), fit_records(&noisy));
+    assert_eq!(reference_fit.shared.misfit, []);
+    for ((reference_fit, plain_fit), truth) in reference_fit
+        .instances
+        .iter()
+        .zip(&plain_fit.instances)
+        .zip(&truths)
+    {
+        let error = reference_fit.plate_offset_n_s_per_m.re - truth.plate_damping;
+        assert!(error.abs() < 0.005, "{error}");
+        assert_relative_eq!(
+            reference_fit.sigma_t_m,
+            truth.sigma_t_m,
+            max_relative = 0.02
+        );
+        assert!(reference_fit.sigma_t_std_m < plain_fit.sigma_t_std_m);
     }
 }
 
 /// A plate that differs under the finger from the one before and after indicates another law of the finger.
 #[test]
-fn a_plate_that_only_the_finger_has_shows() {
+fn a_plate_offset_under_the_finger_alone_is_a_misfit() {
     let truths = [Truth {
         plate_offset: 0.3,
         ..TRUTH
     }; 5];
-    let still = PlateReadings {
+    let readings = PlateReadings {
         references: [-1.0, -0.8, 4.7, 4.9]
             .map(|time_s| PlateReference {
                 time_s,
@@ -231,34 +244,38 @@ fn a_plate_that_only_the_finger_has_shows() {
             .to_vec(),
         touches_s: vec![(-0.5, 4.5)],
     };
-    let fit = fitted_on(&records(&truths), &still);
-    let of_plate = |sign: &Misfit| matches!(sign, Misfit::Plate { .. });
-    assert!(fit.shared.misfit.iter().any(of_plate), "{:?}", fit.shared);
+    let fit = fit_with_readings(&records(&truths), &readings);
+    let is_plate = |sign: &Misfit| matches!(sign, Misfit::Plate { .. });
+    assert!(fit.shared.misfit.iter().any(is_plate), "{:?}", fit.shared);
 }
 
 /// An implausible skin is rejected, as is a friction that the contact does not explain.
 #[test]
-fn a_law_that_is_not_the_models_shows() {
-    let lagging = Truth {
+fn another_law_than_the_model_is_a_misfit() {
+    let lag_truth = Truth {
         lag_exponent: 1.3,
         ..TRUTH
     };
-    let fit = fitted_on(&records(&instances(lagging, 5)), &references(5));
-    let unlikely = |sign: &Misfit| matches!(sign, Misfit::Unlikely { .. });
-    assert!(fit.shared.misfit.iter().any(unlikely), "{:?}", fit.shared);
-    let slipping: Vec<Record> = records(&instances(TRUTH, 5))
+    let fit = fit_with_readings(&records(&instances(lag_truth, 5)), &references(5));
+    let is_unlikely = |sign: &Misfit| matches!(sign, Misfit::Unlikely { .. });
+    assert!(
+        fit.shared.misfit.iter().any(is_unlikely),
+        "{:?}",
+        fit.shared
+    );
+    let slip_records: Vec<Record> = records(&instances(TRUTH, 5))
         .into_iter()
         .map(|mut record| {
-            for (at, mu) in record.mu.iter_mut().enumerate() {
-                *mu += 0.1 * (0.2 * at as f64).sin().abs();
+            for (sample, mu) in record.mu.iter_mut().enumerate() {
+                *mu += 0.1 * (0.2 * sample as f64).sin().abs();
             }
             record
         })
         .collect();
-    let fit = fitted_on(&slipping, &references(5));
-    let of_friction = |sign: &Misfit| matches!(sign, Misfit::Friction { .. });
+    let fit = fit_with_readings(&slip_records, &references(5));
+    let is_friction = |sign: &Misfit| matches!(sign, Misfit::Friction { .. });
     assert!(
-        fit.shared.misfit.iter().all(of_friction),
+        fit.shared.misfit.iter().all(is_friction),
         "{:?}",
         fit.shared
     );
@@ -268,17 +285,17 @@ fn a_law_that_is_not_the_models_shows() {
 /// The fit of a long instance does not take a time that grows with the third power of its samples.
 #[test]
 fn long_instances_are_weighed_sample_by_sample() {
-    let finer = 6;
+    let factor = 6;
     let records: Vec<Record> = records(&instances(TRUTH, 3))
         .iter()
-        .map(|record| record.finer(finer))
+        .map(|record| record.resample(factor))
         .collect();
-    let placed: Vec<Placed<'_>> = records
+    let places: Vec<Placed<'_>> = records
         .iter()
-        .map(|of| placed(InstanceSeries::new(of.samples(), finer * LEAD).unwrap()))
+        .map(|record| place(InstanceSeries::new(record.samples(), factor * LEAD).unwrap()))
         .collect();
     let options = TrialOptions::default();
-    let fit = trial::fit(&placed, &conditions(), &references(3), &options).unwrap();
+    let fit = trial::fit(&places, &conditions(), &references(3), &options).unwrap();
     assert_eq!(fit.shared.verdict, FitVerdict::Converged);
     for (instance, truth) in fit.instances.iter().zip(&instances(TRUTH, 3)) {
         assert_relative_eq!(instance.sigma_t_m, truth.sigma_t_m, max_relative = 0.02);
@@ -287,44 +304,48 @@ fn long_instances_are_weighed_sample_by_sample() {
 
 /// A wrong contact area biases the method that assumes one, but not the trial's fit.
 #[test]
-fn an_instance_alone_is_biased_by_a_skin_that_is_not_the_assumed_one() {
-    let [_, other, _] = SKINS;
-    let record = other.record();
-    let alone = dynamic::fit(&record.series(), &conditions(), &DynamicOptions::default()).unwrap();
-    assert!((alone.sigma_t_m / other.sigma_t_m - 1.0).abs() > 0.1);
-    let held = DynamicOptions {
+fn a_single_instance_is_biased_by_another_skin_than_the_assumed() {
+    let [_, skin, _] = SKINS;
+    let record = skin.record();
+    let fit = dynamic::fit(&record.series(), &conditions(), &DynamicOptions::default()).unwrap();
+    assert!((fit.sigma_t_m / skin.sigma_t_m - 1.0).abs() > 0.1);
+    let fixed_plate = DynamicOptions {
         plate_offset: false,
         ..DynamicOptions::default()
     };
-    let warmer = Truth {
+    let warm_truth = Truth {
         plate_offset: 0.1,
         ..TRUTH
     };
-    let record = warmer.record();
+    let record = warm_truth.record();
     let bias = |options: &DynamicOptions| {
         let fit = dynamic::fit(&record.series(), &conditions(), options).unwrap();
-        (fit.sigma_t_m / warmer.sigma_t_m - 1.0).abs()
+        (fit.sigma_t_m / warm_truth.sigma_t_m - 1.0).abs()
     };
     // The resonance has shifted by one hertz.
-    assert!(bias(&held) > 0.05, "{}", bias(&held));
+    assert!(bias(&fixed_plate) > 0.05, "{}", bias(&fixed_plate));
     assert!(bias(&DynamicOptions::default()) < 1e-5);
 }
 
 #[test]
-fn a_lag_of_the_lateral_force_is_found_and_does_not_touch_the_contact() {
+fn a_lag_of_the_lateral_force_is_estimated_without_effect_on_the_contact() {
     for lag_s in [0.5e-3, 2e-3] {
         let truths = instances(SKINS[1], 4);
         let records = records(&truths);
-        let lagging: Vec<Record> = records
+        let lag_records: Vec<Record> = records
             .iter()
             .map(|record| record.with_lateral_lag(lag_s))
             .collect();
-        let [prompt, late] = [&records, &lagging].map(|of| fitted_on(of, &references(4)));
-        assert_eq!(prompt.shared.contact_area_m2, late.shared.contact_area_m2);
+        let [prompt_fit, late_fit] =
+            [&records, &lag_records].map(|records| fit_with_readings(records, &references(4)));
+        assert_eq!(
+            prompt_fit.shared.contact_area_m2,
+            late_fit.shared.contact_area_m2
+        );
         // The record's lag keeps the force constant over a sample, which delays it by half a sample.
-        let found_s = late.shared.lateral_lag_s.unwrap().value;
-        assert!((found_s - lag_s).abs() < 0.3e-3, "{found_s}");
-        for (instance, truth) in late.instances.iter().zip(&truths) {
+        let estimate_s = late_fit.shared.lateral_lag_s.unwrap().value;
+        assert!((estimate_s - lag_s).abs() < 0.3e-3, "{estimate_s}");
+        for (instance, truth) in late_fit.instances.iter().zip(&truths) {
             assert!(instance.agreement.rms_mu < 3e-3, "{:?}", instance.agreement);
             assert_relative_eq!(instance.mu0, truth.mu0, max_relative = 0.01);
         }
@@ -349,7 +370,7 @@ fn standard_errors_of_a_trial_are_the_scatter() {
         let mut truths = instances(skin, 5);
         for truth in &mut truths {
             // Components of a thousandth of the force that last for some 2 ms.
-            truth.unseen = [8.0, 13.0, 21.0, 34.0, 55.0, 89.0, 110.0, 144.0].map(|hz| {
+            truth.force_noise = [8.0, 13.0, 21.0, 34.0, 55.0, 89.0, 110.0, 144.0].map(|hz| {
                 (
                     5e-4 * normal() / (1.0 + (hz / 80.0_f64).powi(2)).sqrt(),
                     hz,
@@ -364,9 +385,9 @@ fn standard_errors_of_a_trial_are_the_scatter() {
         let noisy: Vec<Record> = records
             .iter()
             .enumerate()
-            .map(|(i, record)| record.with_lasting_noise(1000 * run + i as u64, 2e-4))
+            .map(|(i, record)| record.with_correlated_noise(1000 * run + i as u64, 2e-4))
             .collect();
-        let fit = fitted_on(&noisy, &references(5));
+        let fit = fit_with_readings(&noisy, &references(5));
         let (instance, truth) = (&fit.instances[2], &truths[2]);
         let (z_t, z_t_std) = (
             instance.z_t_n_s_per_m - truth.z_t,
@@ -405,29 +426,32 @@ fn standard_errors_of_a_trial_are_the_scatter() {
 
 /// The priors keep a single instance that hardly separates S from τ plausible; one without lift-off is not identified.
 #[test]
-fn one_instance_is_held_by_the_priors() {
-    let fit = fitted(&[TRUTH.record().with_inertia(&TRUTH).with_noise(3, 1e-4)]);
+fn the_priors_keep_one_instance_plausible() {
+    let fit = fit_records(&[TRUTH.record().with_inertia(&TRUTH).with_noise(3, 1e-4)]);
     assert_eq!(fit.shared.verdict, FitVerdict::Converged);
-    let found = fit.shared.contact_area_m2;
+    let area = fit.shared.contact_area_m2;
     assert!(
-        (found.value / TRUTH.area_m2).ln().abs() < 4.0 * found.ln_std + 0.02,
-        "{found:?}"
+        (area.value / TRUTH.area_m2).ln().abs() < 4.0 * area.ln_std + 0.02,
+        "{area:?}"
     );
-    let still = Truth {
+    let rest_truth = Truth {
         modulation_index: 0.0,
         mean_amplitude_m: 0.05e-6,
         ..TRUTH
     };
-    let fit = fitted(&[still.record().with_inertia(&still).with_noise(3, 1e-4)]);
+    let fit = fit_records(&[rest_truth
+        .record()
+        .with_inertia(&rest_truth)
+        .with_noise(3, 1e-4)]);
     let verdict = fit.shared.verdict;
-    let weak = matches!(
+    let is_unidentified = matches!(
         verdict,
         FitVerdict::NotIdentifiable {
             parameter: FitParameter::ContactArea | FitParameter::ZT,
             ..
         }
     );
-    assert!(weak, "{verdict:?}");
+    assert!(is_unidentified, "{verdict:?}");
 }
 
 #[test]
@@ -443,7 +467,7 @@ fn a_trial_without_instances_or_lead_in_is_refused_by_name() {
     let record = TRUTH.record();
     let no_lead = InstanceSeries::new(record.samples(), LEAD / 2).unwrap();
     let error = trial::fit(
-        &[placed(no_lead)],
+        &[place(no_lead)],
         &conditions(),
         &PlateReadings::default(),
         &TrialOptions::default(),

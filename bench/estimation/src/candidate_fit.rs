@@ -6,11 +6,11 @@ use super::lagged_model::LaggedModel;
 use contact::parameters::{IM_OFFSET, PARAMETERS, RE_OFFSET};
 
 /// Number of iterations; each finds first the tissues and then the plate.
-const TURNS: usize = 4;
+const ITERATIONS: usize = 4;
 
 /// Tissues and plate that fit best with a candidate's contact.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Beside {
+pub(super) struct CandidateFit {
     /// Z_t, N·s/m.
     pub(super) z_t: Complex64,
     /// Reactance of the plate in addition to the candidate's, N·s/m.
@@ -24,7 +24,7 @@ impl LaggedModel<'_> {
     ///
     /// Z_t and the plate's reactance are found in turn, each given the other: samples where the finger holds the plate
     /// determine Z_t, samples where the plate is nearly free determine its reactance.
-    pub(super) fn beside(&mut self, candidate: &[f64; PARAMETERS]) -> Option<Beside> {
+    pub(super) fn fit_candidate(&mut self, candidate: &[f64; PARAMETERS]) -> Option<CandidateFit> {
         let contact = self.follow_gap(candidate)?;
         let offset = Complex64::new(candidate[RE_OFFSET], candidate[IM_OFFSET]);
         let amplitudes = &self.loads.amplitude_m[self.lead..];
@@ -35,26 +35,26 @@ impl LaggedModel<'_> {
                 contact.impedance_n_s_per_m(stiffness, self.carrier_rad_per_s)
             })
             .collect();
-        let mut found = Beside {
+        let mut fit = CandidateFit {
             z_t: Complex64::ZERO,
             reactance: 0.0,
             square: f64::INFINITY,
         };
-        for _ in 0..TURNS {
-            let z_p = self.z_p + offset + Complex64::I * found.reactance;
+        for _ in 0..ITERATIONS {
+            let z_p = self.z_p + offset + Complex64::I * fit.reactance;
             let (z_t, _) = self.tissue_given_gap(&contact, z_p);
-            let (mut off, mut square, mut weights) = (0.0, 0.0, 0.0);
+            let (mut reactance_sum, mut square, mut weights) = (0.0, 0.0, 0.0);
             for ((z_m, z_c), amplitude_m) in self.z_m.iter().zip(&z_c).zip(amplitudes) {
-                let left = z_m - z_p - z_t * z_c / (z_t + z_c);
+                let residual = z_m - z_p - z_t * z_c / (z_t + z_c);
                 let weight = amplitude_m.powi(2);
-                off += weight * left.im;
-                square += weight * left.norm_sqr();
+                reactance_sum += weight * residual.im;
+                square += weight * residual.norm_sqr();
                 weights += weight;
             }
-            found.z_t = z_t;
-            found.square = square / weights;
-            found.reactance += off / weights;
+            fit.z_t = z_t;
+            fit.square = square / weights;
+            fit.reactance += reactance_sum / weights;
         }
-        found.square.is_finite().then_some(found)
+        fit.square.is_finite().then_some(fit)
     }
 }

@@ -236,9 +236,9 @@ fn errors_note(recordings: &[RecordingEntry<'_>]) -> String {
         (0, _) => "No recording states the errors of its constants: they are taken as exact, and no interval here holds an error \
                    of theirs."
             .to_owned(),
-        (n_stated, n) if n_stated == n => "Its standard errors, as the recordings state them, are in every interval.".to_owned(),
-        (n_stated, n) => format!(
-            "Its standard errors are in the intervals of {n_stated} of {n} recordings, which state them; the others' constants are \
+        (k, n) if k == n => "Its standard errors, as the recordings state them, are in every interval.".to_owned(),
+        (k, n) => format!(
+            "Its standard errors are in the intervals of {k} of {n} recordings, which state them; the others' constants are \
              taken as exact."
         ),
     }

@@ -118,8 +118,8 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
 
 /// Returns whether a character is a control character or changes the direction of text.
 fn is_control(c: char) -> bool {
-    let is_direction_mark = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    is_direction_mark || (c.is_control() && c != '\n' && c != '\t')
+    let is_mark = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    is_mark || (c.is_control() && c != '\n' && c != '\t')
 }
 
 fn figures(content: &Content<'_>) -> Result<Markup, ReportError> {

@@ -114,7 +114,9 @@ fn parameter_cell(parameter: Option<&PersonParameter>, format: NumberFormat) -> 
     html! {
         (range_cell(parameter.map(|parameter| &parameter.mean), format))
         @if let Some(parameter) = parameter.and_then(|parameter| parameter.shrunken.as_ref()) {
-            span.also { i { "shrunken " } (format.value(parameter.value)) " (" (interval_text(parameter.interval95, format)) ")" }
+            span.also {
+                i { "shrunken " } (format.value(parameter.value)) " (" (interval_text(parameter.interval95, format)) ")"
+            }
         }
     }
 }

@@ -27,7 +27,9 @@ fn row_lines(row: &Row) -> Markup {
         .map(|statistic| statistic.also.len())
         .max();
     let level_cell = |statistic: Option<&MethodStatistic>, level: usize| -> Markup {
-        html! { td { @if let Some(statistic) = statistic.and_then(|statistic| statistic.also.get(level)) { (cell(statistic)) } } }
+        html! {
+            td { @if let Some(statistic) = statistic.and_then(|statistic| statistic.also.get(level)) { (cell(statistic)) } }
+        }
     };
     let level_name = |level: usize| {
         let mut level_statistics = methods

@@ -78,13 +78,13 @@ pub fn practice(folder: &Path, content: &LogContent) -> u32 {
             Document::Start(start) => Some(start),
             _ => None,
         });
-    let by_copy = || {
+    let copy_practice = || {
         let file = format!("{}.toml", start?.protocol);
         let text = files::read_text(&folder.join(&file), files::TEXT_LIMIT_BYTES).ok()?;
         // A later version may have other rules; the log serves as well.
         Some(Protocol::parse(&text, &file).ok()?.trials.practice)
     };
-    by_copy().unwrap_or_else(|| practice_trials(content))
+    copy_practice().unwrap_or_else(|| practice_trials(content))
 }
 
 /// Returns the folder of a recording's session, if it has a log.

@@ -122,7 +122,7 @@ mod tests {
         ];
         let stretches = FRAME.stretches(points);
         assert_eq!(
-            inside,
+            stretches,
             [
                 vec![(0.0, 5.0), (5.0, 5.0), (5.0, 10.0)],
                 vec![(8.0, 10.0), (8.0, 5.0)]
@@ -147,7 +147,7 @@ mod tests {
         let corner = [(0.0, 0.0), (3.0, 0.0), (3.0, 3.0)];
         let pieces = dashes(&corner, &[4.0, 1.0]);
         assert_eq!(
-            cut,
+            pieces,
             [
                 vec![(0.0, 0.0), (3.0, 0.0), (3.0, 1.0)],
                 vec![(3.0, 2.0), (3.0, 3.0)]

@@ -199,7 +199,7 @@ impl Study {
     fn require_one_case(&self, participant: &ParticipantId) -> Result<(), StudyError> {
         let path = self.folder.join(PARTICIPANTS_FILE);
         let table = participants::Table::read(&*self.storage, &path)?;
-        match table.in_other_case(participant) {
+        match table.case_variant(participant) {
             Some(known) => Err(StudyError::OtherCase {
                 path: self.folder.clone(),
                 participant: participant.to_string(),

@@ -213,7 +213,7 @@ pub fn add(
             what,
         });
     }
-    let is_same = |other: &&Exclusion| {
+    let is_same = |candidate: &&Exclusion| {
         let key = |exclusion: &Exclusion| {
             (
                 exclusion.participant.clone(),
@@ -221,7 +221,7 @@ pub fn add(
                 exclusion.trial,
             )
         };
-        key(other) == key(exclusion)
+        key(candidate) == key(exclusion)
     };
     if let Some(existing) = exclusions.list.iter().find(is_same) {
         return Err(ExclusionsError::Already {

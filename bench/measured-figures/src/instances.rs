@@ -96,7 +96,7 @@ pub(super) fn figure(
     let step = samples.div_ceil(MAX_SAMPLES).max(1);
     let cloud = |x: Value, y: Value, method: Method, step: usize| -> Vec<(f64, f64)> {
         let instance_points = |instance: InstanceBy<'_>| -> Vec<(f64, f64)> {
-            (0..of.instance.samples.time_s().len())
+            (0..instance.instance.samples.time_s().len())
                 .map(|k| (x(&instance, k), y(&instance, k)))
                 .collect()
         };

@@ -87,8 +87,9 @@ impl SessionHistory {
     /// continued after this attempt or stopped in good order.
     #[must_use]
     pub fn should_be_saved(&self, attempt: &Attempt) -> bool {
-        let mut saved_attempts = self.attempts.values().filter(|other| other.saved);
-        let is_later = |other: &Attempt| other.part == attempt.part && other.label > attempt.label;
+        let mut saved_attempts = self.attempts.values().filter(|candidate| candidate.saved);
+        let is_later =
+            |candidate: &Attempt| candidate.part == attempt.part && candidate.label > attempt.label;
         if self.stopped_parts.contains(&attempt.part) {
             saved_attempts.next().is_some()
         } else {

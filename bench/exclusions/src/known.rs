@@ -15,7 +15,10 @@ const PARTICIPANT: &str = "sub-";
 const SESSION: &str = "ses-";
 
 /// Returns the part of `exclusion` that the study in `folder` does not have; `None` if it has all of it.
-pub(crate) fn unknown(folder: &Path, exclusion: &Exclusion) -> Result<Option<Unknown>, DiskError> {
+pub(crate) fn missing_part(
+    folder: &Path,
+    exclusion: &Exclusion,
+) -> Result<Option<Unknown>, DiskError> {
     let participant = exclusion.participant.as_str().to_owned();
     let participant_folder = folder.join(&participant);
     if !participant_folder.is_dir() {

@@ -104,7 +104,7 @@ pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
 /// or its exclusions; `None` if it is in no study.
 #[must_use]
 pub fn study_of(folder: &Path) -> Option<PathBuf> {
-    let folder = canonical(folder)?;
+    let folder = canonical_path(folder)?;
     let is_study = |folder: &&Path| {
         [DESCRIPTION_FILE, EXCLUSIONS_FILE]
             .iter()
@@ -115,7 +115,7 @@ pub fn study_of(folder: &Path) -> Option<PathBuf> {
 }
 
 /// Returns the canonical path of a folder, even if a recording's folder does not exist.
-fn canonical(folder: &Path) -> Option<PathBuf> {
+fn canonical_path(folder: &Path) -> Option<PathBuf> {
     let missing_path = || {
         let parent = folder.parent()?.canonicalize().ok()?;
         Some(parent.join(folder.file_name()?))
@@ -126,7 +126,7 @@ fn canonical(folder: &Path) -> Option<PathBuf> {
 /// Returns the first exclusion of the recording in `folder`, which is identified by the names of its folders, or
 /// else by its description.
 fn covering_exclusion<'a>(exclusions: &'a Exclusions, folder: &Path) -> Option<&'a Exclusion> {
-    let folder = canonical(folder)?;
+    let folder = canonical_path(folder)?;
     let names: Vec<String> = folder
         .ancestors()
         .filter_map(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))

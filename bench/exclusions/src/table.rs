@@ -35,7 +35,7 @@ impl Exclusions {
     /// [`ExclusionsError::Unknown`] names the line, and the most similar name.
     pub fn require_known(&self) -> Result<(), ExclusionsError> {
         for (exclusion, line) in self.list.iter().zip(&self.lines) {
-            if let Some(what) = known::unknown(&self.study, exclusion)? {
+            if let Some(what) = known::missing_part(&self.study, exclusion)? {
                 return Err(ExclusionsError::Unknown {
                     path: self.study.join(EXCLUSIONS_FILE),
                     line: Some(*line),
@@ -206,7 +206,7 @@ pub fn add(
         Vec::new()
     };
     let exclusions = parse(&bytes, folder)?;
-    if let Some(what) = known::unknown(folder, exclusion)? {
+    if let Some(what) = known::missing_part(folder, exclusion)? {
         return Err(ExclusionsError::Unknown {
             path: folder.to_owned(),
             line: None,
@@ -247,14 +247,14 @@ fn escape(text: &str) -> String {
             '\t' => cell.push_str("\\t"),
             '\n' => cell.push_str("\\n"),
             '\r' => cell.push_str("\\r"),
-            c => cell.push(printable(c)),
+            c => cell.push(printable_char(c)),
         }
     }
     cell
 }
 
 /// Replaces a character that a cell cannot show with a space: control characters and Unicode line ends.
-fn printable(c: char) -> char {
+fn printable_char(c: char) -> char {
     if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') {
         ' '
     } else {
@@ -268,7 +268,7 @@ fn unescape(cell: &str) -> String {
     let mut chars = cell.chars();
     while let Some(c) = chars.next() {
         if c != '\\' {
-            text.push(printable(c));
+            text.push(printable_char(c));
             continue;
         }
         match chars.next() {
@@ -276,7 +276,7 @@ fn unescape(cell: &str) -> String {
             Some('n') => text.push('\n'),
             Some('r') => text.push('\r'),
             Some('\\') => text.push('\\'),
-            Some(other) => text.extend(['\\', printable(other)]),
+            Some(other) => text.extend(['\\', printable_char(other)]),
             None => text.push('\\'),
         }
     }
@@ -392,21 +392,23 @@ mod tests {
         let session = study.path().join("sub-07/ses-01");
         std::fs::create_dir_all(session.join("trial-003_attempt-2")).unwrap();
         let add = |exclusion: &Exclusion| add(&FileSystem, study.path(), exclusion);
-        let unknown = |exclusion: &Exclusion| match add(exclusion).unwrap_err() {
+        let missing_part = |exclusion: &Exclusion| match add(exclusion).unwrap_err() {
             ExclusionsError::Unknown {
                 what, line: None, ..
             } => what,
             other => panic!("{other}"),
         };
         assert!(matches!(
-            unknown(&exclusion_of("sub-70", Part::All)),
+            missing_part(&exclusion_of("sub-70", Part::All)),
             Unknown::Participant { nearest: Some(name), .. } if name == "sub-07"
         ));
         let mut second_session = exclusion_of("sub-07", Part::All);
         second_session.session = Part::One(2);
-        assert!(matches!(unknown(&second_session), Unknown::Session { known, .. } if known == [1]));
         assert!(
-            matches!(unknown(&exclusion_of("sub-07", main(4))), Unknown::Trial { known, .. } if known == ["3"])
+            matches!(missing_part(&second_session), Unknown::Session { known, .. } if known == [1])
+        );
+        assert!(
+            matches!(missing_part(&exclusion_of("sub-07", main(4))), Unknown::Trial { known, .. } if known == ["3"])
         );
         assert!(!study.path().join(EXCLUSIONS_FILE).exists());
 

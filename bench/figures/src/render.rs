@@ -17,7 +17,7 @@ use crate::style::{DOTS_PER_INCH, UNITS_PER_INCH, UNITS_PER_MM};
 /// Drawing units across one printed dot.
 const UNITS_PER_DOT: usize = UNITS_PER_INCH as usize / DOTS_PER_INCH as usize;
 
-fn backend<E: std::error::Error + Send + Sync + 'static>(
+fn drawing_error<E: std::error::Error + Send + Sync + 'static>(
     error: DrawingErrorKind<E>,
 ) -> FigureError {
     FigureError::Drawing(Box::new(error))
@@ -57,7 +57,7 @@ impl Figure {
         let layout = lay_out(self, &typeface);
         let mut drawing = String::new();
         let mut svg = SVGBackend::with_string(&mut drawing, layout.size);
-        draw(self, &layout, &mut Pen(&mut svg)).map_err(backend)?;
+        draw(self, &layout, &mut Pen(&mut svg)).map_err(drawing_error)?;
         drop(svg);
 
         let (width, height) = layout.size;
@@ -91,7 +91,7 @@ impl Figure {
         );
         let mut fine_pixels = vec![0u8; 3 * columns * rows * UNITS_PER_DOT.pow(2)];
         let mut bitmap = Bitmap::new(&mut fine_pixels, layout.size, &typeface);
-        draw(self, &layout, &mut Pen(&mut bitmap)).map_err(backend)?;
+        draw(self, &layout, &mut Pen(&mut bitmap)).map_err(drawing_error)?;
         drop(bitmap);
         self.encode(columns, &average(&fine_pixels, columns, rows))
     }

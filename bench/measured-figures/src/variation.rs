@@ -54,8 +54,8 @@ pub(super) fn figure(analysed: &Analysed, selection: &Drawn) -> Figure {
     ];
     if let Some(mu_panel) = panels.last_mut() {
         let values = mu_panel.series.iter().flat_map(Series::extent);
-        let greatest = values.map(|(mu, _)| mu).filter(|mu| mu.is_finite());
-        let (least, greatest) = greatest.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), mu| {
+        let mus = values.map(|(mu, _)| mu).filter(|mu| mu.is_finite());
+        let (least, greatest) = mus.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), mu| {
             (mu.min(a), mu.max(b))
         });
         let diagonal = vec![(least, least), (greatest, greatest)];

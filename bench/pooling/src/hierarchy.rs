@@ -410,9 +410,13 @@ mod tests {
 
     #[test]
     fn a_participant_without_a_trial_is_none_and_changes_nobody_else() {
-        let others = [estimates(&[5.0, 5.2], 0.1), estimates(&[5.5, 5.6], 0.1)];
-        let groups = [estimates(&[], 0.1), others[0].clone(), others[1].clone()];
-        let (reference, pooled) = (hierarchy(&others), hierarchy(&groups));
+        let reference_groups = [estimates(&[5.0, 5.2], 0.1), estimates(&[5.5, 5.6], 0.1)];
+        let groups = [
+            estimates(&[], 0.1),
+            reference_groups[0].clone(),
+            reference_groups[1].clone(),
+        ];
+        let (reference, pooled) = (hierarchy(&reference_groups), hierarchy(&groups));
         assert_eq!(pooled.groups[0], None);
         assert_eq!(reference.groups, pooled.groups[1..]);
         assert_eq!(reference.overall, pooled.overall);

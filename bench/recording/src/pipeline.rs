@@ -76,12 +76,12 @@ pub struct XrunCost {
 impl XrunCost {
     /// Classifies all of the `n_reported` xruns that are still open as harmless or costly.
     pub fn settle(&mut self, n_reported: u64, lossless: bool) {
-        let open = self.open(n_reported);
+        let n_open = self.open(n_reported);
         *if lossless {
             &mut self.none
         } else {
             &mut self.some
-        } += open;
+        } += n_open;
     }
 
     /// Returns the number of `n_reported` xruns that are not yet classified.
@@ -361,10 +361,10 @@ impl Pipeline {
         samples: &[f32],
         frames: &mut Vec<ZmFrame>,
     ) -> Result<(), DemodulatorError> {
-        let lost = samples
+        let lost_frames = samples
             .chunks_exact(self.channels)
             .filter(|frame| frame.iter().all(|sample| sample.is_nan()));
-        self.account.lost_frames += lost.count() as u64;
+        self.account.lost_frames += lost_frames.count() as u64;
         self.take(samples, frames)
     }
 }
@@ -482,10 +482,14 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         account.input_cost.settle(2, false);
         assert_eq!(cost(&account, &unclassified), (1, 0));
         // A costly xrun counts in the trial in which it is classified.
-        let mut late = unclassified;
-        late.output_cost.settle(1, false);
-        assert_eq!(cost(&late, &unclassified), (1, 1));
-        assert_eq!(cost(&late, &late), (1, 0), "the input's is open still");
+        let mut later_account = unclassified;
+        later_account.output_cost.settle(1, false);
+        assert_eq!(cost(&later_account, &unclassified), (1, 1));
+        assert_eq!(
+            cost(&later_account, &later_account),
+            (1, 0),
+            "the input's is open still"
+        );
     }
 
     #[test]

@@ -76,7 +76,7 @@ impl Summing {
             match file.source.read(&mut self.buffer) {
                 Ok(0) => {
                     if let Some(file) = self.open_file.take() {
-                        let sum = hexadecimal(&file.digest.finalize());
+                        let sum = hex_text(&file.digest.finalize());
                         self.sums.insert(file.name.to_owned(), sum);
                     }
                 }
@@ -123,7 +123,7 @@ impl std::fmt::Debug for Summing {
     }
 }
 
-fn hexadecimal(bytes: &[u8]) -> String {
+fn hex_text(bytes: &[u8]) -> String {
     bytes.iter().fold(String::new(), |mut text, byte| {
         // Writing to a string does not fail.
         let _ = write!(text, "{byte:02x}");

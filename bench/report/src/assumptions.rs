@@ -194,8 +194,8 @@ fn setting_text(value: &Value, factor: f64) -> String {
         Value::Number(number) => match number.as_f64() {
             // The value as given, without the rounding error of a change of unit.
             Some(value) => {
-                let rounded = (value * factor * 1e9).round() / 1e9;
-                rounded.to_string().replace('-', "−")
+                let product = (value * factor * 1e9).round() / 1e9;
+                product.to_string().replace('-', "−")
             }
             None => number.to_string(),
         },

@@ -8,7 +8,7 @@ use maud::{Markup, html};
 use recording::Manifest;
 
 use crate::content::{Content, RecordingEntry};
-use crate::number::{NumberFormat, counted, date, significant};
+use crate::number::{NumberFormat, count_text, date, significant};
 
 /// Copy of the calibration in a session's folder.
 const FILE_NAME: &str = "calibration.toml";
@@ -28,26 +28,26 @@ struct CalibrationUse {
 }
 
 pub(crate) fn calibration(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
-    let (uses, unreadable) = calibration_uses(content);
-    let uncalibrated = recordings
+    let (uses, errors) = calibration_uses(content);
+    let n_uncalibrated = recordings
         .iter()
         .filter(|recording| recording.is_uncalibrated())
         .count();
     html! {
-        @if uncalibrated > 0 {
+        @if n_uncalibrated > 0 {
             p.alert {
-                (counted(uncalibrated, "recording was", "recordings were"))
+                (count_text(n_uncalibrated, "recording was", "recordings were"))
                 " made without a calibration: their constants are those of the configuration, and were not measured."
             }
         }
-        @for reason in &unreadable { p.alert { "A session's copy of its calibration cannot be read: " (reason) } }
+        @for reason in &errors { p.alert { "A session's copy of its calibration cannot be read: " (reason) } }
         @for calibration_use in &uses { (calibration_table(calibration_use)) }
         (constants(recordings))
     }
 }
 
 fn calibration_uses(content: &Content<'_>) -> (Vec<CalibrationUse>, Vec<String>) {
-    let (mut uses, mut unreadable) = (Vec::<CalibrationUse>::new(), Vec::new());
+    let (mut uses, mut errors) = (Vec::<CalibrationUse>::new(), Vec::new());
     for (folder, session) in &content.sessions.list {
         let Ok(session) = session else { continue };
         let path = Path::new(folder).join(FILE_NAME);
@@ -57,7 +57,7 @@ fn calibration_uses(content: &Content<'_>) -> (Vec<CalibrationUse>, Vec<String>)
         let (file, hash) = match CalibrationFile::read(&path) {
             Ok(calibration) => calibration,
             Err(error) => {
-                unreadable.push(error.to_string());
+                errors.push(error.to_string());
                 continue;
             }
         };
@@ -78,7 +78,7 @@ fn calibration_uses(content: &Content<'_>) -> (Vec<CalibrationUse>, Vec<String>)
             }),
         }
     }
-    (uses, unreadable)
+    (uses, errors)
 }
 
 /// Part of a calibration: its name, its date, its quantities by name.
@@ -137,28 +137,30 @@ fn calibration_table(calibration_use: &CalibrationUse) -> Markup {
         ];
         parts.push(("channels", channels.measured.date, values));
     }
-    let age = |measured: Timestamp| {
-        let first = calibration_use.first_start?;
-        Some(first.duration_since(measured).as_secs_f64() / S_PER_DAY)
+    let age = |measurement_date: Timestamp| {
+        let first_start = calibration_use.first_start?;
+        Some(first_start.duration_since(measurement_date).as_secs_f64() / S_PER_DAY)
     };
     html! {
         h3 { "Calibration " code { (calibration_use.hash.chars().take(12).collect::<String>()) } }
-        p.note { "Used in " (counted(calibration_use.sessions, "session", "sessions")) ". Age: days before the first of them." }
+        p.note {
+            "Used in " (count_text(calibration_use.sessions, "session", "sessions")) ". Age: days before the first of them."
+        }
         div.wide { table {
             thead { tr {
                 th { "Part" } th { "Measured on" } th.n { "Age (days)" } th { "Quantity" } th.n { "Value ± standard error" }
                 th { "Unit" }
             } }
-            tbody { @for (part, measured, values) in &parts {
+            tbody { @for (part, measurement_date, values) in &parts {
                 @for (index, (name, quantity)) in values.iter().enumerate() {
                     tr.first[index == 0] {
                         @if index == 0 {
                             th scope="row" rowspan=(values.len()) { (part) }
-                            td rowspan=(values.len()) { (date(*measured)) }
-                            td.n rowspan=(values.len()) { (DAYS.value(age(*measured))) }
+                            td rowspan=(values.len()) { (date(*measurement_date)) }
+                            td.n rowspan=(values.len()) { (DAYS.value(age(*measurement_date))) }
                         }
                         td { (name) }
-                        td.n { (precise(quantity.value)) " ± " (significant(Some(quantity.standard_error))) }
+                        td.n { (constant_text(quantity.value)) " ± " (significant(Some(quantity.standard_error))) }
                         td { (quantity.unit) }
                     }
                 }
@@ -168,7 +170,7 @@ fn calibration_table(calibration_use: &CalibrationUse) -> Markup {
 }
 
 /// Returns a constant with seven significant digits.
-fn precise(value: f64) -> String {
+fn constant_text(value: f64) -> String {
     let size = value.abs();
     if size != 0.0 && !(1e-3..1e8).contains(&size) {
         let text = format!("{value:.6e}");
@@ -257,7 +259,7 @@ fn constants(recordings: &[RecordingEntry<'_>]) -> Markup {
                 }
             };
             let values = &mut constants[index].2;
-            match values.iter_mut().find(|(known, _)| *known == value) {
+            match values.iter_mut().find(|(entry, _)| *entry == value) {
                 Some((_, n)) => *n += 1,
                 None => values.push((value, 1)),
             }
@@ -272,7 +274,7 @@ fn constants(recordings: &[RecordingEntry<'_>]) -> Markup {
                     @for (index, (value, n)) in values.iter().enumerate() {
                         tr.first[index == 0] {
                             @if index == 0 { th scope="row" rowspan=(values.len()) { (name) } }
-                            td.n { (precise(*value)) } td { (unit) } td.n { (n) }
+                            td.n { (constant_text(*value)) } td { (unit) } td.n { (n) }
                         }
                     }
                 } }
@@ -287,13 +289,13 @@ mod tests {
 
     #[test]
     fn constants_keep_seven_digits_and_no_idle_zeros() {
-        assert_eq!(precise(35_000.0), "35000");
-        assert_eq!(precise(34_998.126_49), "34998.13");
-        assert_eq!(precise(5e-6), "5e−6");
-        assert_eq!(precise(-1.234_567_89e-7), "−1.234568e−7");
-        assert_eq!(precise(0.008), "0.008");
-        assert_eq!(precise(0.0), "0");
-        assert_eq!(precise(350_000_000.0), "3.5e8");
-        assert_eq!(precise(20_000_000.0), "20000000");
+        assert_eq!(constant_text(35_000.0), "35000");
+        assert_eq!(constant_text(34_998.126_49), "34998.13");
+        assert_eq!(constant_text(5e-6), "5e−6");
+        assert_eq!(constant_text(-1.234_567_89e-7), "−1.234568e−7");
+        assert_eq!(constant_text(0.008), "0.008");
+        assert_eq!(constant_text(0.0), "0");
+        assert_eq!(constant_text(350_000_000.0), "3.5e8");
+        assert_eq!(constant_text(20_000_000.0), "20000000");
     }
 }

@@ -18,8 +18,8 @@ fn end_estimates<'a>(recording: &RecordingEntry<'a>) -> Option<(&'static str, [&
         recording.result.instances.last()?,
     );
     let trial = first.trial.as_ref().zip(last.trial.as_ref());
-    let by_trial = trial.map(|(first, last)| ("trial", [first, last]));
-    by_trial.or_else(|| Some(("dynamic", [first.dynamic.as_ref()?, last.dynamic.as_ref()?])))
+    let trial_ends = trial.map(|(first, last)| ("trial", [first, last]));
+    trial_ends.or_else(|| Some(("dynamic", [first.dynamic.as_ref()?, last.dynamic.as_ref()?])))
 }
 
 pub(crate) fn drift(recordings: &[RecordingEntry<'_>]) -> Markup {

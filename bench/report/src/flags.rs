@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use serde_json::Value;
 
 use crate::content::RecordingEntry;
-use crate::number::counted;
+use crate::number::count_text;
 
 /// Verdict of a fit without problems.
 const CONVERGED: &str = "converged";
@@ -35,7 +35,7 @@ pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
         @if n_judged == 0 {
             p { "The results do not say: the version of the program that analysed these recordings did not judge it." }
         } @else if misfit_recordings.is_empty() {
-            p { "It was held to fit in all " (counted(n_judged, "recording", "recordings")) " where that was judged." }
+            p { "It was held to fit in all " (count_text(n_judged, "recording", "recordings")) " where that was judged." }
         } @else {
             p.alert {
                 "It was held " b { "not" } " to fit in these recordings, of " (n_judged)

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use maud::{Markup, html};
 
 use crate::content::RecordingEntry;
-use crate::number::{NumberFormat, counted};
+use crate::number::{NumberFormat, count_text};
 use crate::results::{Excluded, Results};
 
 const SECONDS: NumberFormat = NumberFormat {
@@ -17,11 +17,11 @@ pub(crate) fn left_out(results: &Results, recordings: &[RecordingEntry<'_>]) -> 
     let mut reasons: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     for recording in recordings {
         let mut recording_reasons: Vec<&str> = Vec::new();
-        for rejected in &recording.result.rejected {
-            let entry = reasons.entry(&rejected.reason).or_default();
+        for rejection in &recording.result.rejected {
+            let entry = reasons.entry(&rejection.reason).or_default();
             entry.0 += 1;
-            if !recording_reasons.contains(&rejected.reason.as_str()) {
-                recording_reasons.push(&rejected.reason);
+            if !recording_reasons.contains(&rejection.reason.as_str()) {
+                recording_reasons.push(&rejection.reason);
                 entry.1 += 1;
             }
         }
@@ -55,7 +55,7 @@ pub(crate) fn left_out(results: &Results, recordings: &[RecordingEntry<'_>]) -> 
             ul { @for recording in recordings.iter().filter(|recording| !recording.result.rejected.is_empty()) {
                 li {
                     a href={ "#" (recording.anchor()) } { (recording.name()) } ", "
-                    (counted(recording.result.rejected.len(), "stretch", "stretches")) ": "
+                    (count_text(recording.result.rejected.len(), "stretch", "stretches")) ": "
                     span.note { @for (index, (reason, times)) in stretches_by_reason(recording).iter().enumerate() {
                         @if index > 0 { "; " }
                         (reason) ": " (times.join(", "))
@@ -74,8 +74,8 @@ fn attempt_table(results: &Results) -> Markup {
     html! {
         h3 { "Attempts" }
         p {
-            (counted(attempts.accepted, "trial was", "trials were")) " accepted by the logs, "
-            (counted(attempts.analysed, "recording", "recordings")) " analysed"
+            (count_text(attempts.accepted, "trial was", "trials were")) " accepted by the logs, "
+            (count_text(attempts.analysed, "recording", "recordings")) " analysed"
             @if attempts.not_accepted > 0 { ", " (attempts.not_accepted) " of them of trials that were not accepted" }
             "."
         }
@@ -114,15 +114,15 @@ fn decisions(exclusions: &[Excluded]) -> Markup {
 /// Returns the rejected stretches of a recording, grouped by reason.
 fn stretches_by_reason<'a>(recording: &RecordingEntry<'a>) -> Vec<(&'a str, Vec<String>)> {
     let mut reasons: Vec<(&str, Vec<String>)> = Vec::new();
-    for rejected in &recording.result.rejected {
-        let [from, to] = [rejected.start_s, rejected.end_s].map(|time| SECONDS.value(Some(time)));
+    for rejection in &recording.result.rejected {
+        let [from, to] = [rejection.start_s, rejection.end_s].map(|time| SECONDS.value(Some(time)));
         let range = format!("{from}–{to}");
         match reasons
             .iter_mut()
-            .find(|(reason, _)| *reason == rejected.reason)
+            .find(|(reason, _)| *reason == rejection.reason)
         {
             Some((_, stretches)) => stretches.push(range),
-            None => reasons.push((&rejected.reason, vec![range])),
+            None => reasons.push((&rejection.reason, vec![range])),
         }
     }
     reasons

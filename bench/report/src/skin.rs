@@ -2,7 +2,7 @@
 
 use maud::{Markup, html};
 
-use crate::number::{MILLI, NumberFormat, PLAIN, counted};
+use crate::number::{MILLI, NumberFormat, PLAIN, count_text};
 use crate::results::{Interval, PersonParameter, Ranged, Results, StudyParameter};
 
 pub(crate) const AREA: NumberFormat = NumberFormat {
@@ -60,7 +60,8 @@ pub(crate) fn skin(results: &Results) -> Markup {
         }
         @if !skin.left_out.is_empty() {
             p.alert {
-                (counted(skin.left_out.len(), "recording is", "recordings are")) " left out of this table, because they cannot be read, the fit of all \
+                (count_text(skin.left_out.len(), "recording is", "recordings are"))
+                " left out of this table, because they cannot be read, the fit of all \
                  instances together cannot be used, the model does not hold, or no participant is stated."
             }
         }

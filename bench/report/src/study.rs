@@ -6,7 +6,7 @@ use jiff::Timestamp;
 use maud::{Markup, html};
 
 use crate::content::{Content, RecordingEntry};
-use crate::number::{MICRO, counted, date};
+use crate::number::{MICRO, count_text, date};
 use crate::results::{Results, Statistic};
 
 pub(crate) fn summary(
@@ -18,22 +18,22 @@ pub(crate) fn summary(
         .iter()
         .map(|recording| recording.result.instances.len())
         .sum();
-    let rejected: usize = recordings
+    let n_rejected: usize = recordings
         .iter()
         .map(|recording| recording.result.rejected.len())
         .sum();
-    let excluded: usize = results
+    let n_excluded: usize = results
         .excluded
         .iter()
         .map(|exclusion| exclusion.recordings.len())
         .sum();
-    let overridden = results.exclusions_overridden.iter();
-    let overridden: usize = overridden.map(|exclusion| exclusion.recordings.len()).sum();
-    let missed = results
+    let exclusions = results.exclusions_overridden.iter();
+    let n_overridden: usize = exclusions.map(|exclusion| exclusion.recordings.len()).sum();
+    let attempts = results
         .attempts
         .iter()
         .flat_map(|attempts| &attempts.left_out);
-    let missed = missed.filter(|attempt| attempt.is_missed()).count();
+    let n_missed = attempts.filter(|attempt| attempt.is_missed()).count();
     let warnings: usize = recordings
         .iter()
         .map(|recording| recording.result.warnings.len())
@@ -46,9 +46,9 @@ pub(crate) fn summary(
         .iter()
         .filter_map(|recording| recording.result.trial.as_ref())
         .collect();
-    let judged: Vec<bool> = trials.iter().filter_map(|trial| trial.misfit()).collect();
-    let misfits = judged.iter().filter(|misfit| **misfit).count();
-    let unreadable = recordings
+    let misfit_verdicts: Vec<bool> = trials.iter().filter_map(|trial| trial.misfit()).collect();
+    let misfits = misfit_verdicts.iter().filter(|misfit| **misfit).count();
+    let n_unreadable = recordings
         .iter()
         .filter(|recording| recording.manifest.is_none())
         .count();
@@ -63,7 +63,7 @@ pub(crate) fn summary(
         format!(
             "{} µm ({})",
             MICRO.with_std(statistic.value, statistic.std),
-            counted(statistic.n as usize, "instance", "instances")
+            count_text(statistic.n as usize, "instance", "instances")
         )
     };
     let sigma_t_by = |statistic: Option<&crate::results::MethodStatistic>, name: &str| {
@@ -82,31 +82,35 @@ pub(crate) fn summary(
     let phrases: Vec<String> = phrases.into_iter().flatten().flatten().collect();
     html! {
         p.lead {
-            (counted(recordings.len() - unreadable, "recording", "recordings"))
-            @if !people.is_empty() { " of " (counted(people.len(), "participant", "participants")) }
-            @if sessions > 0 { " in " (counted(sessions, "session", "sessions")) }
+            (count_text(recordings.len() - n_unreadable, "recording", "recordings"))
+            @if !people.is_empty() { " of " (count_text(people.len(), "participant", "participants")) }
+            @if sessions > 0 { " in " (count_text(sessions, "session", "sessions")) }
             " were analysed and gave "
-            (counted(instances, "estimated instance", "estimated instances")) "; "
-            (counted(rejected, "stretch was", "stretches were")) " rejected. "
-            @if unreadable > 0 {
-                (counted(unreadable, "more", "more")) " could not be read. "
+            (count_text(instances, "estimated instance", "estimated instances")) "; "
+            (count_text(n_rejected, "stretch was", "stretches were")) " rejected. "
+            @if n_unreadable > 0 {
+                (count_text(n_unreadable, "more", "more")) " could not be read. "
             }
-            @if excluded > 0 {
-                (counted(excluded, "more recording is", "more recordings are")) " excluded by decision. "
-            } @else if overridden > 0 {
-                b { (counted(overridden, "of the recordings is", "of the recordings are")) " excluded by decision, and analysed all the same" }
+            @if n_excluded > 0 {
+                (count_text(n_excluded, "more recording is", "more recordings are")) " excluded by decision. "
+            } @else if n_overridden > 0 {
+                b {
+                    (count_text(n_overridden, "of the recordings is", "of the recordings are"))
+                    " excluded by decision, and analysed all the same"
+                }
                 " (" a href="#left-out" { "decisions overridden" } "). "
             } @else { "No recording is excluded by decision. " }
             @if let Some(attempts) = &results.attempts {
-                "By the logs " (counted(attempts.accepted, "trial was", "trials were")) " accepted"
-                @if missed > 0 { ", " b { (missed) " of which could not be analysed" } }
+                "By the logs " (count_text(attempts.accepted, "trial was", "trials were")) " accepted"
+                @if n_missed > 0 { ", " b { (n_missed) " of which could not be analysed" } }
                 " (" a href="#left-out" { "what is left out" } "). "
             }
             @if warnings > 0 {
-                "The analysis gave " a href="#flags" { (counted(warnings, "warning", "warnings")) } ". "
+                "The analysis gave " a href="#flags" { (count_text(warnings, "warning", "warnings")) } ". "
             } @else { "The analysis gave no warning. " }
-            @if !judged.is_empty() {
-                "The model was held not to fit in " (misfits) " of the " (counted(judged.len(), "recording", "recordings"))
+            @if !misfit_verdicts.is_empty() {
+                "The model was held not to fit in " (misfits) " of the "
+                (count_text(misfit_verdicts.len(), "recording", "recordings"))
                 " where that was judged"
                 @if misfits > 0 { ", whose values by trial are in all statistics here" }
                 ". "
@@ -260,7 +264,7 @@ pub(crate) fn study(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) ->
                             @if index > 0 { br; }
                             (value)
                             @if values.len() > 1 && *n > 0 {
-                                " (" (counted(*n, "recording", "recordings")) ")"
+                                " (" (count_text(*n, "recording", "recordings")) ")"
                             }
                         }
                     }

@@ -7,7 +7,7 @@ use recording::study::event_log::ExitStatus;
 use sessions::{Attempt, Session, SessionEnd};
 
 use crate::content::{Content, RecordingEntry};
-use crate::number::{NumberFormat, counted};
+use crate::number::{NumberFormat, count_text};
 
 const SECONDS: NumberFormat = NumberFormat {
     factor: 1.0,
@@ -15,7 +15,7 @@ const SECONDS: NumberFormat = NumberFormat {
 };
 
 pub(crate) fn trials(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
-    let unlogged: Vec<&RecordingEntry<'_>> = recordings
+    let unlogged_recordings: Vec<&RecordingEntry<'_>> = recordings
         .iter()
         .filter(|recording| recording.attempt.is_none())
         .collect();
@@ -28,10 +28,10 @@ pub(crate) fn trials(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) -
                 }
             }
         }
-        @if !unlogged.is_empty() {
+        @if !unlogged_recordings.is_empty() {
             h3 { "Recordings without a session's log" }
             p { "Nothing states whether these trials were accepted." }
-            ul { @for recording in unlogged { li { a href={ "#" (recording.anchor()) } { (recording.name()) } } } }
+            ul { @for recording in unlogged_recordings { li { a href={ "#" (recording.anchor()) } { (recording.name()) } } } }
         }
     }
 }
@@ -70,7 +70,7 @@ fn session_section(folder: &Path, session: &Session, recordings: &[RecordingEntr
         h3 { (title) }
         p.note {
             @if let Some(details) = &details { (details) "; " }
-            @if session.resumed > 0 { "resumed " (counted(session.resumed, "time", "times")) "; " }
+            @if session.resumed > 0 { "resumed " (count_text(session.resumed, "time", "times")) "; " }
             (session_end(&session.end)) "."
         }
         div.wide { table {
@@ -88,7 +88,7 @@ fn session_section(folder: &Path, session: &Session, recordings: &[RecordingEntr
                     td { (reasons.join("; ")) }
                     td { @match recording_of(attempt) {
                         Some(recording) => a href={ "#" (recording.anchor()) } {
-                            (counted(recording.result.instances.len(), "instance", "instances"))
+                            (count_text(recording.result.instances.len(), "instance", "instances"))
                         },
                         None => (if attempt.is_practice() { "no: practice" } else { "no" }),
                     } }

@@ -27,7 +27,7 @@ impl Sessions {
             let Some(folder) = folder_of(recording) else {
                 continue;
             };
-            if sessions.list.iter().any(|(known, _)| *known == folder) {
+            if sessions.list.iter().any(|(path, _)| *path == folder) {
                 continue;
             }
             let session = read(&folder);
@@ -41,7 +41,7 @@ impl Sessions {
     pub fn around(&self, recording: &Path) -> Option<(&Path, &Session)> {
         let folder = folder_of(recording)?;
         let mut list = self.list.iter();
-        let (folder, session) = list.find(|(known, _)| *known == folder)?;
+        let (folder, session) = list.find(|(path, _)| *path == folder)?;
         Some((folder, session.as_ref().ok()?))
     }
 

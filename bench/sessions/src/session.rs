@@ -231,10 +231,10 @@ impl Reading {
             return;
         };
         let sums = event.data.get("sha256").cloned();
-        let interrupted = event.data.get("interrupted").and_then(Value::as_bool);
+        let is_interrupted = event.data.get("interrupted").and_then(Value::as_bool);
         let attempt = self.attempt(label, "");
         attempt.saved = true;
-        attempt.interrupted = interrupted.unwrap_or(false);
+        attempt.interrupted = is_interrupted.unwrap_or(false);
         attempt.sums = sums.and_then(|sums| serde_json::from_value(sums).ok());
     }
 

@@ -201,26 +201,26 @@ impl Skin {
                 });
             }
         }
-        let pooled = pool(&people, &analysed.settings.trial().priors);
+        let pooled_parameters = pool(&people, &analysed.settings.trial().priors);
         let participants = people.iter().enumerate().map(|(person, (name, fits))| {
             let trials = fits.recordings.iter().enumerate();
             let trials = trials.map(|(trial, (findings, fit))| Trial {
                 path: findings.path.clone(),
                 parameters: Parameters::from_fn(|index| TrialParameter {
                     raw: range(FIT_PARAMETERS[index](fit)),
-                    shrunken: pooled[index].member(person, trial),
+                    shrunken: pooled_parameters[index].member(person, trial),
                 }),
             });
             Person {
                 participant: (*name).to_owned(),
-                parameters: Parameters::from_fn(|index| pooled[index].person(person)),
+                parameters: Parameters::from_fn(|index| pooled_parameters[index].person(person)),
                 trials: trials.collect(),
                 n_left_out: fits.n_left_out,
             }
         });
         Self {
             pooling: POOLING,
-            study: Parameters::from_fn(|index| pooled[index].study()),
+            study: Parameters::from_fn(|index| pooled_parameters[index].study()),
             participants: participants.collect(),
             left_out,
         }
@@ -259,14 +259,14 @@ fn range(estimate: LogUncertain) -> Ranged {
 }
 
 /// Pooled parameter.
-struct Pooled {
+struct PooledParameter {
     hierarchy: Hierarchy,
     /// Index of each participant's trials among those that constrain the parameter.
     places: Vec<Vec<Option<usize>>>,
 }
 
 /// Returns the pooled parameters, in order.
-fn pool(people: &BTreeMap<&str, Fits<'_>>, priors: &TrialPriors) -> [Pooled; 4] {
+fn pool(people: &BTreeMap<&str, Fits<'_>>, priors: &TrialPriors) -> [PooledParameter; 4] {
     [
         (FIT_PARAMETERS[0], priors.contact_area_m2),
         (FIT_PARAMETERS[1], priors.q0_rad_per_m),
@@ -286,7 +286,7 @@ fn pool(people: &BTreeMap<&str, Fits<'_>>, priors: &TrialPriors) -> [Pooled; 4] 
             groups.push(group);
             places.push(place);
         }
-        Pooled {
+        PooledParameter {
             hierarchy: hierarchy(&groups),
             places,
         }
@@ -299,7 +299,7 @@ fn data_estimate(posterior: LogUncertain, prior: LogNormal) -> Option<Estimate> 
     Estimate::new(posterior.value.ln(), posterior.ln_std)?.without_prior(prior)
 }
 
-impl Pooled {
+impl PooledParameter {
     fn group(&self, person: usize) -> Option<&Group> {
         self.hierarchy.groups[person].as_ref()
     }

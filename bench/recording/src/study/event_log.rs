@@ -383,11 +383,11 @@ pub fn read(path: &Path) -> Result<LogContent, EventLogError> {
 
 fn parse(bytes: &[u8], path: &Path) -> Result<LogContent, EventLogError> {
     let mut content = LogContent::default();
-    let mut unreadable: Option<(usize, String)> = None;
+    let mut unreadable_line: Option<(usize, String)> = None;
     let lines = bytes.split(|byte| *byte == b'\n').enumerate();
     for (index, line) in lines.filter(|(_, line)| !line.is_empty()) {
         let document = serde_json::from_slice::<Document>(line);
-        if let Some((line, reason)) = unreadable.take() {
+        if let Some((line, reason)) = unreadable_line.take() {
             if !matches!(document, Ok(Document::Start(_))) {
                 return Err(EventLogError::Line {
                     path: path.to_owned(),
@@ -399,10 +399,12 @@ fn parse(bytes: &[u8], path: &Path) -> Result<LogContent, EventLogError> {
         }
         match document {
             Ok(document) => content.documents.push(document),
-            Err(error) => unreadable = Some((index + 1, error.to_string())),
+            Err(error) => unreadable_line = Some((index + 1, error.to_string())),
         }
     }
-    content.torn_lines.extend(unreadable.map(|(line, _)| line));
+    content
+        .torn_lines
+        .extend(unreadable_line.map(|(line, _)| line));
     Ok(content)
 }
 

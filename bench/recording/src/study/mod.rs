@@ -200,10 +200,10 @@ impl Study {
         let path = self.folder.join(PARTICIPANTS_FILE);
         let table = participants::Table::read(&*self.storage, &path)?;
         match table.case_variant(participant) {
-            Some(known) => Err(StudyError::OtherCase {
+            Some(id) => Err(StudyError::OtherCase {
                 path: self.folder.clone(),
                 participant: participant.to_string(),
-                known: known.to_owned(),
+                known: id.to_owned(),
             }),
             None => Ok(()),
         }

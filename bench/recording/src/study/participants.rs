@@ -53,8 +53,8 @@ impl Table {
     /// Returns the participant with an identifier that differs from this one only in case.
     pub(super) fn case_variant(&self, participant: &ParticipantId) -> Option<&str> {
         let name = participant.as_str();
-        let mut known = self.rows.iter().map(|row| row[0].as_str());
-        known.find(|known| *known != name && known.eq_ignore_ascii_case(name))
+        let mut ids = self.rows.iter().map(|row| row[0].as_str());
+        ids.find(|id| *id != name && id.eq_ignore_ascii_case(name))
     }
 
     fn row(&self, participant: &ParticipantId) -> Option<usize> {

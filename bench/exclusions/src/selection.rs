@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_leaves_out_what_it_names_and_nothing_else() {
+    fn a_line_excludes_its_recordings_only() {
         assert!(left_out("").is_empty());
         assert_eq!(left_out("sub-07\tall\tall\tx\ty\n"), [0, 1, 2, 3]);
         assert_eq!(left_out("sub-07\t2\tall\tx\ty\n"), [2, 3]);
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn recordings_outside_of_any_study_are_kept() {
+    fn recordings_outside_a_study_are_kept() {
         let folder = tempfile::tempdir().unwrap();
         let deep_folder = folder.path().join("a/b/c/d/e");
         fs::create_dir_all(&deep_folder).unwrap();
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_of_another_laboratory_is_known_by_its_description() {
+    fn a_recording_of_another_laboratory_is_identified_by_its_description() {
         let (study, _) = study("sub-07\tall\t5\tx\ty\n");
         fs::create_dir_all(study.path().join("sub-07/ses-01/trial-005_attempt-1")).unwrap();
         let folder = study.path().join("monday-third");

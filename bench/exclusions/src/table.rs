@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_by_hand_needs_four_columns_in_any_order() {
+    fn a_handwritten_table_needs_four_columns_in_any_order() {
         let text = "\u{feff}trial\tby\tparticipant_id\treason\r\nall\tN. H.\tsub-07\tbroken\r\n\r\npractice-2\tN. H.\tsub-08\tx\r\n";
         let exclusions = parse_text(text).unwrap();
         assert_eq!(exclusions.list[0].trial, Part::All);
@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_by_line_and_column() {
+    fn faults_are_named_by_line_and_column() {
         let header = "participant_id\tsession\ttrial\treason\tby\tdate\n";
         let error_in = |line: &str| parse_text(&format!("{header}{line}\n")).unwrap_err();
         for (line, column) in [
@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_the_study_has_is_excluded_and_only_once() {
+    fn an_exclusion_exists_in_the_study_and_is_added_once() {
         let study = tempfile::tempdir().unwrap();
         let session = study.path().join("sub-07/ses-01");
         std::fs::create_dir_all(session.join("trial-003_attempt-2")).unwrap();

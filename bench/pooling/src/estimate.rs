@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn a_prior_is_taken_off_again() {
+    fn a_prior_is_removed() {
         // Data 2 ± 0.5 under a prior 0 ± 1: precision 4 + 1, value 8/5.
         let posterior = Estimate::new(1.6, 0.2_f64.sqrt()).unwrap();
         let prior = Estimate::new(0.0, 1.0).unwrap();

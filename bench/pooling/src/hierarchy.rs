@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn intervals_hold_the_truth_of_drawn_populations() {
+    fn intervals_cover_the_truth_of_simulated_populations() {
         for (people, trials, between_people, between_trials, shared) in [
             (3, 4, 0.2, 0.1, 0.0),
             (6, 4, 0.2, 0.1, 0.0),
@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn one_trial_alone_keeps_its_own_error_and_nothing_is_known_between() {
+    fn a_single_trial_keeps_its_error_and_gives_no_scatter() {
         let pooled = hierarchy(&[estimates(&[5.0], 0.1)]);
         assert_eq!(pooled.between_members_std, None);
         let group = pooled.groups[0].as_ref().unwrap();
@@ -389,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn trials_that_agree_entirely_share_their_errors_and_the_mean_is_known_no_better_than_one() {
+    fn identical_trials_share_their_errors() {
         let pooled = hierarchy(&[estimates(&[5.0; 4], 0.1), estimates(&[5.0; 4], 0.1)]);
         assert_eq!(pooled.between_members_std, Some(0.0));
         assert!(pooled.shared_error > 0.999_99);
@@ -409,7 +409,7 @@ mod tests {
     }
 
     #[test]
-    fn a_participant_without_a_trial_is_none_and_changes_nobody_else() {
+    fn a_participant_without_a_trial_does_not_affect_the_others() {
         let reference_groups = [estimates(&[5.0, 5.2], 0.1), estimates(&[5.5, 5.6], 0.1)];
         let groups = [
             estimates(&[], 0.1),

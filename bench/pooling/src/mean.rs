@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn estimates_that_agree_are_weighted_by_their_errors_and_those_that_do_not_alike() {
+    fn concordant_estimates_are_weighted_by_their_errors_and_discordant_ones_equally() {
         assert_eq!(mean(&[]), None);
         assert_eq!(mean(&estimates(&[(3.0, 0.1)])), Estimate::new(3.0, 0.1));
         let concordant = mean(&estimates(&[(1.0, 0.05), (1.05, 0.1)])).unwrap();
@@ -131,7 +131,7 @@ mod tests {
     /// Log relative risks of 13 trials of a vaccine against tuberculosis, with their variances, and the results of
     /// metafor for R with `method = "DL"` (Viechtbauer 2010).
     #[test]
-    fn the_mean_and_what_is_between_are_those_of_a_published_example() {
+    fn mean_and_between_variance_match_a_published_example() {
         let trials = [
             (-0.8893, 0.3256),
             (-1.5854, 0.1946),

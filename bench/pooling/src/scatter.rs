@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_group_that_scatters_without_measure_has_its_own_scatter_and_leaves_the_others_theirs() {
+    fn an_outlying_group_has_a_separate_scatter() {
         let typical = || estimates(&[0.0, 0.01, -0.01, 0.0], 0.1);
         let outlier = estimates(&[5.0, -5.0, 4.0, -4.0], 0.1);
         let groups = [typical(), typical(), typical(), typical(), outlier.clone()];
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_known_without_a_group_of_two() {
+    fn scatter_needs_a_group_of_two() {
         let scatter = Scatter::common(&[estimates(&[1.0], 0.1), estimates(&[], 0.1)]);
         assert_eq!(
             (scatter.between, scatter.shared, scatter.freedom),

@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn replacing_leaves_one_whole_file() {
+    fn replacing_leaves_one_complete_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.toml");
         for text in ["first", "second"] {
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn a_replacement_that_fails_leaves_the_old_file_and_can_be_tried_again() {
+    fn a_failed_replacement_leaves_the_old_file_and_can_be_repeated() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.toml");
         replace_file(&path, b"old").unwrap();
@@ -396,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn records_are_cut_where_nothing_is_torn() {
+    fn records_are_cut_between_records() {
         assert_eq!(Records::Bytes(8).complete_bytes(&[0; 23]), 16);
         assert_eq!(Records::Lines.complete_bytes(b"1,2\n3,"), 4);
         assert_eq!(Records::Lines.complete_bytes(b"1,2"), 0);

@@ -493,7 +493,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
     }
 
     #[test]
-    fn a_file_gives_the_frames_that_the_card_gave() {
+    fn a_file_gives_the_same_frames_as_the_card() {
         let (n_before, n_lost, n_after) = (40_001, 3_000, 40_000);
         let signal = signal(n_before + n_lost + n_after);
         let (mut card, mut card_frames) = (pipeline(), Vec::new());
@@ -525,7 +525,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
 
     /// Frames keep their time on the stream's clock, and equal those of a stream that begins at the change of carrier.
     #[test]
-    fn another_carrier_goes_on_on_the_same_clock() {
+    fn another_carrier_continues_on_the_same_clock() {
         let tuned_pipeline = |carrier_hz: &str| {
             let manifest = MANIFEST.replace("carrier_hz = 35000.0", carrier_hz);
             let manifest = Manifest::parse(&manifest, "recording.toml").unwrap();

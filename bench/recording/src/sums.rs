@@ -142,7 +142,7 @@ mod tests {
     const EMPTY: &str = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
 
     #[test]
-    fn sums_are_those_of_the_standard_however_little_is_read_at_a_time() {
+    fn sums_match_the_standard_for_any_read_size() {
         let folder = tempfile::tempdir().unwrap();
         for name in FILES {
             fs::write(folder.path().join(name), "abc").unwrap();
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_gone_has_no_sum() {
+    fn a_missing_file_has_no_sum() {
         let folder = tempfile::tempdir().unwrap();
         let mut summing = Summing::new(Arc::new(FileSystem), folder.path());
         assert_eq!(summing.advance(1).unwrap_err().action, "read back");

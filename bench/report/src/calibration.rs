@@ -288,7 +288,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn constants_keep_seven_digits_and_no_idle_zeros() {
+    fn constants_have_seven_digits_without_trailing_zeros() {
         assert_eq!(constant_text(35_000.0), "35000");
         assert_eq!(constant_text(34_998.126_49), "34998.13");
         assert_eq!(constant_text(5e-6), "5e−6");

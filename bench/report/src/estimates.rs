@@ -269,7 +269,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_instance_that_no_method_could_fit_has_its_row() {
+    fn an_instance_without_an_estimate_has_a_row() {
         let estimate = r#"{ "sigma_t_m": 1.9e-6 }"#;
         let instance = |start_s: f64, method: &str| {
             format!(

@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_keep_their_unit_their_sign_and_what_is_not_known() {
+    fn numbers_have_unit_and_sign_and_a_dash_if_unknown() {
         assert_eq!(MICRO.value(Some(1.7004e-6)), "1.700");
         assert_eq!(PLAIN.value(Some(-0.0951)), "−0.095");
         assert_eq!(PLAIN.value(Some(-1e-9)), "0.000");

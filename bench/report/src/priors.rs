@@ -124,7 +124,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn priors_are_shown_in_units_and_what_is_not_known_is_left() {
+    fn priors_are_shown_in_units_and_unknown_ones_are_returned() {
         let priors = json!({
             "contact_area_m2": { "median": 164.3e-6, "ln_std": 0.514 },
             "area_force_exponent": { "mean": 0.3, "std": 0.3 },

@@ -339,7 +339,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nobody_took_part_in_the_simulated_sessions_and_in_no_others() {
+    fn the_simulation_note_counts_the_simulated_sessions() {
         assert_eq!(simulation_note(0, 3), None);
         let words = |simulated_sessions| simulation_note(simulated_sessions, 3).unwrap();
         assert!(words(3).starts_with("Recorded on a simulated bench: nobody"));

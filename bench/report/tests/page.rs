@@ -138,7 +138,7 @@ fn page_of(participant: &str, results: &str, figures: &[Figure]) -> Result<Strin
 }
 
 #[test]
-fn hostile_texts_are_shown_and_obeyed_nowhere_and_nothing_is_fetched() {
+fn hostile_texts_are_escaped_and_no_resource_is_fetched() {
     let page = page(HOSTILE, &[figure()], "").unwrap();
     let escaped = "&lt;script&gt;alert(";
     // Participant, condition, warning, rejection, exclusion's reason and author, setting, and six places of the figure.
@@ -198,7 +198,7 @@ fn the_page_of_a_small_study() {
 }
 
 #[test]
-fn the_misfit_of_the_model_is_said_where_the_results_hold_it() {
+fn the_misfit_of_the_model_is_reported() {
     let untested = page("sub-01", &[], "").unwrap();
     assert!(untested.contains("The results do not say"));
     let fits = page("sub-01", &[], r#", "model_misfit": false"#).unwrap();
@@ -215,7 +215,7 @@ fn the_misfit_of_the_model_is_said_where_the_results_hold_it() {
 
 /// Most studies have a recording that the model does not fit, which has no interval.
 #[test]
-fn a_recording_without_intervals_is_shown_without_errors_and_with_the_signs() {
+fn a_recording_without_intervals_is_shown_with_the_signs_of_misfit() {
     let extra = format!(
         r#", "model_misfit": true, "misfit": ["friction is off by 0.05", {}]"#,
         serde_json::to_string(HOSTILE).unwrap()
@@ -244,7 +244,7 @@ fn a_recording_without_intervals_is_shown_without_errors_and_with_the_signs() {
 }
 
 #[test]
-fn results_without_the_skin_of_the_study_are_shown_as_such() {
+fn results_without_skin_are_shown_with_a_note() {
     let mut old_results: serde_json::Value = serde_json::from_str(&results("sub-01", "")).unwrap();
     old_results.as_object_mut().unwrap().remove("skin").unwrap();
     let page = page_of("sub-01", &old_results.to_string(), &[]).unwrap();
@@ -252,7 +252,7 @@ fn results_without_the_skin_of_the_study_are_shown_as_such() {
 }
 
 #[test]
-fn results_that_are_none_or_of_other_recordings_are_refused() {
+fn invalid_results_and_results_of_other_recordings_are_refused() {
     let sessions = Sessions::default();
     let content = |results| Content {
         name: "x",
@@ -309,7 +309,7 @@ fn calibration() -> String {
 }
 
 #[test]
-fn a_session_gives_verdicts_with_reasons_and_the_age_and_values_of_its_calibration_and_no_names() {
+fn a_session_shows_verdicts_and_its_calibration_without_names() {
     let study = tempfile::tempdir().unwrap();
     let session = study.path().join("ses-01");
     let folder = session.join("trial-001_attempt-2");
@@ -386,7 +386,7 @@ fn a_session_gives_verdicts_with_reasons_and_the_age_and_values_of_its_calibrati
 
 /// The page said "No recording is excluded by decision" although decisions were overridden.
 #[test]
-fn overridden_decisions_and_missed_trials_are_said() {
+fn overridden_decisions_and_missed_trials_are_reported() {
     let results = results("sub-01", "").replacen(
         "\"excluded\":",
         r#""attempts": { "accepted": 3, "analysed": 1, "not_accepted": 0, "excluded": 0, "unread_logs": [], "left_out": [

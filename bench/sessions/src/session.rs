@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn attempts_have_their_time_since_the_first_and_their_verdict_with_its_reasons() {
+    fn attempts_have_times_and_verdicts_with_reasons() {
         let (practice, first, second) = (key(1, 1), key(2, 1), key(2, 2));
         let reason =
             r#"{"outcome":"redo","reasons":[{"reason":"lost_samples","frames":3,"limit":0}]}"#;
@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wall_clock_that_was_set_back_turns_no_time_back() {
+    fn a_wall_clock_set_back_does_not_decrease_times() {
         let lines = [
             start("2026-01-01T09:00:00Z"),
             begin_line(5.0, &key(2, 1)),
@@ -384,7 +384,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_without_a_start_or_with_nothing_tells_nothing() {
+    fn a_log_without_a_start_gives_no_start() {
         assert_eq!(session(&[]), Session::default());
         let session = session(&[begin_line(5.0, &key(2, 1))]);
         assert_eq!((session.start, session.attempts.len()), (None, 1));

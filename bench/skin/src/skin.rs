@@ -342,7 +342,7 @@ mod tests {
     use approx::assert_relative_eq;
 
     #[test]
-    fn a_trial_that_tells_no_more_than_the_prior_is_not_pooled() {
+    fn a_trial_without_information_is_not_pooled() {
         let prior = TrialPriors::default().contact_area_m2;
         let posterior = |ln_std| LogUncertain {
             value: 220e-6,

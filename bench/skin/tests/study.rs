@@ -135,7 +135,7 @@ fn full_study() -> Analysed {
 }
 
 #[test]
-fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_counted() {
+fn participants_and_the_study_have_means_and_unusable_fits_are_counted() {
     let skin = Skin::of(&full_study());
     let n_left_out: Vec<_> = skin
         .participants
@@ -243,7 +243,7 @@ fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_
 }
 
 #[test]
-fn one_trial_alone_has_its_own_interval_and_what_is_not_known_is_null() {
+fn a_single_trial_has_an_interval_and_unknown_values_are_null() {
     let skin = Skin::of(&study(vec![(Some("a"), Some(fit(200e-6, 0.05)))]));
     let area = skin.participants[0].parameters.contact_area_m2.unwrap();
     assert!((area.mean.value / 200e-6 - 1.0).abs() < 0.01);
@@ -265,7 +265,7 @@ fn one_trial_alone_has_its_own_interval_and_what_is_not_known_is_null() {
 
 /// A parameter that a trial leaves to the prior is not pooled.
 #[test]
-fn a_parameter_that_a_trial_leaves_open_is_not_pooled_and_the_others_are() {
+fn an_open_parameter_of_a_trial_is_not_pooled() {
     let skin = Skin::of(&study(vec![
         (Some("a"), Some(fit(200e-6, 0.6))),
         (Some("a"), Some(fit(220e-6, 0.05))),

@@ -319,7 +319,7 @@ mod tests {
     const FIRST: &str = "trial-001_attempt-1";
 
     #[test]
-    fn a_trial_that_began_was_saved_and_settled_is_in_order() {
+    fn a_complete_trial_is_in_order() {
         let stop = r#"{"document":"stop","time":"","exit_status":"success","num_events":3}"#;
         let history = history(&[
             &begin_line(1, 1),
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trial_that_the_programs_end_broke_off_is_saved_and_interrupted() {
+    fn a_trial_interrupted_by_the_programs_end_is_saved() {
         let save_line =
             save_line(2, FIRST).replace(r#""sha256""#, r#""interrupted":true,"sha256""#);
         let stop = r#"{"document":"stop","time":"","exit_status":"abort","num_events":2}"#;

@@ -47,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn an_edit_is_named_by_its_keys_and_a_comment_is_none() {
+    fn an_edit_is_named_by_its_keys_and_a_comment_is_ignored() {
         let edits_with =
             |changes: &[(&str, &str)]| protocol_edits(&demo(&[]), &demo(changes)).unwrap();
         assert!(edits_with(&[("name = ", "# A remark.\nname = ")]).is_empty());

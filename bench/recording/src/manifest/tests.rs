@@ -97,7 +97,7 @@ fn a_recording_made_elsewhere_needs_the_fixed_tables_only() {
 }
 
 #[test]
-fn what_is_written_reads_back_and_always_has_the_same_bytes() {
+fn a_written_manifest_reads_back_with_the_same_bytes() {
     let mut manifest = full_manifest();
     // 0.1 + 0.2 and 1e-300 need every digit of a double.
     manifest.plate.centre_m = 0.1 + 0.2;
@@ -205,7 +205,7 @@ fn every_rule_refuses_with_line_value_and_range() {
 }
 
 #[test]
-fn direction_belongs_to_explorations_and_to_them_alone() {
+fn only_explorations_have_a_direction() {
     let missing_direction = EXAMPLE.replace("direction = \"left_to_right\"\n", "");
     assert!(
         parse(&missing_direction)
@@ -294,7 +294,7 @@ fn a_profile_is_optional_and_reads_back_as_it_was_written() {
 }
 
 #[test]
-fn a_profile_that_is_none_is_refused_with_its_line() {
+fn an_invalid_profile_is_refused_with_its_line() {
     let positions = "positions_m = [0.005, 0.0525, 0.1]";
     let ratios = "ratios = [0.92, 1.0, 0.92]";
     let long_list = format!("ratios = [{}]", "1.0, ".repeat(MAX_ENTRIES + 1));

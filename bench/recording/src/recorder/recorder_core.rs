@@ -266,7 +266,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
 "#;
 
     #[test]
-    fn a_flag_whose_first_sample_moves_earlier_is_replaced_and_another_at_its_sample_is_not() {
+    fn a_flag_with_an_earlier_sample_replaces_its_event_only() {
         let study = tempfile::tempdir().unwrap();
         let folder = study.path().join("trial-001_attempt-1");
         let mut core = RecorderCore::new();

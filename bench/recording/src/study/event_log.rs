@@ -413,7 +413,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_log_as_long_as_it_can_be_written_is_read_with_its_stop() {
+    fn a_log_of_maximum_length_is_read_with_its_stop() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("events.jsonl");
         let mut log = EventLog::create(path.clone()).unwrap();

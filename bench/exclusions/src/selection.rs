@@ -45,7 +45,7 @@ impl Selection {
             .sum()
     }
 
-    /// Overrides the exclusions; `all` are the recordings in their order.
+    /// Overrides the exclusions; `recordings` are the recordings in their order.
     #[must_use]
     pub fn overridden(self, recordings: Vec<PathBuf>) -> Self {
         Self {

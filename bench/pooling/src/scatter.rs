@@ -119,7 +119,7 @@ fn spread(group: &[Estimate]) -> f64 {
     variances.fold(distance * distance, f64::max)
 }
 
-/// Returns the point at which `below` turns from true to false.
+/// Returns the point at which `is_below` turns from true to false.
 pub(crate) fn bisect(mut low: f64, mut high: f64, is_below: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..100 {
         let middle = 0.5 * (low + high);

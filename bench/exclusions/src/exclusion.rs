@@ -46,15 +46,15 @@ impl Exclusion {
     /// Returns whether the exclusion covers this trial.
     #[must_use]
     pub fn covers(&self, participant: &str, session: Option<u32>, trial: Option<Trial>) -> bool {
-        let session_is = match self.session {
+        let session_matches = match self.session {
             Part::All => true,
             Part::One(number) => session == Some(number),
         };
-        let trial_is = match self.trial {
+        let trial_matches = match self.trial {
             Part::All => true,
-            Part::One(named) => trial == Some(named),
+            Part::One(number) => trial == Some(number),
         };
-        self.participant.as_str() == participant && session_is && trial_is
+        self.participant.as_str() == participant && session_matches && trial_matches
     }
 }
 
@@ -85,7 +85,7 @@ impl<T: Copy + fmt::Display> fmt::Display for Part<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::All => f.write_str(ALL),
-            Self::One(one) => one.fmt(f),
+            Self::One(value) => value.fmt(f),
         }
     }
 }

@@ -132,11 +132,11 @@ impl Unknown {
                 participant,
                 nearest,
             } => {
-                let meant = nearest.as_ref().map_or_else(
+                let remedy = nearest.as_ref().map_or_else(
                     || "take the line out, or check the spelling".to_owned(),
                     |name| format!("did you mean `{name}`?"),
                 );
-                format!("the study has no participant {participant}; {meant}")
+                format!("the study has no participant {participant}; {remedy}")
             }
             Self::Session {
                 participant,
@@ -144,7 +144,7 @@ impl Unknown {
                 known,
             } => format!(
                 "{participant} has no session {session}; there are {}",
-                listed(known)
+                list_text(known)
             ),
             Self::Trial {
                 participant,
@@ -152,21 +152,25 @@ impl Unknown {
                 known,
             } => format!(
                 "{participant} has no recording of trial {trial}; there are {}",
-                listed(known)
+                list_text(known)
             ),
         }
     }
 }
 
-fn listed<T: ToString>(known: &[T]) -> String {
-    const MOST: usize = 20;
-    if known.is_empty() {
+fn list_text<T: ToString>(values: &[T]) -> String {
+    const MAX_NAMES: usize = 20;
+    if values.is_empty() {
         return "none".to_owned();
     }
-    let names: Vec<_> = known.iter().take(MOST).map(ToString::to_string).collect();
-    let more = known.len().saturating_sub(MOST);
-    match more {
+    let names: Vec<_> = values
+        .iter()
+        .take(MAX_NAMES)
+        .map(ToString::to_string)
+        .collect();
+    let n_more = values.len().saturating_sub(MAX_NAMES);
+    match n_more {
         0 => names.join(", "),
-        _ => format!("{} and {more} more", names.join(", ")),
+        _ => format!("{} and {n_more} more", names.join(", ")),
     }
 }

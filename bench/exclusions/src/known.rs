@@ -15,19 +15,22 @@ const PARTICIPANT: &str = "sub-";
 const SESSION: &str = "ses-";
 
 /// Returns the part of `exclusion` that the study in `folder` does not have; `None` if it has all of it.
-pub(crate) fn unknown(folder: &Path, exclusion: &Exclusion) -> Result<Option<Unknown>, DiskError> {
+pub(crate) fn missing_part(
+    folder: &Path,
+    exclusion: &Exclusion,
+) -> Result<Option<Unknown>, DiskError> {
     let participant = exclusion.participant.as_str().to_owned();
-    let of_participant = folder.join(&participant);
-    if !of_participant.is_dir() {
-        let mut others = entries(folder)?;
-        others.retain(|name| name.starts_with(PARTICIPANT));
-        let nearest = strict::nearest(&participant, &others);
+    let participant_folder = folder.join(&participant);
+    if !participant_folder.is_dir() {
+        let mut participants = entries(folder)?;
+        participants.retain(|name| name.starts_with(PARTICIPANT));
+        let nearest = strict::nearest(&participant, &participants);
         return Ok(Some(Unknown::Participant {
             participant,
             nearest,
         }));
     }
-    let mut sessions: Vec<u32> = entries(&of_participant)?
+    let mut sessions: Vec<u32> = entries(&participant_folder)?
         .iter()
         .filter_map(|name| name.strip_prefix(SESSION)?.parse().ok())
         .collect();
@@ -45,16 +48,16 @@ pub(crate) fn unknown(folder: &Path, exclusion: &Exclusion) -> Result<Option<Unk
     let Part::One(trial) = exclusion.trial else {
         return Ok(None);
     };
-    let mut known = BTreeSet::new();
+    let mut trials = BTreeSet::new();
     for session in sessions {
-        let folder = of_participant.join(recording::study::session_name(session));
+        let folder = participant_folder.join(recording::study::session_name(session));
         let labels = entries(&folder)?;
         let labels = labels.iter().filter_map(|name| name.parse().ok());
-        known.extend(labels.map(|label: TrialLabel| Trial::from(label)));
+        trials.extend(labels.map(|label: TrialLabel| Trial::from(label)));
     }
-    Ok((!known.contains(&trial)).then(|| Unknown::Trial {
+    Ok((!trials.contains(&trial)).then(|| Unknown::Trial {
         participant,
         trial: trial.to_string(),
-        known: known.iter().map(ToString::to_string).collect(),
+        known: trials.iter().map(ToString::to_string).collect(),
     }))
 }

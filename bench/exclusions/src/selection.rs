@@ -39,14 +39,17 @@ impl Selection {
     /// Returns the number of excluded recordings.
     #[must_use]
     pub fn left_out(&self) -> usize {
-        self.excluded.iter().map(|out| out.recordings.len()).sum()
+        self.excluded
+            .iter()
+            .map(|excluded| excluded.recordings.len())
+            .sum()
     }
 
-    /// Overrides the exclusions; `all` are the recordings in their order.
+    /// Overrides the exclusions; `recordings` are the recordings in their order.
     #[must_use]
-    pub fn overridden(self, all: Vec<PathBuf>) -> Self {
+    pub fn overridden(self, recordings: Vec<PathBuf>) -> Self {
         Self {
-            kept: all,
+            kept: recordings,
             excluded: Vec::new(),
             overridden: self.excluded,
         }
@@ -71,18 +74,20 @@ pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
             studies.insert(study.clone(), exclusions);
         }
         let exclusions = &studies[&study];
-        let covering = if exclusions.list.is_empty() {
+        let covering_exclusion = if exclusions.list.is_empty() {
             None
         } else {
-            covering(exclusions, &folder)
+            covering_exclusion(exclusions, &folder)
         };
-        match covering {
+        match covering_exclusion {
             None => selection.kept.push(folder),
             Some(exclusion) => {
                 // The same `sub-01` in two studies is two people.
-                let same = |out: &&mut Excluded| out.study == study && out.exclusion == *exclusion;
-                match selection.excluded.iter_mut().find(same) {
-                    Some(out) => out.recordings.push(folder),
+                let is_same = |excluded: &&mut Excluded| {
+                    excluded.study == study && excluded.exclusion == *exclusion
+                };
+                match selection.excluded.iter_mut().find(is_same) {
+                    Some(excluded) => excluded.recordings.push(folder),
                     None => selection.excluded.push(Excluded {
                         study,
                         exclusion: exclusion.clone(),
@@ -99,35 +104,35 @@ pub fn select(folders: Vec<PathBuf>) -> Result<Selection, ExclusionsError> {
 /// or its exclusions; `None` if it is in no study.
 #[must_use]
 pub fn study_of(folder: &Path) -> Option<PathBuf> {
-    let folder = canonical(folder)?;
+    let folder = canonical_path(folder)?;
     let is_study = |folder: &&Path| {
         [DESCRIPTION_FILE, EXCLUSIONS_FILE]
             .iter()
             .any(|file| folder.join(file).exists())
     };
-    let mut above = folder.ancestors().take(DEPTH + 1);
-    above.find(is_study).map(Path::to_owned)
+    let mut ancestors = folder.ancestors().take(DEPTH + 1);
+    ancestors.find(is_study).map(Path::to_owned)
 }
 
 /// Returns the canonical path of a folder, even if a recording's folder does not exist.
-fn canonical(folder: &Path) -> Option<PathBuf> {
-    let beside = || {
+fn canonical_path(folder: &Path) -> Option<PathBuf> {
+    let missing_path = || {
         let parent = folder.parent()?.canonicalize().ok()?;
         Some(parent.join(folder.file_name()?))
     };
-    folder.canonicalize().ok().or_else(beside)
+    folder.canonicalize().ok().or_else(missing_path)
 }
 
 /// Returns the first exclusion of the recording in `folder`, which is identified by the names of its folders, or
 /// else by its description.
-fn covering<'a>(exclusions: &'a Exclusions, folder: &Path) -> Option<&'a Exclusion> {
-    let folder = canonical(folder)?;
+fn covering_exclusion<'a>(exclusions: &'a Exclusions, folder: &Path) -> Option<&'a Exclusion> {
+    let folder = canonical_path(folder)?;
     let names: Vec<String> = folder
         .ancestors()
         .filter_map(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))
         .take(DEPTH)
         .collect();
-    let by_names = || {
+    let names_identity = || {
         let [trial, session, participant] = names.as_slice() else {
             return None;
         };
@@ -135,7 +140,7 @@ fn covering<'a>(exclusions: &'a Exclusions, folder: &Path) -> Option<&'a Exclusi
         let session = session.strip_prefix("ses-")?.parse().ok()?;
         Some((participant.clone(), Some(session), Some(label.into())))
     };
-    let by_description = || {
+    let description_identity = || {
         let manifest = reader::read_manifest(&folder).ok()?;
         let participant = manifest.participant?;
         let trial = manifest.trial.map(|trial| Trial {
@@ -148,7 +153,7 @@ fn covering<'a>(exclusions: &'a Exclusions, folder: &Path) -> Option<&'a Exclusi
         });
         Some((participant.id, Some(participant.session), trial))
     };
-    let (participant, session, trial) = by_names().or_else(by_description)?;
+    let (participant, session, trial) = names_identity().or_else(description_identity)?;
     let covers = |exclusion: &&Exclusion| exclusion.covers(&participant, session, trial);
     exclusions.list.iter().find(covers)
 }
@@ -183,14 +188,16 @@ mod tests {
     fn left_out(table: &str) -> Vec<usize> {
         let (_study, folders) = study(table);
         let selection = select(folders.clone()).unwrap();
-        let out = |folder: &PathBuf| !selection.kept.contains(folder);
-        let left_out: Vec<_> = (0..folders.len()).filter(|i| out(&folders[*i])).collect();
+        let is_excluded = |folder: &PathBuf| !selection.kept.contains(folder);
+        let left_out: Vec<_> = (0..folders.len())
+            .filter(|i| is_excluded(&folders[*i]))
+            .collect();
         assert_eq!(selection.left_out(), left_out.len());
         left_out
     }
 
     #[test]
-    fn a_line_leaves_out_what_it_names_and_nothing_else() {
+    fn a_line_excludes_its_recordings_only() {
         assert!(left_out("").is_empty());
         assert_eq!(left_out("sub-07\tall\tall\tx\ty\n"), [0, 1, 2, 3]);
         assert_eq!(left_out("sub-07\t2\tall\tx\ty\n"), [2, 3]);
@@ -199,15 +206,18 @@ mod tests {
     }
 
     #[test]
-    fn recordings_outside_of_any_study_are_kept() {
-        let place = tempfile::tempdir().unwrap();
-        let deep = place.path().join("a/b/c/d/e");
-        fs::create_dir_all(&deep).unwrap();
-        assert_eq!(select(vec![deep.clone()]).unwrap().kept, [deep]);
+    fn recordings_outside_a_study_are_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let deep_folder = folder.path().join("a/b/c/d/e");
+        fs::create_dir_all(&deep_folder).unwrap();
+        assert_eq!(
+            select(vec![deep_folder.clone()]).unwrap().kept,
+            [deep_folder]
+        );
     }
 
     #[test]
-    fn a_recording_of_another_laboratory_is_known_by_its_description() {
+    fn a_recording_of_another_laboratory_is_identified_by_its_description() {
         let (study, _) = study("sub-07\tall\t5\tx\ty\n");
         fs::create_dir_all(study.path().join("sub-07/ses-01/trial-005_attempt-1")).unwrap();
         let folder = study.path().join("monday-third");

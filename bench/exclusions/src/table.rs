@@ -35,7 +35,7 @@ impl Exclusions {
     /// [`ExclusionsError::Unknown`] names the line, and the most similar name.
     pub fn require_known(&self) -> Result<(), ExclusionsError> {
         for (exclusion, line) in self.list.iter().zip(&self.lines) {
-            if let Some(what) = known::unknown(&self.study, exclusion)? {
+            if let Some(what) = known::missing_part(&self.study, exclusion)? {
                 return Err(ExclusionsError::Unknown {
                     path: self.study.join(EXCLUSIONS_FILE),
                     line: Some(*line),
@@ -65,7 +65,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
     let text = std::str::from_utf8(bytes).map_err(|_| ExclusionsError::NoText { path: path() })?;
     // Spreadsheets begin UTF-8 files with this mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut found = Exclusions {
+    let mut exclusions = Exclusions {
         study: folder.to_owned(),
         list: Vec::new(),
         lines: Vec::new(),
@@ -74,7 +74,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
         .zip(text.lines())
         .filter(|(_, line)| !line.trim().is_empty());
     let Some((_, header)) = lines.next() else {
-        return Ok(found);
+        return Ok(exclusions);
     };
     let columns: Vec<&str> = header.split('\t').map(str::trim).collect();
     let places = places(&columns, &path)?;
@@ -88,7 +88,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
                 columns: columns.len(),
             });
         }
-        let cell = |column: usize| places[column].map_or("", |at| cells[at]);
+        let cell = |column: usize| places[column].map_or("", |index| cells[index]);
         let exclusion = exclusion(cell).map_err(|(column, why)| ExclusionsError::Cell {
             path: path(),
             line,
@@ -96,10 +96,10 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Exclusions, ExclusionsError> {
             value: cell(column).to_owned(),
             why,
         })?;
-        found.list.push(exclusion);
-        found.lines.push(line);
+        exclusions.list.push(exclusion);
+        exclusions.lines.push(line);
     }
-    Ok(found)
+    Ok(exclusions)
 }
 
 /// Returns the index of each of [`COLUMNS`] in the header.
@@ -108,10 +108,10 @@ fn places(
     path: &impl Fn() -> PathBuf,
 ) -> Result<[Option<usize>; 6], ExclusionsError> {
     let mut places = [None; 6];
-    for (at, name) in columns.iter().enumerate() {
+    for (index, name) in columns.iter().enumerate() {
         let column = COLUMNS.iter().position(|column| column == name);
         match column {
-            Some(column) if places[column].is_none() => places[column] = Some(at),
+            Some(column) if places[column].is_none() => places[column] = Some(index),
             _ => {
                 return Err(ExclusionsError::UnknownColumn {
                     path: path(),
@@ -151,20 +151,20 @@ fn exclusion<'a>(cell: impl Fn(usize) -> &'a str) -> Result<Exclusion, (usize, S
                 .map_err(|why| (2, format!("{why}, or `{ALL}`")))?,
         ),
     };
-    let text_of = |column: usize| {
-        let text = unescaped(files::from_cell(cell(column)));
+    let optional_text = |column: usize| {
+        let text = unescape(files::from_cell(cell(column)));
         (!text.is_empty() && text != NOT_STATED).then_some(text)
     };
-    let stated = |column: usize, what: &str| {
-        text_of(column).ok_or_else(|| (column, format!("{what} is needed")))
+    let required_text = |column: usize, what: &str| {
+        optional_text(column).ok_or_else(|| (column, format!("{what} is needed")))
     };
     Ok(Exclusion {
         participant,
         session,
         trial,
-        reason: stated(3, "a reason")?,
-        by: stated(4, "who decided it")?,
-        date: text_of(5),
+        reason: required_text(3, "a reason")?,
+        by: required_text(4, "who decided it")?,
+        date: optional_text(5),
     })
 }
 
@@ -205,35 +205,41 @@ pub fn add(
     } else {
         Vec::new()
     };
-    let held = parse(&bytes, folder)?;
-    if let Some(what) = known::unknown(folder, exclusion)? {
+    let exclusions = parse(&bytes, folder)?;
+    if let Some(what) = known::missing_part(folder, exclusion)? {
         return Err(ExclusionsError::Unknown {
             path: folder.to_owned(),
             line: None,
             what,
         });
     }
-    let same = |other: &&Exclusion| {
-        let key = |of: &Exclusion| (of.participant.clone(), of.session, of.trial);
-        key(other) == key(exclusion)
+    let is_same = |candidate: &&Exclusion| {
+        let key = |exclusion: &Exclusion| {
+            (
+                exclusion.participant.clone(),
+                exclusion.session,
+                exclusion.trial,
+            )
+        };
+        key(candidate) == key(exclusion)
     };
-    if let Some(held) = held.list.iter().find(same) {
+    if let Some(existing) = exclusions.list.iter().find(is_same) {
         return Err(ExclusionsError::Already {
             path,
-            held: held.to_string(),
+            held: existing.to_string(),
         });
     }
-    let text = to_tsv(held.list.iter().chain([exclusion]));
+    let text = to_tsv(exclusions.list.iter().chain([exclusion]));
     Ok(disk::replace_file_on(storage, &path, text.as_bytes())?)
 }
 
 /// Returns a text as one cell that a spreadsheet does not read as a formula.
 fn cell(text: &str) -> String {
-    files::to_cell(&escaped(text))
+    files::to_cell(&escape(text))
 }
 
 /// Escapes the characters that would end a cell.
-fn escaped(text: &str) -> String {
+fn escape(text: &str) -> String {
     let mut cell = String::new();
     for c in text.trim().chars() {
         match c {
@@ -241,14 +247,14 @@ fn escaped(text: &str) -> String {
             '\t' => cell.push_str("\\t"),
             '\n' => cell.push_str("\\n"),
             '\r' => cell.push_str("\\r"),
-            c => cell.push(shown(c)),
+            c => cell.push(printable_char(c)),
         }
     }
     cell
 }
 
 /// Replaces a character that a cell cannot show with a space: control characters and Unicode line ends.
-fn shown(c: char) -> char {
+fn printable_char(c: char) -> char {
     if c.is_control() || matches!(c, '\u{2028}' | '\u{2029}') {
         ' '
     } else {
@@ -256,13 +262,13 @@ fn shown(c: char) -> char {
     }
 }
 
-/// Reverses `escaped`; a backslash before any other character stands for itself.
-fn unescaped(cell: &str) -> String {
+/// Reverses `escape`; a backslash before any other character stands for itself.
+fn unescape(cell: &str) -> String {
     let mut text = String::new();
     let mut chars = cell.chars();
     while let Some(c) = chars.next() {
         if c != '\\' {
-            text.push(shown(c));
+            text.push(printable_char(c));
             continue;
         }
         match chars.next() {
@@ -270,7 +276,7 @@ fn unescaped(cell: &str) -> String {
             Some('n') => text.push('\n'),
             Some('r') => text.push('\r'),
             Some('\\') => text.push('\\'),
-            Some(other) => text.extend(['\\', shown(other)]),
+            Some(other) => text.extend(['\\', printable_char(other)]),
             None => text.push('\\'),
         }
     }
@@ -286,11 +292,11 @@ mod tests {
     use recording::storage::FileSystem;
     use recording::study::TrialBlock;
 
-    fn parsed(text: &str) -> Result<Exclusions, ExclusionsError> {
+    fn parse_text(text: &str) -> Result<Exclusions, ExclusionsError> {
         parse(text.as_bytes(), Path::new("study"))
     }
 
-    fn of(participant: &str, trial: Part<Trial>) -> Exclusion {
+    fn exclusion_of(participant: &str, trial: Part<Trial>) -> Exclusion {
         Exclusion {
             participant: participant.parse().unwrap(),
             session: Part::All,
@@ -309,25 +315,25 @@ mod tests {
     }
 
     #[test]
-    fn a_table_by_hand_needs_four_columns_in_any_order() {
+    fn a_handwritten_table_needs_four_columns_in_any_order() {
         let text = "\u{feff}trial\tby\tparticipant_id\treason\r\nall\tN. H.\tsub-07\tbroken\r\n\r\npractice-2\tN. H.\tsub-08\tx\r\n";
-        let found = parsed(text).unwrap();
-        assert_eq!(found.list[0].trial, Part::All);
-        assert_eq!(found.list[0].to_string(), "sub-07: broken (N. H.)");
+        let exclusions = parse_text(text).unwrap();
+        assert_eq!(exclusions.list[0].trial, Part::All);
+        assert_eq!(exclusions.list[0].to_string(), "sub-07: broken (N. H.)");
         let practice = Trial {
             block: TrialBlock::Practice,
             number: 2,
         };
-        assert_eq!(found.list[1].trial, Part::One(practice));
-        assert_eq!(found.lines, [2, 4]);
-        assert!(parsed("").unwrap().list.is_empty());
-        assert!(parsed("\n\n").unwrap().list.is_empty());
+        assert_eq!(exclusions.list[1].trial, Part::One(practice));
+        assert_eq!(exclusions.lines, [2, 4]);
+        assert!(parse_text("").unwrap().list.is_empty());
+        assert!(parse_text("\n\n").unwrap().list.is_empty());
     }
 
     #[test]
-    fn what_is_wrong_is_named_by_line_and_column() {
+    fn faults_are_named_by_line_and_column() {
         let header = "participant_id\tsession\ttrial\treason\tby\tdate\n";
-        let with = |line: &str| parsed(&format!("{header}{line}\n")).unwrap_err();
+        let error_in = |line: &str| parse_text(&format!("{header}{line}\n")).unwrap_err();
         for (line, column) in [
             ("sub 7\tall\tall\tx\ty\tn/a", "participant_id"),
             ("../sub-07\tall\tall\tx\ty\tn/a", "participant_id"),
@@ -340,13 +346,13 @@ mod tests {
             ("sub-07\tall\t3\tn/a\ty\tn/a", "reason"),
             ("sub-07\tall\t3\tx\t \tn/a", "by"),
         ] {
-            let error = with(line);
+            let error = error_in(line);
             assert!(
                 matches!(&error, ExclusionsError::Cell { line: 2, column: named, .. } if *named == column),
                 "{line:?}: {error}"
             );
         }
-        let error = with("sub-07\tall\t3");
+        let error = error_in("sub-07\tall\t3");
         assert!(matches!(
             error,
             ExclusionsError::Cells {
@@ -356,17 +362,17 @@ mod tests {
                 ..
             }
         ));
-        let error = parsed("participant_id\ttrial\treson\tby\n").unwrap_err();
+        let error = parse_text("participant_id\ttrial\treson\tby\n").unwrap_err();
         assert!(
             matches!(&error, ExclusionsError::UnknownColumn { nearest: Some(name), .. } if name == "reason"),
             "{error}"
         );
-        let error = parsed("participant_id\ttrial\ttrial\tby\n").unwrap_err();
+        let error = parse_text("participant_id\ttrial\ttrial\tby\n").unwrap_err();
         assert!(
             matches!(error, ExclusionsError::UnknownColumn { .. }),
             "{error}"
         );
-        let error = parsed("participant_id\ttrial\tby\n").unwrap_err();
+        let error = parse_text("participant_id\ttrial\tby\n").unwrap_err();
         assert!(matches!(
             error,
             ExclusionsError::MissingColumn {
@@ -381,41 +387,46 @@ mod tests {
     }
 
     #[test]
-    fn only_what_the_study_has_is_excluded_and_only_once() {
+    fn an_exclusion_exists_in_the_study_and_is_added_once() {
         let study = tempfile::tempdir().unwrap();
         let session = study.path().join("sub-07/ses-01");
         std::fs::create_dir_all(session.join("trial-003_attempt-2")).unwrap();
         let add = |exclusion: &Exclusion| add(&FileSystem, study.path(), exclusion);
-        let unknown = |exclusion: &Exclusion| match add(exclusion).unwrap_err() {
+        let missing_part = |exclusion: &Exclusion| match add(exclusion).unwrap_err() {
             ExclusionsError::Unknown {
                 what, line: None, ..
             } => what,
             other => panic!("{other}"),
         };
         assert!(matches!(
-            unknown(&of("sub-70", Part::All)),
+            missing_part(&exclusion_of("sub-70", Part::All)),
             Unknown::Participant { nearest: Some(name), .. } if name == "sub-07"
         ));
-        let mut second = of("sub-07", Part::All);
-        second.session = Part::One(2);
-        assert!(matches!(unknown(&second), Unknown::Session { known, .. } if known == [1]));
+        let mut second_session = exclusion_of("sub-07", Part::All);
+        second_session.session = Part::One(2);
         assert!(
-            matches!(unknown(&of("sub-07", main(4))), Unknown::Trial { known, .. } if known == ["3"])
+            matches!(missing_part(&second_session), Unknown::Session { known, .. } if known == [1])
+        );
+        assert!(
+            matches!(missing_part(&exclusion_of("sub-07", main(4))), Unknown::Trial { known, .. } if known == ["3"])
         );
         assert!(!study.path().join(EXCLUSIONS_FILE).exists());
 
-        add(&of("sub-07", main(3))).unwrap();
-        let error = add(&of("sub-07", main(3))).unwrap_err();
+        add(&exclusion_of("sub-07", main(3))).unwrap();
+        let error = add(&exclusion_of("sub-07", main(3))).unwrap_err();
         assert!(matches!(error, ExclusionsError::Already { .. }), "{error}");
-        let mut whole = of("sub-07", Part::All);
-        whole.reason = "a tab\tand\nlines, C:\\temp".to_owned();
-        add(&whole).unwrap();
-        let held = read(study.path()).unwrap();
-        assert_eq!(held.list, [of("sub-07", main(3)), whole]);
-        held.require_known().unwrap();
+        let mut whole_participant = exclusion_of("sub-07", Part::All);
+        whole_participant.reason = "a tab\tand\nlines, C:\\temp".to_owned();
+        add(&whole_participant).unwrap();
+        let exclusions = read(study.path()).unwrap();
+        assert_eq!(
+            exclusions.list,
+            [exclusion_of("sub-07", main(3)), whole_participant]
+        );
+        exclusions.require_known().unwrap();
         std::fs::remove_dir_all(session.join("trial-003_attempt-2")).unwrap();
         assert!(matches!(
-            held.require_known(),
+            exclusions.require_known(),
             Err(ExclusionsError::Unknown { line: Some(2), .. })
         ));
     }
@@ -430,19 +441,19 @@ mod tests {
             "- he coughed",
             "'=1",
         ] {
-            let mut exclusion = of("sub-07", Part::All);
+            let mut exclusion = exclusion_of("sub-07", Part::All);
             (exclusion.reason, exclusion.by) = (text.to_owned(), text.to_owned());
             let table = to_tsv([&exclusion]);
             let line = table.lines().nth(1).unwrap();
-            let begins = |cell: &str| cell.starts_with(['=', '+', '-', '@']);
-            assert!(!line.split('\t').any(begins), "{line}");
-            assert_eq!(parsed(&table).unwrap().list, [exclusion]);
+            let is_formula = |cell: &str| cell.starts_with(['=', '+', '-', '@']);
+            assert!(!line.split('\t').any(is_formula), "{line}");
+            assert_eq!(parse_text(&table).unwrap().list, [exclusion]);
         }
         // Edited by hand.
-        let by_hand = parsed("participant_id\ttrial\treason\tby\nsub-07\tall\t=1+1\t'N. H.'\n");
-        let read = by_hand.unwrap().list.remove(0);
+        let manual = parse_text("participant_id\ttrial\treason\tby\nsub-07\tall\t=1+1\t'N. H.'\n");
+        let exclusion = manual.unwrap().list.remove(0);
         assert_eq!(
-            (read.reason.as_str(), read.by.as_str()),
+            (exclusion.reason.as_str(), exclusion.by.as_str()),
             ("=1+1", "'N. H.'")
         );
     }
@@ -451,16 +462,16 @@ mod tests {
         #[test]
         fn every_reason_reads_back(reason in "[^\\p{Cc}\\u{2028}\\u{2029}\\s][\\PC\\t\\n\\r\\\\]*") {
             prop_assume!(reason.trim() != NOT_STATED);
-            let mut exclusion = of("sub-07", Part::All);
+            let mut exclusion = exclusion_of("sub-07", Part::All);
             exclusion.reason = reason.trim().replace(['\u{2028}', '\u{2029}'], " ");
-            let found = parsed(&to_tsv([&exclusion])).unwrap();
-            prop_assert_eq!(found.list, [exclusion]);
+            let exclusions = parse_text(&to_tsv([&exclusion])).unwrap();
+            prop_assert_eq!(exclusions.list, [exclusion]);
         }
 
         #[test]
         fn no_text_panics(text in "\\PC*") {
-            let _ = parsed(&text);
-            let _ = parsed(&format!("participant_id\ttrial\treason\tby\n{text}"));
+            let _ = parse_text(&text);
+            let _ = parse_text(&format!("participant_id\ttrial\treason\tby\n{text}"));
         }
     }
 }

@@ -13,7 +13,7 @@ use plotters_backend::{
 use crate::font::Typeface;
 use crate::pen::{BASELINE_EM, PLOTTERS_SIZE_PER_EM};
 
-type Drawn<E> = Result<(), DrawingErrorKind<E>>;
+type DrawResult<E> = Result<(), DrawingErrorKind<E>>;
 
 /// Backend that draws into a buffer of pixels.
 pub(super) struct Bitmap<'a> {
@@ -35,12 +35,12 @@ impl<'a> Bitmap<'a> {
 fn distance_squared((x, y): (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let length_squared = dx * dx + dy * dy;
-    let along = if length_squared > 0.0 {
+    let share = if length_squared > 0.0 {
         (((x - from.0) * dx + (y - from.1) * dy) / length_squared).clamp(0.0, 1.0)
     } else {
         0.0
     };
-    (x - from.0 - along * dx).powi(2) + (y - from.1 - along * dy).powi(2)
+    (x - from.0 - share * dx).powi(2) + (y - from.1 - share * dy).powi(2)
 }
 
 impl DrawingBackend for Bitmap<'_> {
@@ -50,15 +50,19 @@ impl DrawingBackend for Bitmap<'_> {
         self.pixels.get_size()
     }
 
-    fn ensure_prepared(&mut self) -> Drawn<Self::ErrorType> {
+    fn ensure_prepared(&mut self) -> DrawResult<Self::ErrorType> {
         self.pixels.ensure_prepared()
     }
 
-    fn present(&mut self) -> Drawn<Self::ErrorType> {
+    fn present(&mut self) -> DrawResult<Self::ErrorType> {
         self.pixels.present()
     }
 
-    fn draw_pixel(&mut self, point: BackendCoord, color: BackendColor) -> Drawn<Self::ErrorType> {
+    fn draw_pixel(
+        &mut self,
+        point: BackendCoord,
+        color: BackendColor,
+    ) -> DrawResult<Self::ErrorType> {
         self.pixels.draw_pixel(point, color)
     }
 
@@ -68,7 +72,7 @@ impl DrawingBackend for Bitmap<'_> {
         bottom_right: BackendCoord,
         style: &S,
         fill: bool,
-    ) -> Drawn<Self::ErrorType> {
+    ) -> DrawResult<Self::ErrorType> {
         self.pixels.draw_rect(upper_left, bottom_right, style, fill)
     }
 
@@ -76,16 +80,16 @@ impl DrawingBackend for Bitmap<'_> {
         &mut self,
         path: I,
         style: &S,
-    ) -> Drawn<Self::ErrorType> {
+    ) -> DrawResult<Self::ErrorType> {
         let radius = 0.5 * f64::from(style.stroke_width());
         let reach = radius.ceil() as i32;
-        let mut before: Option<BackendCoord> = None;
+        let mut last_point: Option<BackendCoord> = None;
         for to in path {
-            let from = before.replace(to).unwrap_or(to);
-            let real = |(x, y): BackendCoord| (f64::from(x), f64::from(y));
+            let from = last_point.replace(to).unwrap_or(to);
+            let float = |(x, y): BackendCoord| (f64::from(x), f64::from(y));
             for y in from.1.min(to.1) - reach..=from.1.max(to.1) + reach {
                 for x in from.0.min(to.0) - reach..=from.0.max(to.0) + reach {
-                    if distance_squared(real((x, y)), real(from), real(to)) <= radius * radius {
+                    if distance_squared(float((x, y)), float(from), float(to)) <= radius * radius {
                         self.draw_pixel((x, y), style.color())?;
                     }
                 }
@@ -99,30 +103,30 @@ impl DrawingBackend for Bitmap<'_> {
         text: &str,
         style: &S,
         position: BackendCoord,
-    ) -> Drawn<Self::ErrorType> {
+    ) -> DrawResult<Self::ErrorType> {
         let em = style.size() / PLOTTERS_SIZE_PER_EM;
         let width = self.typeface.width(text, em);
-        let along = match style.anchor().h_pos {
+        let offset_x = match style.anchor().h_pos {
             HPos::Left => 0.0,
             HPos::Center => -0.5 * width,
             HPos::Right => -width,
         };
-        let (along, down) = (along.round() as i32, (BASELINE_EM * em).round() as i32);
-        let upright = matches!(style.transform(), FontTransform::None);
+        let (offset_x, offset_y) = (offset_x.round() as i32, (BASELINE_EM * em).round() as i32);
+        let is_upright = matches!(style.transform(), FontTransform::None);
         let color = style.color();
-        let mut drawn = Ok(());
+        let mut result = Ok(());
         let pixels = &mut self.pixels;
         self.typeface.rasterise(text, em, |x, y, coverage| {
-            let (x, y) = (along + x, down + y);
-            let (x, y) = if upright { (x, y) } else { (y, -x) };
+            let (x, y) = (offset_x + x, offset_y + y);
+            let (x, y) = if is_upright { (x, y) } else { (y, -x) };
             let shade = BackendColor {
                 alpha: color.alpha * f64::from(coverage),
                 ..color
             };
-            if drawn.is_ok() {
-                drawn = pixels.draw_pixel((position.0 + x, position.1 + y), shade);
+            if result.is_ok() {
+                result = pixels.draw_pixel((position.0 + x, position.1 + y), shade);
             }
         });
-        drawn
+        result
     }
 }

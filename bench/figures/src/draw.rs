@@ -12,7 +12,7 @@ use crate::style::{
     AXIS_PT, CURVE_PT, Ink, LABEL_PT, LETTER_PT, MARKER_RADIUS_PT, TICK_PT, UNITS_PER_PT,
 };
 
-type Drawn<B> = Result<(), DrawingErrorKind<<B as DrawingBackend>::ErrorType>>;
+type DrawResult<B> = Result<(), DrawingErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 /// Strength of the grey behind the data.
 const SHADE: f64 = 0.18;
@@ -25,18 +25,18 @@ pub(super) fn draw<B: DrawingBackend>(
     figure: &Figure,
     layout: &Layout,
     pen: &mut Pen<'_, B>,
-) -> Drawn<B> {
+) -> DrawResult<B> {
     pen.clear()?;
-    for ((panel, placed), letter) in figure.panels.iter().zip(&layout.panels).zip('a'..='z') {
-        shades(panel, placed, pen)?;
+    for ((panel, placement), letter) in figure.panels.iter().zip(&layout.panels).zip('a'..='z') {
+        shades(panel, placement, pen)?;
         for series in &panel.series {
-            draw_series(series, placed, pen)?;
+            draw_series(series, placement, pen)?;
         }
-        axes(panel, placed, pen)?;
-        if let Some(at) = placed.letter {
-            pen.text(&format!("({letter})"), at, LETTER_PT, Anchor::Start)?;
+        axes(panel, placement, pen)?;
+        if let Some(position) = placement.letter {
+            pen.text(&format!("({letter})"), position, LETTER_PT, Anchor::Start)?;
         }
-        if let Some(key) = &placed.key {
+        if let Some(key) = &placement.key {
             legend(key, pen)?;
         }
     }
@@ -48,13 +48,13 @@ pub(super) fn draw<B: DrawingBackend>(
 
 fn shades<B: DrawingBackend>(
     panel: &Panel,
-    placed: &PlacedPanel,
+    placement: &PlacedPanel,
     pen: &mut Pen<'_, B>,
-) -> Drawn<B> {
-    let frame = placed.frame;
+) -> DrawResult<B> {
+    let frame = placement.frame;
     for &(from, to) in &panel.shaded {
         let edge = |x: f64| {
-            let (x, _) = placed.place((x, 0.0));
+            let (x, _) = placement.place((x, 0.0));
             x.clamp(frame.left, frame.right)
         };
         let (left, right) = (edge(from), edge(to));
@@ -74,13 +74,13 @@ fn shades<B: DrawingBackend>(
 
 fn draw_series<B: DrawingBackend>(
     series: &Series,
-    placed: &PlacedPanel,
+    placement: &PlacedPanel,
     pen: &mut Pen<'_, B>,
-) -> Drawn<B> {
-    let frame = &placed.frame;
+) -> DrawResult<B> {
+    let frame = &placement.frame;
     match &series.mark {
         Mark::Line { dash, points } => frame
-            .stretches(points.iter().map(|&point| placed.place(point)))
+            .stretches(points.iter().map(|&point| placement.place(point)))
             .iter()
             .try_for_each(|stretch| {
                 pen.dashed(stretch, series.ink.rgb(), CURVE_PT, dash.pattern_pt())
@@ -90,15 +90,20 @@ fn draw_series<B: DrawingBackend>(
             let share = if points.len() > CROWD { 0.55 } else { 1.0 };
             points
                 .iter()
-                .map(|&point| placed.place(point))
+                .map(|&point| placement.place(point))
                 .filter(|&point| frame.contains(point))
-                .try_for_each(|at| {
-                    pen.marker(*marker, at, share * MARKER_RADIUS_PT, series.ink.rgb())
+                .try_for_each(|position| {
+                    pen.marker(
+                        *marker,
+                        position,
+                        share * MARKER_RADIUS_PT,
+                        series.ink.rgb(),
+                    )
                 })
         }
-        Mark::Band { edges } => band(edges, placed, series.ink.tint(BAND), pen),
+        Mark::Band { edges } => band(edges, placement, series.ink.tint(BAND), pen),
         Mark::Bars { bars } => bars.iter().try_for_each(|&(x, low, high)| {
-            let ends = [placed.place((x, low)), placed.place((x, high))];
+            let ends = [placement.place((x, low)), placement.place((x, high))];
             let stretches = frame.stretches(ends);
             let mut stretches = stretches.iter();
             stretches.try_for_each(|stretch| pen.line(stretch, series.ink.rgb(), AXIS_PT))
@@ -108,86 +113,93 @@ fn draw_series<B: DrawingBackend>(
 
 fn band<B: DrawingBackend>(
     edges: &[(f64, f64, f64)],
-    placed: &PlacedPanel,
+    placement: &PlacedPanel,
     rgb: Rgb,
     pen: &mut Pen<'_, B>,
-) -> Drawn<B> {
-    let frame = placed.frame;
-    let inside = |point: Point| {
-        let (x, y) = placed.place(point);
+) -> DrawResult<B> {
+    let frame = placement.frame;
+    let point_in_frame = |point: Point| {
+        let (x, y) = placement.place(point);
         (x, y.clamp(frame.top, frame.bottom))
     };
-    let usable = |&(x, low, high): &(f64, f64, f64)| {
-        let (across, _) = placed.place((x, low));
-        low.is_finite() && high.is_finite() && (frame.left..=frame.right).contains(&across)
+    let is_usable = |&(x, low, high): &(f64, f64, f64)| {
+        let (place_x, _) = placement.place((x, low));
+        low.is_finite() && high.is_finite() && (frame.left..=frame.right).contains(&place_x)
     };
     for stretch in edges
-        .split(|edge| !usable(edge))
+        .split(|edge| !is_usable(edge))
         .filter(|stretch| stretch.len() > 1)
     {
-        let lower = stretch.iter().map(|&(x, low, _)| inside((x, low)));
-        let upper = stretch.iter().rev().map(|&(x, _, high)| inside((x, high)));
+        let lower = stretch.iter().map(|&(x, low, _)| point_in_frame((x, low)));
+        let upper = stretch
+            .iter()
+            .rev()
+            .map(|&(x, _, high)| point_in_frame((x, high)));
         let corners: Vec<Point> = lower.chain(upper).collect();
         pen.polygon(&corners, rgb)?;
     }
     Ok(())
 }
 
-fn axes<B: DrawingBackend>(panel: &Panel, placed: &PlacedPanel, pen: &mut Pen<'_, B>) -> Drawn<B> {
+fn axes<B: DrawingBackend>(
+    panel: &Panel,
+    placement: &PlacedPanel,
+    pen: &mut Pen<'_, B>,
+) -> DrawResult<B> {
     let Frame {
         left,
         top,
         right,
         bottom,
-    } = placed.frame;
+    } = placement.frame;
     let length = |tick: &Tick| {
         let share = if tick.label.is_some() { 1.0 } else { 0.55 };
         share * TICK_LENGTH_PT * UNITS_PER_PT
     };
-    let (beside, below) = (TICK_GAP_PT.0 * UNITS_PER_PT, TICK_GAP_PT.1 * UNITS_PER_PT);
+    let (side_gap, lower_gap) = (TICK_GAP_PT.0 * UNITS_PER_PT, TICK_GAP_PT.1 * UNITS_PER_PT);
     let em = TICK_PT * UNITS_PER_PT;
-    for tick in &placed.x_ticks {
-        let x = left + placed.x.place(tick.value) * (right - left);
+    for tick in &placement.x_ticks {
+        let x = left + placement.x.place(tick.value) * (right - left);
         pen.line(&[(x, bottom), (x, bottom - length(tick))], BLACK, AXIS_PT)?;
         pen.line(&[(x, top), (x, top + length(tick))], BLACK, AXIS_PT)?;
         if let Some(label) = tick.label.as_ref().filter(|_| panel.x.written) {
             pen.text(
                 label,
-                (x, bottom + below + CAPITAL_EM * em),
+                (x, bottom + lower_gap + CAPITAL_EM * em),
                 TICK_PT,
                 Anchor::Middle,
             )?;
         }
     }
-    for tick in &placed.y_ticks {
-        let y = bottom - placed.y.place(tick.value) * (bottom - top);
+    for tick in &placement.y_ticks {
+        let y = bottom - placement.y.place(tick.value) * (bottom - top);
         pen.line(&[(left, y), (left + length(tick), y)], BLACK, AXIS_PT)?;
         pen.line(&[(right, y), (right - length(tick), y)], BLACK, AXIS_PT)?;
         if let Some(label) = tick.label.as_ref().filter(|_| panel.y.written) {
             pen.text(
                 label,
-                (left - beside, y + 0.5 * CAPITAL_EM * em),
+                (left - side_gap, y + 0.5 * CAPITAL_EM * em),
                 TICK_PT,
                 Anchor::End,
             )?;
         }
     }
-    pen.outline(&placed.frame, AXIS_PT)?;
+    pen.outline(&placement.frame, AXIS_PT)?;
     if panel.x.written {
-        pen.text(&panel.x.label, placed.x_label, LABEL_PT, Anchor::Middle)?;
+        pen.text(&panel.x.label, placement.x_label, LABEL_PT, Anchor::Middle)?;
     }
     if panel.y.written {
-        pen.upward_text(&panel.y.label, placed.y_label, LABEL_PT)?;
+        pen.upward_text(&panel.y.label, placement.y_label, LABEL_PT)?;
     }
     Ok(())
 }
 
-fn legend<B: DrawingBackend>(key: &Legend, pen: &mut Pen<'_, B>) -> Drawn<B> {
+fn legend<B: DrawingBackend>(key: &Legend, pen: &mut Pen<'_, B>) -> DrawResult<B> {
     for entry in &key.entries {
         if let Some(series) = &entry.series {
             sample(series, entry, pen)?;
         }
-        let (x, middle) = entry.at;
+        let (x, middle) = entry.position;
         let baseline = middle + 0.5 * CAPITAL_EM * TICK_PT * UNITS_PER_PT;
         pen.text(
             &entry.text,
@@ -204,8 +216,8 @@ fn sample<B: DrawingBackend>(
     series: &Series,
     entry: &LegendEntry,
     pen: &mut Pen<'_, B>,
-) -> Drawn<B> {
-    let (from, y) = entry.at;
+) -> DrawResult<B> {
+    let (from, y) = entry.position;
     let to = from + sample_width(series);
     let rgb = series.ink.rgb();
     match series.mark {

@@ -1,7 +1,7 @@
 //! Lays out panels, ticks and keys by the size of their labels.
 
 use crate::font::Typeface;
-use crate::key::{above, within};
+use crate::key::{figure_key, panel_key};
 use crate::path::{Frame, Point};
 use crate::placed::{EDGE_PT, Legend, PlacedPanel};
 use crate::scale::{AxisExtent, Tick};
@@ -56,45 +56,47 @@ impl Grid {
     fn new(margins: &[Margins], figure: &Figure, origin: Point) -> Self {
         let columns = figure.columns.max(1);
         let rows = margins.len().div_ceil(columns);
-        let greatest = |side: fn(&Margins) -> f64, first: usize, step: usize, count: usize| {
-            let members = margins.iter().skip(first).step_by(step).take(count);
-            members.map(side).fold(0.0, f64::max)
-        };
-        let of_columns = |side| {
+        let greatest_margin =
+            |side: fn(&Margins) -> f64, first: usize, step: usize, count: usize| {
+                let members = margins.iter().skip(first).step_by(step).take(count);
+                members.map(side).fold(0.0, f64::max)
+            };
+        let column_margins = |side| {
             (0..columns)
-                .map(|c| greatest(side, c, columns, rows))
+                .map(|c| greatest_margin(side, c, columns, rows))
                 .collect()
         };
-        let of_rows = |side| {
+        let row_margins = |side| {
             (0..rows)
-                .map(|r| greatest(side, r * columns, 1, columns))
+                .map(|r| greatest_margin(side, r * columns, 1, columns))
                 .collect()
         };
-        let (left, right): (Vec<f64>, Vec<f64>) = (of_columns(|m| m.left), of_columns(|m| m.right));
-        let beside: f64 =
+        let (left, right): (Vec<f64>, Vec<f64>) =
+            (column_margins(|m| m.left), column_margins(|m| m.right));
+        let reserved_width: f64 =
             left.iter().chain(&right).sum::<f64>() + COLUMN_GAP * (columns - 1) as f64;
         let width = figure.width.mm() * UNITS_PER_MM - 2.0 * origin.0;
         Self {
             columns,
             left,
             right,
-            top: of_rows(|m| m.top),
-            bottom: of_rows(|m| m.bottom),
+            top: row_margins(|m| m.top),
+            bottom: row_margins(|m| m.bottom),
             origin,
-            frame_width: (width - beside) / columns as f64,
+            frame_width: (width - reserved_width) / columns as f64,
             frame_height: figure.panel_height_mm * UNITS_PER_MM,
         }
     }
 
     fn frame(&self, index: usize) -> Frame {
         let (column, row) = (index % self.columns, index / self.columns);
-        let beside: f64 = self.left[..=column]
+        let left_margins: f64 = self.left[..=column]
             .iter()
             .chain(&self.right[..column])
             .sum();
-        let over: f64 = self.top[..=row].iter().chain(&self.bottom[..row]).sum();
-        let left = self.origin.0 + beside + column as f64 * (self.frame_width + COLUMN_GAP);
-        let top = self.origin.1 + over + row as f64 * (self.frame_height + ROW_GAP);
+        let top_margins: f64 = self.top[..=row].iter().chain(&self.bottom[..row]).sum();
+        let left = self.origin.0 + left_margins + column as f64 * (self.frame_width + COLUMN_GAP);
+        let top = self.origin.1 + top_margins + row as f64 * (self.frame_height + ROW_GAP);
         Frame {
             left,
             top,
@@ -117,10 +119,10 @@ impl Grid {
 pub(super) fn lay_out(figure: &Figure, typeface: &Typeface) -> Layout {
     let width = figure.width.mm() * UNITS_PER_MM;
     let edge = EDGE_PT * UNITS_PER_PT;
-    let lettered = figure.panels.len() > 1;
+    let has_letters = figure.panels.len() > 1;
     let (key, key_height) = match figure.key {
         Key::Above => {
-            let (key, height) = above(figure, typeface, width - 2.0 * edge);
+            let (key, height) = figure_key(figure, typeface, width - 2.0 * edge);
             (Some(key), height)
         }
         Key::InPanels => (None, 0.0),
@@ -133,7 +135,7 @@ pub(super) fn lay_out(figure: &Figure, typeface: &Typeface) -> Layout {
         .iter()
         .map(|panel| {
             let extents = Extents::new(panel, frame_width, frame_height);
-            let margins = margins(panel, &extents, typeface, lettered);
+            let margins = margins(panel, &extents, typeface, has_letters);
             (extents, margins)
         })
         .unzip();
@@ -144,7 +146,7 @@ pub(super) fn lay_out(figure: &Figure, typeface: &Typeface) -> Layout {
         let label = LABEL_PT * UNITS_PER_PT;
         let outer_left = frame.left - grid.left[index % grid.columns];
         let outer_bottom = frame.bottom + grid.bottom[index / grid.columns];
-        let mut placed = PlacedPanel {
+        let mut placement = PlacedPanel {
             y_label: (
                 outer_left + CAPITAL_EM * label,
                 0.5 * (frame.top + frame.bottom),
@@ -153,7 +155,7 @@ pub(super) fn lay_out(figure: &Figure, typeface: &Typeface) -> Layout {
                 0.5 * (frame.left + frame.right),
                 outer_bottom - 0.25 * label,
             ),
-            letter: lettered.then_some((outer_left, frame.top - 3.0 * UNITS_PER_PT)),
+            letter: has_letters.then_some((outer_left, frame.top - 3.0 * UNITS_PER_PT)),
             frame,
             x: extents.x,
             y: extents.y,
@@ -161,8 +163,8 @@ pub(super) fn lay_out(figure: &Figure, typeface: &Typeface) -> Layout {
             y_ticks: extents.y_ticks,
             key: None,
         };
-        placed.key = within(panel, &placed, figure.key, typeface);
-        placed
+        placement.key = panel_key(panel, &placement, figure.key, typeface);
+        placement
     });
     Layout {
         panels: panels.collect(),
@@ -195,39 +197,43 @@ impl Extents {
     }
 }
 
-fn margins(panel: &Panel, extents: &Extents, typeface: &Typeface, lettered: bool) -> Margins {
+fn margins(panel: &Panel, extents: &Extents, typeface: &Typeface, has_letters: bool) -> Margins {
     let (tick_em, label_em) = (TICK_PT * UNITS_PER_PT, LABEL_PT * UNITS_PER_PT);
     let label_width = |tick: &Tick| {
         tick.label
             .as_ref()
             .map_or(0.0, |label| typeface.width(label, tick_em))
     };
-    let widest = extents.y_ticks.iter().map(label_width).fold(0.0, f64::max);
-    let half_last = 0.5
+    let widest_label = extents.y_ticks.iter().map(label_width).fold(0.0, f64::max);
+    let half_last_label = 0.5
         * extents
             .x_ticks
             .iter()
             .rev()
             .find(|tick| tick.label.is_some())
             .map_or(0.0, label_width);
-    let (beside, below) = (TICK_GAP_PT.0 * UNITS_PER_PT, TICK_GAP_PT.1 * UNITS_PER_PT);
+    let (side_gap, lower_gap) = (TICK_GAP_PT.0 * UNITS_PER_PT, TICK_GAP_PT.1 * UNITS_PER_PT);
     let label = 1.25 * label_em + LABEL_GAP_PT * UNITS_PER_PT;
     Margins {
         left: if panel.y.written {
-            widest + beside + label
+            widest_label + side_gap + label
         } else {
-            beside
+            side_gap
         },
-        right: if panel.x.written { half_last } else { beside },
-        top: if lettered {
+        right: if panel.x.written {
+            half_last_label
+        } else {
+            side_gap
+        },
+        top: if has_letters {
             (LETTER_PT + 2.0) * UNITS_PER_PT
         } else {
             0.5 * tick_em
         },
         bottom: if panel.x.written {
-            0.9 * tick_em + below + label
+            0.9 * tick_em + lower_gap + label
         } else {
-            beside
+            side_gap
         },
     }
 }

@@ -26,27 +26,27 @@ impl Frame {
             (dy, self.bottom - y0),
         ];
         let (mut from, mut to) = (0.0f64, 1.0f64);
-        for (towards, distance) in edges {
-            if towards < 0.0 {
-                from = from.max(distance / towards);
-            } else if towards > 0.0 {
-                to = to.min(distance / towards);
+        for (direction, distance) in edges {
+            if direction < 0.0 {
+                from = from.max(distance / direction);
+            } else if direction > 0.0 {
+                to = to.min(distance / direction);
             } else if distance < 0.0 {
                 return None;
             }
         }
-        let at = |share: f64| (x0 + share * dx, y0 + share * dy);
-        (from <= to).then(|| (at(from), at(to)))
+        let point_at = |share: f64| (x0 + share * dx, y0 + share * dy);
+        (from <= to).then(|| (point_at(from), point_at(to)))
     }
 
     /// Returns the parts of a curve that lie inside; a point that is not finite breaks the curve.
     pub(super) fn stretches(&self, points: impl IntoIterator<Item = Point>) -> Vec<Vec<Point>> {
         let mut stretches: Vec<Vec<Point>> = Vec::new();
-        let mut before: Option<Point> = None;
+        let mut last_point: Option<Point> = None;
         for point in points {
-            let finite = point.0.is_finite() && point.1.is_finite();
-            let segment = before
-                .filter(|_| finite)
+            let is_finite = point.0.is_finite() && point.1.is_finite();
+            let segment = last_point
+                .filter(|_| is_finite)
                 .and_then(|last| self.clip(last, point));
             if let Some((from, to)) = segment {
                 match stretches.last_mut() {
@@ -54,7 +54,7 @@ impl Frame {
                     _ => stretches.push(vec![from, to]),
                 }
             }
-            before = finite.then_some(point);
+            last_point = is_finite.then_some(point);
         }
         stretches
     }
@@ -67,19 +67,19 @@ pub(super) fn dashes(stretch: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
     };
     let mut pieces = Vec::new();
     let mut piece = vec![start];
-    let (mut index, mut left) = (0, first);
+    let (mut index, mut rest) = (0, first);
     for ends in stretch.windows(2) {
         let (mut from, to) = (ends[0], ends[1]);
         loop {
             let length = (to.0 - from.0).hypot(to.1 - from.1);
-            if length < left {
-                left -= length;
+            if length < rest {
+                rest -= length;
                 if index % 2 == 0 {
                     piece.push(to);
                 }
                 break;
             }
-            let share = left / length;
+            let share = rest / length;
             from = (
                 from.0 + share * (to.0 - from.0),
                 from.1 + share * (to.1 - from.1),
@@ -91,7 +91,7 @@ pub(super) fn dashes(stretch: &[Point], pattern: &[f64]) -> Vec<Vec<Point>> {
                 piece = vec![from];
             }
             index = (index + 1) % pattern.len();
-            left = pattern[index];
+            rest = pattern[index];
         }
     }
     if piece.len() > 1 {
@@ -120,9 +120,9 @@ mod tests {
             (8.0, 15.0),
             (8.0, 5.0),
         ];
-        let inside = FRAME.stretches(points);
+        let stretches = FRAME.stretches(points);
         assert_eq!(
-            inside,
+            stretches,
             [
                 vec![(0.0, 5.0), (5.0, 5.0), (5.0, 10.0)],
                 vec![(8.0, 10.0), (8.0, 5.0)]
@@ -145,9 +145,9 @@ mod tests {
     #[test]
     fn dashes_keep_their_length_around_corners() {
         let corner = [(0.0, 0.0), (3.0, 0.0), (3.0, 3.0)];
-        let cut = dashes(&corner, &[4.0, 1.0]);
+        let pieces = dashes(&corner, &[4.0, 1.0]);
         assert_eq!(
-            cut,
+            pieces,
             [
                 vec![(0.0, 0.0), (3.0, 0.0), (3.0, 1.0)],
                 vec![(3.0, 2.0), (3.0, 3.0)]

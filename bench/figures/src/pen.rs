@@ -28,7 +28,7 @@ pub(super) enum Anchor {
 /// Pen that draws on a backend.
 pub(super) struct Pen<'a, B: DrawingBackend>(pub(super) &'a mut B);
 
-type Drawn<B> = Result<(), DrawingErrorKind<<B as DrawingBackend>::ErrorType>>;
+type DrawResult<B> = Result<(), DrawingErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 fn units((x, y): Point) -> (i32, i32) {
     (x.round() as i32, y.round() as i32)
@@ -42,14 +42,14 @@ fn style((red, green, blue): Rgb, stroke_pt: f64) -> ShapeStyle {
 
 impl<B: DrawingBackend> Pen<'_, B> {
     /// Paints everything white.
-    pub(super) fn clear(&mut self) -> Drawn<B> {
+    pub(super) fn clear(&mut self) -> DrawResult<B> {
         let (width, height) = self.0.get_size();
         let corner = (width as i32, height as i32);
         self.0.draw_rect((0, 0), corner, &style(WHITE, 0.0), true)
     }
 
     /// Draws a curve with round joints and ends.
-    pub(super) fn line(&mut self, points: &[Point], rgb: Rgb, width_pt: f64) -> Drawn<B> {
+    pub(super) fn line(&mut self, points: &[Point], rgb: Rgb, width_pt: f64) -> DrawResult<B> {
         let mut path: Vec<(i32, i32)> = points.iter().copied().map(units).collect();
         path.dedup();
         self.0.draw_path(path, &style(rgb, width_pt))
@@ -62,14 +62,14 @@ impl<B: DrawingBackend> Pen<'_, B> {
         rgb: Rgb,
         width_pt: f64,
         pattern_pt: &[f64],
-    ) -> Drawn<B> {
+    ) -> DrawResult<B> {
         let pattern: Vec<f64> = pattern_pt.iter().map(|pt| pt * UNITS_PER_PT).collect();
         dashes(points, &pattern)
             .iter()
             .try_for_each(|dash| self.line(dash, rgb, width_pt))
     }
 
-    pub(super) fn outline(&mut self, frame: &Frame, width_pt: f64) -> Drawn<B> {
+    pub(super) fn outline(&mut self, frame: &Frame, width_pt: f64) -> DrawResult<B> {
         let corners = [
             (frame.left, frame.top),
             (frame.right, frame.top),
@@ -80,13 +80,13 @@ impl<B: DrawingBackend> Pen<'_, B> {
         self.line(&corners, BLACK, width_pt)
     }
 
-    pub(super) fn fill(&mut self, frame: &Frame, rgb: Rgb) -> Drawn<B> {
+    pub(super) fn fill(&mut self, frame: &Frame, rgb: Rgb) -> DrawResult<B> {
         let from = units((frame.left, frame.top));
         let to = units((frame.right, frame.bottom));
         self.0.draw_rect(from, to, &style(rgb, 0.0), true)
     }
 
-    pub(super) fn polygon(&mut self, corners: &[Point], rgb: Rgb) -> Drawn<B> {
+    pub(super) fn polygon(&mut self, corners: &[Point], rgb: Rgb) -> DrawResult<B> {
         let corners: Vec<(i32, i32)> = corners.iter().copied().map(units).collect();
         self.0.fill_polygon(corners, &style(rgb, 0.0))
     }
@@ -97,14 +97,17 @@ impl<B: DrawingBackend> Pen<'_, B> {
         (x, y): Point,
         radius_pt: f64,
         rgb: Rgb,
-    ) -> Drawn<B> {
+    ) -> DrawResult<B> {
         let radius = radius_pt * UNITS_PER_PT;
-        let whole = radius.round() as u32;
-        let filled = style(rgb, 0.0);
+        let radius_units = radius.round() as u32;
+        let fill_style = style(rgb, 0.0);
         match marker {
-            Marker::Disc => self.0.draw_circle(units((x, y)), whole, &filled, true),
+            Marker::Disc => self
+                .0
+                .draw_circle(units((x, y)), radius_units, &fill_style, true),
             Marker::Circle => {
-                self.0.draw_circle(units((x, y)), whole, &filled, true)?;
+                self.0
+                    .draw_circle(units((x, y)), radius_units, &fill_style, true)?;
                 let hole = (0.55 * radius).round() as u32;
                 let white = style(WHITE, 0.0);
                 self.0.draw_circle(units((x, y)), hole, &white, true)
@@ -120,9 +123,14 @@ impl<B: DrawingBackend> Pen<'_, B> {
                 self.fill(&frame, rgb)
             }
             Marker::Triangle => {
-                let (across, up, down) = (1.1 * radius, 1.2 * radius, 0.8 * radius);
+                let (half_width, height_above, height_below) =
+                    (1.1 * radius, 1.2 * radius, 0.8 * radius);
                 self.polygon(
-                    &[(x - across, y + down), (x + across, y + down), (x, y - up)],
+                    &[
+                        (x - half_width, y + height_below),
+                        (x + half_width, y + height_below),
+                        (x, y - height_above),
+                    ],
                     rgb,
                 )
             }
@@ -136,7 +144,7 @@ impl<B: DrawingBackend> Pen<'_, B> {
         (x, baseline): Point,
         size_pt: f64,
         anchor: Anchor,
-    ) -> Drawn<B> {
+    ) -> DrawResult<B> {
         let em = size_pt * UNITS_PER_PT;
         let style = text_style(em, anchor);
         let position = units((x, baseline - BASELINE_EM * em));
@@ -149,7 +157,7 @@ impl<B: DrawingBackend> Pen<'_, B> {
         text: &str,
         (baseline, y): Point,
         size_pt: f64,
-    ) -> Drawn<B> {
+    ) -> DrawResult<B> {
         let em = size_pt * UNITS_PER_PT;
         let style = text_style(em, Anchor::Middle).transform(FontTransform::Rotate270);
         let position = units((baseline - BASELINE_EM * em, y));
@@ -158,12 +166,12 @@ impl<B: DrawingBackend> Pen<'_, B> {
 }
 
 fn text_style(em: f64, anchor: Anchor) -> TextStyle<'static> {
-    let across = match anchor {
+    let horizontal = match anchor {
         Anchor::Start => HPos::Left,
         Anchor::Middle => HPos::Center,
         Anchor::End => HPos::Right,
     };
     TextStyle::from((FAMILY, PLOTTERS_SIZE_PER_EM * em).into_font())
         .color(&plotters::style::BLACK)
-        .pos(Pos::new(across, VPos::Top))
+        .pos(Pos::new(horizontal, VPos::Top))
 }

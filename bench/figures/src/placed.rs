@@ -56,7 +56,7 @@ pub(super) struct LegendEntry {
     pub(super) series: Option<Series>,
     pub(super) text: String,
     /// Start of the sample and middle of its height.
-    pub(super) at: Point,
+    pub(super) position: Point,
 }
 
 impl LegendEntry {
@@ -64,7 +64,7 @@ impl LegendEntry {
         Some(Self {
             text: series.name.clone()?,
             series: Some(series.clone()),
-            at: (0.0, 0.0),
+            position: (0.0, 0.0),
         })
     }
 
@@ -72,7 +72,7 @@ impl LegendEntry {
         Self {
             text: text.to_owned(),
             series: None,
-            at: (0.0, 0.0),
+            position: (0.0, 0.0),
         }
     }
 

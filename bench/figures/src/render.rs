@@ -17,7 +17,7 @@ use crate::style::{DOTS_PER_INCH, UNITS_PER_INCH, UNITS_PER_MM};
 /// Drawing units across one printed dot.
 const UNITS_PER_DOT: usize = UNITS_PER_INCH as usize / DOTS_PER_INCH as usize;
 
-fn backend<E: std::error::Error + Send + Sync + 'static>(
+fn drawing_error<E: std::error::Error + Send + Sync + 'static>(
     error: DrawingErrorKind<E>,
 ) -> FigureError {
     FigureError::Drawing(Box::new(error))
@@ -55,13 +55,13 @@ impl Figure {
     pub fn to_svg(&self) -> Result<String, FigureError> {
         let typeface = Typeface::load()?;
         let layout = lay_out(self, &typeface);
-        let mut drawn = String::new();
-        let mut svg = SVGBackend::with_string(&mut drawn, layout.size);
-        draw(self, &layout, &mut Pen(&mut svg)).map_err(backend)?;
+        let mut drawing = String::new();
+        let mut svg = SVGBackend::with_string(&mut drawing, layout.size);
+        draw(self, &layout, &mut Pen(&mut svg)).map_err(drawing_error)?;
         drop(svg);
 
         let (width, height) = layout.size;
-        let body = drawn.split_once('\n').map_or("", |(_, body)| body);
+        let body = drawing.split_once('\n').map_or("", |(_, body)| body);
         let mut text = String::new();
         let _ = write!(
             text,
@@ -70,8 +70,8 @@ impl Figure {
              <style>polyline{{stroke-linejoin:round;stroke-linecap:round}}</style>\n{body}",
             self.width.mm(),
             f64::from(height) / UNITS_PER_MM,
-            escaped(&self.title),
-            escaped(&self.caption),
+            escape(&self.title),
+            escape(&self.caption),
         );
         Ok(text)
     }
@@ -89,11 +89,11 @@ impl Figure {
             (columns * UNITS_PER_DOT) as u32,
             (rows * UNITS_PER_DOT) as u32,
         );
-        let mut fine = vec![0u8; 3 * columns * rows * UNITS_PER_DOT.pow(2)];
-        let mut bitmap = Bitmap::new(&mut fine, layout.size, &typeface);
-        draw(self, &layout, &mut Pen(&mut bitmap)).map_err(backend)?;
+        let mut fine_pixels = vec![0u8; 3 * columns * rows * UNITS_PER_DOT.pow(2)];
+        let mut bitmap = Bitmap::new(&mut fine_pixels, layout.size, &typeface);
+        draw(self, &layout, &mut Pen(&mut bitmap)).map_err(drawing_error)?;
         drop(bitmap);
-        self.encode(columns, &averaged(&fine, columns, rows))
+        self.encode(columns, &average(&fine_pixels, columns, rows))
     }
 
     fn encode(&self, columns: usize, pixels: &[u8]) -> Result<Vec<u8>, FigureError> {
@@ -118,17 +118,17 @@ impl Figure {
 }
 
 /// Returns the printed dots, each the mean of the drawing units in it.
-fn averaged(fine: &[u8], columns: usize, rows: usize) -> Vec<u8> {
+fn average(fine_pixels: &[u8], columns: usize, rows: usize) -> Vec<u8> {
     let stride = 3 * columns * UNITS_PER_DOT;
     let count = UNITS_PER_DOT.pow(2) as u32;
     let mut dots = Vec::with_capacity(3 * columns * rows);
-    for lines in fine.chunks_exact(stride * UNITS_PER_DOT) {
+    for lines in fine_pixels.chunks_exact(stride * UNITS_PER_DOT) {
         for column in 0..columns {
             for channel in 0..3 {
                 let sum: u32 = (0..UNITS_PER_DOT)
                     .flat_map(|line| {
-                        (0..UNITS_PER_DOT).map(move |across| {
-                            line * stride + 3 * (column * UNITS_PER_DOT + across) + channel
+                        (0..UNITS_PER_DOT).map(move |dot_column| {
+                            line * stride + 3 * (column * UNITS_PER_DOT + dot_column) + channel
                         })
                     })
                     .map(|index| u32::from(lines[index]))
@@ -140,7 +140,7 @@ fn averaged(fine: &[u8], columns: usize, rows: usize) -> Vec<u8> {
     dots
 }
 
-fn escaped(text: &str) -> String {
+fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -21,14 +21,14 @@ pub(super) struct Tick {
 /// Share of the data's range left free at either end.
 const MARGIN: f64 = 0.05;
 /// Maximum number of requested ticks on an axis.
-const MOST_WANTED: f64 = 16.0;
+const MAX_TICKS: f64 = 16.0;
 
 impl AxisExtent {
     pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
         let scale = axis.scale;
-        let usable =
+        let is_usable =
             |value: &f64| value.is_finite() && (matches!(scale, Scale::Linear) || *value > 0.0);
-        let (least, greatest) = values.filter(usable).fold(
+        let (least, greatest) = values.filter(is_usable).fold(
             (f64::INFINITY, f64::NEG_INFINITY),
             |(least, greatest), value| (least.min(value), greatest.max(value)),
         );
@@ -41,18 +41,18 @@ impl AxisExtent {
             (Span::Fixed(low, high), _) => (low, high),
             (Span::FromZero, Scale::Linear) => (0.0, greatest.max(0.0) * (1.0 + MARGIN)),
             (span, scale) => {
-                let above = match span {
+                let headroom = match span {
                     Span::WithHeadroom(share) => MARGIN + share,
                     Span::Data | Span::FromZero | Span::Fixed(..) => MARGIN,
                 };
                 match scale {
                     Scale::Linear => {
                         let range = greatest - least;
-                        (least - MARGIN * range, greatest + above * range)
+                        (least - MARGIN * range, greatest + headroom * range)
                     }
                     Scale::Logarithmic => {
                         let range = greatest / least;
-                        (least / range.powf(MARGIN), greatest * range.powf(above))
+                        (least / range.powf(MARGIN), greatest * range.powf(headroom))
                     }
                 }
             }
@@ -81,16 +81,16 @@ impl AxisExtent {
         (value - low) / (high - low)
     }
 
-    /// Returns about `wanted` labelled ticks.
-    pub(super) fn ticks(&self, wanted: f64) -> Vec<Tick> {
+    /// Returns about `n_ticks` labelled ticks.
+    pub(super) fn ticks(&self, n_ticks: f64) -> Vec<Tick> {
         match self.scale {
-            Scale::Linear => self.linear_ticks(wanted),
-            Scale::Logarithmic => self.decade_ticks(wanted),
+            Scale::Linear => self.linear_ticks(n_ticks),
+            Scale::Logarithmic => self.decade_ticks(n_ticks),
         }
     }
 
-    fn linear_ticks(&self, wanted: f64) -> Vec<Tick> {
-        let rough = (self.high - self.low) / wanted.max(1.0);
+    fn linear_ticks(&self, n_ticks: f64) -> Vec<Tick> {
+        let rough = (self.high - self.low) / n_ticks.max(1.0);
         let exponent = rough.log10().floor() as i32;
         let decade = 10f64.powi(exponent);
         let (steps, decimals) = [(1.0, 0), (2.0, 0), (2.5, 1), (5.0, 0), (10.0, -1)]
@@ -103,8 +103,8 @@ impl AxisExtent {
         let first = (self.low / step - slack).ceil() as i64;
         let last = (self.high / step + slack).floor() as i64;
         // At least three ticks are needed to read a scale.
-        if last - first < 2 && wanted < MOST_WANTED {
-            return self.linear_ticks(2.0 * wanted);
+        if last - first < 2 && n_ticks < MAX_TICKS {
+            return self.linear_ticks(2.0 * n_ticks);
         }
         (first..=last)
             .map(|index| {
@@ -117,9 +117,9 @@ impl AxisExtent {
             .collect()
     }
 
-    fn decade_ticks(&self, wanted: f64) -> Vec<Tick> {
+    fn decade_ticks(&self, n_ticks: f64) -> Vec<Tick> {
         let decades = (self.high / self.low).log10();
-        let labelled: &[u8] = if decades <= 0.5 * wanted {
+        let labelled_digits: &[u8] = if decades <= 0.5 * n_ticks {
             &[1, 2, 5]
         } else {
             &[1]
@@ -134,7 +134,9 @@ impl AxisExtent {
                 let decimals = usize::try_from(-exponent).unwrap_or(0);
                 Tick {
                     value,
-                    label: labelled.contains(&digit).then(|| written(value, decimals)),
+                    label: labelled_digits
+                        .contains(&digit)
+                        .then(|| written(value, decimals)),
                 }
             })
             .filter(|tick| {
@@ -147,8 +149,8 @@ impl AxisExtent {
 /// Returns `value` with `decimals` decimals, a typographic minus sign and no negative zero.
 pub fn written(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
-    let zero = text.chars().all(|c| matches!(c, '0' | '.'));
-    if value < 0.0 && !zero {
+    let is_zero = text.chars().all(|c| matches!(c, '0' | '.'));
+    if value < 0.0 && !is_zero {
         format!("\u{2212}{text}")
     } else {
         text
@@ -159,9 +161,9 @@ pub fn written(value: f64, decimals: usize) -> String {
 mod tests {
     use super::*;
 
-    fn labels(axis: &Axis, values: &[f64], wanted: f64) -> Vec<String> {
+    fn labels(axis: &Axis, values: &[f64], n_ticks: f64) -> Vec<String> {
         AxisExtent::new(axis, values.iter().copied())
-            .ticks(wanted)
+            .ticks(n_ticks)
             .into_iter()
             .filter_map(|tick| tick.label)
             .collect()
@@ -174,8 +176,11 @@ mod tests {
             labels(&axis, &[0.0, 10.0], 5.0),
             ["0.0", "2.5", "5.0", "7.5", "10.0"]
         );
-        let below = labels(&axis.between(-0.3, 0.3), &[], 6.0);
-        assert_eq!(below, ["−0.3", "−0.2", "−0.1", "0.0", "0.1", "0.2", "0.3"]);
+        let label_texts = labels(&axis.between(-0.3, 0.3), &[], 6.0);
+        assert_eq!(
+            label_texts,
+            ["−0.3", "−0.2", "−0.1", "0.0", "0.1", "0.2", "0.3"]
+        );
     }
 
     #[test]
@@ -184,8 +189,8 @@ mod tests {
         assert_eq!(labels(&axis, &[], 4.0), ["0.1", "1", "10", "100"]);
         let ticks = AxisExtent::new(&axis, std::iter::empty()).ticks(4.0);
         assert_eq!(ticks.len(), 28);
-        let short = Axis::logarithmic("").between(0.1, 1.0);
-        assert_eq!(labels(&short, &[], 4.0), ["0.1", "0.2", "0.5", "1"]);
+        let decade = Axis::logarithmic("").between(0.1, 1.0);
+        assert_eq!(labels(&decade, &[], 4.0), ["0.1", "0.2", "0.5", "1"]);
     }
 
     #[test]

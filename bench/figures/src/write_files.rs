@@ -12,17 +12,17 @@ use crate::spec::Figure;
 /// # Errors
 /// If a figure cannot be drawn or a file cannot be written.
 pub fn write(figures: &[Figure], folder: &Path) -> Result<Vec<PathBuf>, FigureError> {
-    let mut written = Vec::new();
+    let mut paths = Vec::new();
     let mut captions = String::from("# Figures\n");
     for figure in figures {
-        written.extend(write_one(figure, &folder.join(&figure.name))?);
+        paths.extend(write_one(figure, &folder.join(&figure.name))?);
         captions += &format!(
             "\n## {}\n`{}`: {}\n",
             figure.title, figure.name, figure.caption
         );
     }
-    written.push(save(folder.join("captions.md"), captions.as_bytes())?);
-    Ok(written)
+    paths.push(save(folder.join("captions.md"), captions.as_bytes())?);
+    Ok(paths)
 }
 
 /// Writes one figure as SVG and PNG, its caption inside both, to `stem` with `.svg` and `.png` appended.
@@ -30,14 +30,14 @@ pub fn write(figures: &[Figure], folder: &Path) -> Result<Vec<PathBuf>, FigureEr
 /// # Errors
 /// If the figure cannot be drawn or a file cannot be written.
 pub fn write_one(figure: &Figure, stem: &Path) -> Result<[PathBuf; 2], FigureError> {
-    let ended = |ending: &str| {
+    let path_with = |ending: &str| {
         let mut path = stem.as_os_str().to_owned();
         path.push(ending);
         PathBuf::from(path)
     };
     Ok([
-        save(ended(".svg"), figure.to_svg()?.as_bytes())?,
-        save(ended(".png"), &figure.to_png()?)?,
+        save(path_with(".svg"), figure.to_svg()?.as_bytes())?,
+        save(path_with(".png"), &figure.to_png()?)?,
     ])
 }
 

@@ -24,27 +24,27 @@ impl Default for Drawn {
 
 impl Drawn {
     /// Omits `trial` if no recording has an estimate by it.
-    pub(crate) fn found_in(&self, analysed: &Analysed) -> Self {
-        let has = |method: &Method| {
+    pub(crate) fn available_in(&self, analysed: &Analysed) -> Self {
+        let is_available = |method: &Method| {
             let mut instances = analysed.instances();
             *method != Method::Trial || instances.any(|(_, instance)| instance.trial.is_some())
         };
         Self {
-            methods: self.methods.iter().copied().filter(has).collect(),
+            methods: self.methods.iter().copied().filter(is_available).collect(),
             ..self.clone()
         }
     }
 
     /// Returns at most two methods, for a figure without room for more: `trial` replaces `dynamic` if it has an estimate
     /// of all these instances.
-    pub(crate) fn two_of(&self, instances: &[InstanceAnalysis]) -> Vec<Method> {
-        let whole = instances.iter().all(|of| of.trial.is_some());
-        let trial = self.methods.contains(&Method::Trial) && whole;
-        let shown = |method: &Method| match method {
+    pub(crate) fn method_pair(&self, instances: &[InstanceAnalysis]) -> Vec<Method> {
+        let has_all = instances.iter().all(|instance| instance.trial.is_some());
+        let trial = self.methods.contains(&Method::Trial) && has_all;
+        let is_shown = |method: &Method| match method {
             Method::Paper => true,
             Method::Dynamic => !trial,
             Method::Trial => trial,
         };
-        self.methods.iter().copied().filter(shown).collect()
+        self.methods.iter().copied().filter(is_shown).collect()
     }
 }

@@ -14,12 +14,12 @@ pub(super) const AMPLITUDE: &str = "Vibration amplitude (µm)";
 pub(super) const ABS_Z_M: &str = "|Zₘ| (N·s/m)";
 pub(super) const GAP: &str = "Gap (µm)";
 pub(super) const FRICTION: &str = "Friction coefficient μ";
-pub(super) const MEASURED: &str = "measured";
-pub(super) const MODELLED: &str = "model";
+pub(super) const MEASUREMENT: &str = "measured";
+pub(super) const MODEL: &str = "model";
 
 /// Returns the sentences that name every assumed parameter of an estimate.
-pub(super) fn assumed(settings: &Settings, drawn: &Drawn) -> String {
-    let not_by_trial = if drawn.methods.contains(&Method::Trial) {
+pub(super) fn assumption_note(settings: &Settings, selection: &Drawn) -> String {
+    let trial_clause = if selection.methods.contains(&Method::Trial) {
         " Of these trial assumes E, ν and p₀ alone: it fits S, q₀ and η to all instances of a recording together."
     } else {
         ""
@@ -27,57 +27,57 @@ pub(super) fn assumed(settings: &Settings, drawn: &Drawn) -> String {
     format!(
         "Assumed: q₀ = {:e} rad/m, E = {} MPa, ν = {}, S = {} mm², p₀ = {} Pa, η = {}; instances of {} ms in the central {} mm; forces \
          through a zero-phase second-order Butterworth filter of {} Hz, but the normal force by its spectrum (dynamic, trial); rest below {} µm (paper); \
-         amplitude uniform along the plate (paper), as measured (dynamic and trial, where it was).{not_by_trial}",
+         amplitude uniform along the plate (paper), as measured (dynamic and trial, where it was).{trial_clause}",
         settings.sigma_q0_rad_per_m,
-        rounded(settings.young_modulus_pa * 1e-6),
+        round(settings.young_modulus_pa * 1e-6),
         settings.poisson_ratio,
-        rounded(settings.contact_area_m2 * 1e6),
+        round(settings.contact_area_m2 * 1e6),
         settings.ambient_pressure_pa,
         settings.loss_factor,
-        rounded(settings.instance_s * 1e3),
-        rounded(settings.central_m * 1e3),
+        round(settings.instance_s * 1e3),
+        round(settings.central_m * 1e3),
         settings.smoothing_hz,
-        rounded(settings.rest_amplitude_m * MICRO),
+        round(settings.rest_amplitude_m * MICRO),
     )
 }
 
 /// Returns the name of a recording: the last names of its path, in a study those of participant, session and trial.
-pub(super) fn name_of(found: &RecordingFindings) -> String {
-    let of_study = found.manifest.participant.is_some() && found.manifest.trial.is_some();
-    let names: Vec<_> = found.path.iter().collect();
-    let from = names.len().saturating_sub(if of_study { 3 } else { 1 });
-    let names = names[from..].iter().map(|name| name.to_string_lossy());
+pub(super) fn recording_name(findings: &RecordingFindings) -> String {
+    let is_study = findings.manifest.participant.is_some() && findings.manifest.trial.is_some();
+    let names: Vec<_> = findings.path.iter().collect();
+    let first = names.len().saturating_sub(if is_study { 3 } else { 1 });
+    let names = names[first..].iter().map(|name| name.to_string_lossy());
     names.collect::<Vec<_>>().join("/")
 }
 
 /// Returns a sentence on the result of a recording's fit by `trial`; an empty text if it is not drawn.
-pub(super) fn by_trial(found: &RecordingFindings, drawn: &Drawn) -> String {
-    let shared = found.trial.as_ref();
-    let usable =
-        shared.filter(|of| drawn.methods.contains(&Method::Trial) && of.verdict.is_usable());
-    let Some(shared) = usable else {
+pub(super) fn trial_note(findings: &RecordingFindings, selection: &Drawn) -> String {
+    let fit = findings.trial.as_ref();
+    let usable_fit =
+        fit.filter(|fit| selection.methods.contains(&Method::Trial) && fit.verdict.is_usable());
+    let Some(fit) = usable_fit else {
         return String::new();
     };
     format!(
         "Found by trial in this recording{}: S = {:.0} mm², q₀ = {:.2e} rad/m, η = {:.3}, τ = {:.2} ms. ",
-        match shared.misfit.is_empty() {
+        match fit.misfit.is_empty() {
             true => "",
             false => ", for which its model does not hold",
         },
-        shared.contact_area_m2.value * 1e6,
-        shared.q0_rad_per_m.value,
-        shared.loss_factor.value,
-        shared.tau_s.value * 1e3,
+        fit.contact_area_m2.value * 1e6,
+        fit.q0_rad_per_m.value,
+        fit.loss_factor.value,
+        fit.tau_s.value * 1e3,
     )
 }
 
 /// Rounds to nine decimals, which removes the rounding error of a change of unit.
-fn rounded(value: f64) -> f64 {
+fn round(value: f64) -> f64 {
     (value * 1e9).round() / 1e9
 }
 
 /// Returns the note in a caption for a cloud that shows only every `step`th sample.
-pub(super) fn thinned(step: usize) -> String {
+pub(super) fn thinning_note(step: usize) -> String {
     if step > 1 {
         format!(" (one in {step} drawn)")
     } else {

@@ -21,41 +21,53 @@ pub use drawn::Drawn;
 
 /// Returns the figures that these recordings allow: without an instance, only the trial in time; without an exploration,
 /// no figure. `trial` is drawn for recordings with a usable fit. `sessions` gives the time between recordings.
-pub fn measured_figures(analysed: &Analysed, sessions: &Sessions, drawn: &Drawn) -> Vec<Figure> {
-    let drawn = &drawn.found_in(analysed);
+pub fn measured_figures(
+    analysed: &Analysed,
+    sessions: &Sessions,
+    selection: &Drawn,
+) -> Vec<Figure> {
+    let selection = &selection.available_in(analysed);
     let mut figures = Vec::new();
-    if let Some(typical) = typical(analysed) {
-        figures.extend(typical_trial::figure(typical, &analysed.settings, drawn));
-        figures.extend(instances::figure(typical, &analysed.settings, drawn));
+    if let Some(typical_recording) = typical_recording(analysed) {
+        figures.extend(typical_trial::figure(
+            typical_recording,
+            &analysed.settings,
+            selection,
+        ));
+        figures.extend(instances::figure(
+            typical_recording,
+            &analysed.settings,
+            selection,
+        ));
     }
-    if analysed.instances().next().is_some() && !drawn.methods.is_empty() {
-        figures.push(variation::figure(analysed, drawn));
-        figures.push(agreement::figure(analysed, drawn));
+    if analysed.instances().next().is_some() && !selection.methods.is_empty() {
+        figures.push(variation::figure(analysed, selection));
+        figures.push(agreement::figure(analysed, selection));
     }
-    figures.extend(resonance_shift::figures(analysed, sessions, drawn));
+    figures.extend(resonance_shift::figures(analysed, sessions, selection));
     figures
 }
 
 /// Returns the recording with the median of the mean σ_t by the dynamic method (the lower of two); without instances, the
 /// first readable recording.
-fn typical(analysed: &Analysed) -> Option<&RecordingFindings> {
-    let mut by_sigma: Vec<(f64, &RecordingFindings)> = analysed
+fn typical_recording(analysed: &Analysed) -> Option<&RecordingFindings> {
+    let mut mean_sigmas: Vec<(f64, &RecordingFindings)> = analysed
         .findings()
-        .filter_map(|found| {
-            let usable = found
+        .filter_map(|findings| {
+            let estimates = findings
                 .instances
                 .iter()
                 .filter_map(|i| i.estimated(Method::Dynamic));
-            let sigmas_m: Vec<f64> = usable.map(|of| of.sigma_t_m).collect();
+            let sigmas_m: Vec<f64> = estimates.map(|estimate| estimate.sigma_t_m).collect();
             let mean_m = sigmas_m.iter().sum::<f64>() / sigmas_m.len() as f64;
-            mean_m.is_finite().then_some((mean_m, found))
+            mean_m.is_finite().then_some((mean_m, findings))
         })
         .collect();
-    by_sigma.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let median = by_sigma.len().saturating_sub(1) / 2;
-    by_sigma
+    mean_sigmas.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let median = mean_sigmas.len().saturating_sub(1) / 2;
+    mean_sigmas
         .get(median)
-        .map(|(_, found)| *found)
+        .map(|(_, findings)| *findings)
         .or_else(|| analysed.findings().next())
 }
 
@@ -67,24 +79,24 @@ fn typical(analysed: &Analysed) -> Option<&RecordingFindings> {
 pub fn write_figures(
     analysed: &Analysed,
     sessions: &Sessions,
-    drawn: &Drawn,
+    selection: &Drawn,
     folder: &Path,
 ) -> Result<Vec<PathBuf>, figures::FigureError> {
     std::fs::create_dir_all(folder).map_err(|source| figures::FigureError::Write {
         path: folder.to_owned(),
         source,
     })?;
-    let drawn = measured_figures(analysed, sessions, drawn);
-    let mut written = figures::write(&drawn, folder)?;
-    for figure in &drawn {
+    let figures = measured_figures(analysed, sessions, selection);
+    let mut paths = figures::write(&figures, folder)?;
+    for figure in &figures {
         let path = folder.join(format!("{}.csv", figure.name));
         std::fs::write(&path, figure.to_csv()).map_err(|source| figures::FigureError::Write {
             path: path.clone(),
             source,
         })?;
-        written.push(path);
+        paths.push(path);
     }
-    Ok(written)
+    Ok(paths)
 }
 
 /// Compiles and runs the example in the README.

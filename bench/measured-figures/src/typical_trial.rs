@@ -7,7 +7,7 @@ use num_complex::Complex64;
 
 use crate::drawn::Drawn;
 use crate::elements::{
-    ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumed, by_trial, ink, line, name_of,
+    ABS_Z_M, EstimatedQuantity, GAP, MICRO, assumption_note, ink, line, recording_name, trial_note,
 };
 use analysis::Settings;
 use analysis::analysed::RecordingFindings;
@@ -18,20 +18,20 @@ use figures::{Dash, Ink, Width};
 
 /// Draws the exploration with the most instances; `None` for a recording without exploration.
 pub(super) fn figure(
-    found: &RecordingFindings,
+    findings: &RecordingFindings,
     settings: &Settings,
-    drawn: &Drawn,
+    selection: &Drawn,
 ) -> Option<Figure> {
-    let exploration = found
+    let exploration = findings
         .explorations
         .iter()
         .filter(|exploration| !exploration.time_s.is_empty())
         .rev()
-        .max_by_key(|exploration| instances(found, exploration).count())?;
-    let instances: Vec<&InstanceAnalysis> = instances(found, exploration).collect();
+        .max_by_key(|exploration| instances(findings, exploration).count())?;
+    let instances: Vec<&InstanceAnalysis> = instances(findings, exploration).collect();
     let time_s = &exploration.time_s;
     let ends = (time_s[0], time_s[time_s.len() - 1]);
-    let measured = |values: &[f64], factor: f64| -> Vec<(f64, f64)> {
+    let time_course = |values: &[f64], factor: f64| -> Vec<(f64, f64)> {
         time_s
             .iter()
             .zip(values)
@@ -50,15 +50,17 @@ pub(super) fn figure(
     let mut amplitude = vec![Series::line(
         Ink::Black,
         Dash::Solid,
-        measured(&exploration.amplitude_m, MICRO),
+        time_course(&exploration.amplitude_m, MICRO),
     )];
     // `trial` uses the same data as `dynamic`, and both curves coincide.
-    let corrected = [Method::Dynamic, Method::Trial];
-    let corrected = corrected.into_iter().find(|of| drawn.methods.contains(of));
-    let by_profile = corrected.filter(|_| found.plate().profile.is_some());
-    if let Some(method) = by_profile {
-        let under_finger = measured(exploration.amplitude_by(method), MICRO);
-        amplitude.push(line(method, under_finger));
+    let correcting_method = [Method::Dynamic, Method::Trial];
+    let correcting_method = correcting_method
+        .into_iter()
+        .find(|method| selection.methods.contains(method));
+    let profile_method = correcting_method.filter(|_| findings.plate().profile.is_some());
+    if let Some(method) = profile_method {
+        let finger_amplitude = time_course(exploration.amplitude_by(method), MICRO);
+        amplitude.push(line(method, finger_amplitude));
     }
     let lateral: Vec<f64> = exploration
         .lateral_n
@@ -71,37 +73,40 @@ pub(super) fn figure(
             .iter()
             .zip(exploration.amplitude_by(method));
         let values: Vec<f64> = frames.map(|(&z, &a)| value(z, a)).collect();
-        line(method, measured(&values, 1.0))
+        line(method, time_course(&values, 1.0))
     };
-    let read = |of: &Method| *of == Method::Paper || Some(*of) == corrected;
-    let read = drawn.methods.iter().copied().filter(read);
-    let modulus: Vec<Series> = read
+    let has_own_reading =
+        |method: &Method| *method == Method::Paper || Some(*method) == correcting_method;
+    let reading_methods = selection.methods.iter().copied().filter(has_own_reading);
+    let modulus: Vec<Series> = reading_methods
         .map(|method| curve(method, &|z_m, _| z_m.norm()))
         .collect();
     // Mean of the impedances that the instances subtract; for `dynamic` and `trial` it includes the plate's offset.
     let z_p = |method: Method| -> Option<Complex64> {
-        let each = instances.iter().filter_map(|i| i.estimated(method));
-        let each: Vec<Complex64> = each.map(|of| of.z_p_n_s_per_m).collect();
+        let plate_impedances = instances.iter().filter_map(|i| i.estimated(method));
+        let plate_impedances: Vec<Complex64> = plate_impedances
+            .map(|estimate| estimate.z_p_n_s_per_m)
+            .collect();
         if instances.is_empty() {
-            found.z_p.map(|plate| plate.read_by(method))
-        } else if each.is_empty() {
+            findings.z_p.map(|plate| plate.read_by(method))
+        } else if plate_impedances.is_empty() {
             None
         } else {
-            Some(each.iter().sum::<Complex64>() / each.len() as f64)
+            Some(plate_impedances.iter().sum::<Complex64>() / plate_impedances.len() as f64)
         }
     };
-    let reaction = drawn.methods.iter().filter_map(|&method| {
+    let reaction = selection.methods.iter().filter_map(|&method| {
         let z_p = z_p(method)?;
         Some(curve(method, &|z_m, amplitude_m| {
-            let v_p = TAU * found.manifest.carrier_hz * amplitude_m;
+            let v_p = TAU * findings.manifest.carrier_hz * amplitude_m;
             ((z_m - z_p) * v_p).norm()
         }))
     });
     let reaction: Vec<Series> = reaction.collect();
     let mut forces = Vec::new();
-    if corrected.is_some() {
-        forces.extend(sensed_normal_n(found, exploration).map(|sensed| {
-            Series::line(Ink::Orange, Dash::Dashed, measured(&sensed, 1.0))
+    if correcting_method.is_some() {
+        forces.extend(sensed_normal_n(findings, exploration).map(|force_n| {
+            Series::line(Ink::Orange, Dash::Dashed, time_course(&force_n, 1.0))
                 .named("normal force, self-sensed")
         }));
     }
@@ -109,22 +114,22 @@ pub(super) fn figure(
         Series::line(
             Ink::Black,
             Dash::Solid,
-            measured(&exploration.normal_n, 1.0),
+            time_course(&exploration.normal_n, 1.0),
         )
         .named("normal force"),
-        Series::line(Ink::Grey, Dash::Solid, measured(&lateral, 1.0)).named("lateral force"),
+        Series::line(Ink::Grey, Dash::Solid, time_course(&lateral, 1.0)).named("lateral force"),
     ]);
     let mut friction = estimates(
         &instances,
-        drawn,
+        selection,
         |series| (&series.mu, &series.mu_std),
         1.0,
     );
-    let measured_mu = measured(&exploration.mu, 1.0);
+    let measured_mu = time_course(&exploration.mu, 1.0);
     friction.push(Series::line(Ink::Black, Dash::Dotted, measured_mu));
     let gap = estimates(
         &instances,
-        drawn,
+        selection,
         |series| (&series.gap_m, &series.gap_std_m),
         MICRO,
     );
@@ -137,8 +142,8 @@ pub(super) fn figure(
         panel(Axis::linear("Friction μ").from_zero(), friction),
         panel(Axis::linear(GAP).from_zero(), gap),
     ];
-    if let Some(lowest) = panels.last_mut() {
-        lowest.x.written = true;
+    if let Some(lowest_panel) = panels.last_mut() {
+        lowest_panel.x.written = true;
     }
     Some(Figure {
         name: "fig11_typical_trial".to_owned(),
@@ -151,27 +156,30 @@ pub(super) fn figure(
                 protocols::Direction::LeftToRight => "Left-to-right",
                 protocols::Direction::RightToLeft => "Right-to-left",
             },
-            name_of(found),
-            if by_profile.is_some() {
+            recording_name(findings),
+            if profile_method.is_some() {
                 " at the pickup, and under the finger by the plate's measured profile"
             } else {
                 ""
             },
-            match (drawn.methods.contains(&Method::Paper), corrected) {
+            match (
+                selection.methods.contains(&Method::Paper),
+                correcting_method
+            ) {
                 (true, Some(method)) => format!(
                     ", as the published method (paper) reads it and freed of envelope dynamics ({})",
                     method.name()
                 ),
                 _ => String::new(),
             },
-            if corrected.is_some() {
+            if correcting_method.is_some() {
                 ", and the normal force sensed from impedance and amplitude alone with the finger of the first instance as \
                  dynamic has it"
             } else {
                 ""
             },
-            by_trial(found, drawn),
-            assumed(settings, drawn),
+            trial_note(findings, selection),
+            assumption_note(settings, selection),
         ),
         width: Width::Page,
         columns: 1,
@@ -182,11 +190,11 @@ pub(super) fn figure(
 }
 
 fn instances<'a>(
-    found: &'a RecordingFindings,
+    findings: &'a RecordingFindings,
     exploration: &'a ExplorationFindings,
 ) -> impl Iterator<Item = &'a InstanceAnalysis> {
     let span = exploration.start_s..=exploration.end_s;
-    found
+    findings
         .instances
         .iter()
         .filter(move |i| span.contains(&i.start_s))
@@ -194,26 +202,26 @@ fn instances<'a>(
 
 /// Returns the normal force self-sensed from impedance and amplitude, N.
 fn sensed_normal_n(
-    found: &RecordingFindings,
+    findings: &RecordingFindings,
     exploration: &ExplorationFindings,
 ) -> Option<Vec<f64>> {
-    let sensed = self_sensed::normal_force(
-        found.first_finger()?,
+    let force = self_sensed::normal_force(
+        findings.first_finger()?,
         exploration.interval_s()?,
         &exploration.under_finger.z_m_n_s_per_m,
         &exploration.under_finger.amplitude_m,
     );
-    sensed.ok().map(|sensed| sensed.normal_n)
+    force.ok().map(|force| force.normal_n)
 }
 
 /// Returns curves and standard errors of the methods, broken between instances.
 fn estimates(
     instances: &[&InstanceAnalysis],
-    drawn: &Drawn,
+    selection: &Drawn,
     quantity: EstimatedQuantity,
     factor: f64,
 ) -> Vec<Series> {
-    let of = |&method: &Method| {
+    let band_and_curve = |&method: &Method| {
         let mut curve = Vec::new();
         let mut band = Vec::new();
         for estimated in instances.iter().filter_map(|i| i.estimated(method)) {
@@ -229,11 +237,15 @@ fn estimates(
         }
         (Series::band(ink(method), band), line(method, curve))
     };
-    let has = |method: &&Method| {
-        let mut each = instances.iter();
-        instances.is_empty() || each.any(|i| i.estimated(**method).is_some())
+    let has_estimate = |method: &&Method| {
+        let mut analyses = instances.iter();
+        instances.is_empty() || analyses.any(|i| i.estimated(**method).is_some())
     };
-    let (bands, curves): (Vec<Series>, Vec<Series>) =
-        drawn.methods.iter().filter(has).map(of).unzip();
+    let (bands, curves): (Vec<Series>, Vec<Series>) = selection
+        .methods
+        .iter()
+        .filter(has_estimate)
+        .map(band_and_curve)
+        .unzip();
     bands.into_iter().chain(curves).collect()
 }

@@ -55,15 +55,15 @@ fn micrometres(length_m: f64) -> String {
 }
 
 fn finger(parameters: &Parameters) -> String {
-    let assumed = &parameters.assumed;
+    let constants = &parameters.assumed;
     format!(
         "σₜ = {}, S = {:.0} mm², E = {:.3} MPa, ν = {}, q₀ = {:.3e} rad/m, p₀ = {:.0} Pa",
         micrometres(parameters.sigma_t_m),
-        assumed.contact_area_m2 * 1e6,
-        assumed.young_modulus_pa * 1e-6,
-        assumed.poisson_ratio,
-        assumed.q0_rad_per_m,
-        assumed.ambient_pressure_pa,
+        constants.contact_area_m2 * 1e6,
+        constants.young_modulus_pa * 1e-6,
+        constants.poisson_ratio,
+        constants.q0_rad_per_m,
+        constants.ambient_pressure_pa,
     )
 }
 
@@ -139,7 +139,7 @@ fn balance(parameters: &Parameters, curves: &Curves) -> Figure {
         |amplitude_m| format!("fₛ at {}", micrometres(amplitude_m)),
         |row| (row.gap_m * MICRO, row.film_n),
     );
-    let left = curves
+    let film_loads = curves
         .balance
         .chunk_by(|row, next| row.normal_n == next.normal_n)
         .enumerate()
@@ -165,7 +165,7 @@ fn balance(parameters: &Parameters, curves: &Curves) -> Figure {
         .map(|row| row.gap_m)
         .fold(0.0, f64::max);
     let forces = Panel {
-        series: left.chain(film).collect(),
+        series: film_loads.chain(film).collect(),
         ..Panel::new(
             Axis::linear("Gap (µm)").between(0.0, greatest_m * MICRO),
             Axis::linear("Force (N)").between(0.0, 1.7 * greatest_n),

@@ -28,9 +28,9 @@ pub fn run(options: &Options) -> anyhow::Result<Vec<PathBuf>> {
     let curves = Curves::compute(&parameters)?;
     fs::create_dir_all(&options.out)
         .with_context(|| format!("cannot make the folder {}", options.out.display()))?;
-    let mut written = curves.write(&options.out)?;
+    let mut paths = curves.write(&options.out)?;
     if !options.csv_only {
-        written.extend(::figures::write(&draw(&parameters, &curves), &options.out)?);
+        paths.extend(::figures::write(&draw(&parameters, &curves), &options.out)?);
     }
-    Ok(written)
+    Ok(paths)
 }

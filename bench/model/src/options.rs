@@ -67,9 +67,9 @@ pub struct Assumptions {
     pub mu0: f64,
 }
 
-fn number(text: &str, allowed: fn(f64) -> bool, limit: &str) -> Result<f64, String> {
+fn number(text: &str, is_allowed: fn(f64) -> bool, limit: &str) -> Result<f64, String> {
     match text.parse() {
-        Ok(value) if allowed(value) => Ok(value),
+        Ok(value) if is_allowed(value) => Ok(value),
         _ => Err(format!("must be {limit}")),
     }
 }

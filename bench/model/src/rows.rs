@@ -194,7 +194,7 @@ pub(super) fn squeeze(parameters: &Parameters) -> Result<Vec<Squeeze>, ModelErro
 }
 
 /// Returns a row for each force and amplitude; `row` makes it from normal force, amplitude and equilibrium gap.
-fn by_amplitude<R>(
+fn amplitude_rows<R>(
     parameters: &Parameters,
     forces_n: &[f64],
     row: impl Fn(&contact::Contact, f64, f64, f64) -> R,
@@ -212,7 +212,7 @@ fn by_amplitude<R>(
 }
 
 pub(super) fn gap(parameters: &Parameters) -> Result<Vec<Gap>, ModelError> {
-    by_amplitude(parameters, &FORCES_N, |_, normal_n, amplitude_m, gap_m| {
+    amplitude_rows(parameters, &FORCES_N, |_, normal_n, amplitude_m, gap_m| {
         Gap {
             normal_n,
             amplitude_m,
@@ -222,7 +222,7 @@ pub(super) fn gap(parameters: &Parameters) -> Result<Vec<Gap>, ModelError> {
 }
 
 pub(super) fn stiffness(parameters: &Parameters) -> Result<Vec<Stiffness>, ModelError> {
-    by_amplitude(
+    amplitude_rows(
         parameters,
         &FORCES_N,
         |contact, normal_n, amplitude_m, gap_m| Stiffness {
@@ -234,7 +234,7 @@ pub(super) fn stiffness(parameters: &Parameters) -> Result<Vec<Stiffness>, Model
 }
 
 pub(super) fn impedance(parameters: &Parameters) -> Result<Vec<Impedance>, ModelError> {
-    by_amplitude(
+    amplitude_rows(
         parameters,
         &FORCES_N,
         |contact, normal_n, amplitude_m, gap_m| {
@@ -251,7 +251,7 @@ pub(super) fn impedance(parameters: &Parameters) -> Result<Vec<Impedance>, Model
 }
 
 pub(super) fn friction(parameters: &Parameters) -> Result<Vec<Friction>, ModelError> {
-    by_amplitude(
+    amplitude_rows(
         parameters,
         &TWO_FORCES_N,
         |contact, normal_n, amplitude_m, gap_m| Friction {

@@ -11,8 +11,8 @@ impl Estimate {
     /// Makes an estimate; `None` unless both are finite and the standard error is positive.
     #[must_use]
     pub fn new(value: f64, std: f64) -> Option<Self> {
-        let known = value.is_finite() && std.is_finite() && std > 0.0 && std * std > 0.0;
-        known.then_some(Self { value, std })
+        let is_valid = value.is_finite() && std.is_finite() && std > 0.0 && std * std > 0.0;
+        is_valid.then_some(Self { value, std })
     }
 
     /// Returns the value.
@@ -38,12 +38,13 @@ impl Estimate {
     /// subtracts its precision from that of the marginal.
     #[must_use]
     pub fn without_prior(self, prior: Self) -> Option<Self> {
-        let (whole, of_prior) = (self.variance().recip(), prior.variance().recip());
-        let precision = whole - of_prior;
-        let value = (self.value * whole - prior.value * of_prior) / precision;
+        let (posterior_precision, prior_precision) =
+            (self.variance().recip(), prior.variance().recip());
+        let precision = posterior_precision - prior_precision;
+        let value = (self.value * posterior_precision - prior.value * prior_precision) / precision;
         // A difference within rounding error carries no information.
-        let told = precision > 1e-6 * of_prior;
-        Self::new(value, precision.sqrt().recip()).filter(|_| told)
+        let is_informative = precision > 1e-6 * prior_precision;
+        Self::new(value, precision.sqrt().recip()).filter(|_| is_informative)
     }
 }
 
@@ -68,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn a_prior_is_taken_off_again() {
+    fn a_prior_is_removed() {
         // Data 2 ± 0.5 under a prior 0 ± 1: precision 4 + 1, value 8/5.
         let posterior = Estimate::new(1.6, 0.2_f64.sqrt()).unwrap();
         let prior = Estimate::new(0.0, 1.0).unwrap();

@@ -5,15 +5,15 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use crate::estimate::Estimate;
 
 /// Half-width of the 95 % interval of a normal distribution, in standard deviations.
-pub(crate) const WITHIN_95: f64 = 1.959_964;
+pub(crate) const NORMAL_95: f64 = 1.959_964;
 
 /// Groups of estimates, weighted within each group by precision.
 pub(crate) struct Weighted {
     /// Means of the groups; `None` without members.
     pub(crate) groups: Vec<Option<GroupMean>>,
     /// Weighted squares about the means; with the right weights, their expectation is the number of degrees of freedom.
-    pub(crate) apart: f64,
-    /// Increase of [`apart`](Self::apart) per variance between members.
+    pub(crate) squares: f64,
+    /// Increase of [`squares`](Self::squares) per variance between members.
     growth: f64,
     /// Degrees of freedom.
     pub(crate) freedom: usize,
@@ -34,16 +34,20 @@ impl Weighted {
     pub(crate) fn new<G: AsRef<[Estimate]>>(groups: &[G], between: f64) -> Self {
         let mut weighted = Self {
             groups: Vec::with_capacity(groups.len()),
-            apart: 0.0,
+            squares: 0.0,
             growth: 0.0,
             freedom: 0,
         };
         for group in groups {
             let group = group.as_ref();
-            let weight = |of: &Estimate| (of.variance() + between).recip();
+            let weight = |estimate: &Estimate| (estimate.variance() + between).recip();
             let weights: f64 = group.iter().map(weight).sum();
             let mean = |value: fn(Estimate) -> f64| {
-                group.iter().map(|of| weight(of) * value(*of)).sum::<f64>() / weights
+                group
+                    .iter()
+                    .map(|estimate| weight(estimate) * value(*estimate))
+                    .sum::<f64>()
+                    / weights
             };
             let value = mean(Estimate::value);
             weighted.groups.push((!group.is_empty()).then(|| GroupMean {
@@ -52,10 +56,12 @@ impl Weighted {
                 shared_std: mean(Estimate::std),
             }));
             if group.len() > 1 {
-                let apart = |of: &Estimate| weight(of) * (of.value() - value).powi(2);
-                let squares: f64 = group.iter().map(|of| weight(of).powi(2)).sum();
-                weighted.apart += group.iter().map(apart).sum::<f64>();
-                weighted.growth += weights - squares / weights;
+                let square =
+                    |estimate: &Estimate| weight(estimate) * (estimate.value() - value).powi(2);
+                let squared_weights: f64 =
+                    group.iter().map(|estimate| weight(estimate).powi(2)).sum();
+                weighted.squares += group.iter().map(square).sum::<f64>();
+                weighted.growth += weights - squared_weights / weights;
                 weighted.freedom += group.len() - 1;
             }
         }
@@ -66,7 +72,7 @@ impl Weighted {
     pub(crate) fn scatter(&self) -> f64 {
         match self.freedom {
             0 => 1.0,
-            freedom => self.apart / freedom as f64,
+            freedom => self.squares / freedom as f64,
         }
     }
 }
@@ -74,14 +80,14 @@ impl Weighted {
 /// Returns the half-width of the 95 % interval of Student's distribution with `freedom` degrees of freedom.
 pub(crate) fn student95(freedom: usize) -> f64 {
     let student = StudentsT::new(0.0, 1.0, freedom as f64);
-    student.map_or(WITHIN_95, |student| student.inverse_cdf(0.975))
+    student.map_or(NORMAL_95, |student| student.inverse_cdf(0.975))
 }
 
 /// Returns the variance between estimates of a group beyond that of their errors (DerSimonian and Laird 1986, with their
 /// moment summed over groups); `None` if no group has two estimates.
 pub(crate) fn between_variance<G: AsRef<[Estimate]>>(groups: &[G]) -> Option<f64> {
     let weighted = Weighted::new(groups, 0.0);
-    let surplus = weighted.apart - weighted.freedom as f64;
+    let surplus = weighted.squares - weighted.freedom as f64;
     (weighted.freedom > 0).then(|| (surplus / weighted.growth).max(0.0))
 }
 
@@ -92,8 +98,8 @@ pub(crate) fn between_variance<G: AsRef<[Estimate]>>(groups: &[G]) -> Option<f64
 pub fn mean(estimates: &[Estimate]) -> Option<Estimate> {
     let groups = [estimates];
     let weighted = Weighted::new(&groups, between_variance(&groups).unwrap_or(0.0));
-    let of = weighted.groups[0]?;
-    Estimate::new(of.value, of.weights.sqrt().recip())
+    let group_mean = weighted.groups[0]?;
+    Estimate::new(group_mean.value, group_mean.weights.sqrt().recip())
 }
 
 #[cfg(test)]
@@ -101,27 +107,31 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    fn of(values: &[(f64, f64)]) -> Vec<Estimate> {
-        let each = values.iter().map(|&(value, std)| Estimate::new(value, std));
-        each.map(Option::unwrap).collect()
+    fn estimates(values: &[(f64, f64)]) -> Vec<Estimate> {
+        let estimates = values.iter().map(|&(value, std)| Estimate::new(value, std));
+        estimates.map(Option::unwrap).collect()
     }
 
     #[test]
-    fn estimates_that_agree_are_weighted_by_their_errors_and_those_that_do_not_alike() {
+    fn concordant_estimates_are_weighted_by_their_errors_and_discordant_ones_equally() {
         assert_eq!(mean(&[]), None);
-        assert_eq!(mean(&of(&[(3.0, 0.1)])), Estimate::new(3.0, 0.1));
-        let agreeing = mean(&of(&[(1.0, 0.05), (1.05, 0.1)])).unwrap();
-        assert_relative_eq!(agreeing.value(), 1.01, max_relative = 1e-12);
-        assert_relative_eq!(agreeing.std(), 500_f64.sqrt().recip(), max_relative = 1e-12);
-        let apart = mean(&of(&[(0.0, 0.03), (1.4, 0.06)])).unwrap();
-        assert_relative_eq!(apart.value(), 0.7, max_relative = 0.01);
-        assert_relative_eq!(apart.std(), 0.7, max_relative = 0.01);
+        assert_eq!(mean(&estimates(&[(3.0, 0.1)])), Estimate::new(3.0, 0.1));
+        let concordant = mean(&estimates(&[(1.0, 0.05), (1.05, 0.1)])).unwrap();
+        assert_relative_eq!(concordant.value(), 1.01, max_relative = 1e-12);
+        assert_relative_eq!(
+            concordant.std(),
+            500_f64.sqrt().recip(),
+            max_relative = 1e-12
+        );
+        let discordant = mean(&estimates(&[(0.0, 0.03), (1.4, 0.06)])).unwrap();
+        assert_relative_eq!(discordant.value(), 0.7, max_relative = 0.01);
+        assert_relative_eq!(discordant.std(), 0.7, max_relative = 0.01);
     }
 
     /// Log relative risks of 13 trials of a vaccine against tuberculosis, with their variances, and the results of
     /// metafor for R with `method = "DL"` (Viechtbauer 2010).
     #[test]
-    fn the_mean_and_what_is_between_are_those_of_a_published_example() {
+    fn mean_and_between_variance_match_a_published_example() {
         let trials = [
             (-0.8893, 0.3256),
             (-1.5854, 0.1946),
@@ -138,7 +148,7 @@ mod tests {
             (-0.0173, 0.0714),
         ]
         .map(|(value, variance): (f64, f64)| (value, variance.sqrt()));
-        let trials = of(&trials);
+        let trials = estimates(&trials);
         assert_relative_eq!(
             between_variance(&[&trials]).unwrap(),
             0.3088,

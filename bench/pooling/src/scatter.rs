@@ -3,12 +3,12 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::estimate::Estimate;
-use crate::mean::{WITHIN_95, Weighted, between_variance, student95};
+use crate::mean::{NORMAL_95, Weighted, between_variance, student95};
 
 /// Quantile of the common scatter's distribution above which a group has a separate scatter.
-const OWN: f64 = 0.99;
+const SEPARATE_QUANTILE: f64 = 0.99;
 /// Largest shared fraction; closer to 1, rounding errors would count as scatter.
-const ALL: f64 = 1.0 - 1e-6;
+const MAX_SHARED: f64 = 1.0 - 1e-6;
 
 /// Scatter of the members of a group.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,38 +28,47 @@ impl Scatter {
     /// of freedom. A group with extreme scatter affects it by no more than its weight; a moment estimator would follow
     /// it.
     pub(crate) fn common<G: AsRef<[Estimate]>>(groups: &[G]) -> Self {
-        let several = |group: &&[Estimate]| group.len() > 1;
-        let groups: Vec<&[Estimate]> = groups.iter().map(AsRef::as_ref).filter(several).collect();
+        let has_several = |group: &&[Estimate]| group.len() > 1;
+        let groups: Vec<&[Estimate]> = groups
+            .iter()
+            .map(AsRef::as_ref)
+            .filter(has_several)
+            .collect();
         let freedom = groups.iter().map(|group| freedom(group)).sum();
-        let surplus = |of: &Self| -> f64 {
-            let each = groups.iter();
-            each.map(|group| freedom_of(group) * (of.probability(group) - 0.5))
+        let surplus = |scatter: &Self| -> f64 {
+            let all_groups = groups.iter();
+            all_groups
+                .map(|group| freedom_f64(group) * (scatter.probability(group) - 0.5))
                 .sum()
         };
-        let none = Self {
+        let zero = Self {
             between: 0.0,
             shared: 0.0,
             freedom,
         };
-        if surplus(&none) > 0.0 {
-            let of = |between| Self { between, ..none };
-            let mut most = groups.iter().map(|group| spread(group)).fold(0.0, f64::max);
-            while surplus(&of(most)) > 0.0 && most < f64::MAX / 4.0 {
-                most *= 2.0;
+        if surplus(&zero) > 0.0 {
+            let scatter_with = |between| Self { between, ..zero };
+            let mut limit = groups.iter().map(|group| spread(group)).fold(0.0, f64::max);
+            while surplus(&scatter_with(limit)) > 0.0 && limit < f64::MAX / 4.0 {
+                limit *= 2.0;
             }
-            of(bisect(0.0, most, |between| surplus(&of(between)) > 0.0))
+            scatter_with(bisect(0.0, limit, |between| {
+                surplus(&scatter_with(between)) > 0.0
+            }))
         } else if freedom > 0 {
-            let of = |shared| Self { shared, ..none };
-            of(bisect(0.0, ALL, |shared| surplus(&of(shared)) < 0.0))
+            let scatter_with = |shared| Self { shared, ..zero };
+            scatter_with(bisect(0.0, MAX_SHARED, |shared| {
+                surplus(&scatter_with(shared)) < 0.0
+            }))
         } else {
-            none
+            zero
         }
     }
 
     /// Returns this scatter, or the group's separate scatter if that is significantly larger.
-    pub(crate) fn of(self, group: &[Estimate]) -> Self {
-        let others = self.freedom > freedom(group);
-        if group.len() > 1 && others && self.probability(group) > OWN {
+    pub(crate) fn group_scatter(self, group: &[Estimate]) -> Self {
+        let has_others = self.freedom > freedom(group);
+        if group.len() > 1 && has_others && self.probability(group) > SEPARATE_QUANTILE {
             return Self {
                 between: between_variance(&[group]).unwrap_or(0.0),
                 shared: 0.0,
@@ -71,17 +80,17 @@ impl Scatter {
 
     /// Returns the probability of a scatter no larger than the group's.
     fn probability(&self, group: &[Estimate]) -> f64 {
-        let apart = Weighted::new(&[group], self.between).apart / (1.0 - self.shared);
-        let scatter = ChiSquared::new(freedom_of(group));
-        scatter.map_or(0.5, |scatter| scatter.cdf(apart))
+        let squares = Weighted::new(&[group], self.between).squares / (1.0 - self.shared);
+        let distribution = ChiSquared::new(freedom_f64(group));
+        distribution.map_or(0.5, |distribution| distribution.cdf(squares))
     }
 
     /// Returns mean and standard error of a group.
     pub(crate) fn mean(&self, group: &[Estimate]) -> Option<Estimate> {
-        let of = Weighted::new(&[group], self.between).groups[0]?;
+        let group_mean = Weighted::new(&[group], self.between).groups[0]?;
         let shared = if group.len() > 1 { self.shared } else { 0.0 };
-        let variance = (1.0 - shared) / of.weights + shared * of.shared_std.powi(2);
-        Estimate::new(of.value, variance.sqrt())
+        let variance = (1.0 - shared) / group_mean.weights + shared * group_mean.shared_std.powi(2);
+        Estimate::new(group_mean.value, variance.sqrt())
     }
 
     /// Returns the half-width of the 95 % interval of a mean in standard errors: Student's if the variance between
@@ -89,7 +98,7 @@ impl Scatter {
     pub(crate) fn deviations(&self) -> f64 {
         match self.between > 0.0 {
             true => student95(self.freedom),
-            false => WITHIN_95,
+            false => NORMAL_95,
         }
     }
 }
@@ -98,23 +107,23 @@ fn freedom(group: &[Estimate]) -> usize {
     group.len().saturating_sub(1)
 }
 
-fn freedom_of(group: &[Estimate]) -> f64 {
+fn freedom_f64(group: &[Estimate]) -> f64 {
     freedom(group) as f64
 }
 
 /// Returns the squared distance between the two most distant members, at least an error's variance.
 fn spread(group: &[Estimate]) -> f64 {
-    let values = || group.iter().map(|of| of.value());
-    let apart = values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min);
-    let variances = group.iter().map(|of| of.variance());
-    variances.fold(apart * apart, f64::max)
+    let values = || group.iter().map(|estimate| estimate.value());
+    let distance = values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min);
+    let variances = group.iter().map(|estimate| estimate.variance());
+    variances.fold(distance * distance, f64::max)
 }
 
-/// Returns the point at which `below` turns from true to false.
-pub(crate) fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
+/// Returns the point at which `is_below` turns from true to false.
+pub(crate) fn bisect(mut low: f64, mut high: f64, is_below: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..100 {
         let middle = 0.5 * (low + high);
-        if below(middle) {
+        if is_below(middle) {
             low = middle;
         } else {
             high = middle;
@@ -128,42 +137,55 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    fn of(values: &[f64], std: f64) -> Vec<Estimate> {
-        let each = values.iter().map(|&value| Estimate::new(value, std));
-        each.map(Option::unwrap).collect()
+    fn estimates(values: &[f64], std: f64) -> Vec<Estimate> {
+        let estimates = values.iter().map(|&value| Estimate::new(value, std));
+        estimates.map(Option::unwrap).collect()
     }
 
     #[test]
     fn one_group_scatters_by_the_median_of_its_distribution() {
         // 0.4549 is the median of χ² with one degree of freedom: 0.5²/(2 · (0.1² + τ²)).
-        let found = Scatter::common(&[of(&[0.0, 0.5], 0.1)]);
-        assert_relative_eq!(found.between, 0.125 / 0.454_936 - 0.01, max_relative = 1e-5);
-        assert_eq!((found.shared, found.freedom), (0.0, 1));
+        let scatter = Scatter::common(&[estimates(&[0.0, 0.5], 0.1)]);
+        assert_relative_eq!(
+            scatter.between,
+            0.125 / 0.454_936 - 0.01,
+            max_relative = 1e-5
+        );
+        assert_eq!((scatter.shared, scatter.freedom), (0.0, 1));
         // Half a standard error apart: 0.05²/(2 · 0.1²) = 0.125.
-        let found = Scatter::common(&[of(&[0.0, 0.05], 0.1)]);
-        assert_relative_eq!(found.shared, 1.0 - 0.125 / 0.454_936, max_relative = 1e-5);
-        assert_eq!(found.between, 0.0);
+        let scatter = Scatter::common(&[estimates(&[0.0, 0.05], 0.1)]);
+        assert_relative_eq!(scatter.shared, 1.0 - 0.125 / 0.454_936, max_relative = 1e-5);
+        assert_eq!(scatter.between, 0.0);
     }
 
     #[test]
-    fn a_group_that_scatters_without_measure_has_its_own_scatter_and_leaves_the_others_theirs() {
-        let tame = || of(&[0.0, 0.01, -0.01, 0.0], 0.1);
-        let wild = of(&[5.0, -5.0, 4.0, -4.0], 0.1);
-        let groups = [tame(), tame(), tame(), tame(), wild.clone()];
+    fn an_outlying_group_has_a_separate_scatter() {
+        let typical = || estimates(&[0.0, 0.01, -0.01, 0.0], 0.1);
+        let outlier = estimates(&[5.0, -5.0, 4.0, -4.0], 0.1);
+        let groups = [typical(), typical(), typical(), typical(), outlier.clone()];
         let common = Scatter::common(&groups);
         assert!(common.between == 0.0 && common.shared > 0.8, "{common:?}");
-        assert_eq!(common.of(&groups[0]), common);
-        let own = common.of(&wild);
-        assert!(own.between > 10.0 && own.freedom == 3, "{own:?}");
+        assert_eq!(common.group_scatter(&groups[0]), common);
+        let separate = common.group_scatter(&outlier);
+        assert!(
+            separate.between > 10.0 && separate.freedom == 3,
+            "{separate:?}"
+        );
         // A single group determines the common scatter.
-        let alone = Scatter::common(std::slice::from_ref(&wild));
-        assert_eq!(alone.of(&wild), alone);
+        let single = Scatter::common(std::slice::from_ref(&outlier));
+        assert_eq!(single.group_scatter(&outlier), single);
     }
 
     #[test]
-    fn nothing_is_known_without_a_group_of_two() {
-        let none = Scatter::common(&[of(&[1.0], 0.1), of(&[], 0.1)]);
-        assert_eq!((none.between, none.shared, none.freedom), (0.0, 0.0, 0));
-        assert_eq!(none.mean(&of(&[1.0], 0.1)), Estimate::new(1.0, 0.1));
+    fn scatter_needs_a_group_of_two() {
+        let scatter = Scatter::common(&[estimates(&[1.0], 0.1), estimates(&[], 0.1)]);
+        assert_eq!(
+            (scatter.between, scatter.shared, scatter.freedom),
+            (0.0, 0.0, 0)
+        );
+        assert_eq!(
+            scatter.mean(&estimates(&[1.0], 0.1)),
+            Estimate::new(1.0, 0.1)
+        );
     }
 }

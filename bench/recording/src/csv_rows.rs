@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn times_have_nanoseconds_and_values_the_digits_they_need() {
+    fn times_have_nanoseconds_and_values_their_shortest_digits() {
         let row = ForceRow {
             time_s: 12.3456789012,
             normal_n: 0.65,

@@ -70,13 +70,13 @@ pub enum Records {
 
 impl Records {
     /// Returns the length of the complete records in `bytes`, which starts at the beginning of a record.
-    fn whole(self, bytes: &[u8]) -> usize {
+    fn complete_bytes(self, bytes: &[u8]) -> usize {
         match self {
             Self::Bytes(size) => bytes.len() / size * size,
             Self::Lines => bytes
                 .iter()
                 .rposition(|b| *b == b'\n')
-                .map_or(0, |at| at + 1),
+                .map_or(0, |index| index + 1),
         }
     }
 }
@@ -91,14 +91,14 @@ pub struct AppendFile {
     /// Complete records not yet written to the file.
     pending: Vec<u8>,
     /// Length of the head and the complete records in the file.
-    whole: u64,
-    failed: Option<Failed>,
+    valid_bytes: u64,
+    failure: Option<FailureKind>,
 }
 
 /// Failure that blocks further writes until the file is salvaged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Failed {
-    /// A write failed; `whole` is still the length of the valid content.
+enum FailureKind {
+    /// A write failed; `valid_bytes` is still the length of the valid content.
     Write,
     /// A sync failed; the system may have dropped unwritten data, and would not report this a second time.
     Sync,
@@ -120,8 +120,8 @@ impl AppendFile {
             file,
             records,
             pending: Vec::with_capacity(BATCH_BYTES + BATCH_BYTES / 4),
-            whole: head.len() as u64,
-            failed: None,
+            valid_bytes: head.len() as u64,
+            failure: None,
         })
     }
 
@@ -136,32 +136,32 @@ impl AppendFile {
 
     /// Writes all pending records to the file.
     fn write_pending(&mut self) -> Result<(), DiskError> {
-        if self.failed.is_some() {
+        if self.failure.is_some() {
             return Err(io::Error::other("an earlier write failed")).on("write", &self.path);
         }
-        let mut done = 0;
+        let mut n_written = 0;
         let result = loop {
-            if done == self.pending.len() {
+            if n_written == self.pending.len() {
                 break Ok(());
             }
-            match self.file.write(&self.pending[done..]) {
+            match self.file.write(&self.pending[n_written..]) {
                 Ok(0) => break Err(io::ErrorKind::WriteZero.into()),
-                Ok(bytes) => done += bytes,
+                Ok(bytes) => n_written += bytes,
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) => break Err(error),
             }
         };
-        self.whole += self.records.whole(&self.pending[..done]) as u64;
+        self.valid_bytes += self.records.complete_bytes(&self.pending[..n_written]) as u64;
         self.pending.clear();
         if result.is_err() {
-            self.failed = Some(Failed::Write);
+            self.failure = Some(FailureKind::Write);
         }
         result.on("write", &self.path)
     }
 
     /// Returns the number of bytes appended, whether on disk or not.
     pub fn bytes(&self) -> u64 {
-        self.whole + self.pending.len() as u64
+        self.valid_bytes + self.pending.len() as u64
     }
 
     /// Writes the pending records, then overwrites the head.
@@ -171,26 +171,26 @@ impl AppendFile {
     }
 
     fn overwrite_head(&mut self, head: &[u8]) -> Result<(), DiskError> {
-        let written = self
+        let result = self
             .file
             .seek(SeekFrom::Start(0))
             .and_then(|_| self.file.write_all(head))
-            .and_then(|()| self.file.seek(SeekFrom::Start(self.whole)));
-        if written.is_err() {
+            .and_then(|()| self.file.seek(SeekFrom::Start(self.valid_bytes)));
+        if result.is_err() {
             // The next write would go to an arbitrary position.
-            self.failed = Some(Failed::Write);
+            self.failure = Some(FailureKind::Write);
         }
-        written.map(drop).on("write", &self.path)
+        result.map(drop).on("write", &self.path)
     }
 
     /// Returns once all appended data are on disk under the file's name.
     pub fn sync(&mut self) -> Result<(), DiskError> {
         self.write_pending()?;
-        let synced = self.file.sync_data();
-        if synced.is_err() {
-            self.failed = Some(Failed::Sync);
+        let result = self.file.sync_data();
+        if result.is_err() {
+            self.failure = Some(FailureKind::Sync);
         }
-        synced.on("sync", &self.path)?;
+        result.on("sync", &self.path)?;
         // Syncing an unlinked file succeeds.
         self.storage.find(&self.path).on("find", &self.path)
     }
@@ -199,16 +199,16 @@ impl AppendFile {
     /// records, cuts the file to complete records and replaces the head with the result of `head` for their length in
     /// bytes. Returns the number of bytes kept.
     pub fn salvage(&mut self, head: impl FnOnce(u64) -> Vec<u8>) -> Result<u64, DiskError> {
-        // `whole` includes all successful writes.
+        // `valid_bytes` includes all successful writes.
         let _ = self.write_pending();
-        if self.failed == Some(Failed::Sync) {
+        if self.failure == Some(FailureKind::Sync) {
             return Err(io::Error::other("an earlier sync failed")).on("sync", &self.path);
         }
-        self.file.set_len(self.whole).on("cut", &self.path)?;
-        self.overwrite_head(&head(self.whole))?;
-        self.failed = None;
+        self.file.set_len(self.valid_bytes).on("cut", &self.path)?;
+        self.overwrite_head(&head(self.valid_bytes))?;
+        self.failure = None;
         self.sync()?;
-        Ok(self.whole)
+        Ok(self.valid_bytes)
     }
 }
 
@@ -228,7 +228,7 @@ pub fn replace_file_on(
     name.push(".tmp");
     let temporary = path.with_file_name(name);
     // A killed process may have left a temporary file.
-    let written = storage
+    let result = storage
         .create(&temporary)
         .on("create", &temporary)
         .and_then(|mut file| {
@@ -239,11 +239,11 @@ pub fn replace_file_on(
             file.sync_data().on("sync", &temporary)
         })
         .and_then(|()| storage.rename(&temporary, path).on("replace", path));
-    if written.is_err() {
+    if result.is_err() {
         // The old file is still complete; a leftover of the new one must not block the next attempt.
         let _ = storage.remove(&temporary);
     }
-    written?;
+    result?;
     sync_parent(storage, path)
 }
 
@@ -322,8 +322,8 @@ mod tests {
             file: Box::new(file),
             records: Records::Lines,
             pending: Vec::new(),
-            whole: 0,
-            failed: None,
+            valid_bytes: 0,
+            failure: None,
         }
     }
 
@@ -348,7 +348,7 @@ mod tests {
         let mut rows = lines_to("/dev/null");
         rows.append(|bytes| bytes.extend(b"1\n")).unwrap();
         assert_eq!(rows.sync().unwrap_err().action, "sync");
-        assert_eq!(rows.failed, Some(Failed::Sync));
+        assert_eq!(rows.failure, Some(FailureKind::Sync));
         // A second sync could succeed after the system dropped unwritten data.
         let folder = tempfile::tempdir().unwrap();
         rows.file = Box::new(File::create_new(folder.path().join("a")).unwrap());
@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn replacing_leaves_one_whole_file() {
+    fn replacing_leaves_one_complete_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.toml");
         for text in ["first", "second"] {
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn a_replacement_that_fails_leaves_the_old_file_and_can_be_tried_again() {
+    fn a_failed_replacement_leaves_the_old_file_and_can_be_repeated() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.toml");
         replace_file(&path, b"old").unwrap();
@@ -396,9 +396,9 @@ mod tests {
     }
 
     #[test]
-    fn records_are_cut_where_nothing_is_torn() {
-        assert_eq!(Records::Bytes(8).whole(&[0; 23]), 16);
-        assert_eq!(Records::Lines.whole(b"1,2\n3,"), 4);
-        assert_eq!(Records::Lines.whole(b"1,2"), 0);
+    fn records_are_cut_between_records() {
+        assert_eq!(Records::Bytes(8).complete_bytes(&[0; 23]), 16);
+        assert_eq!(Records::Lines.complete_bytes(b"1,2\n3,"), 4);
+        assert_eq!(Records::Lines.complete_bytes(b"1,2"), 0);
     }
 }

@@ -32,9 +32,9 @@ impl Lock {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
                 let mut text = String::new();
-                let by = (&mut file).take(32).read_to_string(&mut text).ok();
+                let n_read = (&mut file).take(32).read_to_string(&mut text).ok();
                 return Ok(Self::Held {
-                    by: by.and_then(|_| text.trim().parse().ok()),
+                    by: n_read.and_then(|_| text.trim().parse().ok()),
                 });
             }
             Err(TryLockError::Error(error)) => return Err(error).on("lock", path)?,
@@ -47,7 +47,7 @@ impl Lock {
 }
 
 /// Returns the holder of a lock as the end of a sentence, such as ` (process 17)`; empty if unknown.
-pub fn holder(by: Option<u32>) -> String {
-    by.map(|pid| format!(" (process {pid})"))
+pub fn holder(pid: Option<u32>) -> String {
+    pid.map(|pid| format!(" (process {pid})"))
         .unwrap_or_default()
 }

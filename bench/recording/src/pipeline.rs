@@ -74,31 +74,32 @@ pub struct XrunCost {
 }
 
 impl XrunCost {
-    /// Classifies all of the `reported` xruns that are still open as harmless or costly.
-    pub fn settle(&mut self, reported: u64, lossless: bool) {
-        let open = self.open(reported);
+    /// Classifies all of the `n_reported` xruns that are still open as harmless or costly.
+    pub fn settle(&mut self, n_reported: u64, lossless: bool) {
+        let n_open = self.open(n_reported);
         *if lossless {
             &mut self.none
         } else {
             &mut self.some
-        } += open;
+        } += n_open;
     }
 
-    /// Returns the number of `reported` xruns that are not yet classified.
+    /// Returns the number of `n_reported` xruns that are not yet classified.
     #[must_use]
-    pub fn open(&self, reported: u64) -> u64 {
-        reported.saturating_sub(self.none + self.some)
+    pub fn open(&self, n_reported: u64) -> u64 {
+        n_reported.saturating_sub(self.none + self.some)
     }
 }
 
 impl Account {
-    /// Returns the numbers of input and output xruns since `before` that lost frames, or may have; unclassified ones are
+    /// Returns the numbers of input and output xruns since `baseline` that lost frames, or may have; unclassified ones are
     /// included.
     #[must_use]
-    pub fn costly_xruns_since(&self, before: &Self) -> (u64, u64) {
+    pub fn costly_xruns_since(&self, baseline: &Self) -> (u64, u64) {
         (
-            self.input_cost.some - before.input_cost.some + self.input_cost.open(self.input_xruns),
-            self.output_cost.some - before.output_cost.some
+            self.input_cost.some - baseline.input_cost.some
+                + self.input_cost.open(self.input_xruns),
+            self.output_cost.some - baseline.output_cost.some
                 + self.output_cost.open(self.output_xruns),
         )
     }
@@ -224,33 +225,33 @@ impl Pipeline {
     pub fn of_recording_with(
         manifest: &Manifest,
         format: AudioFormat,
-        found: &FoundProperties,
+        properties: &FoundProperties,
     ) -> Result<Self, RecordedError> {
         let filter = Filter::new(FilterSettings {
             sample_rate_hz: format.sample_rate_hz,
             carrier_hz: manifest.carrier_hz,
             output_rate_hz: frame_rate_hz(format.sample_rate_hz)?,
         })?;
-        let zm = recorded_zm(manifest, found, &filter)?;
+        let zm = recorded_zm(manifest, properties, &filter)?;
         // Older recordings of this bench do not state the clipping level, but their unit is full scale; for other
         // recordings the range is unknown.
-        let unsaid = if manifest.hardware.is_some() {
+        let default_clip_level = if manifest.hardware.is_some() {
             FULL_SCALE
         } else {
             f64::INFINITY
         };
-        let input = |index: u16, clip_units: Option<f64>, seen: f32| InputChannel {
+        let input = |index: u16, clip_units: Option<f64>, observed_level: f32| InputChannel {
             channel: usize::from(index),
-            clip_level: seen.min(clip_units.unwrap_or(unsaid) as f32),
+            clip_level: observed_level.min(clip_units.unwrap_or(default_clip_level) as f32),
         };
         let channels = usize::from(format.channels);
-        let (on_drive, on_pickup) = (&manifest.channels.drive, &manifest.channels.pickup);
-        let [drive, pickup] = found.clip_levels;
+        let (drive_channel, pickup_channel) = (&manifest.channels.drive, &manifest.channels.pickup);
+        let [drive, pickup] = properties.clip_levels;
         let demodulator = Demodulator::drive_and_pickup(
             filter,
             channels,
-            input(on_drive.index, on_drive.clip_units, drive),
-            input(on_pickup.index, on_pickup.clip_units, pickup),
+            input(drive_channel.index, drive_channel.clip_units, drive),
+            input(pickup_channel.index, pickup_channel.clip_units, pickup),
         )?;
         Ok(Self::new(demodulator, zm, channels))
     }
@@ -303,33 +304,33 @@ impl Pipeline {
         frames: &mut Vec<ZmFrame>,
     ) -> Result<(), DemodulatorError> {
         self.account.frames += (samples.len() / self.channels) as u64;
-        let (zm, clipped) = (&self.zm, &mut self.account.clipped_frames);
+        let (zm, clipped_frames) = (&self.zm, &mut self.account.clipped_frames);
         let (begin, begin_s) = (self.begin, self.begin as f64 / self.rate_hz);
         self.demodulator.push(samples, |frame| {
             let mut frame = zm.read(frame);
             frame.sample += begin;
             frame.time_s += begin_s;
-            *clipped += u64::from(frame.mask.contains(Mask::CLIPPED));
+            *clipped_frames += u64::from(frame.mask.contains(Mask::CLIPPED));
             frames.push(frame);
         })
     }
 
-    /// Processes `lost` lost frames as NaN.
+    /// Processes `n_lost` lost frames as NaN.
     ///
     /// # Errors
     /// Never fails: NaN frames are always complete.
     pub fn take_lost(
         &mut self,
-        lost: u64,
+        n_lost: u64,
         frames: &mut Vec<ZmFrame>,
     ) -> Result<(), DemodulatorError> {
-        self.account.lost_frames += lost;
-        let missing = vec![f32::NAN; LOST_PIECE as usize * self.channels];
-        let mut left = lost;
-        while left > 0 {
-            let piece = left.min(LOST_PIECE);
-            self.take(&missing[..piece as usize * self.channels], frames)?;
-            left -= piece;
+        self.account.lost_frames += n_lost;
+        let nan_frames = vec![f32::NAN; LOST_PIECE as usize * self.channels];
+        let mut rest = n_lost;
+        while rest > 0 {
+            let piece = rest.min(LOST_PIECE);
+            self.take(&nan_frames[..piece as usize * self.channels], frames)?;
+            rest -= piece;
         }
         // Lost samples do not count as invalid samples.
         self.take_flaws();
@@ -340,13 +341,13 @@ impl Pipeline {
     pub fn take_flaws(&mut self) -> [ChannelFlaws; 2] {
         let begin = self.begin;
         let mut flaws = self.demodulator.take_flaws();
-        for flawed in flaws
+        for range in flaws
             .iter_mut()
-            .flat_map(|of| [&mut of.lost, &mut of.clipped])
+            .flat_map(|channel| [&mut channel.lost, &mut channel.clipped])
             .flatten()
         {
-            flawed.first += begin;
-            flawed.last += begin;
+            range.first += begin;
+            range.last += begin;
         }
         flaws
     }
@@ -360,10 +361,10 @@ impl Pipeline {
         samples: &[f32],
         frames: &mut Vec<ZmFrame>,
     ) -> Result<(), DemodulatorError> {
-        let lost = samples
+        let lost_frames = samples
             .chunks_exact(self.channels)
             .filter(|frame| frame.iter().all(|sample| sample.is_nan()));
-        self.account.lost_frames += lost.count() as u64;
+        self.account.lost_frames += lost_frames.count() as u64;
         self.take(samples, frames)
     }
 }
@@ -377,7 +378,7 @@ fn frame_rate_hz(sample_rate_hz: u32) -> Result<u32, RecordedError> {
 /// sign, which becomes a phase of half a turn.
 fn recorded_zm(
     manifest: &Manifest,
-    found: &FoundProperties,
+    properties: &FoundProperties,
     filter: &Filter,
 ) -> Result<Zm, ConstantError> {
     let Manifest {
@@ -388,19 +389,19 @@ fn recorded_zm(
         channels.pickup.metres_per_unit,
         plate.force_factor_n_per_v,
     ];
-    let inverted = signs.iter().filter(|value| **value < 0.0).count() % 2 == 1;
+    let is_inverted = signs.iter().filter(|value| **value < 0.0).count() % 2 == 1;
     let zm = Zm::new(
         plate.constants(),
         ChannelScales {
             drive_volts_per_unit: channels.drive.volts_per_unit.abs(),
             pickup_metres_per_unit: channels.pickup.metres_per_unit.abs(),
             pickup_phase_rad: channels.pickup.phase_rad
-                + found.pickup.turn_rad
-                + if inverted { PI } else { 0.0 },
+                + properties.pickup.turn_rad
+                + if is_inverted { PI } else { 0.0 },
         },
         filter,
     )?;
-    Ok(zm.with_pickup_delay(found.pickup.delay_s))
+    Ok(zm.with_pickup_delay(properties.pickup.delay_s))
 }
 
 #[cfg(test)]
@@ -461,17 +462,17 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
     #[test]
     fn xruns_that_cost_nothing_are_counted_and_cost_no_trial() {
         let mut account = Account::default();
-        let costly = |now: &Account, before: &Account| now.costly_xruns_since(before);
+        let cost = |account: &Account, baseline: &Account| account.costly_xruns_since(baseline);
         let report = |account: &mut Account, input, output| {
             (account.input_xruns, account.output_xruns) = (input, output);
         };
         // An unclassified xrun counts.
         report(&mut account, 1, 1);
-        assert_eq!(costly(&account, &Account::default()), (1, 1));
-        let open = account;
+        assert_eq!(cost(&account, &Account::default()), (1, 1));
+        let unclassified = account;
         account.input_cost.settle(1, true);
         account.output_cost.settle(1, true);
-        assert_eq!(costly(&account, &Account::default()), (0, 0));
+        assert_eq!(cost(&account, &Account::default()), (0, 0));
         assert_eq!(
             account.drop_outs(),
             "0 frames lost, 1 input and 1 output xruns; 2 of them cost no frame"
@@ -479,64 +480,74 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         // For a trial that began while an xrun was open: a harmless earlier xrun must not hide one of this trial.
         report(&mut account, 2, 1);
         account.input_cost.settle(2, false);
-        assert_eq!(costly(&account, &open), (1, 0));
+        assert_eq!(cost(&account, &unclassified), (1, 0));
         // A costly xrun counts in the trial in which it is classified.
-        let mut late = open;
-        late.output_cost.settle(1, false);
-        assert_eq!(costly(&late, &open), (1, 1));
-        assert_eq!(costly(&late, &late), (1, 0), "the input's is open still");
+        let mut later_account = unclassified;
+        later_account.output_cost.settle(1, false);
+        assert_eq!(cost(&later_account, &unclassified), (1, 1));
+        assert_eq!(
+            cost(&later_account, &later_account),
+            (1, 0),
+            "the input's is open still"
+        );
     }
 
     #[test]
-    fn a_file_gives_the_frames_that_the_card_gave() {
-        let (before, lost, after) = (40_001, 3_000, 40_000);
-        let signal = signal(before + lost + after);
-        let (mut card, mut live) = (pipeline(), Vec::new());
-        for block in signal[..before * 3].chunks(3 * 64) {
-            card.take(block, &mut live).unwrap();
+    fn a_file_gives_the_same_frames_as_the_card() {
+        let (n_before, n_lost, n_after) = (40_001, 3_000, 40_000);
+        let signal = signal(n_before + n_lost + n_after);
+        let (mut card, mut card_frames) = (pipeline(), Vec::new());
+        for block in signal[..n_before * 3].chunks(3 * 64) {
+            card.take(block, &mut card_frames).unwrap();
         }
-        card.take_lost(lost as u64, &mut live).unwrap();
-        for block in signal[(before + lost) * 3..].chunks(3 * 100) {
-            card.take(block, &mut live).unwrap();
+        card.take_lost(n_lost as u64, &mut card_frames).unwrap();
+        for block in signal[(n_before + n_lost) * 3..].chunks(3 * 100) {
+            card.take(block, &mut card_frames).unwrap();
         }
 
-        let mut recorded = signal;
-        recorded[before * 3..(before + lost) * 3].fill(f32::NAN);
-        let (mut file, mut replayed) = (pipeline(), Vec::new());
-        for block in recorded.chunks(3 * 4096) {
-            file.take_recorded(block, &mut replayed).unwrap();
+        let mut file_samples = signal;
+        file_samples[n_before * 3..(n_before + n_lost) * 3].fill(f32::NAN);
+        let (mut file, mut file_frames) = (pipeline(), Vec::new());
+        for block in file_samples.chunks(3 * 4096) {
+            file.take_recorded(block, &mut file_frames).unwrap();
         }
-        assert_eq!(bits(&replayed), bits(&live));
+        assert_eq!(bits(&file_frames), bits(&card_frames));
         assert_eq!(file.account(), card.account());
-        assert_eq!(file.account().lost_frames, lost as u64);
-        assert!(live.iter().filter(|frame| frame.mask.is_clear()).count() > 1000);
+        assert_eq!(file.account().lost_frames, n_lost as u64);
+        assert!(
+            card_frames
+                .iter()
+                .filter(|frame| frame.mask.is_clear())
+                .count()
+                > 1000
+        );
     }
 
     /// Frames keep their time on the stream's clock, and equal those of a stream that begins at the change of carrier.
     #[test]
-    fn another_carrier_goes_on_on_the_same_clock() {
-        let tuned = |carrier_hz: &str| {
+    fn another_carrier_continues_on_the_same_clock() {
+        let tuned_pipeline = |carrier_hz: &str| {
             let manifest = MANIFEST.replace("carrier_hz = 35000.0", carrier_hz);
             let manifest = Manifest::parse(&manifest, "recording.toml").unwrap();
             Pipeline::of_recording(&manifest, FORMAT).unwrap()
         };
-        let (before, signal) = (10_007, signal(30_000));
+        let (n_before, signal) = (10_007, signal(30_000));
         let (mut stream, mut frames) = (pipeline(), Vec::new());
-        stream.take(&signal[..before * 3], &mut frames).unwrap();
+        stream.take(&signal[..n_before * 3], &mut frames).unwrap();
         let last = frames.last().copied().unwrap();
         frames.clear();
         let Pipeline {
             demodulator, zm, ..
-        } = tuned("carrier_hz = 35010.0");
+        } = tuned_pipeline("carrier_hz = 35010.0");
         stream.retune(demodulator, zm);
-        let mut rest = signal[before * 3..].to_vec();
+        let mut rest = signal[n_before * 3..].to_vec();
         rest[300] = f32::NAN;
         stream.take(&rest, &mut frames).unwrap();
-        let (mut fresh, mut expected) = (tuned("carrier_hz = 35010.0"), Vec::new());
+        let (mut fresh, mut expected) = (tuned_pipeline("carrier_hz = 35010.0"), Vec::new());
         fresh.take(&rest, &mut expected).unwrap();
-        assert!(frames[0].sample > last.sample && frames[0].sample >= before as u64);
+        assert!(frames[0].sample > last.sample && frames[0].sample >= n_before as u64);
         for frame in &mut expected {
-            frame.sample += before as u64;
+            frame.sample += n_before as u64;
         }
         assert_eq!(bits(&frames), bits(&expected));
         for frame in &frames {
@@ -547,7 +558,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
         let lost = drive.lost.unwrap();
         assert_eq!(
             (lost.first, lost.last),
-            (before as u64 + 100, before as u64 + 100)
+            (n_before as u64 + 100, n_before as u64 + 100)
         );
         assert_eq!(stream.account().frames, 30_000);
     }

@@ -53,11 +53,11 @@ impl RecordingReader {
         let format = wav.format();
         manifest
             .validate_audio(format.sample_rate_hz, format.channels)
-            .map_err(|rule| ManifestReadError::at(rule, &manifest_text, &manifest_file))?;
+            .map_err(|rule| ManifestReadError::with_line(rule, &manifest_text, &manifest_file))?;
         let duration_s = wav.frames() as f64 / f64::from(format.sample_rate_hz);
         manifest
             .validate_length(duration_s)
-            .map_err(|rule| ManifestReadError::at(rule, &manifest_text, &manifest_file))?;
+            .map_err(|rule| ManifestReadError::with_line(rule, &manifest_text, &manifest_file))?;
         let mut warnings: Vec<Warning> = wav_warnings.into_iter().map(Warning::from).collect();
         if manifest.trial.as_ref().is_some_and(|t| t.end.is_none()) {
             warnings.push(Warning::CutOff);

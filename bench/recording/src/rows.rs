@@ -37,27 +37,27 @@ pub struct RowReader<R> {
     limit_rows: u64,
     /// Number of the last line read, from 1.
     line: u64,
-    ended: bool,
+    is_at_end: bool,
     last_time_s: f64,
     /// Rows after a jump in time, until enough rows confirm it.
-    held: VecDeque<Parsed<R>>,
-    confirmed: bool,
+    pending_rows: VecDeque<ParsedRow<R>>,
+    is_confirmed: bool,
     rows: u64,
-    unreadable: Tally,
+    unreadable_rows: Tally,
     first_unreadable: String,
-    disordered: Tally,
-    leapt: Tally,
-    outside: Tally,
+    disordered_rows: Tally,
+    leap_rows: Tally,
+    outside_rows: Tally,
     outside_from_s: f64,
     outside_to_s: f64,
-    not_finite: Tally,
+    not_finite_rows: Tally,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Parsed<R> {
+struct ParsedRow<R> {
     row: R,
     line: u64,
-    finite: bool,
+    is_finite: bool,
 }
 
 #[derive(Debug, Default, Clone, Copy)]
@@ -94,8 +94,8 @@ impl<R: CsvRow> RowReader<R> {
         let (mut line, mut header) = (0, Vec::new());
         while header.is_empty() {
             let limit_bytes = limit_rows.saturating_mul(MEAN_ROW_BYTES);
-            let left = limit_bytes.saturating_sub(lines.read_bytes());
-            let Some(next) = lines.next_line(left).map_err(io_error)? else {
+            let bytes_left = limit_bytes.saturating_sub(lines.read_bytes());
+            let Some(next) = lines.next_line(bytes_left).map_err(io_error)? else {
                 break;
             };
             line += 1;
@@ -126,19 +126,19 @@ impl<R: CsvRow> RowReader<R> {
             duration_s,
             limit_rows,
             line,
-            ended: false,
+            is_at_end: false,
             last_time_s: f64::NEG_INFINITY,
-            held: VecDeque::new(),
-            confirmed: false,
+            pending_rows: VecDeque::new(),
+            is_confirmed: false,
             rows: 0,
-            unreadable: Tally::default(),
+            unreadable_rows: Tally::default(),
             first_unreadable: String::new(),
-            disordered: Tally::default(),
-            leapt: Tally::default(),
-            outside: Tally::default(),
+            disordered_rows: Tally::default(),
+            leap_rows: Tally::default(),
+            outside_rows: Tally::default(),
             outside_from_s: f64::INFINITY,
             outside_to_s: f64::NEG_INFINITY,
-            not_finite: Tally::default(),
+            not_finite_rows: Tally::default(),
             path,
         })
     }
@@ -148,7 +148,7 @@ impl<R: CsvRow> RowReader<R> {
     pub fn warnings(&self) -> Vec<Warning> {
         let file = self.file;
         let mut warnings = Vec::new();
-        let Tally { rows, first_line } = self.unreadable;
+        let Tally { rows, first_line } = self.unreadable_rows;
         if rows > 0 {
             warnings.push(Warning::UnreadableRows {
                 file,
@@ -157,7 +157,7 @@ impl<R: CsvRow> RowReader<R> {
                 first: self.first_unreadable.clone(),
             });
         }
-        let Tally { rows, first_line } = self.disordered;
+        let Tally { rows, first_line } = self.disordered_rows;
         if rows > 0 {
             warnings.push(Warning::TimeDisorder {
                 file,
@@ -165,7 +165,7 @@ impl<R: CsvRow> RowReader<R> {
                 first_line,
             });
         }
-        let Tally { rows, first_line } = self.leapt;
+        let Tally { rows, first_line } = self.leap_rows;
         if rows > 0 {
             warnings.push(Warning::TimeLeap {
                 file,
@@ -173,7 +173,7 @@ impl<R: CsvRow> RowReader<R> {
                 first_line,
             });
         }
-        let Tally { rows, first_line } = self.outside;
+        let Tally { rows, first_line } = self.outside_rows;
         if rows > 0 {
             warnings.push(Warning::OutsideRecording {
                 file,
@@ -184,7 +184,7 @@ impl<R: CsvRow> RowReader<R> {
                 duration_s: self.duration_s,
             });
         }
-        let Tally { rows, first_line } = self.not_finite;
+        let Tally { rows, first_line } = self.not_finite_rows;
         if rows > 0 {
             warnings.push(Warning::NotFinite {
                 file,
@@ -192,14 +192,14 @@ impl<R: CsvRow> RowReader<R> {
                 first_line,
             });
         }
-        if self.rows == 0 && self.outside.rows == 0 {
+        if self.rows == 0 && self.outside_rows.rows == 0 {
             warnings.push(Warning::NoRows { file });
         }
         warnings
     }
 
     /// Reads the next line with a valid row; `None` at the end of the file.
-    fn read_row(&mut self) -> Result<Option<Parsed<R>>, ReadError> {
+    fn read_row(&mut self) -> Result<Option<ParsedRow<R>>, ReadError> {
         loop {
             if self.line > self.limit_rows {
                 return Err(ReadError::TooManyRows {
@@ -209,13 +209,16 @@ impl<R: CsvRow> RowReader<R> {
                 });
             }
             let limit_bytes = self.limit_rows.saturating_mul(MEAN_ROW_BYTES);
-            let left = limit_bytes.saturating_sub(self.lines.read_bytes());
-            let line = self.lines.next_line(left).map_err(|reason| ReadError::Io {
-                path: self.path.clone(),
-                reason,
-            })?;
+            let bytes_left = limit_bytes.saturating_sub(self.lines.read_bytes());
+            let line = self
+                .lines
+                .next_line(bytes_left)
+                .map_err(|reason| ReadError::Io {
+                    path: self.path.clone(),
+                    reason,
+                })?;
             let Some(line) = line else {
-                if left > 0 {
+                if bytes_left > 0 {
                     return Ok(None);
                 }
                 return Err(ReadError::RowsTooLong {
@@ -229,68 +232,73 @@ impl<R: CsvRow> RowReader<R> {
             if text.is_empty() && !line.cut {
                 continue;
             }
-            let whole = line.ended && !line.cut;
-            match parse::<R>(text, &self.columns, self.width).filter(|_| whole) {
-                Some((row, finite)) => {
-                    return Ok(Some(Parsed {
+            let is_complete = line.ended && !line.cut;
+            match parse::<R>(text, &self.columns, self.width).filter(|_| is_complete) {
+                Some((row, is_finite)) => {
+                    return Ok(Some(ParsedRow {
                         row,
                         line: self.line,
-                        finite,
+                        is_finite,
                     }));
                 }
                 None => {
-                    if self.unreadable.rows == 0 {
+                    if self.unreadable_rows.rows == 0 {
                         self.first_unreadable = beginning(text);
                     }
-                    self.unreadable.count(self.line);
+                    self.unreadable_rows.count(self.line);
                 }
             }
         }
     }
 
     /// Accepts a row, or counts the reason to omit it.
-    fn take(&mut self, next: Parsed<R>) {
+    fn accept(&mut self, next: ParsedRow<R>) {
         let time_s = next.row.time_s();
         if !(-OUTSIDE_S..=self.duration_s + OUTSIDE_S).contains(&time_s) {
-            self.outside.count(next.line);
+            self.outside_rows.count(next.line);
             self.outside_from_s = self.outside_from_s.min(time_s);
             self.outside_to_s = self.outside_to_s.max(time_s);
             return;
         }
         if time_s <= self.last_time_s {
-            self.disordered.count(next.line);
+            self.disordered_rows.count(next.line);
             return;
         }
-        let ends = self.held.front().zip(self.held.back());
+        let ends = self.pending_rows.front().zip(self.pending_rows.back());
         match ends.map(|(first, last)| (first.row.time_s(), last.row.time_s())) {
             Some((first_s, _)) if time_s < first_s => {
                 // The time returns to before the jump: the held rows are wrong, not the following ones.
-                for leapt in self.held.drain(..) {
-                    self.leapt.count(leapt.line);
+                for row in self.pending_rows.drain(..) {
+                    self.leap_rows.count(row.line);
                 }
             }
             Some((_, last_s)) if time_s <= last_s => {
-                self.disordered.count(next.line);
+                self.disordered_rows.count(next.line);
                 return;
             }
             _ => {}
         }
-        let leaps = time_s - self.last_time_s.max(0.0) > LEAP_S;
-        self.held.push_back(next);
-        self.confirmed = !leaps || self.held.len() > CONFIRMING_ROWS;
+        let is_leap = time_s - self.last_time_s.max(0.0) > LEAP_S;
+        self.pending_rows.push_back(next);
+        self.is_confirmed = !is_leap || self.pending_rows.len() > CONFIRMING_ROWS;
     }
 
     /// Returns the next row with a confirmed time.
-    fn certain(&mut self) -> Option<R> {
-        if !self.confirmed && !self.ended {
+    fn confirmed_row(&mut self) -> Option<R> {
+        if !self.is_confirmed && !self.is_at_end {
             return None;
         }
-        let Some(Parsed { row, line, finite }) = self.held.pop_front() else {
-            self.confirmed = false;
+        let Some(ParsedRow {
+            row,
+            line,
+            is_finite,
+        }) = self.pending_rows.pop_front()
+        else {
+            self.is_confirmed = false;
             return None;
         };
-        if !finite {
-            self.not_finite.count(line);
+        if !is_finite {
+            self.not_finite_rows.count(line);
         }
         self.last_time_s = row.time_s();
         self.rows += 1;
@@ -303,18 +311,18 @@ impl<R: CsvRow> Iterator for RowReader<R> {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            if let Some(row) = self.certain() {
+            if let Some(row) = self.confirmed_row() {
                 return Some(Ok(row));
             }
-            if self.ended {
+            if self.is_at_end {
                 return None;
             }
             match self.read_row() {
-                Ok(Some(row)) => self.take(row),
-                Ok(None) => self.ended = true,
+                Ok(Some(row)) => self.accept(row),
+                Ok(None) => self.is_at_end = true,
                 Err(error) => {
-                    self.ended = true;
-                    self.held.clear();
+                    self.is_at_end = true;
+                    self.pending_rows.clear();
                     return Some(Err(error));
                 }
             }
@@ -334,20 +342,20 @@ fn parse<R: CsvRow>(line: &[u8], columns: &[usize], width: usize) -> Option<(R, 
     }
     let mut values = [0.0; 4];
     let values = values.get_mut(..columns.len())?;
-    let mut missing = columns.len();
-    for (at, field) in fields(line).enumerate() {
+    let mut n_missing = columns.len();
+    for (index, field) in fields(line).enumerate() {
         for (value, _) in values
             .iter_mut()
             .zip(columns)
-            .filter(|(_, column)| **column == at)
+            .filter(|(_, column)| **column == index)
         {
             *value = std::str::from_utf8(field).ok()?.parse().ok()?;
-            missing -= 1;
+            n_missing -= 1;
         }
     }
-    let row = R::from_fields(values).filter(|_| missing == 0)?;
-    let finite = values.iter().all(|value| value.is_finite());
-    row.time_s().is_finite().then_some((row, finite))
+    let row = R::from_fields(values).filter(|_| n_missing == 0)?;
+    let is_finite = values.iter().all(|value| value.is_finite());
+    row.time_s().is_finite().then_some((row, is_finite))
 }
 
 /// Returns the first 80 characters of a line, for messages.

@@ -46,11 +46,11 @@ pub trait Storage: Debug + Send + Sync {
     /// The disk refused.
     fn read(&self, path: &Path) -> io::Result<Box<dyn Read + Send>>;
 
-    /// Gives the file at `to` the permissions of the file at `of`, if it exists.
+    /// Gives the file at `target` the permissions of the file at `source`, if it exists.
     ///
     /// # Errors
     /// The disk refused.
-    fn keep_permissions(&self, _of: &Path, _to: &Path) -> io::Result<()> {
+    fn keep_permissions(&self, _source: &Path, _target: &Path) -> io::Result<()> {
         Ok(())
     }
 
@@ -116,9 +116,11 @@ impl Storage for FileSystem {
         Ok(Box::new(files::open(path)?))
     }
 
-    fn keep_permissions(&self, of: &Path, to: &Path) -> io::Result<()> {
-        match fs::metadata(of) {
-            Ok(known) if known.is_file() => fs::set_permissions(to, known.permissions()),
+    fn keep_permissions(&self, source: &Path, target: &Path) -> io::Result<()> {
+        match fs::metadata(source) {
+            Ok(metadata) if metadata.is_file() => {
+                fs::set_permissions(target, metadata.permissions())
+            }
             _ => Ok(()),
         }
     }

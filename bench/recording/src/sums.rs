@@ -36,9 +36,9 @@ struct OpenFile {
 pub struct Summing {
     storage: Arc<dyn Storage>,
     folder: PathBuf,
-    waiting: VecDeque<&'static str>,
-    open: Option<OpenFile>,
-    done: Sums,
+    pending_files: VecDeque<&'static str>,
+    open_file: Option<OpenFile>,
+    sums: Sums,
     buffer: Vec<u8>,
 }
 
@@ -49,9 +49,9 @@ impl Summing {
         Self {
             storage,
             folder: folder.to_owned(),
-            waiting: FILES.into(),
-            open: None,
-            done: Sums::new(),
+            pending_files: FILES.into(),
+            open_file: None,
+            sums: Sums::new(),
             buffer: vec![0; BUFFER_BYTES],
         }
     }
@@ -67,37 +67,37 @@ impl Summing {
     /// # Errors
     /// A file cannot be read.
     pub fn advance(&mut self, bytes: usize) -> Result<usize, DiskError> {
-        let mut taken = 0;
-        while taken < bytes {
+        let mut n_read = 0;
+        while n_read < bytes {
             self.open_next()?;
-            let Some(file) = &mut self.open else {
+            let Some(file) = &mut self.open_file else {
                 break;
             };
             match file.source.read(&mut self.buffer) {
                 Ok(0) => {
-                    if let Some(file) = self.open.take() {
-                        let sum = hexadecimal(&file.digest.finalize());
-                        self.done.insert(file.name.to_owned(), sum);
+                    if let Some(file) = self.open_file.take() {
+                        let sum = hex_text(&file.digest.finalize());
+                        self.sums.insert(file.name.to_owned(), sum);
                     }
                 }
-                Ok(read) => {
-                    file.digest.update(&self.buffer[..read]);
-                    taken += read;
+                Ok(n) => {
+                    file.digest.update(&self.buffer[..n]);
+                    n_read += n;
                 }
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) => return Err(error).on("read back", &file.path),
             }
         }
-        Ok(taken)
+        Ok(n_read)
     }
 
     /// Opens the next file, if no file is open and one is left.
     fn open_next(&mut self) -> Result<(), DiskError> {
-        if self.open.is_none()
-            && let Some(name) = self.waiting.pop_front()
+        if self.open_file.is_none()
+            && let Some(name) = self.pending_files.pop_front()
         {
             let path = self.folder.join(name);
-            self.open = Some(OpenFile {
+            self.open_file = Some(OpenFile {
                 name,
                 source: self.storage.read(&path).on("read back", &path)?,
                 path,
@@ -110,7 +110,7 @@ impl Summing {
     /// Returns the sums once every file has been read.
     #[must_use]
     pub fn sums(&self) -> Option<&Sums> {
-        (self.open.is_none() && self.waiting.is_empty()).then_some(&self.done)
+        (self.open_file.is_none() && self.pending_files.is_empty()).then_some(&self.sums)
     }
 }
 
@@ -118,12 +118,12 @@ impl std::fmt::Debug for Summing {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Summing")
             .field("folder", &self.folder)
-            .field("done", &self.done)
+            .field("done", &self.sums)
             .finish_non_exhaustive()
     }
 }
 
-fn hexadecimal(bytes: &[u8]) -> String {
+fn hex_text(bytes: &[u8]) -> String {
     bytes.iter().fold(String::new(), |mut text, byte| {
         // Writing to a string does not fail.
         let _ = write!(text, "{byte:02x}");
@@ -139,10 +139,10 @@ mod tests {
 
     /// NIST's example (FIPS 180-4): "abc".
     const ABC: &str = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-    const NOTHING: &str = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
+    const EMPTY: &str = "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855";
 
     #[test]
-    fn sums_are_those_of_the_standard_however_little_is_read_at_a_time() {
+    fn sums_match_the_standard_for_any_read_size() {
         let folder = tempfile::tempdir().unwrap();
         for name in FILES {
             fs::write(folder.path().join(name), "abc").unwrap();
@@ -158,11 +158,11 @@ mod tests {
         let sums = summing.sums().unwrap();
         assert_eq!(sums.len(), FILES.len());
         assert_eq!(sums[SIGNALS_FILE], ABC);
-        assert_eq!(sums[FORCE_FILE], NOTHING);
+        assert_eq!(sums[FORCE_FILE], EMPTY);
     }
 
     #[test]
-    fn a_file_that_is_gone_has_no_sum() {
+    fn a_missing_file_has_no_sum() {
         let folder = tempfile::tempdir().unwrap();
         let mut summing = Summing::new(Arc::new(FileSystem), folder.path());
         assert_eq!(summing.advance(1).unwrap_err().action, "read back");

@@ -63,10 +63,10 @@ pub fn header(format: AudioFormat, frames: u64) -> [u8; HEADER_BYTES as usize] {
     let data_bytes = (frames * format.frame_bytes()) as u32;
     let frame_bytes = format.frame_bytes();
     let mut out = [0; HEADER_BYTES as usize];
-    let mut at = 0;
+    let mut offset = 0;
     let mut put = |bytes: &[u8]| {
-        out[at..at + bytes.len()].copy_from_slice(bytes);
-        at += bytes.len();
+        out[offset..offset + bytes.len()].copy_from_slice(bytes);
+        offset += bytes.len();
     };
     put(b"RIFF");
     put(&(data_bytes + (HEADER_BYTES as u32 - 8)).to_le_bytes());
@@ -150,7 +150,7 @@ pub enum WavError {
     },
 }
 
-fn limited(what: &'static str, value: u64, limit: u64) -> Result<(), WavError> {
+fn require_limit(what: &'static str, value: u64, limit: u64) -> Result<(), WavError> {
     if value > limit {
         return Err(WavError::OverLimit { what, value, limit });
     }
@@ -259,25 +259,25 @@ impl<R: Read + Seek> WavReader<R> {
         source.seek(SeekFrom::Start(0))?;
         let riff_end = read_riff(&mut source, file_bytes)?;
         let mut format = None;
-        let mut at = 12;
+        let mut offset = 12;
         let mut chunks = 0;
         let (data_start, declared_bytes) = loop {
-            limited("number of chunks before the samples", chunks, MAX_CHUNKS)?;
+            require_limit("number of chunks before the samples", chunks, MAX_CHUNKS)?;
             chunks += 1;
-            if at + 8 > file_bytes {
+            if offset + 8 > file_bytes {
                 let chunk = if format.is_none() { "fmt " } else { "data" };
                 return Err(WavError::NoChunk { chunk });
             }
-            source.seek(SeekFrom::Start(at))?;
+            source.seek(SeekFrom::Start(offset))?;
             let id: [u8; 4] = read_array(&mut source)?;
             let size = u32::from_le_bytes(read_array(&mut source)?);
-            at += 8;
+            offset += 8;
             match &id {
-                b"fmt " => format = Some(read_format(&mut source, size, file_bytes - at)?),
-                b"data" => break (at, u64::from(size)),
+                b"fmt " => format = Some(read_format(&mut source, size, file_bytes - offset)?),
+                b"data" => break (offset, u64::from(size)),
                 _ => {}
             }
-            at += u64::from(size) + u64::from(size % 2);
+            offset += u64::from(size) + u64::from(size % 2);
         };
         let (format, encoding) = format.ok_or(WavError::NoChunk { chunk: "fmt " })?;
 
@@ -287,7 +287,7 @@ impl<R: Read + Seek> WavReader<R> {
         // Bytes after the data belong to them only if the RIFF size excludes these bytes too; otherwise they are other
         // chunks.
         let padded_end = data_end + declared_bytes % 2;
-        let goes_on = file_bytes > padded_end
+        let has_more = file_bytes > padded_end
             && if declared_bytes == 0 {
                 file_bytes != riff_end
             } else {
@@ -299,7 +299,7 @@ impl<R: Read + Seek> WavReader<R> {
                 present_bytes,
             });
             present_bytes
-        } else if goes_on {
+        } else if has_more {
             warnings.push(WavWarning::StaleHeader {
                 declared_bytes,
                 present_bytes,
@@ -387,13 +387,13 @@ fn read_format<R: Read>(
     size: u32,
     bytes_left: u64,
 ) -> Result<(AudioFormat, Encoding), WavError> {
-    let short = |needed| WavError::ShortFormat {
+    let short_format = |needed| WavError::ShortFormat {
         bytes: size.min(u32::try_from(bytes_left).unwrap_or(u32::MAX)),
         needed,
     };
-    let usable = bytes_left.min(u64::from(size));
-    if usable < 16 {
-        return Err(short(16));
+    let usable_bytes = bytes_left.min(u64::from(size));
+    if usable_bytes < 16 {
+        return Err(short_format(16));
     }
     let mut tag = u16::from_le_bytes(read_array(source)?);
     let channels = u16::from_le_bytes(read_array(source)?);
@@ -402,8 +402,8 @@ fn read_format<R: Read>(
     let frame_bytes = u16::from_le_bytes(read_array(source)?);
     let bits = u16::from_le_bytes(read_array(source)?);
     if tag == TAG_EXTENSIBLE {
-        if usable < 40 {
-            return Err(short(40));
+        if usable_bytes < 40 {
+            return Err(short_format(40));
         }
         let _size_valid_bits_and_mask: [u8; 8] = read_array(source)?;
         tag = u16::from_le_bytes(read_array(source)?);
@@ -427,8 +427,8 @@ fn read_format<R: Read>(
             value: 0,
         });
     }
-    limited("number of channels", channels.into(), MAX_CHANNELS)?;
-    limited(
+    require_limit("number of channels", channels.into(), MAX_CHANNELS)?;
+    require_limit(
         "sample rate in Hz",
         sample_rate_hz.into(),
         MAX_SAMPLE_RATE_HZ,

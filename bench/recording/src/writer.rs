@@ -282,9 +282,9 @@ impl RecordingWriter {
         self.signals.append(|bytes| {
             let start = bytes.len();
             bytes.resize(start + interleaved.len() * SAMPLE_BYTES as usize, 0);
-            let (places, _) = bytes[start..].as_chunks_mut();
-            for (place, sample) in places.iter_mut().zip(interleaved) {
-                *place = sample.to_le_bytes();
+            let (chunks, _) = bytes[start..].as_chunks_mut();
+            for (chunk, sample) in chunks.iter_mut().zip(interleaved) {
+                *chunk = sample.to_le_bytes();
             }
         })?;
         self.frames += frames;
@@ -306,16 +306,16 @@ impl RecordingWriter {
             frames: Some(frames),
             text: None,
         });
-        let mut left = frames;
-        while left > 0 {
-            let batch = left.min(GAP_BATCH_FRAMES);
+        let mut rest = frames;
+        while rest > 0 {
+            let batch = rest.min(GAP_BATCH_FRAMES);
             let samples = batch * u64::from(self.format.channels);
             self.signals.append(|bytes| {
                 for _ in 0..samples {
                     bytes.extend(f32::NAN.to_le_bytes());
                 }
             })?;
-            left -= batch;
+            rest -= batch;
         }
         self.frames += frames;
         Ok(())
@@ -383,14 +383,14 @@ impl RecordingWriter {
     /// Adds an event as [`add_event`](Self::add_event) does, or replaces the event of the same flag. The flag is not
     /// identified by its sample, because an event found later may have begun before it.
     pub fn renew_event(&mut self, flag: u64, event: RecordingEvent) {
-        if let Some(known) = self.flags.get(&flag) {
-            self.manifest.events[*known] = event;
+        if let Some(index) = self.flags.get(&flag) {
+            self.manifest.events[*index] = event;
             self.manifest_changed = true;
             return;
         }
-        let place = self.manifest.events.len();
-        if place + 1 < MAX_ENTRIES {
-            self.flags.insert(flag, place);
+        let index = self.manifest.events.len();
+        if index + 1 < MAX_ENTRIES {
+            self.flags.insert(flag, index);
         }
         self.add_event(event);
     }
@@ -525,7 +525,7 @@ struct CsvFile {
     file: AppendFile,
     rows: u64,
     last_time_s: f64,
-    disordered: bool,
+    is_disordered: bool,
 }
 
 impl CsvFile {
@@ -540,7 +540,7 @@ impl CsvFile {
             file: AppendFile::create(storage, folder.join(name), head.as_bytes(), Records::Lines)?,
             rows: 0,
             last_time_s: f64::NEG_INFINITY,
-            disordered: false,
+            is_disordered: false,
         })
     }
 
@@ -556,8 +556,8 @@ impl CsvFile {
                 });
             }
             self.rows += 1;
-            if time_s <= self.last_time_s && !self.disordered {
-                self.disordered = true;
+            if time_s <= self.last_time_s && !self.is_disordered {
+                self.is_disordered = true;
                 disorder = Some(format!(
                     "{}: row {}: {time_s} s after {} s",
                     self.name, self.rows, self.last_time_s

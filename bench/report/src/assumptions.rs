@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use serde_json::Value;
 
-use crate::content::{Content, Of};
+use crate::content::{Content, RecordingEntry};
 use crate::number::{PLAIN, significant};
 use crate::priors;
 use crate::results::{Estimate, Results, Sensitivity, SensitivityRow};
@@ -33,8 +33,8 @@ const fn setting(
     }
 }
 
-const PUBLISHED: &str = "Huloux 2021";
-const HERE: &str = "choice of this program";
+const PUBLICATION: &str = "Huloux 2021";
+const PROGRAM_CHOICE: &str = "choice of this program";
 
 const SETTINGS: [Setting; 17] = [
     setting(
@@ -77,82 +77,86 @@ const SETTINGS: [Setting; 17] = [
         "rest_amplitude_m",
         "amplitudes below this count as rest (paper)",
         (1e6, "µm"),
-        PUBLISHED,
+        PUBLICATION,
     ),
     setting(
         "rest_lowest_s",
         "length of the lowest amplitudes that counts as rest in an instance that never goes below (paper)",
         (1e3, "ms"),
-        HERE,
+        PROGRAM_CHOICE,
     ),
     setting(
         "lead_in_s",
         "time before an instance over which the gap is integrated (dynamic, trial)",
         (1e3, "ms"),
-        HERE,
+        PROGRAM_CHOICE,
     ),
     setting(
         "plate_offset",
         "the plate's offset since it was unloaded is fitted (dynamic)",
         (1.0, ""),
-        HERE,
+        PROGRAM_CHOICE,
     ),
     setting(
         "central_m",
         "length about the plate's centre that is kept",
         (1e3, "mm"),
-        PUBLISHED,
+        PUBLICATION,
     ),
     setting(
         "speed_m_per_s",
         "speed of the slider, unless the protocol states another",
         (1e3, "mm/s"),
-        PUBLISHED,
+        PUBLICATION,
     ),
     setting(
         "speed_tolerance",
         "allowed departure from it, as a part of it",
         (1.0, ""),
-        HERE,
+        PROGRAM_CHOICE,
     ),
     setting(
         "instance_s",
         "length of an instance",
         (1e3, "ms"),
-        PUBLISHED,
+        PUBLICATION,
     ),
     setting(
         "contact_n",
         "normal force from which on the finger is on the plate",
         (1.0, "N"),
-        HERE,
+        PROGRAM_CHOICE,
     ),
     setting(
         "smoothing_hz",
         "cut-off of the zero-phase second-order Butterworth filter on forces, position and paper's impedance",
         (1.0, "Hz"),
-        PUBLISHED,
+        PUBLICATION,
     ),
     setting(
         "null_sigmas",
         "amplitudes under this many standard deviations of their noise have no impedance",
         (1.0, ""),
-        HERE,
+        PROGRAM_CHOICE,
     ),
 ];
 
 pub(crate) fn assumptions(results: &Results) -> Markup {
     let settings = &results.settings;
-    let known = |key: &str| SETTINGS.iter().any(|setting| setting.key == key);
-    let mut others = Vec::new();
-    let of_trial = settings.get(priors::KEY).and_then(Value::as_object);
-    let of_trial = of_trial.map(priors::table);
-    for (key, value) in settings.iter().filter(|(key, _)| !known(key)) {
-        match &of_trial {
-            Some((_, left)) if key == priors::KEY => {
-                flattened(key, &Value::Object(left.clone()), &mut others);
+    let is_known = |key: &str| SETTINGS.iter().any(|setting| setting.key == key);
+    let mut other_settings = Vec::new();
+    let trial_priors = settings.get(priors::KEY).and_then(Value::as_object);
+    let trial_priors = trial_priors.map(priors::table);
+    for (key, value) in settings.iter().filter(|(key, _)| !is_known(key)) {
+        match &trial_priors {
+            Some((_, other_priors)) if key == priors::KEY => {
+                flatten(
+                    key,
+                    &Value::Object(other_priors.clone()),
+                    &mut other_settings,
+                );
             }
-            _ => flattened(key, value, &mut others),
+            _ => flatten(key, value, &mut other_settings),
         }
     }
     html! {
@@ -167,31 +171,31 @@ pub(crate) fn assumptions(results: &Results) -> Markup {
                 @for setting in &SETTINGS {
                     @if let Some(value) = settings.get(setting.key) { tr {
                         th scope="row" { (setting.words) }
-                        td.n { (written(value, setting.factor)) }
+                        td.n { (setting_text(value, setting.factor)) }
                         td { (setting.unit) } td { (setting.source) } td { code { (setting.key) } }
                     } }
                 }
             }
         } }
-        @if let Some((table, _)) = &of_trial { (table) }
-        @if !others.is_empty() {
+        @if let Some((table, _)) = &trial_priors { (table) }
+        @if !other_settings.is_empty() {
             h3 { "How amplitude and force are taken" }
-            div.wide { table { tbody { @for (key, value) in &others {
+            div.wide { table { tbody { @for (key, value) in &other_settings {
                 tr { th scope="row" { code { (key) } } td { (value) } }
             } } } }
         }
     }
 }
 
-fn written(value: &Value, factor: f64) -> String {
+fn setting_text(value: &Value, factor: f64) -> String {
     match value {
         Value::Bool(true) => "yes".to_owned(),
         Value::Bool(false) => "no".to_owned(),
         Value::Number(number) => match number.as_f64() {
             // The value as given, without the rounding error of a change of unit.
             Some(value) => {
-                let rounded = (value * factor * 1e9).round() / 1e9;
-                rounded.to_string().replace('-', "−")
+                let product = (value * factor * 1e9).round() / 1e9;
+                product.to_string().replace('-', "−")
             }
             None => number.to_string(),
         },
@@ -202,48 +206,54 @@ fn written(value: &Value, factor: f64) -> String {
 }
 
 /// Adds all values of a nested setting, each under its dotted path.
-fn flattened(key: &str, value: &Value, into: &mut Vec<(String, String)>) {
+fn flatten(key: &str, value: &Value, rows: &mut Vec<(String, String)>) {
     match value {
         Value::Object(parts) => {
             for (name, part) in parts {
-                flattened(&format!("{key}.{name}"), part, into);
+                flatten(&format!("{key}.{name}"), part, rows);
             }
         }
-        Value::Number(number) => into.push((key.to_owned(), significant(number.as_f64()))),
-        other => into.push((key.to_owned(), written(other, 1.0))),
+        Value::Number(number) => rows.push((key.to_owned(), significant(number.as_f64()))),
+        other => rows.push((key.to_owned(), setting_text(other, 1.0))),
     }
 }
 
-type OfConstant = fn(&Sensitivity) -> &SensitivityRow;
-const CONSTANTS: [(&str, OfConstant); 4] = [
-    ("q₀", |of| &of.sigma_q0_rad_per_m),
-    ("E", |of| &of.young_modulus_pa),
-    ("ν", |of| &of.poisson_ratio),
-    ("S", |of| &of.contact_area_m2),
+type ConstantSensitivity = fn(&Sensitivity) -> &SensitivityRow;
+const CONSTANTS: [(&str, ConstantSensitivity); 4] = [
+    ("q₀", |sensitivity| &sensitivity.sigma_q0_rad_per_m),
+    ("E", |sensitivity| &sensitivity.young_modulus_pa),
+    ("ν", |sensitivity| &sensitivity.poisson_ratio),
+    ("S", |sensitivity| &sensitivity.contact_area_m2),
 ];
 
 /// Returns a sentence on the number of recordings with intervals that include the calibration's errors.
-fn errors_stated(recordings: &[Of<'_>]) -> String {
-    let manifests = recordings.iter().filter_map(|of| of.manifest);
-    let stated = manifests.filter(|of| of.standard_errors.is_some()).count();
-    match (stated, recordings.len()) {
+fn errors_note(recordings: &[RecordingEntry<'_>]) -> String {
+    let manifests = recordings.iter().filter_map(|recording| recording.manifest);
+    let n_stated = manifests
+        .filter(|manifest| manifest.standard_errors.is_some())
+        .count();
+    match (n_stated, recordings.len()) {
         (0, _) => "No recording states the errors of its constants: they are taken as exact, and no interval here holds an error \
                    of theirs."
             .to_owned(),
-        (stated, all) if stated == all => "Its standard errors, as the recordings state them, are in every interval.".to_owned(),
-        (stated, all) => format!(
-            "Its standard errors are in the intervals of {stated} of {all} recordings, which state them; the others' constants are \
+        (k, n) if k == n => "Its standard errors, as the recordings state them, are in every interval.".to_owned(),
+        (k, n) => format!(
+            "Its standard errors are in the intervals of {k} of {n} recordings, which state them; the others' constants are \
              taken as exact."
         ),
     }
 }
 
-pub(crate) fn conditional(recordings: &[Of<'_>]) -> Markup {
-    let of = |method: &'static str, constant: OfConstant| -> [Option<f64>; 2] {
-        let estimates = recordings.iter().flat_map(|of| &of.result.instances);
+pub(crate) fn dependencies(recordings: &[RecordingEntry<'_>]) -> Markup {
+    let median_sensitivities = |method: &'static str,
+                                constant: ConstantSensitivity|
+     -> [Option<f64>; 2] {
+        let estimates = recordings
+            .iter()
+            .flat_map(|recording| &recording.result.instances);
         let estimates = estimates.flat_map(|instance| instance.estimates());
-        let of_method = estimates.filter(|(name, _)| *name == method);
-        let rows: Vec<&SensitivityRow> = of_method
+        let method_estimates = estimates.filter(|(name, _)| *name == method);
+        let rows: Vec<&SensitivityRow> = method_estimates
             .filter_map(|(_, estimate): (_, &Estimate)| estimate.sensitivity.as_ref().map(constant))
             .collect();
         [
@@ -253,11 +263,11 @@ pub(crate) fn conditional(recordings: &[Of<'_>]) -> Markup {
     };
     let profiles = recordings
         .iter()
-        .filter(|of| of.result.plate_profile)
+        .filter(|recording| recording.result.plate_profile)
         .count();
     html! {
         ul {
-            li { "Everything rests on the " a href="#calibration" { "calibration" } ". " (errors_stated(recordings)) }
+            li { "Everything rests on the " a href="#calibration" { "calibration" } ". " (errors_note(recordings)) }
             li { b { "paper" } " and " b { "dynamic" } ": σ" sub { "t" } ", Z" sub { "t" } " and τ are conditional on the assumed S, \
                   q₀, E, ν, η and p₀; friction hardly is. The table gives by how much." }
             li { b { "trial" } ": nothing of the skin is assumed but E and ν, which its q₀ absorbs; p₀ is assumed. σ" sub { "t" }
@@ -289,7 +299,7 @@ pub(crate) fn conditional(recordings: &[Of<'_>]) -> Markup {
             tbody { @for (name, constant) in CONSTANTS { tr {
                 th scope="row" { (name) }
                 @for method in ["paper", "dynamic"] {
-                    @for value in of(method, constant) { td.n { (PLAIN.value(value)) } }
+                    @for value in median_sensitivities(method, constant) { td.n { (PLAIN.value(value)) } }
                 }
             } } }
         } }

@@ -59,7 +59,7 @@ pub enum ReportError {
 
 /// Recording with its results, description and attempt.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Of<'a> {
+pub(crate) struct RecordingEntry<'a> {
     /// Number in the report, from 1.
     pub(crate) number: usize,
     pub(crate) path: &'a Path,
@@ -69,28 +69,28 @@ pub(crate) struct Of<'a> {
 }
 
 /// Returns the recordings, each with its results, description and attempt.
-pub(crate) fn all_of<'a>(
+pub(crate) fn recording_entries<'a>(
     content: &Content<'a>,
     results: &'a Results,
-) -> Result<Vec<Of<'a>>, ReportError> {
+) -> Result<Vec<RecordingEntry<'a>>, ReportError> {
     if content.recordings.len() != results.recordings.len() {
         return Err(ReportError::Recordings {
             recordings: content.recordings.len(),
             results: results.recordings.len(),
         });
     }
-    let each = content.recordings.iter().zip(&results.recordings).zip(1..);
-    let each = each.map(|((recorded, result), number)| Of {
+    let entries = content.recordings.iter().zip(&results.recordings).zip(1..);
+    let entries = entries.map(|((recorded, result), number)| RecordingEntry {
         number,
         path: recorded.path,
         manifest: recorded.manifest,
         attempt: content.sessions.attempt(recorded.path),
         result,
     });
-    Ok(each.collect())
+    Ok(entries.collect())
 }
 
-impl<'a> Of<'a> {
+impl<'a> RecordingEntry<'a> {
     /// Returns the anchor of its estimates on the page.
     pub(crate) fn anchor(&self) -> String {
         format!("recording-{}", self.number)
@@ -98,7 +98,7 @@ impl<'a> Of<'a> {
 
     /// Returns participant, session and trial of the recording, or else the name of its folder, without the path.
     pub(crate) fn name(&self) -> String {
-        let known = || {
+        let trial_name = || {
             let manifest = self.manifest?;
             let (participant, trial) = (manifest.participant.as_ref()?, manifest.trial.as_ref()?);
             let practice = if trial.practice { "practice " } else { "" };
@@ -110,7 +110,7 @@ impl<'a> Of<'a> {
                 trial.attempt
             ))
         };
-        known().unwrap_or_else(|| {
+        trial_name().unwrap_or_else(|| {
             let name = self.path.file_name().unwrap_or(self.path.as_os_str());
             name.to_string_lossy().into_owned()
         })

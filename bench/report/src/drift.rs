@@ -2,24 +2,27 @@
 
 use maud::{Markup, html};
 
-use crate::content::Of;
-use crate::number::{HERTZ, In, MICRO, PLAIN};
+use crate::content::RecordingEntry;
+use crate::number::{HERTZ, MICRO, NumberFormat, PLAIN};
 use crate::results::{Estimate, Interval};
 
-const MICRO_S: In = In {
+const MICRO_S: NumberFormat = NumberFormat {
     factor: 1e6,
     decimals: 1,
 };
 
 /// Returns the best estimates of the first and of the last instance, and the name of their method.
-fn ends<'a>(of: &Of<'a>) -> Option<(&'static str, [&'a Estimate; 2])> {
-    let (first, last) = (of.result.instances.first()?, of.result.instances.last()?);
+fn end_estimates<'a>(recording: &RecordingEntry<'a>) -> Option<(&'static str, [&'a Estimate; 2])> {
+    let (first, last) = (
+        recording.result.instances.first()?,
+        recording.result.instances.last()?,
+    );
     let trial = first.trial.as_ref().zip(last.trial.as_ref());
-    let by_trial = trial.map(|(first, last)| ("trial", [first, last]));
-    by_trial.or_else(|| Some(("dynamic", [first.dynamic.as_ref()?, last.dynamic.as_ref()?])))
+    let trial_ends = trial.map(|(first, last)| ("trial", [first, last]));
+    trial_ends.or_else(|| Some(("dynamic", [first.dynamic.as_ref()?, last.dynamic.as_ref()?])))
 }
 
-pub(crate) fn drift(recordings: &[Of<'_>]) -> Markup {
+pub(crate) fn drift(recordings: &[RecordingEntry<'_>]) -> Markup {
     let complex = |z: Option<Interval>| {
         z.map_or_else(
             || "–".to_owned(),
@@ -46,23 +49,23 @@ pub(crate) fn drift(recordings: &[Of<'_>]) -> Markup {
                 th.n { "σ" sub { "t" } " (µm)" } th.n { "Im Z" sub { "t" } " (N·s/m)" }
                 th.n { "Pickup’s phase (rad)" } th.n { "Pickup’s delay (µs)" }
             } }
-            tbody { @for of in recordings {
-                @let pickup = of.result.pickup_undone.as_ref();
-                @let z_p = of.result.z_p_n_s_per_m.dynamic.or(of.result.z_p_n_s_per_m.paper);
+            tbody { @for recording in recordings {
+                @let pickup = recording.result.pickup_undone.as_ref();
+                @let z_p = recording.result.z_p_n_s_per_m.dynamic.or(recording.result.z_p_n_s_per_m.paper);
                 tr {
-                    th scope="row" { a href={ "#" (of.anchor()) } { (of.name()) } }
+                    th scope="row" { a href={ "#" (recording.anchor()) } { (recording.name()) } }
                     td.n { (complex(z_p)) }
-                    @match ends(of) {
+                    @match end_estimates(recording) {
                         Some((method, ends)) => {
                             td { (method) }
-                            td.n { (course(HERTZ, ends.map(|of| of.resonance_shift_hz))) }
-                            td.n { (course(MICRO, ends.map(|of| of.sigma_t_m))) }
-                            td.n { (course(PLAIN, ends.map(|of| of.z_t_n_s_per_m.and_then(|z| z[1])))) }
+                            td.n { (course(HERTZ, ends.map(|estimate| estimate.resonance_shift_hz))) }
+                            td.n { (course(MICRO, ends.map(|estimate| estimate.sigma_t_m))) }
+                            td.n { (course(PLAIN, ends.map(|estimate| estimate.z_t_n_s_per_m.and_then(|z| z[1])))) }
                         },
                         None => { td {} td.n { "–" } td.n { "–" } td.n { "–" } },
                     }
-                    td.n { (PLAIN.value(pickup.and_then(|of| of.phase_rad))) }
-                    td.n { (MICRO_S.value(pickup.and_then(|of| of.delay_s))) }
+                    td.n { (PLAIN.value(pickup.and_then(|pickup| pickup.phase_rad))) }
+                    td.n { (MICRO_S.value(pickup.and_then(|pickup| pickup.delay_s))) }
                 }
             } }
         } }
@@ -70,26 +73,26 @@ pub(crate) fn drift(recordings: &[Of<'_>]) -> Markup {
     }
 }
 
-fn course(shown: In, [first, last]: [Option<f64>; 2]) -> String {
-    format!("{} → {}", shown.value(first), shown.value(last))
+fn course(format: NumberFormat, [first, last]: [Option<f64>; 2]) -> String {
+    format!("{} → {}", format.value(first), format.value(last))
 }
 
 /// Returns the differences of the normal force, sensed from impedance and amplitude, from the measured force.
-fn model_check(recordings: &[Of<'_>]) -> Markup {
-    let percent = In {
+fn model_check(recordings: &[RecordingEntry<'_>]) -> Markup {
+    let percent = NumberFormat {
         factor: 100.0,
         decimals: 0,
     };
-    let micro = In {
+    let micro = NumberFormat {
         factor: 1e6,
         decimals: 1,
     };
-    let with: Vec<_> = recordings
+    let checked_recordings: Vec<_> = recordings
         .iter()
-        .filter(|of| !of.result.model_check.is_empty())
+        .filter(|recording| !recording.result.model_check.is_empty())
         .collect();
     html! {
-        @if !with.is_empty() {
+        @if !checked_recordings.is_empty() {
             h3 { "The normal force, sensed from impedance and amplitude" }
             p {
                 "With the parameters that " b { "dynamic" } " finds in the first instance, over the whole recording; its difference \
@@ -100,11 +103,11 @@ fn model_check(recordings: &[Of<'_>]) -> Markup {
                 thead { tr {
                     th { "Recording" } th.n { "Amplitude (µm)" } th.n { "Samples" } th.n { "Median (%)" } th.n { "90 % (%)" }
                 } }
-                tbody { @for of in with {
-                    @for (at, band) in of.result.model_check.iter().enumerate() {
-                        tr.first[at == 0] {
-                            @if at == 0 {
-                                th scope="row" rowspan=(of.result.model_check.len()) { (of.name()) }
+                tbody { @for recording in checked_recordings {
+                    @for (index, band) in recording.result.model_check.iter().enumerate() {
+                        tr.first[index == 0] {
+                            @if index == 0 {
+                                th scope="row" rowspan=(recording.result.model_check.len()) { (recording.name()) }
                             }
                             td.n { (micro.value(band.amplitude_from_m)) " to " (micro.value(band.amplitude_to_m)) }
                             td.n { (band.n) }

@@ -2,80 +2,84 @@
 
 use maud::{Markup, html};
 
-use crate::content::Of;
-use crate::number::{HERTZ, In, MICRO, MILLI, PLAIN, significant};
-use crate::results::{Estimate, Interval, OfTrial, Recording, Results, Trial};
+use crate::content::RecordingEntry;
+use crate::number::{HERTZ, MICRO, MILLI, NumberFormat, PLAIN, significant};
+use crate::results::{Estimate, Interval, PooledTrial, Recording, Results, Trial};
 use crate::skin::{AREA, Q0};
 
 /// Parameter that the instances of a recording share.
-struct Shared {
+struct SharedParameter {
     key: &'static str,
     name: &'static str,
     unit: &'static str,
-    shown: In,
+    format: NumberFormat,
 }
 
-const SHARED: [Shared; 9] = [
-    Shared {
+const SHARED: [SharedParameter; 9] = [
+    SharedParameter {
         key: "contact_area_m2",
         name: "contact area S",
         unit: "mm²",
-        shown: AREA,
+        format: AREA,
     },
-    Shared {
+    SharedParameter {
         key: "q0_rad_per_m",
         name: "q₀, for the E and ν of the settings",
         unit: "10⁴ rad/m",
-        shown: Q0,
+        format: Q0,
     },
-    Shared {
+    SharedParameter {
         key: "loss_factor",
         name: "loss factor η",
         unit: "",
-        shown: PLAIN,
+        format: PLAIN,
     },
-    Shared {
+    SharedParameter {
         key: "tau_s",
         name: "levitation lag τ",
         unit: "ms",
-        shown: MILLI,
+        format: MILLI,
     },
-    Shared {
+    SharedParameter {
         key: "lag_gap_exponent",
         name: "exponent of τ with the gap",
         unit: "",
-        shown: PLAIN,
+        format: PLAIN,
     },
-    Shared {
+    SharedParameter {
         key: "area_force_exponent",
         name: "exponent of S with the force",
         unit: "",
-        shown: PLAIN,
+        format: PLAIN,
     },
-    Shared {
+    SharedParameter {
         key: "film_mean_s",
         name: "time that the film averages over",
         unit: "ms",
-        shown: MILLI,
+        format: MILLI,
     },
-    Shared {
+    SharedParameter {
         key: "friction_floor",
         name: "floor of friction, of μ₀",
         unit: "",
-        shown: PLAIN,
+        format: PLAIN,
     },
-    Shared {
+    SharedParameter {
         key: "lateral_lag_s",
         name: "lag of the lateral force",
         unit: "ms",
-        shown: MILLI,
+        format: MILLI,
     },
 ];
 
-pub(crate) fn estimates(results: &Results, recordings: &[Of<'_>]) -> Markup {
+pub(crate) fn estimates(results: &Results, recordings: &[RecordingEntry<'_>]) -> Markup {
     let people = results.skin.iter().flat_map(|skin| &skin.participants);
-    let pooled: Vec<&OfTrial> = people.flat_map(|person| &person.trials).collect();
-    let pooled = |of: &Of<'_>| pooled.iter().find(|trial| trial.path == of.result.path);
+    let pooled_trials: Vec<&PooledTrial> = people.flat_map(|person| &person.trials).collect();
+    let pooled_trial = |recording: &RecordingEntry<'_>| {
+        pooled_trials
+            .iter()
+            .find(|trial| trial.path == recording.result.path)
+    };
     html! {
         p {
             "Of each recording first what its instances share, fitted together by " b { "trial" }
@@ -84,31 +88,33 @@ pub(crate) fn estimates(results: &Results, recordings: &[Of<'_>]) -> Markup {
             b { "paper" } " and " b { "dynamic" } " standard errors. What they hold is said under "
             a href="#conditional" { "What depends on what" } "."
         }
-        @for of in recordings {
-            article id=(of.anchor()) {
-                h3 { (of.name()) }
-                @match &of.result.trial {
-                    Some(trial) => (shared(trial, pooled(of).copied())),
+        @for recording in recordings {
+            article id=(recording.anchor()) {
+                h3 { (recording.name()) }
+                @match &recording.result.trial {
+                    Some(trial) => (shared_table(trial, pooled_trial(recording).copied())),
                     None => p.note { "No fit of all instances together." },
                 }
-                (instances(of.result))
+                (instance_table(recording.result))
             }
         }
     }
 }
 
-fn shared(trial: &Trial, pooled: Option<&OfTrial>) -> Markup {
-    let known = |key: &str| SHARED.iter().any(|shared| shared.key == key);
-    let others = trial.parameters.iter();
-    let others: Vec<&String> = others
-        .filter(|(key, value)| value.is_number() && !known(key))
+fn shared_table(trial: &Trial, pooled_trial: Option<&PooledTrial>) -> Markup {
+    let is_known = |key: &str| SHARED.iter().any(|parameter| parameter.key == key);
+    let other_keys = trial.parameters.iter();
+    let other_keys: Vec<&String> = other_keys
+        .filter(|(key, value)| value.is_number() && !is_known(key))
         .map(|(key, _)| key)
         .collect();
-    let drawn = |key: &str| pooled.and_then(|of| of.shrunken(key));
-    let any_drawn = SHARED.iter().any(|shared| drawn(shared.key).is_some());
-    let ends = |interval: Option<Interval>, shown: In| {
-        let ends = interval.map(|ends| ends.map(|end| shown.value(end)));
-        ends.map_or_else(String::new, |[from, to]| format!("{from} to {to}"))
+    let shrunken = |key: &str| pooled_trial.and_then(|pooled| pooled.shrunken(key));
+    let has_shrunken = SHARED
+        .iter()
+        .any(|parameter| shrunken(parameter.key).is_some());
+    let interval_text = |interval: Option<Interval>, format: NumberFormat| {
+        let ends = interval.map(|ends| ends.map(|end| format.value(end)));
+        ends.map_or_else(String::new, |[low, high]| format!("{low} to {high}"))
     };
     html! {
         p.note {
@@ -125,32 +131,33 @@ fn shared(trial: &Trial, pooled: Option<&OfTrial>) -> Markup {
         div.wide { table {
             thead { tr {
                 th { "Shared by the instances" } th.n { "Value" } th.n { "95 % interval" }
-                @if any_drawn { th.n { "Shrunken, 95 % interval" } }
+                @if has_shrunken { th.n { "Shrunken, 95 % interval" } }
                 th { "Unit" }
             } }
             tbody {
-                @for shared in &SHARED {
-                    @let (value, interval) = trial.parameter(shared.key);
+                @for parameter in &SHARED {
+                    @let (value, interval) = trial.parameter(parameter.key);
                     tr {
-                        th scope="row" { (shared.name) }
-                        td.n { (shared.shown.value(value)) }
-                        td.n { (ends(interval, shared.shown)) }
-                        @if any_drawn { td.n { @if let Some(of) = drawn(shared.key) {
-                            (shared.shown.value(of.value)) span.also { (ends(of.interval95, shared.shown)) }
+                        th scope="row" { (parameter.name) }
+                        td.n { (parameter.format.value(value)) }
+                        td.n { (interval_text(interval, parameter.format)) }
+                        @if has_shrunken { td.n { @if let Some(estimate) = shrunken(parameter.key) {
+                            (parameter.format.value(estimate.value))
+                            span.also { (interval_text(estimate.interval95, parameter.format)) }
                         } } }
-                        td { (shared.unit) }
+                        td { (parameter.unit) }
                     }
                 }
                 // Parameters of later versions, by name.
-                @for key in others {
+                @for key in other_keys {
                     @let (value, interval) = trial.parameter(key);
                     tr {
                         th scope="row" { code { (key) } }
                         td.n { (significant(value)) }
-                        td.n { (interval.map_or_else(String::new, |[from, to]| {
-                            format!("{} to {}", significant(from), significant(to))
+                        td.n { (interval.map_or_else(String::new, |[low, high]| {
+                            format!("{} to {}", significant(low), significant(high))
                         })) }
-                        @if any_drawn { td {} }
+                        @if has_shrunken { td {} }
                         td {}
                     }
                 }
@@ -159,9 +166,9 @@ fn shared(trial: &Trial, pooled: Option<&OfTrial>) -> Markup {
     }
 }
 
-fn instances(of: &Recording) -> Markup {
-    let instances = &of.instances;
-    let misfit = of.trial.as_ref().and_then(Trial::misfit) == Some(true);
+fn instance_table(recording: &Recording) -> Markup {
+    let instances = &recording.instances;
+    let misfit = recording.trial.as_ref().and_then(Trial::misfit) == Some(true);
     if instances.is_empty() {
         return html! { p.note { "No instance." } };
     }
@@ -178,24 +185,24 @@ fn instances(of: &Recording) -> Markup {
                 @if estimates.is_empty() {
                     tr.first {
                         td.n { (number) }
-                        td.n { (MILLI_S.value(Some(instance.start_s))) "–" (MILLI_S.value(Some(instance.end_s))) }
+                        td.n { (HUNDREDTHS.value(Some(instance.start_s))) "–" (HUNDREDTHS.value(Some(instance.end_s))) }
                         td { (slide(&instance.direction)) }
-                        td.n { (MILLI_S.value(instance.normal_n)) }
-                        td.n { (MILLI_S.value(instance.delta_mu)) }
+                        td.n { (HUNDREDTHS.value(instance.normal_n)) }
+                        td.n { (HUNDREDTHS.value(instance.delta_mu)) }
                         td colspan="9" { "no method could fit it" }
                     }
                 }
-                @for (at, (method, estimate)) in estimates.iter().enumerate() {
-                    tr.first[at == 0] {
-                        @if at == 0 {
+                @for (row, (method, estimate)) in estimates.iter().enumerate() {
+                    tr.first[row == 0] {
+                        @if row == 0 {
                             @let rows = estimates.len();
                             td.n rowspan=(rows) { (number) }
                             td.n rowspan=(rows) {
-                                (MILLI_S.value(Some(instance.start_s))) "–" (MILLI_S.value(Some(instance.end_s)))
+                                (HUNDREDTHS.value(Some(instance.start_s))) "–" (HUNDREDTHS.value(Some(instance.end_s)))
                             }
                             td rowspan=(rows) { (slide(&instance.direction)) }
-                            td.n rowspan=(rows) { (MILLI_S.value(instance.normal_n)) }
-                            td.n rowspan=(rows) { (MILLI_S.value(instance.delta_mu)) }
+                            td.n rowspan=(rows) { (HUNDREDTHS.value(instance.normal_n)) }
+                            td.n rowspan=(rows) { (HUNDREDTHS.value(instance.delta_mu)) }
                         }
                         (cells(method, estimate, misfit && *method == "trial"))
                     }
@@ -206,7 +213,7 @@ fn instances(of: &Recording) -> Markup {
 }
 
 /// A time in s or a force in N, to a hundredth.
-const MILLI_S: In = HERTZ;
+const HUNDREDTHS: NumberFormat = HERTZ;
 
 fn slide(direction: &str) -> &str {
     match direction {
@@ -220,32 +227,36 @@ fn slide(direction: &str) -> &str {
 fn cells(method: &str, estimate: &Estimate, misfit: bool) -> Markup {
     let intervals = estimate.interval95.as_ref();
     let std = estimate.std.as_ref().filter(|_| !misfit);
-    let cell = |shown: In, value: Option<f64>, interval: Option<Interval>, std: Option<f64>| {
-        let beside = match (value, interval, std) {
-            (None, ..) => None,
-            (_, Some([from, to]), _) => {
-                Some(format!("{} to {}", shown.value(from), shown.value(to)))
-            }
-            (_, None, Some(_)) => Some(shown.std(std)),
-            _ => None,
+    let cell =
+        |format: NumberFormat, value: Option<f64>, interval: Option<Interval>, std: Option<f64>| {
+            let spread = match (value, interval, std) {
+                (None, ..) => None,
+                (_, Some([low, high]), _) => {
+                    Some(format!("{} to {}", format.value(low), format.value(high)))
+                }
+                (_, None, Some(_)) => Some(format.std(std)),
+                _ => None,
+            };
+            html! { (format.value(value)) @if let Some(spread) = spread { span.also { (spread) } } }
         };
-        html! { (shown.value(value)) @if let Some(beside) = beside { span.also { (beside) } } }
-    };
-    let part = |of: Option<Interval>, at: usize| of.and_then(|of| of[at]);
+    let part = |parts: Option<Interval>, index: usize| parts.and_then(|parts| parts[index]);
     let z_t_std = std.and_then(|std| std.z_t_n_s_per_m);
     html! {
         td { (method) }
         td.n { (cell(
-            MICRO, estimate.sigma_t_m, intervals.and_then(|of| of.sigma_t_m), std.and_then(|std| std.sigma_t_m)
+            MICRO, estimate.sigma_t_m, intervals.and_then(|intervals| intervals.sigma_t_m), std.and_then(|std| std.sigma_t_m)
         )) }
         td.n { (cell(
-            PLAIN, part(estimate.z_t_n_s_per_m, 0), intervals.and_then(|of| of.z_t_re_n_s_per_m), part(z_t_std, 0)
+            PLAIN, part(estimate.z_t_n_s_per_m, 0), intervals.and_then(|intervals| intervals.z_t_re_n_s_per_m), part(z_t_std, 0)
         )) }
         td.n { (cell(
-            PLAIN, part(estimate.z_t_n_s_per_m, 1), intervals.and_then(|of| of.z_t_im_n_s_per_m), part(z_t_std, 1)
+            PLAIN, part(estimate.z_t_n_s_per_m, 1), intervals.and_then(|intervals| intervals.z_t_im_n_s_per_m), part(z_t_std, 1)
         )) }
-        td.n { (cell(PLAIN, estimate.mu0, intervals.and_then(|of| of.mu0), std.and_then(|std| std.mu0))) }
-        td.n { (cell(HERTZ, estimate.resonance_shift_hz, intervals.and_then(|of| of.resonance_shift_hz), std.and_then(|std| std.resonance_shift_hz))) }
+        td.n { (cell(PLAIN, estimate.mu0, intervals.and_then(|intervals| intervals.mu0), std.and_then(|std| std.mu0))) }
+        td.n { (cell(
+            HERTZ, estimate.resonance_shift_hz, intervals.and_then(|intervals| intervals.resonance_shift_hz),
+            std.and_then(|std| std.resonance_shift_hz)
+        )) }
         // The τ of `trial` is shown above, with its interval.
         td.n { (cell(MILLI, estimate.tau_s, None, std.and_then(|std| std.tau_s).filter(|_| method != "trial"))) }
         td.n { (PLAIN.value(estimate.r2_impedance)) }
@@ -258,7 +269,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_instance_that_no_method_could_fit_has_its_row() {
+    fn an_instance_without_an_estimate_has_a_row() {
         let estimate = r#"{ "sigma_t_m": 1.9e-6 }"#;
         let instance = |start_s: f64, method: &str| {
             format!(
@@ -271,7 +282,7 @@ mod tests {
             instance(1.5, &format!(r#", "paper": {estimate}"#))
         );
         let recording: Recording = serde_json::from_str(&text).unwrap();
-        let table = instances(&recording).into_string();
+        let table = instance_table(&recording).into_string();
         assert!(table.contains("1.25–2.00"), "{table}");
         assert_eq!(
             table.matches("no method could fit it").count(),

@@ -3,47 +3,56 @@
 use maud::{Markup, html};
 use serde_json::Value;
 
-use crate::content::Of;
-use crate::number::counted;
+use crate::content::RecordingEntry;
+use crate::number::count_text;
 
 /// Verdict of a fit without problems.
-const SOUND: &str = "converged";
+const CONVERGED: &str = "converged";
 
-pub(crate) fn flags(recordings: &[Of<'_>]) -> Markup {
-    let misfits = |of: &&Of<'_>| of.result.trial.as_ref().and_then(|trial| trial.misfit());
-    let judged = recordings.iter().filter(|of| misfits(of).is_some()).count();
-    let misfit: Vec<&Of<'_>> = recordings
+pub(crate) fn flags(recordings: &[RecordingEntry<'_>]) -> Markup {
+    let misfit_of = |recording: &&RecordingEntry<'_>| {
+        recording
+            .result
+            .trial
+            .as_ref()
+            .and_then(|trial| trial.misfit())
+    };
+    let n_judged = recordings
         .iter()
-        .filter(|of| misfits(of) == Some(true))
+        .filter(|recording| misfit_of(recording).is_some())
+        .count();
+    let misfit_recordings: Vec<&RecordingEntry<'_>> = recordings
+        .iter()
+        .filter(|recording| misfit_of(recording) == Some(true))
         .collect();
-    let warned: Vec<&Of<'_>> = recordings
+    let warned_recordings: Vec<&RecordingEntry<'_>> = recordings
         .iter()
-        .filter(|of| !of.result.warnings.is_empty())
+        .filter(|recording| !recording.result.warnings.is_empty())
         .collect();
     let verdicts = verdicts(recordings);
     html! {
         h3 { "Does the model fit?" }
-        @if judged == 0 {
+        @if n_judged == 0 {
             p { "The results do not say: the version of the program that analysed these recordings did not judge it." }
-        } @else if misfit.is_empty() {
-            p { "It was held to fit in all " (counted(judged, "recording", "recordings")) " where that was judged." }
+        } @else if misfit_recordings.is_empty() {
+            p { "It was held to fit in all " (count_text(n_judged, "recording", "recordings")) " where that was judged." }
         } @else {
             p.alert {
-                "It was held " b { "not" } " to fit in these recordings, of " (judged)
+                "It was held " b { "not" } " to fit in these recordings, of " (n_judged)
                 " judged. Their values by " b { "trial" } " are not to be relied on, no interval is given for them, and they are left \
                  out of the " a href="#skin" { "participants' skin" } "."
             }
-            ul { @for of in &misfit { li {
-                a href={ "#" (of.anchor()) } { (of.name()) }
-                @for sign in of.result.trial.iter().flat_map(|trial| trial.signs()) { "; " (sign) }
-                @for (name, value) in evidence(of) { "; " code { (name) " = " (value) } }
+            ul { @for recording in &misfit_recordings { li {
+                a href={ "#" (recording.anchor()) } { (recording.name()) }
+                @for sign in recording.result.trial.iter().flat_map(|trial| trial.signs()) { "; " (sign) }
+                @for (name, value) in evidence(recording) { "; " code { (name) " = " (value) } }
             } } }
         }
         h3 { "Warnings of the analysis" }
-        @if warned.is_empty() { p { "None." } } @else {
-            @for of in warned {
-                p { a href={ "#" (of.anchor()) } { (of.name()) } }
-                ul { @for warning in &of.result.warnings { li { (warning) } } }
+        @if warned_recordings.is_empty() { p { "None." } } @else {
+            @for recording in warned_recordings {
+                p { a href={ "#" (recording.anchor()) } { (recording.name()) } }
+                ul { @for warning in &recording.result.warnings { li { (warning) } } }
             }
         }
         h3 { "Fits that are not simply converged" }
@@ -60,8 +69,12 @@ pub(crate) fn flags(recordings: &[Of<'_>]) -> Markup {
 }
 
 /// Returns the entries of the results about misfit other than its signs, also those of later versions.
-fn evidence<'a>(of: &Of<'a>) -> Vec<(&'a String, &'a Value)> {
-    let parameters = of.result.trial.iter().flat_map(|trial| &trial.parameters);
+fn evidence<'a>(recording: &RecordingEntry<'a>) -> Vec<(&'a String, &'a Value)> {
+    let parameters = recording
+        .result
+        .trial
+        .iter()
+        .flat_map(|trial| &trial.parameters);
     parameters
         .filter(|(name, value)| name.contains("misfit") && !value.is_boolean() && *name != "misfit")
         .collect()
@@ -76,45 +89,51 @@ struct Verdict {
     instances: String,
 }
 
-fn verdicts(recordings: &[Of<'_>]) -> Vec<Verdict> {
-    let mut found = Vec::new();
-    for of in recordings {
-        if let Some(trial) = of
+fn verdicts(recordings: &[RecordingEntry<'_>]) -> Vec<Verdict> {
+    let mut verdicts = Vec::new();
+    for recording in recordings {
+        if let Some(trial) = recording
             .result
             .trial
             .as_ref()
-            .filter(|trial| trial.verdict != SOUND)
+            .filter(|trial| trial.verdict != CONVERGED)
         {
-            found.push(Verdict {
-                recording: of.name(),
+            verdicts.push(Verdict {
+                recording: recording.name(),
                 method: "trial",
                 verdict: trial.verdict.clone(),
                 instances: "all together".to_owned(),
             });
         }
-        let mut each: Vec<(&'static str, &str, Vec<String>)> = Vec::new();
-        for (instance, number) in of.result.instances.iter().zip(1..) {
-            let alone = instance
+        let mut groups: Vec<(&'static str, &str, Vec<String>)> = Vec::new();
+        for (instance, number) in recording.result.instances.iter().zip(1..) {
+            let separate_estimates = instance
                 .estimates()
                 .filter(|(method, _)| *method != "trial");
-            for (method, estimate) in alone.filter(|(_, of)| of.verdict != SOUND) {
+            for (method, estimate) in
+                separate_estimates.filter(|(_, estimate)| estimate.verdict != CONVERGED)
+            {
                 // The rest of the verdict differs from instance to instance.
                 let verdict = estimate.verdict.split(';').next().unwrap_or_default();
-                match each.iter_mut().find(|of| of.0 == method && of.1 == verdict) {
-                    Some(of) => of.2.push(number.to_string()),
-                    None => each.push((method, verdict, vec![number.to_string()])),
+                match groups
+                    .iter_mut()
+                    .find(|group| group.0 == method && group.1 == verdict)
+                {
+                    Some(group) => group.2.push(number.to_string()),
+                    None => groups.push((method, verdict, vec![number.to_string()])),
                 }
             }
         }
-        found.extend(
-            each.into_iter()
+        verdicts.extend(
+            groups
+                .into_iter()
                 .map(|(method, verdict, instances)| Verdict {
-                    recording: of.name(),
+                    recording: recording.name(),
                     method,
                     verdict: verdict.to_owned(),
                     instances: instances.join(", "),
                 }),
         );
     }
-    found
+    verdicts
 }

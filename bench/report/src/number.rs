@@ -6,44 +6,44 @@ const UNKNOWN: &str = "–";
 
 /// Unit and decimals of a printed quantity.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct In {
+pub(crate) struct NumberFormat {
     /// Factor from the SI unit.
     pub(crate) factor: f64,
     /// Decimals.
     pub(crate) decimals: usize,
 }
 
-pub(crate) const PLAIN: In = In {
+pub(crate) const PLAIN: NumberFormat = NumberFormat {
     factor: 1.0,
     decimals: 3,
 };
-pub(crate) const MICRO: In = In {
+pub(crate) const MICRO: NumberFormat = NumberFormat {
     factor: 1e6,
     decimals: 3,
 };
-pub(crate) const MILLI: In = In {
+pub(crate) const MILLI: NumberFormat = NumberFormat {
     factor: 1e3,
     decimals: 2,
 };
-pub(crate) const HERTZ: In = In {
+pub(crate) const HERTZ: NumberFormat = NumberFormat {
     factor: 1.0,
     decimals: 2,
 };
 
-impl In {
+impl NumberFormat {
     /// Returns the value in this unit.
     pub(crate) fn value(self, value: Option<f64>) -> String {
         value
             .filter(|value| value.is_finite())
-            .map_or_else(|| UNKNOWN.to_owned(), |value| self.written(value))
+            .map_or_else(|| UNKNOWN.to_owned(), |value| self.text(value))
     }
 
     /// Returns a standard error, `± 0.010`, or `± < 0.001` if it is below the last decimal.
     pub(crate) fn std(self, std: Option<f64>) -> String {
-        let least = 10_f64.powi(-(self.decimals as i32)) / self.factor;
+        let resolution = 10_f64.powi(-(self.decimals as i32)) / self.factor;
         match std {
-            Some(std) if std > 0.0 && std < 0.5 * least => {
-                format!("± < {}", self.value(Some(least)))
+            Some(std) if std > 0.0 && std < 0.5 * resolution => {
+                format!("± < {}", self.value(Some(resolution)))
             }
             _ => format!("± {}", self.value(std)),
         }
@@ -57,7 +57,7 @@ impl In {
         }
     }
 
-    fn written(self, value: f64) -> String {
+    fn text(self, value: f64) -> String {
         let text = format!("{:.*}", self.decimals, value * self.factor);
         match text.strip_prefix('-') {
             // A small negative number that is rounded to zero has no sign.
@@ -81,18 +81,18 @@ pub(crate) fn significant(value: Option<f64>) -> String {
         return format!("{value:.2e}").replace('-', "−");
     }
     let decimals = (2.0 - size.log10().floor()).clamp(0.0, 5.0) as usize;
-    let of = In {
+    let format = NumberFormat {
         factor: 1.0,
         decimals,
     };
-    of.written(value)
+    format.text(value)
 }
 
 /// Returns a number with its noun in the singular or plural.
-pub(crate) fn counted(n: usize, one: &str, several: &str) -> String {
+pub(crate) fn count_text(n: usize, singular: &str, plural: &str) -> String {
     match n {
-        1 => format!("1 {one}"),
-        n => format!("{n} {several}"),
+        1 => format!("1 {singular}"),
+        n => format!("{n} {plural}"),
     }
 }
 
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_keep_their_unit_their_sign_and_what_is_not_known() {
+    fn numbers_have_unit_and_sign_and_a_dash_if_unknown() {
         assert_eq!(MICRO.value(Some(1.7004e-6)), "1.700");
         assert_eq!(PLAIN.value(Some(-0.0951)), "−0.095");
         assert_eq!(PLAIN.value(Some(-1e-9)), "0.000");
@@ -120,12 +120,12 @@ mod tests {
 
     #[test]
     fn significant_digits_are_three() {
-        let of = |value| significant(Some(value));
-        assert_eq!(of(0.936), "0.936");
-        assert_eq!(of(-12.345), "−12.3");
-        assert_eq!(of(14000.0), "14000");
-        assert_eq!(of(1.7e-6), "1.70e−6");
-        assert_eq!(of(0.0), "0");
+        let text = |value| significant(Some(value));
+        assert_eq!(text(0.936), "0.936");
+        assert_eq!(text(-12.345), "−12.3");
+        assert_eq!(text(14000.0), "14000");
+        assert_eq!(text(1.7e-6), "1.70e−6");
+        assert_eq!(text(0.0), "0");
         assert_eq!(significant(None), "–");
     }
 }

@@ -2,7 +2,7 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html as markup};
 
-use crate::content::{Content, ReportError, all_of};
+use crate::content::{Content, ReportError, recording_entries};
 use crate::number::date;
 use crate::results::Results;
 use crate::{
@@ -26,7 +26,7 @@ struct Section {
 /// The results violate their schema, or a figure cannot be drawn.
 pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
     let results: Results = serde_json::from_str(content.results)?;
-    let recordings = all_of(content, &results)?;
+    let recordings = recording_entries(content, &results)?;
     let section = |id, title, body| Section { id, title, body };
     let sections = [
         section(
@@ -77,7 +77,7 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
         section(
             "conditional",
             "What depends on what",
-            assumptions::conditional(&recordings),
+            assumptions::dependencies(&recordings),
         ),
         section(
             "method",
@@ -113,25 +113,25 @@ pub fn html(content: &Content<'_>) -> Result<String, ReportError> {
             }
         }
     };
-    Ok(page.into_string().replace(is_obeyed, "\u{fffd}"))
+    Ok(page.into_string().replace(is_control, "\u{fffd}"))
 }
 
 /// Returns whether a character is a control character or changes the direction of text.
-fn is_obeyed(c: char) -> bool {
-    let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    turns || (c.is_control() && c != '\n' && c != '\t')
+fn is_control(c: char) -> bool {
+    let is_mark = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    is_mark || (c.is_control() && c != '\n' && c != '\t')
 }
 
 fn figures(content: &Content<'_>) -> Result<Markup, ReportError> {
-    let mut drawn = Vec::new();
+    let mut drawings = Vec::new();
     for figure in content.figures {
         // Drawn by this program, which escapes its text.
         let svg = figure.to_svg()?.replacen(NAMESPACE, "", 1);
-        drawn.push((figure, PreEscaped(svg)));
+        drawings.push((figure, PreEscaped(svg)));
     }
     Ok(markup! {
-        @if drawn.is_empty() { p { "Nothing could be drawn of these recordings." } }
-        @for ((figure, svg), number) in drawn.iter().zip(1..) {
+        @if drawings.is_empty() { p { "Nothing could be drawn of these recordings." } }
+        @for ((figure, svg), number) in drawings.iter().zip(1..) {
             figure id={ "figure-" (number) } {
                 (svg)
                 figcaption { b { "Figure " (number) ". " (figure.title) ". " } (figure.caption) }

@@ -3,20 +3,20 @@
 use maud::{Markup, html};
 use serde_json::{Map, Value};
 
-use crate::number::{HERTZ, In, MILLI, PLAIN};
+use crate::number::{HERTZ, MILLI, NumberFormat, PLAIN};
 use crate::skin::{AREA, Q0};
 
 /// Key of the priors among the settings.
 pub(crate) const KEY: &str = "trial_priors";
 
 /// Percent, to a tenth.
-const PERCENT: In = In {
+const PERCENT: NumberFormat = NumberFormat {
     factor: 100.0,
     decimals: 1,
 };
 
 /// Key, words, unit and form of each.
-const PRIORS: [(&str, &str, &str, In); 13] = [
+const PRIORS: [(&str, &str, &str, NumberFormat); 13] = [
     ("contact_area_m2", "contact area S", "mm²", AREA),
     ("q0_rad_per_m", "q₀, for the E and ν above", "10⁴ rad/m", Q0),
     ("loss_factor", "loss factor η", "", PLAIN),
@@ -74,12 +74,12 @@ const PRIORS: [(&str, &str, &str, In); 13] = [
 
 /// Returns the table of the known priors, and the other priors.
 pub(crate) fn table(priors: &Map<String, Value>) -> (Markup, Map<String, Value>) {
-    let mut others = priors.clone();
+    let mut other_priors = priors.clone();
     let mut rows = Vec::new();
-    for (key, words, unit, shown) in PRIORS {
+    for (key, words, unit, format) in PRIORS {
         if let Some([low, high]) = priors.get(key).and_then(range) {
-            others.remove(key);
-            let [low, high] = [low, high].map(|end| shown.value(Some(end)));
+            other_priors.remove(key);
+            let [low, high] = [low, high].map(|end| format.value(Some(end)));
             rows.push((words, format!("{low} to {high}"), unit));
         }
     }
@@ -99,18 +99,22 @@ pub(crate) fn table(priors: &Map<String, Value>) -> (Markup, Map<String, Value>)
             } }
         }
     };
-    (table, others)
+    (table, other_priors)
 }
 
 /// Returns the 95 % range of a prior: log-normal, normal, or normal about zero.
 fn range(prior: &Value) -> Option<[f64; 2]> {
-    const WITHIN_95: f64 = 1.96;
-    let of = |key: &str| prior.get(key).and_then(Value::as_f64);
-    let about = |mean: f64, std: f64| [-WITHIN_95, WITHIN_95].map(|by| mean + by * std);
-    match (of("median").zip(of("ln_std")), of("mean").zip(of("std"))) {
-        (Some((median, ln_std)), _) => Some(about(median.ln(), ln_std).map(f64::exp)),
-        (None, Some((mean, std))) => Some(about(mean, std)),
-        (None, None) => prior.as_f64().map(|std| about(0.0, std)),
+    const NORMAL_95: f64 = 1.96;
+    let number = |key: &str| prior.get(key).and_then(Value::as_f64);
+    let interval =
+        |mean: f64, std: f64| [-NORMAL_95, NORMAL_95].map(|deviations| mean + deviations * std);
+    match (
+        number("median").zip(number("ln_std")),
+        number("mean").zip(number("std")),
+    ) {
+        (Some((median, ln_std)), _) => Some(interval(median.ln(), ln_std).map(f64::exp)),
+        (None, Some((mean, std))) => Some(interval(mean, std)),
+        (None, None) => prior.as_f64().map(|std| interval(0.0, std)),
     }
 }
 
@@ -120,7 +124,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn priors_are_shown_in_units_and_what_is_not_known_is_left() {
+    fn priors_are_shown_in_units_and_unknown_ones_are_returned() {
         let priors = json!({
             "contact_area_m2": { "median": 164.3e-6, "ln_std": 0.514 },
             "area_force_exponent": { "mean": 0.3, "std": 0.3 },
@@ -128,12 +132,12 @@ mod tests {
             "tau_s": "open",
             "later": 3,
         });
-        let (table, others) = table(priors.as_object().unwrap());
+        let (table, other_priors) = table(priors.as_object().unwrap());
         let table = table.into_string();
-        for shown in ["60 to 450", "−0.288 to 0.888", "−0.98 to 0.98"] {
-            assert!(table.contains(shown), "{shown}: {table}");
+        for text in ["60 to 450", "−0.288 to 0.888", "−0.98 to 0.98"] {
+            assert!(table.contains(text), "{text}: {table}");
         }
-        let left: Vec<&String> = others.keys().collect();
-        assert_eq!(left, ["later", "tau_s"]);
+        let other_keys: Vec<&String> = other_priors.keys().collect();
+        assert_eq!(other_keys, ["later", "tau_s"]);
     }
 }

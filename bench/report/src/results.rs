@@ -49,7 +49,9 @@ pub(crate) struct LeftOutAttempt {
 impl LeftOutAttempt {
     /// Returns whether an accepted trial is missing from the analysis.
     pub(crate) fn is_missed(&self) -> bool {
-        self.standing.as_deref().is_none_or(|of| of == "accepted")
+        self.standing
+            .as_deref()
+            .is_none_or(|standing| standing == "accepted")
     }
 
     /// Returns the last names of the folder's path.
@@ -107,12 +109,13 @@ pub(crate) struct Instance {
 impl Instance {
     /// Returns the available estimates, by the names of their methods.
     pub(crate) fn estimates(&self) -> impl Iterator<Item = (&'static str, &Estimate)> {
-        let by = [
+        let methods = [
             ("paper", &self.paper),
             ("dynamic", &self.dynamic),
             ("trial", &self.trial),
         ];
-        by.into_iter()
+        methods
+            .into_iter()
             .filter_map(|(name, estimate)| Some((name, estimate.as_ref()?)))
     }
 }
@@ -184,9 +187,9 @@ impl Trial {
     /// Returns a parameter and its interval.
     pub(crate) fn parameter(&self, name: &str) -> (Option<f64>, Option<Interval>) {
         let intervals = self.interval95.as_ref();
-        let ends = intervals.and_then(|of| of.get(name)?.as_array());
+        let ends = intervals.and_then(|intervals| intervals.get(name)?.as_array());
         let interval = ends.and_then(|ends| match ends.as_slice() {
-            [from, to] => Some([from.as_f64(), to.as_f64()]),
+            [low, high] => Some([low.as_f64(), high.as_f64()]),
             _ => None,
         });
         (self.parameters.get(name).and_then(Value::as_f64), interval)
@@ -214,7 +217,7 @@ pub(crate) struct Skin {
     #[serde(default)]
     pub(crate) participants: Vec<Person>,
     #[serde(default)]
-    pub(crate) study: HashMap<String, OfStudy>,
+    pub(crate) study: HashMap<String, StudyParameter>,
     #[serde(default)]
     pub(crate) left_out: Vec<Value>,
 }
@@ -223,7 +226,7 @@ pub(crate) struct Skin {
 pub(crate) struct Person {
     pub(crate) participant: String,
     #[serde(default)]
-    pub(crate) trials: Vec<OfTrial>,
+    pub(crate) trials: Vec<PooledTrial>,
     #[serde(default)]
     pub(crate) n_left_out: u64,
     #[serde(flatten)]
@@ -232,20 +235,20 @@ pub(crate) struct Person {
 
 impl Person {
     /// Returns a parameter; `None` if no trial constrains it.
-    pub(crate) fn parameter(&self, name: &str) -> Option<OfPerson> {
-        OfPerson::deserialize(self.parameters.get(name)?).ok()
+    pub(crate) fn parameter(&self, name: &str) -> Option<PersonParameter> {
+        PersonParameter::deserialize(self.parameters.get(name)?).ok()
     }
 }
 
 /// Recording of a participant.
 #[derive(Debug, Deserialize)]
-pub(crate) struct OfTrial {
+pub(crate) struct PooledTrial {
     pub(crate) path: String,
     #[serde(flatten)]
     parameters: Map<String, Value>,
 }
 
-impl OfTrial {
+impl PooledTrial {
     /// Returns the shrunken value of a parameter.
     pub(crate) fn shrunken(&self, name: &str) -> Option<Ranged> {
         Ranged::deserialize(self.parameters.get(name)?.get("shrunken")?).ok()
@@ -253,14 +256,14 @@ impl OfTrial {
 }
 
 #[derive(Debug, Deserialize)]
-pub(crate) struct OfPerson {
+pub(crate) struct PersonParameter {
     #[serde(flatten)]
     pub(crate) mean: Ranged,
     pub(crate) shrunken: Option<Ranged>,
 }
 
 #[derive(Debug, Deserialize)]
-pub(crate) struct OfStudy {
+pub(crate) struct StudyParameter {
     pub(crate) mean: Option<Ranged>,
     pub(crate) between_participants_ln_std: Option<f64>,
     pub(crate) between_participants_ln_std_interval95: Option<Interval>,
@@ -307,13 +310,13 @@ pub(crate) struct Excluded {
 pub(crate) struct Row {
     pub(crate) meaning: String,
     pub(crate) published: String,
-    pub(crate) paper: Option<Found>,
-    pub(crate) dynamic: Option<Found>,
-    pub(crate) trial: Option<Found>,
+    pub(crate) paper: Option<MethodStatistic>,
+    pub(crate) dynamic: Option<MethodStatistic>,
+    pub(crate) trial: Option<MethodStatistic>,
 }
 
 #[derive(Debug, Deserialize)]
-pub(crate) struct Found {
+pub(crate) struct MethodStatistic {
     #[serde(flatten)]
     pub(crate) main: Statistic,
     #[serde(default)]
@@ -338,8 +341,8 @@ pub(crate) struct Clustered {
 
 /// Deserialises a map as a list, in the order of the file.
 fn in_order<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<(String, Row)>, D::Error> {
-    struct InOrder;
-    impl<'de> Visitor<'de> for InOrder {
+    struct RowsVisitor;
+    impl<'de> Visitor<'de> for RowsVisitor {
         type Value = Vec<(String, Row)>;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -354,5 +357,5 @@ fn in_order<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<(String, R
             Ok(rows)
         }
     }
-    deserializer.deserialize_map(InOrder)
+    deserializer.deserialize_map(RowsVisitor)
 }

@@ -2,25 +2,25 @@
 
 use maud::{Markup, html};
 
-use crate::number::{In, MILLI, PLAIN, counted};
-use crate::results::{Interval, OfPerson, OfStudy, Ranged, Results};
+use crate::number::{MILLI, NumberFormat, PLAIN, count_text};
+use crate::results::{Interval, PersonParameter, Ranged, Results, StudyParameter};
 
-pub(crate) const AREA: In = In {
+pub(crate) const AREA: NumberFormat = NumberFormat {
     factor: 1e6,
     decimals: 0,
 };
-pub(crate) const Q0: In = In {
+pub(crate) const Q0: NumberFormat = NumberFormat {
     factor: 1e-4,
     decimals: 2,
 };
 /// Standard deviations of logarithms, %.
-const PERCENT: In = In {
+const PERCENT: NumberFormat = NumberFormat {
     factor: 100.0,
     decimals: 0,
 };
 
 /// Key in the results and form of each parameter, in the order of the columns.
-const COLUMNS: [(&str, In); 4] = [
+const COLUMNS: [(&str, NumberFormat); 4] = [
     ("contact_area_m2", AREA),
     ("q0_rad_per_m", Q0),
     ("loss_factor", PLAIN),
@@ -32,22 +32,22 @@ pub(crate) fn skin(results: &Results) -> Markup {
         return html! { p { "The results do not have it: they were made by an earlier version of the program." } };
     };
     let people = &skin.participants;
-    let of_study = |key: &str| skin.study.get(key);
-    let mean = |of: Option<&OfStudy>, shown: In| {
-        let of = of.and_then(|of| of.mean.as_ref());
-        html! { td.n { (ranged(of, shown)) } }
+    let study_parameter = |key: &str| skin.study.get(key);
+    let mean = |parameter: Option<&StudyParameter>, format: NumberFormat| {
+        let parameter = parameter.and_then(|parameter| parameter.mean.as_ref());
+        html! { td.n { (range_cell(parameter, format)) } }
     };
-    let between_people = |of: Option<&OfStudy>| {
-        let std = of.and_then(|of| of.between_participants_ln_std);
-        let ends = of.and_then(|of| of.between_participants_ln_std_interval95);
-        html! { td.n { (PERCENT.value(std)) @if std.is_some() { (interval(ends, PERCENT)) } } }
+    let people_spread = |parameter: Option<&StudyParameter>| {
+        let std = parameter.and_then(|parameter| parameter.between_participants_ln_std);
+        let ends = parameter.and_then(|parameter| parameter.between_participants_ln_std_interval95);
+        html! { td.n { (PERCENT.value(std)) @if std.is_some() { (interval_cell(ends, PERCENT)) } } }
     };
-    let between_trials = |of: Option<&OfStudy>| {
-        let std = of.and_then(|of| of.between_trials_ln_std);
+    let trial_spread = |parameter: Option<&StudyParameter>| {
+        let std = parameter.and_then(|parameter| parameter.between_trials_ln_std);
         html! { td.n { (PERCENT.value(std)) } }
     };
-    let shared = |of: Option<&OfStudy>| {
-        let part = of.and_then(|of| of.shared_error_part);
+    let shared_part = |parameter: Option<&StudyParameter>| {
+        let part = parameter.and_then(|parameter| parameter.shared_error_part);
         html! { td.n { (PERCENT.value(part)) } }
     };
     html! {
@@ -60,7 +60,8 @@ pub(crate) fn skin(results: &Results) -> Markup {
         }
         @if !skin.left_out.is_empty() {
             p.alert {
-                (counted(skin.left_out.len(), "recording is", "recordings are")) " left out of this table, because they cannot be read, the fit of all \
+                (count_text(skin.left_out.len(), "recording is", "recordings are"))
+                " left out of this table, because they cannot be read, the fit of all \
                  instances together cannot be used, the model does not hold, or no participant is stated."
             }
         }
@@ -75,23 +76,23 @@ pub(crate) fn skin(results: &Results) -> Markup {
                         th scope="row" { (person.participant) }
                         td.n { (person.trials.len()) }
                         td.n { (person.n_left_out) }
-                        @for (key, shown) in COLUMNS { td.n { (of_person(person.parameter(key).as_ref(), shown)) } }
+                        @for (key, format) in COLUMNS { td.n { (parameter_cell(person.parameter(key).as_ref(), format)) } }
                     } }
                     tr.first {
                         th scope="row" { "Mean of participants" } td.n {} td.n {}
-                        @for (key, shown) in COLUMNS { (mean(of_study(key), shown)) }
+                        @for (key, format) in COLUMNS { (mean(study_parameter(key), format)) }
                     }
                     tr {
                         th scope="row" { "Between participants (%)" } td.n {} td.n {}
-                        @for (key, _) in COLUMNS { (between_people(of_study(key))) }
+                        @for (key, _) in COLUMNS { (people_spread(study_parameter(key))) }
                     }
                     tr {
                         th scope="row" { "Between trials of one (%)" } td.n {} td.n {}
-                        @for (key, _) in COLUMNS { (between_trials(of_study(key))) }
+                        @for (key, _) in COLUMNS { (trial_spread(study_parameter(key))) }
                     }
                     tr {
                         th scope="row" { "Errors that trials share (%)" } td.n {} td.n {}
-                        @for (key, _) in COLUMNS { (shared(of_study(key))) }
+                        @for (key, _) in COLUMNS { (shared_part(study_parameter(key))) }
                     }
                 }
             } }
@@ -110,27 +111,29 @@ pub(crate) fn skin(results: &Results) -> Markup {
     }
 }
 
-fn of_person(of: Option<&OfPerson>, shown: In) -> Markup {
+fn parameter_cell(parameter: Option<&PersonParameter>, format: NumberFormat) -> Markup {
     html! {
-        (ranged(of.map(|of| &of.mean), shown))
-        @if let Some(of) = of.and_then(|of| of.shrunken.as_ref()) {
-            span.also { i { "shrunken " } (shown.value(of.value)) " (" (ends(of.interval95, shown)) ")" }
+        (range_cell(parameter.map(|parameter| &parameter.mean), format))
+        @if let Some(parameter) = parameter.and_then(|parameter| parameter.shrunken.as_ref()) {
+            span.also {
+                i { "shrunken " } (format.value(parameter.value)) " (" (interval_text(parameter.interval95, format)) ")"
+            }
         }
     }
 }
 
-fn ranged(of: Option<&Ranged>, shown: In) -> Markup {
+fn range_cell(range: Option<&Ranged>, format: NumberFormat) -> Markup {
     html! {
-        (shown.value(of.and_then(|of| of.value)))
-        @if let Some(of) = of { (interval(of.interval95, shown)) }
+        (format.value(range.and_then(|range| range.value)))
+        @if let Some(range) = range { (interval_cell(range.interval95, format)) }
     }
 }
 
-fn interval(of: Option<Interval>, shown: In) -> Markup {
-    html! { span.also { (ends(of, shown)) } }
+fn interval_cell(interval: Option<Interval>, format: NumberFormat) -> Markup {
+    html! { span.also { (interval_text(interval, format)) } }
 }
 
-fn ends(of: Option<Interval>, shown: In) -> String {
-    let [from, to] = of.unwrap_or_default();
-    format!("{} to {}", shown.value(from), shown.value(to))
+fn interval_text(interval: Option<Interval>, format: NumberFormat) -> String {
+    let [low, high] = interval.unwrap_or_default();
+    format!("{} to {}", format.value(low), format.value(high))
 }

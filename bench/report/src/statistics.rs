@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 
 use crate::number::significant;
-use crate::results::{Found, Results, Row, Statistic};
+use crate::results::{MethodStatistic, Results, Row, Statistic};
 
 pub(crate) fn table(results: &Results) -> Markup {
     html! {
@@ -14,38 +14,49 @@ pub(crate) fn table(results: &Results) -> Markup {
         }
         div.wide { table {
             thead { tr { th { "Statistic" } th { "Published" } th { "paper" } th { "dynamic" } th { "trial" } } }
-            tbody { @for (_, row) in &results.statistics { (of_row(row)) } }
+            tbody { @for (_, row) in &results.statistics { (row_lines(row)) } }
         } }
     }
 }
 
-fn of_row(row: &Row) -> Markup {
+fn row_lines(row: &Row) -> Markup {
     let methods = [&row.paper, &row.dynamic, &row.trial].map(Option::as_ref);
-    let levels = methods.iter().flatten().map(|of| of.also.len()).max();
-    let also = |of: Option<&Found>, at: usize| -> Markup {
-        html! { td { @if let Some(of) = of.and_then(|of| of.also.get(at)) { (cell(of)) } } }
+    let levels = methods
+        .iter()
+        .flatten()
+        .map(|statistic| statistic.also.len())
+        .max();
+    let level_cell = |statistic: Option<&MethodStatistic>, level: usize| -> Markup {
+        html! {
+            td { @if let Some(statistic) = statistic.and_then(|statistic| statistic.also.get(level)) { (cell(statistic)) } }
+        }
     };
-    let over = |at: usize| {
-        let mut named = methods.iter().flatten().filter_map(|of| of.also.get(at));
-        named.next().map_or("", |of| of.over.as_str())
+    let level_name = |level: usize| {
+        let mut level_statistics = methods
+            .iter()
+            .flatten()
+            .filter_map(|statistic| statistic.also.get(level));
+        level_statistics
+            .next()
+            .map_or("", |statistic| statistic.over.as_str())
     };
     html! {
         tr.first {
             th scope="row" { (symbols(&row.meaning)) }
             td { (row.published) }
-            @for of in methods { td { @if let Some(of) = of { (cell(&of.main)) } } }
+            @for statistic in methods { td { @if let Some(statistic) = statistic { (cell(&statistic.main)) } } }
         }
-        @for at in 0..levels.unwrap_or(0) {
+        @for level in 0..levels.unwrap_or(0) {
             tr {
-                th.level scope="row" { "over " (over(at)) }
+                th.level scope="row" { "over " (level_name(level)) }
                 td {}
-                @for of in methods { (also(of, at)) }
+                @for statistic in methods { (level_cell(statistic, level)) }
             }
         }
     }
 }
 
-fn cell(of: &Statistic) -> Markup {
+fn cell(statistic: &Statistic) -> Markup {
     let p = |p: f64| {
         if p < 1e-3 {
             "p < 0.001".to_owned()
@@ -53,18 +64,23 @@ fn cell(of: &Statistic) -> Markup {
             format!("p = {p:.3}")
         }
     };
-    let mut beside = vec![format!("n = {} {}", of.n, of.over)];
-    beside.extend(of.p.map(p));
-    beside.extend(of.clustered.as_ref().map(|clustered| match clustered.p {
-        Some(value) => format!("clustered {} of {} people", p(value), clustered.people),
-        None => format!("clustered: too few people ({})", clustered.people),
-    }));
+    let mut details = vec![format!("n = {} {}", statistic.n, statistic.over)];
+    details.extend(statistic.p.map(p));
+    details.extend(
+        statistic
+            .clustered
+            .as_ref()
+            .map(|clustered| match clustered.p {
+                Some(value) => format!("clustered {} of {} people", p(value), clustered.people),
+                None => format!("clustered: too few people ({})", clustered.people),
+            }),
+    );
     html! {
-        @match (of.value, of.std) {
-            (Some(_), Some(_)) => { (significant(of.value)) " ± " (significant(of.std)) },
-            _ => (significant(of.value)),
+        @match (statistic.value, statistic.std) {
+            (Some(_), Some(_)) => { (significant(statistic.value)) " ± " (significant(statistic.std)) },
+            _ => (significant(statistic.value)),
         }
-        span.also { (beside.join(", ")) }
+        span.also { (details.join(", ")) }
     }
 }
 

@@ -5,94 +5,128 @@ use std::collections::{BTreeMap, BTreeSet};
 use jiff::Timestamp;
 use maud::{Markup, html};
 
-use crate::content::{Content, Of};
-use crate::number::{MICRO, counted, date};
+use crate::content::{Content, RecordingEntry};
+use crate::number::{MICRO, count_text, date};
 use crate::results::{Results, Statistic};
 
-pub(crate) fn summary(content: &Content<'_>, results: &Results, recordings: &[Of<'_>]) -> Markup {
-    let instances: usize = recordings.iter().map(|of| of.result.instances.len()).sum();
-    let rejected: usize = recordings.iter().map(|of| of.result.rejected.len()).sum();
-    let excluded: usize = results.excluded.iter().map(|of| of.recordings.len()).sum();
-    let overridden = results.exclusions_overridden.iter();
-    let overridden: usize = overridden.map(|of| of.recordings.len()).sum();
-    let missed = results.attempts.iter().flat_map(|of| &of.left_out);
-    let missed = missed.filter(|of| of.is_missed()).count();
-    let warnings: usize = recordings.iter().map(|of| of.result.warnings.len()).sum();
-    let people: BTreeSet<&str> = recordings.iter().filter_map(Of::participant).collect();
+pub(crate) fn summary(
+    content: &Content<'_>,
+    results: &Results,
+    recordings: &[RecordingEntry<'_>],
+) -> Markup {
+    let instances: usize = recordings
+        .iter()
+        .map(|recording| recording.result.instances.len())
+        .sum();
+    let n_rejected: usize = recordings
+        .iter()
+        .map(|recording| recording.result.rejected.len())
+        .sum();
+    let n_excluded: usize = results
+        .excluded
+        .iter()
+        .map(|exclusion| exclusion.recordings.len())
+        .sum();
+    let exclusions = results.exclusions_overridden.iter();
+    let n_overridden: usize = exclusions.map(|exclusion| exclusion.recordings.len()).sum();
+    let attempts = results
+        .attempts
+        .iter()
+        .flat_map(|attempts| &attempts.left_out);
+    let n_missed = attempts.filter(|attempt| attempt.is_missed()).count();
+    let warnings: usize = recordings
+        .iter()
+        .map(|recording| recording.result.warnings.len())
+        .sum();
+    let people: BTreeSet<&str> = recordings
+        .iter()
+        .filter_map(RecordingEntry::participant)
+        .collect();
     let trials: Vec<_> = recordings
         .iter()
-        .filter_map(|of| of.result.trial.as_ref())
+        .filter_map(|recording| recording.result.trial.as_ref())
         .collect();
-    let judged: Vec<bool> = trials.iter().filter_map(|trial| trial.misfit()).collect();
-    let misfits = judged.iter().filter(|misfit| **misfit).count();
-    let unreadable = recordings.iter().filter(|of| of.manifest.is_none()).count();
+    let misfit_verdicts: Vec<bool> = trials.iter().filter_map(|trial| trial.misfit()).collect();
+    let misfits = misfit_verdicts.iter().filter(|misfit| **misfit).count();
+    let n_unreadable = recordings
+        .iter()
+        .filter(|recording| recording.manifest.is_none())
+        .count();
     let sessions = content.sessions.list.len();
-    let name = |(name, _): &&(String, _)| name == "sigma_t_m";
-    let sigma_t = results.statistics.iter().find(name).map(|(_, row)| row);
-    let spread = |of: &Statistic| {
+    let is_sigma_t = |(name, _): &&(String, _)| name == "sigma_t_m";
+    let sigma_t = results
+        .statistics
+        .iter()
+        .find(is_sigma_t)
+        .map(|(_, row)| row);
+    let spread = |statistic: &Statistic| {
         format!(
             "{} µm ({})",
-            MICRO.with_std(of.value, of.std),
-            counted(of.n as usize, "instance", "instances")
+            MICRO.with_std(statistic.value, statistic.std),
+            count_text(statistic.n as usize, "instance", "instances")
         )
     };
-    let by = |found: Option<&crate::results::Found>, name: &str| {
-        let main = found
-            .map(|found| &found.main)
-            .filter(|of| of.value.is_some())?;
+    let sigma_t_by = |statistic: Option<&crate::results::MethodStatistic>, name: &str| {
+        let main = statistic
+            .map(|statistic| &statistic.main)
+            .filter(|main| main.value.is_some())?;
         Some(format!("{} by {name}", spread(main)))
     };
-    let by = sigma_t.map(|row| {
+    let phrases = sigma_t.map(|row| {
         [
-            by(row.trial.as_ref(), "trial"),
-            by(row.dynamic.as_ref(), "dynamic"),
-            by(row.paper.as_ref(), "paper"),
+            sigma_t_by(row.trial.as_ref(), "trial"),
+            sigma_t_by(row.dynamic.as_ref(), "dynamic"),
+            sigma_t_by(row.paper.as_ref(), "paper"),
         ]
     });
-    let by: Vec<String> = by.into_iter().flatten().flatten().collect();
+    let phrases: Vec<String> = phrases.into_iter().flatten().flatten().collect();
     html! {
         p.lead {
-            (counted(recordings.len() - unreadable, "recording", "recordings"))
-            @if !people.is_empty() { " of " (counted(people.len(), "participant", "participants")) }
-            @if sessions > 0 { " in " (counted(sessions, "session", "sessions")) }
+            (count_text(recordings.len() - n_unreadable, "recording", "recordings"))
+            @if !people.is_empty() { " of " (count_text(people.len(), "participant", "participants")) }
+            @if sessions > 0 { " in " (count_text(sessions, "session", "sessions")) }
             " were analysed and gave "
-            (counted(instances, "estimated instance", "estimated instances")) "; "
-            (counted(rejected, "stretch was", "stretches were")) " rejected. "
-            @if unreadable > 0 {
-                (counted(unreadable, "more", "more")) " could not be read. "
+            (count_text(instances, "estimated instance", "estimated instances")) "; "
+            (count_text(n_rejected, "stretch was", "stretches were")) " rejected. "
+            @if n_unreadable > 0 {
+                (count_text(n_unreadable, "more", "more")) " could not be read. "
             }
-            @if excluded > 0 {
-                (counted(excluded, "more recording is", "more recordings are")) " excluded by decision. "
-            } @else if overridden > 0 {
-                b { (counted(overridden, "of the recordings is", "of the recordings are")) " excluded by decision, and analysed all the same" }
+            @if n_excluded > 0 {
+                (count_text(n_excluded, "more recording is", "more recordings are")) " excluded by decision. "
+            } @else if n_overridden > 0 {
+                b {
+                    (count_text(n_overridden, "of the recordings is", "of the recordings are"))
+                    " excluded by decision, and analysed all the same"
+                }
                 " (" a href="#left-out" { "decisions overridden" } "). "
             } @else { "No recording is excluded by decision. " }
             @if let Some(attempts) = &results.attempts {
-                "By the logs " (counted(attempts.accepted, "trial was", "trials were")) " accepted"
-                @if missed > 0 { ", " b { (missed) " of which could not be analysed" } }
+                "By the logs " (count_text(attempts.accepted, "trial was", "trials were")) " accepted"
+                @if n_missed > 0 { ", " b { (n_missed) " of which could not be analysed" } }
                 " (" a href="#left-out" { "what is left out" } "). "
             }
             @if warnings > 0 {
-                "The analysis gave " a href="#flags" { (counted(warnings, "warning", "warnings")) } ". "
+                "The analysis gave " a href="#flags" { (count_text(warnings, "warning", "warnings")) } ". "
             } @else { "The analysis gave no warning. " }
-            @if !judged.is_empty() {
-                "The model was held not to fit in " (misfits) " of the " (counted(judged.len(), "recording", "recordings"))
+            @if !misfit_verdicts.is_empty() {
+                "The model was held not to fit in " (misfits) " of the "
+                (count_text(misfit_verdicts.len(), "recording", "recordings"))
                 " where that was judged"
                 @if misfits > 0 { ", whose values by trial are in all statistics here" }
                 ". "
             }
-            @if !by.is_empty() {
-                "Over all instances σ" sub { "t" } " is " (by.join(", "))
+            @if !phrases.is_empty() {
+                "Over all instances σ" sub { "t" } " is " (phrases.join(", "))
                 ", mean ± standard deviation (published: 1.7 ± 0.4 µm)."
             }
         }
-        @if recordings.iter().any(|of| is_rehearsed(of)) {
+        @if recordings.iter().any(|recording| is_rehearsed(recording)) {
             p.alert { "Faults were injected on purpose into some of these recordings: they are a rehearsal, not data." }
         }
-        @if let Some(words) = on_a_simulated_bench(simulated(content), sessions) {
+        @if let Some(words) = simulation_note(simulated_sessions(content), sessions) {
             p.alert { (words) }
         }
-        @if recordings.iter().any(Of::is_uncalibrated) {
+        @if recordings.iter().any(RecordingEntry::is_uncalibrated) {
             p.alert {
                 "Some of these recordings were made without a calibration: their constants are those of the configuration, and \
                  were not measured. " a href="#calibration" { "Calibration" }
@@ -101,71 +135,73 @@ pub(crate) fn summary(content: &Content<'_>, results: &Results, recordings: &[Of
     }
 }
 
-fn is_rehearsed(of: &Of<'_>) -> bool {
-    let hardware = of.manifest.and_then(|manifest| manifest.hardware.as_ref());
+fn is_rehearsed(recording: &RecordingEntry<'_>) -> bool {
+    let hardware = recording
+        .manifest
+        .and_then(|manifest| manifest.hardware.as_ref());
     hardware.is_some_and(|hardware| !hardware.rehearsed.is_empty())
 }
 
 /// Returns the number of sessions recorded on a simulated bench.
-fn simulated(content: &Content<'_>) -> usize {
+fn simulated_sessions(content: &Content<'_>) -> usize {
     let starts = content.sessions.list.iter();
     let starts = starts.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());
-    let is_simulated = |is: &String| is == "true";
+    let is_simulated = |flag: &String| flag == "true";
     starts
         .filter(|start| start.devices.get("simulated").is_some_and(is_simulated))
         .count()
 }
 
 /// Returns a sentence on the number of simulated sessions; `None` if all were recorded on a real bench.
-fn on_a_simulated_bench(simulated: usize, sessions: usize) -> Option<String> {
-    match simulated {
+fn simulation_note(simulated_sessions: usize, sessions: usize) -> Option<String> {
+    match simulated_sessions {
         0 => None,
         all if all == sessions => {
             Some("Recorded on a simulated bench: nobody took part.".to_owned())
         }
-        some => Some(format!(
-            "{some} of {sessions} sessions were recorded on a simulated bench: nobody took part in {}.",
-            if some == 1 { "it" } else { "them" }
+        n => Some(format!(
+            "{n} of {sessions} sessions were recorded on a simulated bench: nobody took part in {}.",
+            if n == 1 { "it" } else { "them" }
         )),
     }
 }
 
 /// Returns the distinct values in words, with their counts if there are several.
-fn distinct<'a>(
-    recordings: &[Of<'a>],
-    value: impl Fn(&Of<'a>) -> Option<String>,
+fn distinct_values<'a>(
+    recordings: &[RecordingEntry<'a>],
+    value: impl Fn(&RecordingEntry<'a>) -> Option<String>,
 ) -> Vec<(String, usize)> {
-    let mut found: BTreeMap<String, usize> = BTreeMap::new();
-    for of in recordings {
-        if let Some(value) = value(of) {
-            *found.entry(value).or_default() += 1;
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for recording in recordings {
+        if let Some(value) = value(recording) {
+            *counts.entry(value).or_default() += 1;
         }
     }
-    found.into_iter().collect()
+    counts.into_iter().collect()
 }
 
-pub(crate) fn study(content: &Content<'_>, recordings: &[Of<'_>]) -> Markup {
-    let hardware = |of: &Of<'_>| of.manifest?.hardware.clone();
-    let trial = |of: &Of<'_>| of.manifest?.trial.clone();
+pub(crate) fn study(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
+    let hardware = |recording: &RecordingEntry<'_>| recording.manifest?.hardware.clone();
+    let trial = |recording: &RecordingEntry<'_>| recording.manifest?.trial.clone();
     let rows: Vec<(&str, Vec<(String, usize)>)> = vec![
         (
             "Protocol",
-            distinct(recordings, |of| Some(trial(of)?.protocol)),
+            distinct_values(recordings, |recording| Some(trial(recording)?.protocol)),
         ),
         (
             "Condition",
-            distinct(recordings, |of| Some(trial(of)?.condition)),
+            distinct_values(recordings, |recording| Some(trial(recording)?.condition)),
         ),
         (
             "Carrier",
-            distinct(recordings, |of| {
-                Some(format!("{} Hz", of.manifest?.carrier_hz))
+            distinct_values(recordings, |recording| {
+                Some(format!("{} Hz", recording.manifest?.carrier_hz))
             }),
         ),
         (
             "Modulation",
-            distinct(recordings, |of| {
-                let manifest = of.manifest?;
+            distinct_values(recordings, |recording| {
+                let manifest = recording.manifest?;
                 Some(format!(
                     "{} Hz, index {}",
                     manifest.modulation_hz, manifest.modulation_index
@@ -174,16 +210,20 @@ pub(crate) fn study(content: &Content<'_>, recordings: &[Of<'_>]) -> Markup {
         ),
         (
             "Audio input",
-            distinct(recordings, |of| Some(hardware(of)?.input_device)),
+            distinct_values(recordings, |recording| {
+                Some(hardware(recording)?.input_device)
+            }),
         ),
         (
             "Audio output",
-            distinct(recordings, |of| Some(hardware(of)?.output_device)),
+            distinct_values(recordings, |recording| {
+                Some(hardware(recording)?.output_device)
+            }),
         ),
         (
             "Samples",
-            distinct(recordings, |of| {
-                let hardware = hardware(of)?;
+            distinct_values(recordings, |recording| {
+                let hardware = hardware(recording)?;
                 Some(format!(
                     "{} Hz, {}",
                     hardware.sample_rate_hz, hardware.sample_format
@@ -192,27 +232,27 @@ pub(crate) fn study(content: &Content<'_>, recordings: &[Of<'_>]) -> Markup {
         ),
         (
             "Force sensor",
-            distinct(recordings, |of| hardware(of)?.force_sensor),
+            distinct_values(recordings, |recording| hardware(recording)?.force_sensor),
         ),
         (
             "Position sensor",
-            distinct(recordings, |of| hardware(of)?.position_sensor),
+            distinct_values(recordings, |recording| hardware(recording)?.position_sensor),
         ),
         (
             "Safety stops waived",
-            distinct(recordings, |of| {
-                let waived = hardware(of)?.waived;
-                (!waived.is_empty()).then(|| waived.join(", "))
+            distinct_values(recordings, |recording| {
+                let stops = hardware(recording)?.waived;
+                (!stops.is_empty()).then(|| stops.join(", "))
             }),
         ),
         (
             "Recorded by",
-            distinct(recordings, |of| {
-                let software = of.manifest?.software.as_ref()?;
+            distinct_values(recordings, |recording| {
+                let software = recording.manifest?.software.as_ref()?;
                 Some(format!("{} {}", software.name, software.version))
             }),
         ),
-        ("Recorded", recorded(content)),
+        ("Recorded", session_dates(content)),
     ];
     html! {
         div.wide { table { tbody {
@@ -220,11 +260,11 @@ pub(crate) fn study(content: &Content<'_>, recordings: &[Of<'_>]) -> Markup {
                 tr {
                     th scope="row" { (label) }
                     td {
-                        @for (at, (value, n)) in values.iter().enumerate() {
-                            @if at > 0 { br; }
+                        @for (index, (value, n)) in values.iter().enumerate() {
+                            @if index > 0 { br; }
                             (value)
                             @if values.len() > 1 && *n > 0 {
-                                " (" (counted(*n, "recording", "recordings")) ")"
+                                " (" (count_text(*n, "recording", "recordings")) ")"
                             }
                         }
                     }
@@ -235,35 +275,46 @@ pub(crate) fn study(content: &Content<'_>, recordings: &[Of<'_>]) -> Markup {
 }
 
 /// Returns the dates of the first and last session.
-fn recorded(content: &Content<'_>) -> Vec<(String, usize)> {
+fn session_dates(content: &Content<'_>) -> Vec<(String, usize)> {
     let sessions = content.sessions.list.iter();
     let starts = sessions.filter_map(|(_, session)| session.as_ref().ok()?.start.as_ref());
-    let mut dates: Vec<Timestamp> = starts.filter_map(|of| of.time.parse().ok()).collect();
+    let mut dates: Vec<Timestamp> = starts.filter_map(|start| start.time.parse().ok()).collect();
     dates.sort();
     match dates.as_slice() {
         [] => Vec::new(),
-        [one] => vec![(date(*one), 0)],
+        [time] => vec![(date(*time), 0)],
         [first, .., last] if date(*first) == date(*last) => vec![(date(*first), 0)],
         [first, .., last] => vec![(format!("{} to {}", date(*first), date(*last)), 0)],
     }
 }
 
-pub(crate) fn participants(recordings: &[Of<'_>]) -> Markup {
-    let mut people: BTreeMap<Option<&str>, Vec<&Of<'_>>> = BTreeMap::new();
-    for of in recordings {
-        people.entry(of.participant()).or_default().push(of);
+pub(crate) fn participants(recordings: &[RecordingEntry<'_>]) -> Markup {
+    let mut people: BTreeMap<Option<&str>, Vec<&RecordingEntry<'_>>> = BTreeMap::new();
+    for recording in recordings {
+        people
+            .entry(recording.participant())
+            .or_default()
+            .push(recording);
     }
-    let sessions = |of: &[&Of<'_>]| {
-        let numbers = of
+    let sessions = |recordings: &[&RecordingEntry<'_>]| {
+        let numbers = recordings
             .iter()
-            .filter_map(|of| Some(of.manifest?.participant.as_ref()?.session));
+            .filter_map(|recording| Some(recording.manifest?.participant.as_ref()?.session));
         numbers.collect::<BTreeSet<u32>>().len()
     };
-    let instances =
-        |of: &[&Of<'_>]| -> usize { of.iter().map(|of| of.result.instances.len()).sum() };
-    let by_trial = |of: &[&Of<'_>]| -> usize {
-        let all = of.iter().flat_map(|of| &of.result.instances);
-        all.filter(|instance| instance.trial.is_some()).count()
+    let instances = |recordings: &[&RecordingEntry<'_>]| -> usize {
+        recordings
+            .iter()
+            .map(|recording| recording.result.instances.len())
+            .sum()
+    };
+    let trial_instances = |recordings: &[&RecordingEntry<'_>]| -> usize {
+        let person_instances = recordings
+            .iter()
+            .flat_map(|recording| &recording.result.instances);
+        person_instances
+            .filter(|instance| instance.trial.is_some())
+            .count()
     };
     html! {
         p { "Known by pseudonym alone. What participants stated of themselves is not in this report." }
@@ -272,12 +323,12 @@ pub(crate) fn participants(recordings: &[Of<'_>]) -> Markup {
                 th { "Participant" } th.n { "Sessions" } th.n { "Recordings" } th.n { "Instances" }
                 th.n { "of them by trial" }
             } }
-            tbody { @for (person, of) in &people { tr {
+            tbody { @for (person, recordings) in &people { tr {
                 th scope="row" { (person.unwrap_or("not stated")) }
-                td.n { (sessions(of)) }
-                td.n { (of.len()) }
-                td.n { (instances(of)) }
-                td.n { (by_trial(of)) }
+                td.n { (sessions(recordings)) }
+                td.n { (recordings.len()) }
+                td.n { (instances(recordings)) }
+                td.n { (trial_instances(recordings)) }
             } } }
         } }
     }
@@ -288,9 +339,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nobody_took_part_in_the_simulated_sessions_and_in_no_others() {
-        assert_eq!(on_a_simulated_bench(0, 3), None);
-        let words = |simulated| on_a_simulated_bench(simulated, 3).unwrap();
+    fn the_simulation_note_counts_the_simulated_sessions() {
+        assert_eq!(simulation_note(0, 3), None);
+        let words = |simulated_sessions| simulation_note(simulated_sessions, 3).unwrap();
         assert!(words(3).starts_with("Recorded on a simulated bench: nobody"));
         assert!(words(1).starts_with("1 of 3 sessions "));
         assert!(words(2).ends_with("nobody took part in them."));

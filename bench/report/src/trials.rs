@@ -6,58 +6,62 @@ use maud::{Markup, html};
 use recording::study::event_log::ExitStatus;
 use sessions::{Attempt, Session, SessionEnd};
 
-use crate::content::{Content, Of};
-use crate::number::{In, counted};
+use crate::content::{Content, RecordingEntry};
+use crate::number::{NumberFormat, count_text};
 
-const SECONDS: In = In {
+const SECONDS: NumberFormat = NumberFormat {
     factor: 1.0,
     decimals: 0,
 };
 
-pub(crate) fn trials(content: &Content<'_>, recordings: &[Of<'_>]) -> Markup {
-    let alone: Vec<&Of<'_>> = recordings
+pub(crate) fn trials(content: &Content<'_>, recordings: &[RecordingEntry<'_>]) -> Markup {
+    let unlogged_recordings: Vec<&RecordingEntry<'_>> = recordings
         .iter()
-        .filter(|of| of.attempt.is_none())
+        .filter(|recording| recording.attempt.is_none())
         .collect();
     html! {
         @for (folder, session) in &content.sessions.list {
             @match session {
-                Ok(session) => (of_session(folder, session, recordings)),
+                Ok(session) => (session_section(folder, session, recordings)),
                 Err(reason) => {
                     p.alert { "The log of a session cannot be read: " (reason) }
                 }
             }
         }
-        @if !alone.is_empty() {
+        @if !unlogged_recordings.is_empty() {
             h3 { "Recordings without a session's log" }
             p { "Nothing states whether these trials were accepted." }
-            ul { @for of in alone { li { a href={ "#" (of.anchor()) } { (of.name()) } } } }
+            ul { @for recording in unlogged_recordings { li { a href={ "#" (recording.anchor()) } { (recording.name()) } } } }
         }
     }
 }
 
-fn of_session(folder: &Path, session: &Session, recordings: &[Of<'_>]) -> Markup {
+fn session_section(folder: &Path, session: &Session, recordings: &[RecordingEntry<'_>]) -> Markup {
     // As in the recordings: if there are two studies, with the study's name.
-    let mut inside = recordings.iter().filter(|of| {
-        let path = of.path.canonicalize();
+    let mut session_recordings = recordings.iter().filter(|recording| {
+        let path = recording.path.canonicalize();
         path.is_ok_and(|path| path.parent() == Some(folder))
     });
-    let named = inside.find_map(Of::participant);
+    let participant = session_recordings.find_map(RecordingEntry::participant);
     let title = match &session.start {
         Some(start) => format!(
             "{}, session {}",
-            named.unwrap_or(&start.participant),
+            participant.unwrap_or(&start.participant),
             start.session
         ),
         None => "Session without a start in its log".to_owned(),
     };
-    let of = |attempt: &Attempt| {
-        let in_folder = |of: &&Of<'_>| {
-            let path = of.path.canonicalize();
+    let recording_of = |attempt: &Attempt| {
+        let is_in_folder = |recording: &&RecordingEntry<'_>| {
+            let path = recording.path.canonicalize();
             path.is_ok_and(|path| path.parent() == Some(folder))
         };
-        let mut each = recordings.iter().filter(in_folder);
-        each.find(|of| of.attempt.is_some_and(|own| own.label == attempt.label))
+        let mut candidates = recordings.iter().filter(is_in_folder);
+        candidates.find(|recording| {
+            recording
+                .attempt
+                .is_some_and(|recorded_attempt| recorded_attempt.label == attempt.label)
+        })
     };
     // Without the date, by which anyone who knows when a participant came could identify the person.
     let details = session.start.as_ref();
@@ -66,8 +70,8 @@ fn of_session(folder: &Path, session: &Session, recordings: &[Of<'_>]) -> Markup
         h3 { (title) }
         p.note {
             @if let Some(details) = &details { (details) "; " }
-            @if session.resumed > 0 { "resumed " (counted(session.resumed, "time", "times")) "; " }
-            (ended(&session.end)) "."
+            @if session.resumed > 0 { "resumed " (count_text(session.resumed, "time", "times")) "; " }
+            (session_end(&session.end)) "."
         }
         div.wide { table {
             thead { tr {
@@ -82,9 +86,9 @@ fn of_session(folder: &Path, session: &Session, recordings: &[Of<'_>]) -> Markup
                     td.n { (SECONDS.value(attempt.start_s)) }
                     td { (verdict) }
                     td { (reasons.join("; ")) }
-                    td { @match of(attempt) {
-                        Some(of) => a href={ "#" (of.anchor()) } {
-                            (counted(of.result.instances.len(), "instance", "instances"))
+                    td { @match recording_of(attempt) {
+                        Some(recording) => a href={ "#" (recording.anchor()) } {
+                            (count_text(recording.result.instances.len(), "instance", "instances"))
                         },
                         None => (if attempt.is_practice() { "no: practice" } else { "no" }),
                     } }
@@ -94,18 +98,18 @@ fn of_session(folder: &Path, session: &Session, recordings: &[Of<'_>]) -> Markup
     }
 }
 
-fn ended(end: &SessionEnd) -> String {
+fn session_end(end: &SessionEnd) -> String {
     match end {
         SessionEnd::Unfinished => "its log does not end".to_owned(),
         SessionEnd::Stopped(status, reason) => {
-            let how = match status {
+            let ending = match status {
                 ExitStatus::Success => "completed",
                 ExitStatus::Abort => "broken off by the operator",
                 ExitStatus::Fail => "broken off by a fault",
             };
             reason
                 .as_ref()
-                .map_or_else(|| how.to_owned(), |reason| format!("{how}: {reason}"))
+                .map_or_else(|| ending.to_owned(), |reason| format!("{ending}: {reason}"))
         }
     }
 }

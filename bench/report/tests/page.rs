@@ -54,7 +54,7 @@ fn results(participant: &str, extra: &str) -> String {
             methods.join(", ")
         )
     };
-    let found = r#"{ "value": 1.9e-6, "std": 1e-7, "p": 0.0001, "clustered": { "p": null, "people": 3 }, "n": 2, "over": "instances",
+    let statistic = r#"{ "value": 1.9e-6, "std": 1e-7, "p": 0.0001, "clustered": { "p": null, "people": 3 }, "n": 2, "over": "instances",
         "also": [{ "value": null, "n": 1, "over": "trials" }] }"#;
     let participant = serde_json::to_string(participant).unwrap();
     let area = r#""contact_area_m2": { "value": 2.2e-4, "interval95": [2.1e-4, 2.3e-4], "n_trials": 1,
@@ -84,8 +84,8 @@ fn results(participant: &str, extra: &str) -> String {
             "left_out": [ {{ "path": "/home/somebody/study/c", "participant": null, "because": {hostile} }} ] }},
         "excluded": [ {{ "participant": "sub-07", "session": "all", "trial": "3", "reason": {hostile}, "by": {hostile}, "date": null,
             "recordings": ["/home/somebody/study/c"] }} ],
-        "statistics": {{ "zeta": {{ "meaning": "sigma_t, m", "published": "(1.7 ± 0.4)e-6", "paper": {found}, "dynamic": {found} }},
-            "alpha": {{ "meaning": "second of mu0", "published": "0.1", "paper": {found}, "dynamic": {found}, "trial": {found} }} }} }}"#,
+        "statistics": {{ "zeta": {{ "meaning": "sigma_t, m", "published": "(1.7 ± 0.4)e-6", "paper": {statistic}, "dynamic": {statistic} }},
+            "alpha": {{ "meaning": "second of mu0", "published": "0.1", "paper": {statistic}, "dynamic": {statistic}, "trial": {statistic} }} }} }}"#,
         instance(1.9, &["paper", "dynamic", "trial"]),
         instance(2.1, &["paper", "dynamic"]),
     )
@@ -138,16 +138,16 @@ fn page_of(participant: &str, results: &str, figures: &[Figure]) -> Result<Strin
 }
 
 #[test]
-fn hostile_texts_are_shown_and_obeyed_nowhere_and_nothing_is_fetched() {
+fn hostile_texts_are_escaped_and_no_resource_is_fetched() {
     let page = page(HOSTILE, &[figure()], "").unwrap();
-    let shown = "&lt;script&gt;alert(";
+    let escaped = "&lt;script&gt;alert(";
     // Participant, condition, warning, rejection, exclusion's reason and author, setting, and six places of the figure.
     assert!(
-        page.matches(shown).count() >= 12,
+        page.matches(escaped).count() >= 12,
         "{}",
-        page.matches(shown).count()
+        page.matches(escaped).count()
     );
-    for obeyed in [
+    for code in [
         "<script",
         "<img",
         "onload=",
@@ -157,7 +157,7 @@ fn hostile_texts_are_shown_and_obeyed_nowhere_and_nothing_is_fetched() {
         "<link",
         "<iframe",
     ] {
-        assert!(!page.contains(obeyed), "{obeyed}");
+        assert!(!page.contains(code), "{code}");
     }
     // Within tags, not within a user's text.
     let tags = page
@@ -198,9 +198,9 @@ fn the_page_of_a_small_study() {
 }
 
 #[test]
-fn the_misfit_of_the_model_is_said_where_the_results_hold_it() {
-    let none = page("sub-01", &[], "").unwrap();
-    assert!(none.contains("The results do not say"));
+fn the_misfit_of_the_model_is_reported() {
+    let untested = page("sub-01", &[], "").unwrap();
+    assert!(untested.contains("The results do not say"));
     let fits = page("sub-01", &[], r#", "model_misfit": false"#).unwrap();
     assert!(
         fits.contains("held to fit in all 1 recording ")
@@ -215,16 +215,16 @@ fn the_misfit_of_the_model_is_said_where_the_results_hold_it() {
 
 /// Most studies have a recording that the model does not fit, which has no interval.
 #[test]
-fn a_recording_without_intervals_is_shown_without_errors_and_with_the_signs() {
+fn a_recording_without_intervals_is_shown_with_the_signs_of_misfit() {
     let extra = format!(
         r#", "model_misfit": true, "misfit": ["friction is off by 0.05", {}]"#,
         serde_json::to_string(HOSTILE).unwrap()
     );
     let text = results("sub-01", &extra);
-    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
-    let mut without = found;
-    without["recordings"][0]["trial"]["interval95"] = serde_json::Value::Null;
-    for instance in without["recordings"][0]["instances"]
+    let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let mut misfit_results = value;
+    misfit_results["recordings"][0]["trial"]["interval95"] = serde_json::Value::Null;
+    for instance in misfit_results["recordings"][0]["instances"]
         .as_array_mut()
         .unwrap()
     {
@@ -232,7 +232,7 @@ fn a_recording_without_intervals_is_shown_without_errors_and_with_the_signs() {
             trial["interval95"] = serde_json::Value::Null;
         }
     }
-    let page = page_of("sub-01", &without.to_string(), &[]).unwrap();
+    let page = page_of("sub-01", &misfit_results.to_string(), &[]).unwrap();
     assert!(page.contains("; friction is off by 0.05; &lt;script&gt;"));
     assert!(page.contains("so that no interval is given"));
     let (_, by_trial) = page.split_once("<td>trial</td>").unwrap();
@@ -244,15 +244,15 @@ fn a_recording_without_intervals_is_shown_without_errors_and_with_the_signs() {
 }
 
 #[test]
-fn results_without_the_skin_of_the_study_are_shown_as_such() {
-    let mut old: serde_json::Value = serde_json::from_str(&results("sub-01", "")).unwrap();
-    old.as_object_mut().unwrap().remove("skin").unwrap();
-    let page = page_of("sub-01", &old.to_string(), &[]).unwrap();
+fn results_without_skin_are_shown_with_a_note() {
+    let mut old_results: serde_json::Value = serde_json::from_str(&results("sub-01", "")).unwrap();
+    old_results.as_object_mut().unwrap().remove("skin").unwrap();
+    let page = page_of("sub-01", &old_results.to_string(), &[]).unwrap();
     assert!(page.contains("made by an earlier version"));
 }
 
 #[test]
-fn results_that_are_none_or_of_other_recordings_are_refused() {
+fn invalid_results_and_results_of_other_recordings_are_refused() {
     let sessions = Sessions::default();
     let content = |results| Content {
         name: "x",
@@ -264,10 +264,10 @@ fn results_that_are_none_or_of_other_recordings_are_refused() {
         program: "p",
     };
     assert!(matches!(html(&content("{")), Err(ReportError::Results(_))));
-    let one = results("sub-01", "");
-    let refused = html(&content(&one));
+    let text = results("sub-01", "");
+    let result = html(&content(&text));
     assert!(matches!(
-        refused,
+        result,
         Err(ReportError::Recordings {
             recordings: 0,
             results: 2
@@ -309,7 +309,7 @@ fn calibration() -> String {
 }
 
 #[test]
-fn a_session_gives_verdicts_with_reasons_and_the_age_and_values_of_its_calibration_and_no_names() {
+fn a_session_shows_verdicts_and_its_calibration_without_names() {
     let study = tempfile::tempdir().unwrap();
     let session = study.path().join("ses-01");
     let folder = session.join("trial-001_attempt-2");
@@ -323,8 +323,8 @@ fn a_session_gives_verdicts_with_reasons_and_the_age_and_values_of_its_calibrati
     let key = |attempt: u32| {
         format!(r#"{{"number":1,"attempt":{attempt},"practice":false,"condition":"c<b>"}}"#)
     };
-    let began = |attempt| format!(r#"{{"event":"trial_began","key":{}}}"#, key(attempt));
-    let settled = |attempt, outcome: &str| {
+    let start_event = |attempt| format!(r#"{{"event":"trial_began","key":{}}}"#, key(attempt));
+    let end_event = |attempt, outcome: &str| {
         format!(
             r#"{{"event":"trial_settled","record":{{"key":{},"outcome":{outcome},"analysis":null}}}}"#,
             key(attempt)
@@ -338,24 +338,24 @@ fn a_session_gives_verdicts_with_reasons_and_the_age_and_values_of_its_calibrati
     let log = [
         start.to_owned(),
         consent,
-        event(2, &began(1)),
-        event(7, &settled(1, redo)),
-        event(8, &began(2)),
-        event(13, &settled(2, r#"{"outcome":"accepted"}"#)),
+        event(2, &start_event(1)),
+        event(7, &end_event(1, redo)),
+        event(8, &start_event(2)),
+        event(13, &end_event(2, r#"{"outcome":"accepted"}"#)),
         "{\"document\":\"stop\",\"time\":\"\",\"exit_status\":\"success\",\"num_events\":5}\n"
             .to_owned(),
     ];
     std::fs::write(session.join("events.jsonl"), log.concat()).unwrap();
 
     let manifest = manifest("sub-01");
-    let elsewhere = study.path().join("elsewhere");
+    let other_folder = study.path().join("elsewhere");
     let recordings = [
         Recorded {
             path: &folder,
             manifest: Some(&manifest),
         },
         Recorded {
-            path: &elsewhere,
+            path: &other_folder,
             manifest: None,
         },
     ];
@@ -363,7 +363,7 @@ fn a_session_gives_verdicts_with_reasons_and_the_age_and_values_of_its_calibrati
         name: "study",
         results: &results("sub-01", ""),
         recordings: &recordings,
-        sessions: &Sessions::of(recordings.iter().map(|of| of.path)),
+        sessions: &Sessions::of(recordings.iter().map(|recording| recording.path)),
         figures: &[],
         made: Timestamp::UNIX_EPOCH,
         program: "friction-bench 0.0.0",
@@ -386,7 +386,7 @@ fn a_session_gives_verdicts_with_reasons_and_the_age_and_values_of_its_calibrati
 
 /// The page said "No recording is excluded by decision" although decisions were overridden.
 #[test]
-fn overridden_decisions_and_missed_trials_are_said() {
+fn overridden_decisions_and_missed_trials_are_reported() {
     let results = results("sub-01", "").replacen(
         "\"excluded\":",
         r#""attempts": { "accepted": 3, "analysed": 1, "not_accepted": 0, "excluded": 0, "unread_logs": [], "left_out": [

@@ -27,7 +27,7 @@ impl Sessions {
             let Some(folder) = folder_of(recording) else {
                 continue;
             };
-            if sessions.list.iter().any(|(known, _)| *known == folder) {
+            if sessions.list.iter().any(|(path, _)| *path == folder) {
                 continue;
             }
             let session = read(&folder);
@@ -41,7 +41,7 @@ impl Sessions {
     pub fn around(&self, recording: &Path) -> Option<(&Path, &Session)> {
         let folder = folder_of(recording)?;
         let mut list = self.list.iter();
-        let (folder, session) = list.find(|(known, _)| *known == folder)?;
+        let (folder, session) = list.find(|(path, _)| *path == folder)?;
         Some((folder, session.as_ref().ok()?))
     }
 
@@ -78,13 +78,13 @@ pub fn practice(folder: &Path, content: &LogContent) -> u32 {
             Document::Start(start) => Some(start),
             _ => None,
         });
-    let by_copy = || {
+    let copy_practice = || {
         let file = format!("{}.toml", start?.protocol);
         let text = files::read_text(&folder.join(&file), files::TEXT_LIMIT_BYTES).ok()?;
         // A later version may have other rules; the log serves as well.
         Some(Protocol::parse(&text, &file).ok()?.trials.practice)
     };
-    by_copy().unwrap_or_else(|| practice_trials(content))
+    copy_practice().unwrap_or_else(|| practice_trials(content))
 }
 
 /// Returns the folder of a recording's session, if it has a log.

@@ -82,24 +82,24 @@ impl Attempt {
     pub fn standing(&self) -> Standing {
         self.outcome
             .as_ref()
-            .map_or(Standing::Interrupted, Standing::of)
+            .map_or(Standing::Interrupted, Standing::from_outcome)
     }
 
     /// Returns the verdict in a word, and its reasons, if there are any.
     #[must_use]
     pub fn verdict(&self) -> (&'static str, Vec<String>) {
-        let all = |reasons: &[protocols::RedoReason]| -> Vec<String> {
+        let texts = |reasons: &[protocols::RedoReason]| -> Vec<String> {
             reasons.iter().map(ToString::to_string).collect()
         };
         match &self.outcome {
             None => ("not settled", Vec::new()),
             Some(TrialOutcome::Accepted) => ("accepted", Vec::new()),
-            Some(TrialOutcome::AcceptedAnyway { reasons }) => ("accepted anyway", all(reasons)),
+            Some(TrialOutcome::AcceptedAnyway { reasons }) => ("accepted anyway", texts(reasons)),
             Some(TrialOutcome::Redo { reasons }) if reasons.is_empty() => {
                 ("repeated", vec!["as the operator asked".to_owned()])
             }
-            Some(TrialOutcome::Redo { reasons }) => ("repeated", all(reasons)),
-            Some(TrialOutcome::GivenUp { reasons }) => ("given up", all(reasons)),
+            Some(TrialOutcome::Redo { reasons }) => ("repeated", texts(reasons)),
+            Some(TrialOutcome::GivenUp { reasons }) => ("given up", texts(reasons)),
             Some(TrialOutcome::Interrupted { interruption }) => {
                 ("interrupted", vec![interruption.to_string()])
             }
@@ -116,7 +116,7 @@ impl Attempt {
 impl Session {
     /// Reads the history from a log.
     #[must_use]
-    pub fn of(content: &LogContent) -> Self {
+    pub fn from_log(content: &LogContent) -> Self {
         Self::after_practice(content, practice_trials(content))
     }
 
@@ -128,18 +128,18 @@ impl Session {
             practice,
             part: 0,
             part_s: 0.0,
-            open: None,
+            open_trial: None,
         };
-        let mut first: Option<Timestamp> = None;
+        let mut first_time: Option<Timestamp> = None;
         for document in &content.documents {
             match document {
                 Document::Start(start) => {
                     let time: Option<Timestamp> = start.time.parse().ok();
-                    first = first.or(time);
-                    let since = first
+                    first_time = first_time.or(time);
+                    let offset = first_time
                         .zip(time)
-                        .map(|(first, time)| time.duration_since(first));
-                    reading.start(start, since.map(|since| since.as_secs_f64()));
+                        .map(|(first_time, time)| time.duration_since(first_time));
+                    reading.start(start, offset.map(|offset| offset.as_secs_f64()));
                 }
                 Document::Event(event) => reading.event(event),
                 Document::Stop(stop) => {
@@ -152,11 +152,11 @@ impl Session {
         let mut session = reading.session;
         let origin_s = session.attempts.first().and_then(|first| first.start_s);
         for attempt in &mut session.attempts {
-            let since = attempt
+            let offset_s = attempt
                 .start_s
                 .zip(origin_s)
                 .map(|(start_s, origin_s)| start_s - origin_s);
-            attempt.start_s = since.filter(|since| (0.0..=LONGEST_S).contains(since));
+            attempt.start_s = offset_s.filter(|offset_s| (0.0..=LONGEST_S).contains(offset_s));
         }
         session
     }
@@ -183,13 +183,13 @@ struct Reading {
     /// Start of that part, when its audio clock begins, s after the session's first start.
     part_s: f64,
     /// Attempt in progress.
-    open: Option<TrialLabel>,
+    open_trial: Option<TrialLabel>,
 }
 
 impl Reading {
     fn start(&mut self, start: &Start, since_s: Option<f64>) {
         self.part += 1;
-        self.open = None;
+        self.open_trial = None;
         // The wall clock may be set back.
         self.part_s = since_s.unwrap_or(self.part_s).max(self.part_s);
         self.session.end = SessionEnd::Unfinished;
@@ -208,44 +208,44 @@ impl Reading {
             Some(SessionEventKind::TrialBegan { key }) => {
                 let start_s = self.part_s + event.audio_s;
                 let label = TrialLabel::new(&key, self.practice);
-                self.open = Some(label);
+                self.open_trial = Some(label);
                 self.attempt(label, &key.condition).start_s = Some(start_s);
             }
             Some(SessionEventKind::Marked { interval }) => {
-                if let Some(label) = self.open {
+                if let Some(label) = self.open_trial {
                     self.attempt(label, "").marked.push(interval);
                 }
             }
             Some(SessionEventKind::TrialSettled { record }) => {
                 let label = TrialLabel::new(&record.key, self.practice);
-                self.open = None;
+                self.open_trial = None;
                 self.attempt(label, &record.key.condition).outcome = Some(record.outcome);
             }
-            _ => self.saved(event),
+            _ => self.read_saved(event),
         }
     }
 
-    fn saved(&mut self, event: &LogEvent) {
+    fn read_saved(&mut self, event: &LogEvent) {
         let name = event.data.get("saved").and_then(Value::as_str);
         let Some(label) = name.and_then(|name| name.parse().ok()) else {
             return;
         };
         let sums = event.data.get("sha256").cloned();
-        let interrupted = event.data.get("interrupted").and_then(Value::as_bool);
+        let is_interrupted = event.data.get("interrupted").and_then(Value::as_bool);
         let attempt = self.attempt(label, "");
         attempt.saved = true;
-        attempt.interrupted = interrupted.unwrap_or(false);
+        attempt.interrupted = is_interrupted.unwrap_or(false);
         attempt.sums = sums.and_then(|sums| serde_json::from_value(sums).ok());
     }
 
     fn attempt(&mut self, label: TrialLabel, condition: &str) -> &mut Attempt {
         let attempts = &mut self.session.attempts;
-        let known = attempts.iter().position(|attempt| attempt.label == label);
-        let at = known.unwrap_or_else(|| {
+        let index = attempts.iter().position(|attempt| attempt.label == label);
+        let index = index.unwrap_or_else(|| {
             attempts.push(Attempt::new(label, condition.to_owned(), self.part));
             attempts.len() - 1
         });
-        &mut attempts[at]
+        &mut attempts[index]
     }
 }
 
@@ -264,8 +264,8 @@ pub fn practice_trials(content: &LogContent) -> u32 {
         SessionEventKind::TrialSettled { record } => Some(record.key),
         _ => None,
     });
-    let others = keys.filter(|key: &TrialKey| !key.practice);
-    others
+    let main_keys = keys.filter(|key: &TrialKey| !key.practice);
+    main_keys
         .map(|key| key.number)
         .min()
         .unwrap_or(1)
@@ -302,14 +302,14 @@ mod tests {
         )
     }
 
-    fn began(audio_s: f64, key: &str) -> String {
+    fn begin_line(audio_s: f64, key: &str) -> String {
         event(
             audio_s,
             &format!(r#"{{"event":"trial_began","key":{key}}}"#),
         )
     }
 
-    fn settled(key: &str, outcome: &str) -> String {
+    fn settle_line(key: &str, outcome: &str) -> String {
         event(
             9.0,
             &format!(
@@ -319,7 +319,7 @@ mod tests {
     }
 
     fn session(lines: &[String]) -> Session {
-        Session::of(&LogContent {
+        Session::from_log(&LogContent {
             documents: lines
                 .iter()
                 .map(|line| serde_json::from_str(line).unwrap())
@@ -329,59 +329,64 @@ mod tests {
     }
 
     #[test]
-    fn attempts_have_their_time_since_the_first_and_their_verdict_with_its_reasons() {
-        let (practice, first, again) = (key(1, 1), key(2, 1), key(2, 2));
+    fn attempts_have_times_and_verdicts_with_reasons() {
+        let (practice, first, second) = (key(1, 1), key(2, 1), key(2, 2));
         let reason =
             r#"{"outcome":"redo","reasons":[{"reason":"lost_samples","frames":3,"limit":0}]}"#;
         let lines = [
             start("2026-01-01T09:00:00Z"),
-            began(2.0, &practice),
-            settled(&practice, r#"{"outcome":"accepted"}"#),
-            began(12.0, &first),
-            settled(&first, reason),
+            begin_line(2.0, &practice),
+            settle_line(&practice, r#"{"outcome":"accepted"}"#),
+            begin_line(12.0, &first),
+            settle_line(&first, reason),
             // Resumed a minute later, on a new audio clock.
             start("2026-01-01T09:01:00Z"),
-            began(3.0, &again),
+            begin_line(3.0, &second),
         ];
-        let found = session(&lines);
-        let times: Vec<f64> = found.attempts.iter().filter_map(|of| of.start_s).collect();
+        let session = session(&lines);
+        let times: Vec<f64> = session
+            .attempts
+            .iter()
+            .filter_map(|attempt| attempt.start_s)
+            .collect();
         assert_eq!(times, [0.0, 10.0, 61.0]);
-        assert_eq!(found.resumed, 1);
-        assert_eq!(found.end, SessionEnd::Unfinished);
-        assert!(found.attempts[0].is_practice());
-        assert_eq!(found.attempts[1].label.to_string(), "trial-001_attempt-1");
-        let verdicts: Vec<_> = found.attempts.iter().map(Attempt::verdict).collect();
+        assert_eq!(session.resumed, 1);
+        assert_eq!(session.end, SessionEnd::Unfinished);
+        assert!(session.attempts[0].is_practice());
+        assert_eq!(session.attempts[1].label.to_string(), "trial-001_attempt-1");
+        let verdicts: Vec<_> = session.attempts.iter().map(Attempt::verdict).collect();
         assert_eq!(verdicts[0], ("accepted", Vec::new()));
-        let lost = vec!["3 lost frames, 0 allowed".to_owned()];
-        assert_eq!(verdicts[1], ("repeated", lost));
+        let reasons = vec!["3 lost frames, 0 allowed".to_owned()];
+        assert_eq!(verdicts[1], ("repeated", reasons));
         assert_eq!(verdicts[2], ("not settled", Vec::new()));
     }
 
     #[test]
-    fn a_wall_clock_that_was_set_back_turns_no_time_back() {
+    fn a_wall_clock_set_back_does_not_decrease_times() {
         let lines = [
             start("2026-01-01T09:00:00Z"),
-            began(5.0, &key(2, 1)),
+            begin_line(5.0, &key(2, 1)),
             start("2025-12-31T09:00:00Z"),
-            began(8.0, &key(3, 1)),
+            begin_line(8.0, &key(3, 1)),
         ];
         let times = |lines: &[String]| -> Vec<Option<f64>> {
             let attempts = session(lines).attempts;
-            attempts.iter().map(|of| of.start_s).collect()
+            attempts.iter().map(|attempt| attempt.start_s).collect()
         };
         assert_eq!(times(&lines), [Some(0.0), Some(3.0)]);
 
         // Implausible times of an edited log.
-        let edited = [(1, -1e308), (2, 1e308), (3, 40.0 * 86_400.0)];
-        let edited = edited.map(|(attempt, audio_s)| began(audio_s, &key(3, attempt)));
-        let lines = [&lines[..2], &edited[..]].concat();
+        let edited_lines = [(1, -1e308), (2, 1e308), (3, 40.0 * 86_400.0)];
+        let edited_lines =
+            edited_lines.map(|(attempt, audio_s)| begin_line(audio_s, &key(3, attempt)));
+        let lines = [&lines[..2], &edited_lines[..]].concat();
         assert_eq!(times(&lines), [Some(0.0), None, None, None]);
     }
 
     #[test]
-    fn a_log_without_a_start_or_with_nothing_tells_nothing() {
+    fn a_log_without_a_start_gives_no_start() {
         assert_eq!(session(&[]), Session::default());
-        let lone = session(&[began(5.0, &key(2, 1))]);
-        assert_eq!((lone.start, lone.attempts.len()), (None, 1));
+        let session = session(&[begin_line(5.0, &key(2, 1))]);
+        assert_eq!((session.start, session.attempts.len()), (None, 1));
     }
 }

@@ -22,7 +22,7 @@ pub enum Standing {
 impl Standing {
     /// Returns the standing of an attempt with this outcome.
     #[must_use]
-    pub fn of(outcome: &TrialOutcome) -> Self {
+    pub fn from_outcome(outcome: &TrialOutcome) -> Self {
         match outcome {
             TrialOutcome::Accepted | TrialOutcome::AcceptedAnyway { .. } => Self::Accepted,
             TrialOutcome::Redo { .. } => Self::Repeated,

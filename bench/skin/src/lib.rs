@@ -4,7 +4,10 @@ mod skin;
 mod table;
 mod words;
 
-pub use skin::{LeftOut, OfPerson, OfStudy, OfTrial, Parameters, Person, Ranged, Skin, Trial};
+pub use skin::{
+    LeftOut, Parameters, Person, PersonParameter, Ranged, Skin, StudyParameter, Trial,
+    TrialParameter,
+};
 pub use table::{SKIN_FILE, write};
 
 /// Compiles and runs the example in the README.

@@ -38,16 +38,16 @@ pub struct Parameters<T> {
 pub(crate) const NAMES: [&str; 4] = ["contact_area_m2", "q0_rad_per_m", "loss_factor", "tau_s"];
 
 impl<T> Parameters<T> {
-    fn each(mut of: impl FnMut(usize) -> T) -> Self {
+    fn from_fn(mut value: impl FnMut(usize) -> T) -> Self {
         Self {
-            contact_area_m2: of(0),
-            q0_rad_per_m: of(1),
-            loss_factor: of(2),
-            tau_s: of(3),
+            contact_area_m2: value(0),
+            q0_rad_per_m: value(1),
+            loss_factor: value(2),
+            tau_s: value(3),
         }
     }
 
-    pub(crate) fn in_order(&self) -> [&T; 4] {
+    pub(crate) fn as_array(&self) -> [&T; 4] {
         [
             &self.contact_area_m2,
             &self.q0_rad_per_m,
@@ -67,7 +67,7 @@ pub struct Ranged {
 }
 
 impl Ranged {
-    fn of_ln(value: f64, interval95: [f64; 2]) -> Self {
+    fn from_ln(value: f64, interval95: [f64; 2]) -> Self {
         Self {
             value: value.exp(),
             interval95: interval95.map(f64::exp),
@@ -77,7 +77,7 @@ impl Ranged {
 
 /// Parameter of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct OfTrial {
+pub struct TrialParameter {
     /// Value and interval of the recording's fit.
     #[serde(flatten)]
     pub raw: Ranged,
@@ -93,12 +93,12 @@ pub struct Trial {
     pub path: PathBuf,
     /// Parameters.
     #[serde(flatten)]
-    pub parameters: Parameters<OfTrial>,
+    pub parameters: Parameters<TrialParameter>,
 }
 
 /// Parameter of a participant.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct OfPerson {
+pub struct PersonParameter {
     /// Mean over the trials with its 95 % interval, which includes the errors within the trials and the scatter between
     /// them.
     #[serde(flatten)]
@@ -119,7 +119,7 @@ pub struct Person {
     pub participant: String,
     /// Parameters; `None` if no trial constrains them.
     #[serde(flatten)]
-    pub parameters: Parameters<Option<OfPerson>>,
+    pub parameters: Parameters<Option<PersonParameter>>,
     /// Pooled recordings.
     pub trials: Vec<Trial>,
     /// Number of excluded recordings.
@@ -128,7 +128,7 @@ pub struct Person {
 
 /// Parameter of the study.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct OfStudy {
+pub struct StudyParameter {
     /// Mean over the participants; `None` with fewer than two.
     pub mean: Option<Ranged>,
     /// Number of participants in the mean.
@@ -161,7 +161,7 @@ pub struct LeftOut {
 pub struct Skin {
     pooling: &'static str,
     /// All participants together.
-    pub study: Parameters<OfStudy>,
+    pub study: Parameters<StudyParameter>,
     /// Participants by name.
     pub participants: Vec<Person>,
     /// Excluded recordings.
@@ -171,8 +171,8 @@ pub struct Skin {
 /// Fits of a participant, and the number of excluded recordings.
 #[derive(Default)]
 struct Fits<'a> {
-    used: Vec<(&'a RecordingFindings, &'a SharedFit)>,
-    left_out: usize,
+    recordings: Vec<(&'a RecordingFindings, &'a SharedFit)>,
+    n_left_out: usize,
 }
 
 impl Skin {
@@ -182,18 +182,18 @@ impl Skin {
         let mut left_out = Vec::new();
         // All requested recordings, including unreadable ones, which are listed as excluded.
         for recording in &analysed.recordings {
-            let usable = match &recording.found {
-                Ok(found) => usable(found).map(|shared| (found, shared)),
+            let usable_fit = match &recording.found {
+                Ok(findings) => usable_fit(findings).map(|fit| (findings, fit)),
                 Err(error) => Err(format!("it cannot be read: {error}")),
             };
             if let Some(participant) = &recording.participant {
                 let fits = people.entry(participant).or_default();
-                match &usable {
-                    Ok(fit) => fits.used.push(*fit),
-                    Err(_) => fits.left_out += 1,
+                match &usable_fit {
+                    Ok(fit) => fits.recordings.push(*fit),
+                    Err(_) => fits.n_left_out += 1,
                 }
             }
-            if let Err(because) = usable {
+            if let Err(because) = usable_fit {
                 left_out.push(LeftOut {
                     path: recording.path.clone(),
                     participant: recording.participant.clone(),
@@ -201,26 +201,26 @@ impl Skin {
                 });
             }
         }
-        let pooled = pool(&people, &analysed.settings.trial().priors);
+        let pooled_parameters = pool(&people, &analysed.settings.trial().priors);
         let participants = people.iter().enumerate().map(|(person, (name, fits))| {
-            let trials = fits.used.iter().enumerate();
-            let trials = trials.map(|(trial, (found, shared))| Trial {
-                path: found.path.clone(),
-                parameters: Parameters::each(|at| OfTrial {
-                    raw: raw(OF[at](shared)),
-                    shrunken: pooled[at].member(person, trial),
+            let trials = fits.recordings.iter().enumerate();
+            let trials = trials.map(|(trial, (findings, fit))| Trial {
+                path: findings.path.clone(),
+                parameters: Parameters::from_fn(|index| TrialParameter {
+                    raw: range(FIT_PARAMETERS[index](fit)),
+                    shrunken: pooled_parameters[index].member(person, trial),
                 }),
             });
             Person {
                 participant: (*name).to_owned(),
-                parameters: Parameters::each(|at| pooled[at].person(person)),
+                parameters: Parameters::from_fn(|index| pooled_parameters[index].person(person)),
                 trials: trials.collect(),
-                n_left_out: fits.left_out,
+                n_left_out: fits.n_left_out,
             }
         });
         Self {
             pooling: POOLING,
-            study: Parameters::each(|at| pooled[at].study()),
+            study: Parameters::from_fn(|index| pooled_parameters[index].study()),
             participants: participants.collect(),
             left_out,
         }
@@ -228,65 +228,65 @@ impl Skin {
 }
 
 /// Returns the fit of a recording, or the reason to exclude it.
-fn usable(found: &RecordingFindings) -> Result<&SharedFit, String> {
-    let shared = found.trial.as_ref();
-    let shared = shared.ok_or("its instances cannot be fitted together")?;
-    if !shared.verdict.is_usable() {
-        return Err(shared.verdict.to_string());
+fn usable_fit(findings: &RecordingFindings) -> Result<&SharedFit, String> {
+    let fit = findings.trial.as_ref();
+    let fit = fit.ok_or("its instances cannot be fitted together")?;
+    if !fit.verdict.is_usable() {
+        return Err(fit.verdict.to_string());
     }
-    if let Some(sign) = shared.misfit.first() {
+    if let Some(sign) = fit.misfit.first() {
         return Err(format!("the model does not hold: {sign}"));
     }
-    if found.participant().is_none() {
+    if findings.participant().is_none() {
         return Err("no participant is stated".to_owned());
     }
-    Ok(shared)
+    Ok(fit)
 }
 
 /// Parameters of a fit, in order.
-const OF: [fn(&SharedFit) -> LogUncertain; 4] = [
-    |of| of.contact_area_m2,
-    |of| of.q0_rad_per_m,
-    |of| of.loss_factor,
-    |of| of.tau_s,
+const FIT_PARAMETERS: [fn(&SharedFit) -> LogUncertain; 4] = [
+    |fit| fit.contact_area_m2,
+    |fit| fit.q0_rad_per_m,
+    |fit| fit.loss_factor,
+    |fit| fit.tau_s,
 ];
 
-fn raw(of: LogUncertain) -> Ranged {
+fn range(estimate: LogUncertain) -> Ranged {
     Ranged {
-        value: of.value,
-        interval95: of.interval95(),
+        value: estimate.value,
+        interval95: estimate.interval95(),
     }
 }
 
 /// Pooled parameter.
-struct Pooled {
+struct PooledParameter {
     hierarchy: Hierarchy,
     /// Index of each participant's trials among those that constrain the parameter.
     places: Vec<Vec<Option<usize>>>,
 }
 
 /// Returns the pooled parameters, in order.
-fn pool(people: &BTreeMap<&str, Fits<'_>>, priors: &TrialPriors) -> [Pooled; 4] {
+fn pool(people: &BTreeMap<&str, Fits<'_>>, priors: &TrialPriors) -> [PooledParameter; 4] {
     [
-        (OF[0], priors.contact_area_m2),
-        (OF[1], priors.q0_rad_per_m),
-        (OF[2], priors.loss_factor),
+        (FIT_PARAMETERS[0], priors.contact_area_m2),
+        (FIT_PARAMETERS[1], priors.q0_rad_per_m),
+        (FIT_PARAMETERS[2], priors.loss_factor),
         // τ refers to another gap, but the difference is negligible for a prior with a factor of ten.
-        (OF[3], priors.tau_s),
+        (FIT_PARAMETERS[3], priors.tau_s),
     ]
-    .map(|(of, prior)| {
+    .map(|(parameter, prior)| {
         let (mut groups, mut places) = (Vec::new(), Vec::new());
         for fits in people.values() {
             let (mut group, mut place) = (Vec::new(), Vec::new());
-            for (_, shared) in &fits.used {
-                let told = told(of(shared), prior);
-                place.push(told.is_some().then_some(group.len()));
-                group.extend(told);
+            for (_, fit) in &fits.recordings {
+                let estimate = data_estimate(parameter(fit), prior);
+                place.push(estimate.is_some().then_some(group.len()));
+                group.extend(estimate);
             }
             groups.push(group);
             places.push(place);
         }
-        Pooled {
+        PooledParameter {
             hierarchy: hierarchy(&groups),
             places,
         }
@@ -294,12 +294,12 @@ fn pool(people: &BTreeMap<&str, Fits<'_>>, priors: &TrialPriors) -> [Pooled; 4] 
 }
 
 /// Returns the estimate of a logarithm from the data alone, without the prior.
-fn told(found: LogUncertain, prior: LogNormal) -> Option<Estimate> {
+fn data_estimate(posterior: LogUncertain, prior: LogNormal) -> Option<Estimate> {
     let prior = Estimate::new(prior.median.ln(), prior.ln_std)?;
-    Estimate::new(found.value.ln(), found.ln_std)?.without_prior(prior)
+    Estimate::new(posterior.value.ln(), posterior.ln_std)?.without_prior(prior)
 }
 
-impl Pooled {
+impl PooledParameter {
     fn group(&self, person: usize) -> Option<&Group> {
         self.hierarchy.groups[person].as_ref()
     }
@@ -307,27 +307,29 @@ impl Pooled {
     fn member(&self, person: usize, trial: usize) -> Option<Ranged> {
         let place = self.places[person][trial]?;
         let member = self.group(person)?.members.as_ref()?[place];
-        Some(Ranged::of_ln(member.value, member.interval95))
+        Some(Ranged::from_ln(member.value, member.interval95))
     }
 
-    fn person(&self, person: usize) -> Option<OfPerson> {
+    fn person(&self, person: usize) -> Option<PersonParameter> {
         let group = self.group(person)?;
         let shrunken = group.shrunken;
-        Some(OfPerson {
-            mean: Ranged::of_ln(group.mean.value, group.mean.interval95),
+        Some(PersonParameter {
+            mean: Ranged::from_ln(group.mean.value, group.mean.interval95),
             n_trials: group.mean.n,
             between_trials_ln_std: group.between_members_std,
-            shrunken: shrunken.map(|of| Ranged::of_ln(of.value, of.interval95)),
+            shrunken: shrunken.map(|shrunken| Ranged::from_ln(shrunken.value, shrunken.interval95)),
         })
     }
 
-    fn study(&self) -> OfStudy {
+    fn study(&self) -> StudyParameter {
         let overall = self.hierarchy.overall;
-        OfStudy {
-            mean: overall.map(|of| Ranged::of_ln(of.mean.value, of.mean.interval95)),
+        StudyParameter {
+            mean: overall
+                .map(|overall| Ranged::from_ln(overall.mean.value, overall.mean.interval95)),
             n_participants: self.hierarchy.groups.iter().flatten().count(),
-            between_participants_ln_std: overall.map(|of| of.between_std),
-            between_participants_ln_std_interval95: overall.map(|of| of.between_std_interval95),
+            between_participants_ln_std: overall.map(|overall| overall.between_std),
+            between_participants_ln_std_interval95: overall
+                .map(|overall| overall.between_std_interval95),
             between_trials_ln_std: self.hierarchy.between_members_std,
             shared_error_part: self.hierarchy.shared_error,
         }
@@ -340,20 +342,20 @@ mod tests {
     use approx::assert_relative_eq;
 
     #[test]
-    fn a_trial_that_tells_no_more_than_the_prior_is_not_pooled() {
+    fn a_trial_without_information_is_not_pooled() {
         let prior = TrialPriors::default().contact_area_m2;
-        let found = |ln_std| LogUncertain {
+        let posterior = |ln_std| LogUncertain {
             value: 220e-6,
             ln_std,
         };
-        for open in [prior.ln_std, 2.0 * prior.ln_std, f64::INFINITY, f64::NAN] {
-            assert_eq!(told(found(open), prior), None);
+        for ln_std in [prior.ln_std, 2.0 * prior.ln_std, f64::INFINITY, f64::NAN] {
+            assert_eq!(data_estimate(posterior(ln_std), prior), None);
         }
         // A precise estimate hardly depends on the prior.
-        let known = told(found(0.02), prior).unwrap();
-        assert_relative_eq!(known.value().exp(), 220e-6, max_relative = 1e-3);
-        assert_relative_eq!(known.std(), 0.02, max_relative = 1e-3);
-        let vague = told(found(0.3), prior).unwrap();
-        assert!(vague.value() > 220e-6_f64.ln() && vague.std() > 0.36);
+        let precise = data_estimate(posterior(0.02), prior).unwrap();
+        assert_relative_eq!(precise.value().exp(), 220e-6, max_relative = 1e-3);
+        assert_relative_eq!(precise.std(), 0.02, max_relative = 1e-3);
+        let imprecise = data_estimate(posterior(0.3), prior).unwrap();
+        assert!(imprecise.value() > 220e-6_f64.ln() && imprecise.std() > 0.36);
     }
 }

@@ -41,17 +41,17 @@ struct Row<'a> {
 
 impl Row<'_> {
     fn cells(&self) -> [String; HEADER.len()] {
-        let number = |of: Option<f64>| {
-            let finite = of.filter(|value| value.is_finite());
+        let number = |value: Option<f64>| {
+            let finite = value.filter(|value| value.is_finite());
             finite.map_or_else(String::new, |value| value.to_string())
         };
-        let ends = |of: Option<Ranged>| {
-            let ends = [0, 1].map(|end| of.map(|of| of.interval95[end]));
+        let range_cells = |range: Option<Ranged>| {
+            let ends = [0, 1].map(|end| range.map(|range| range.interval95[end]));
             let [low, high] = ends.map(number);
-            [number(of.map(|of| of.value)), low, high]
+            [number(range.map(|range| range.value)), low, high]
         };
-        let [value, low, high] = ends(self.value);
-        let [shrunken, shrunken_low, shrunken_high] = ends(self.shrunken);
+        let [value, low, high] = range_cells(self.value);
+        let [shrunken, shrunken_low, shrunken_high] = range_cells(self.shrunken);
         [
             self.level.to_owned(),
             files::to_cell(self.participant),
@@ -89,14 +89,14 @@ fn rows(skin: &Skin) -> Vec<Row<'_>> {
     let mut rows = Vec::new();
     for person in &skin.participants {
         for trial in &person.trials {
-            let each = trial.parameters.in_order().into_iter().zip(NAMES);
-            rows.extend(each.map(|(of, parameter)| Row {
+            let parameters = trial.parameters.as_array().into_iter().zip(NAMES);
+            rows.extend(parameters.map(|(estimate, parameter)| Row {
                 level: "trial",
                 participant: &person.participant,
                 recording: trial.path.display().to_string(),
                 parameter,
-                value: Some(of.raw),
-                shrunken: of.shrunken,
+                value: Some(estimate.raw),
+                shrunken: estimate.shrunken,
                 ..Row::default()
             }));
         }
@@ -109,15 +109,15 @@ fn rows(skin: &Skin) -> Vec<Row<'_>> {
         ..Row::default()
     }));
     for person in &skin.participants {
-        let each = person.parameters.in_order().into_iter().zip(NAMES);
-        rows.extend(each.map(|(of, parameter)| Row {
+        let parameters = person.parameters.as_array().into_iter().zip(NAMES);
+        rows.extend(parameters.map(|(estimate, parameter)| Row {
             level: "participant",
             participant: &person.participant,
             parameter,
-            value: of.map(|of| of.mean),
-            n: Some(of.map_or(0, |of| of.n_trials)),
-            between_ln_std: of.and_then(|of| of.between_trials_ln_std),
-            shrunken: of.and_then(|of| of.shrunken),
+            value: estimate.map(|estimate| estimate.mean),
+            n: Some(estimate.map_or(0, |estimate| estimate.n_trials)),
+            between_ln_std: estimate.and_then(|estimate| estimate.between_trials_ln_std),
+            shrunken: estimate.and_then(|estimate| estimate.shrunken),
             left_out: match person.n_left_out {
                 0 => String::new(),
                 n => format!("{n} of {} trials", n + person.trials.len()),
@@ -125,13 +125,13 @@ fn rows(skin: &Skin) -> Vec<Row<'_>> {
             ..Row::default()
         }));
     }
-    let each = skin.study.in_order().into_iter().zip(NAMES);
-    rows.extend(each.map(|(of, parameter)| Row {
+    let parameters = skin.study.as_array().into_iter().zip(NAMES);
+    rows.extend(parameters.map(|(estimate, parameter)| Row {
         level: "study",
         parameter,
-        value: of.mean,
-        n: Some(of.n_participants),
-        between_ln_std: of.between_participants_ln_std,
+        value: estimate.mean,
+        n: Some(estimate.n_participants),
+        between_ln_std: estimate.between_participants_ln_std,
         ..Row::default()
     }));
     rows

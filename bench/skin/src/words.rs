@@ -1,9 +1,9 @@
 //! Skin of a study as lines for a terminal.
 
-use crate::skin::{OfStudy, Person, Ranged, Skin};
+use crate::skin::{Person, Ranged, Skin, StudyParameter};
 
 /// Symbol, factor from the SI unit, decimals and unit of each parameter, in order.
-const SHOWN: [(&str, f64, usize, &str); 4] = [
+const FORMATS: [(&str, f64, usize, &str); 4] = [
     ("S", 1e6, 0, " mm²"),
     ("q0", 1e-4, 2, " × 10⁴ rad/m"),
     ("η", 1.0, 3, ""),
@@ -14,26 +14,37 @@ impl Skin {
     /// Returns a line for each participant with the 95 % intervals of the means, and two for the study; no lines if there
     /// are no participants.
     pub fn lines(&self) -> Vec<String> {
-        let mut lines: Vec<String> = self.participants.iter().map(of_person).collect();
-        let of_study = self.study.in_order();
-        let people = of_study.map(|of| of.n_participants).into_iter().max();
-        let people = people.filter(|_| of_study.iter().any(|of| of.mean.is_some()));
+        let mut lines: Vec<String> = self.participants.iter().map(person_line).collect();
+        let parameters = self.study.as_array();
+        let people = parameters
+            .map(|parameter| parameter.n_participants)
+            .into_iter()
+            .max();
+        let people = people.filter(|_| parameters.iter().any(|parameter| parameter.mean.is_some()));
         if let Some(people) = people {
-            let means = of_study.map(|of| of.mean);
+            let means = parameters.map(|parameter| parameter.mean);
             lines.push(format!("mean of {people} participants{}", words(means)));
-            let spread = |(of, (symbol, ..)): (&OfStudy, (&str, f64, usize, &str))| {
-                let of = of.between_participants_ln_std?;
-                Some(format!("{symbol} ± {:.0} %", 100.0 * of))
-            };
-            let spread: Vec<String> = of_study.into_iter().zip(SHOWN).filter_map(spread).collect();
+            let spread =
+                |(parameter, (symbol, ..)): (&StudyParameter, (&str, f64, usize, &str))| {
+                    let std = parameter.between_participants_ln_std?;
+                    Some(format!("{symbol} ± {:.0} %", 100.0 * std))
+                };
+            let spread: Vec<String> = parameters
+                .into_iter()
+                .zip(FORMATS)
+                .filter_map(spread)
+                .collect();
             lines.push(format!("between participants: {}", spread.join(", ")));
         }
         lines
     }
 }
 
-fn of_person(person: &Person) -> String {
-    let means = person.parameters.in_order().map(|of| of.map(|of| of.mean));
+fn person_line(person: &Person) -> String {
+    let means = person
+        .parameters
+        .as_array()
+        .map(|parameter| parameter.map(|parameter| parameter.mean));
     let trials = match person.trials.len() {
         1 => "1 trial".to_owned(),
         n => format!("{n} trials"),
@@ -47,16 +58,16 @@ fn of_person(person: &Person) -> String {
 }
 
 fn words(means: [Option<Ranged>; 4]) -> String {
-    let each = means.into_iter().zip(SHOWN);
-    let each = each.filter_map(|(mean, (symbol, factor, decimals, unit))| {
-        let [from, to] = mean?.interval95.map(|end| end * factor);
+    let texts = means.into_iter().zip(FORMATS);
+    let texts = texts.filter_map(|(mean, (symbol, factor, decimals, unit))| {
+        let [low, high] = mean?.interval95.map(|end| end * factor);
         Some(format!(
-            "{symbol} {from:.decimals$} to {to:.decimals$}{unit}"
+            "{symbol} {low:.decimals$} to {high:.decimals$}{unit}"
         ))
     });
-    let each: Vec<String> = each.collect();
-    match each.is_empty() {
+    let texts: Vec<String> = texts.collect();
+    match texts.is_empty() {
         true => String::new(),
-        false => format!(": {}", each.join(", ")),
+        false => format!(": {}", texts.join(", ")),
     }
 }

@@ -28,7 +28,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
 
 /// Returns a fit with this area, with a standard error of its logarithm of `ln_std`; 5 % for the other parameters.
 fn fit(area_m2: f64, ln_std: f64) -> SharedFit {
-    let known = |value| LogUncertain {
+    let log_value = |value| LogUncertain {
         value,
         ln_std: 0.05,
     };
@@ -42,11 +42,11 @@ fn fit(area_m2: f64, ln_std: f64) -> SharedFit {
             value: area_m2,
             ln_std,
         },
-        q0_rad_per_m: known(2e4),
-        loss_factor: known(0.4),
-        tau_s: known(1e-3),
+        q0_rad_per_m: log_value(2e4),
+        loss_factor: log_value(0.4),
+        tau_s: log_value(1e-3),
         area_exponent: law,
-        film_mean_s: known(1e-4),
+        film_mean_s: log_value(1e-4),
         lag_exponent: law,
         misfit: Vec::new(),
         friction_floor: None,
@@ -54,16 +54,21 @@ fn fit(area_m2: f64, ln_std: f64) -> SharedFit {
     }
 }
 
-fn flagged(area_m2: f64) -> SharedFit {
+fn misfit_fit(area_m2: f64) -> SharedFit {
     SharedFit {
         misfit: vec![Misfit::Friction { rms_mu: 0.1 }],
         ..fit(area_m2, 0.05)
     }
 }
 
-fn found(number: usize, participant: Option<&str>, trial: Option<SharedFit>) -> RecordingAnalysis {
-    let stated = participant.map(|id| format!("participant = {{ id = \"{id}\", session = 1 }}"));
-    let text = format!("{MANIFEST}{}", stated.unwrap_or_default());
+fn recording(
+    number: usize,
+    participant: Option<&str>,
+    trial: Option<SharedFit>,
+) -> RecordingAnalysis {
+    let participant_line =
+        participant.map(|id| format!("participant = {{ id = \"{id}\", session = 1 }}"));
+    let text = format!("{MANIFEST}{}", participant_line.unwrap_or_default());
     let participant = participant.map(str::to_owned);
     let path = PathBuf::from(format!("study/{number}"));
     RecordingAnalysis {
@@ -87,35 +92,35 @@ fn found(number: usize, participant: Option<&str>, trial: Option<SharedFit>) -> 
 }
 
 fn study(trials: Vec<(Option<&str>, Option<SharedFit>)>) -> Analysed {
-    let each = trials.into_iter().zip(1..);
+    let numbered = trials.into_iter().zip(1..);
     Analysed {
         settings: Settings::default(),
-        recordings: each
-            .map(|((participant, fit), number)| found(number, participant, fit))
+        recordings: numbered
+            .map(|((participant, fit), number)| recording(number, participant, fit))
             .collect(),
     }
 }
 
 /// Four people with 200 to 260 mm² and three trials each, plus all kinds of excluded recordings.
-fn whole() -> Analysed {
+fn full_study() -> Analysed {
     let mut trials = Vec::new();
     for (person, area_m2) in [("a", 200e-6), ("b", 220e-6), ("c", 240e-6), ("d", 260e-6)] {
         for (trial, ln_std) in [(0.9, 0.04), (1.0, 0.05), (1.1, 0.06)] {
             trials.push((Some(person), Some(fit(trial * area_m2, ln_std))));
         }
     }
-    trials.push((Some("a"), Some(flagged(1e-3))));
+    trials.push((Some("a"), Some(misfit_fit(1e-3))));
     trials.push((Some("d"), None));
-    trials.extend([1e-3, 2e-3].map(|area_m2| (Some("e"), Some(flagged(area_m2)))));
-    let open = FitVerdict::NotIdentifiable {
+    trials.extend([1e-3, 2e-3].map(|area_m2| (Some("e"), Some(misfit_fit(area_m2)))));
+    let open_verdict = FitVerdict::NotIdentifiable {
         parameter: FitParameter::ContactArea,
         std: 2.0,
     };
-    let open = SharedFit {
-        verdict: open,
+    let open_fit = SharedFit {
+        verdict: open_verdict,
         ..fit(1e-3, 2.0)
     };
-    trials.push((Some("b"), Some(open)));
+    trials.push((Some("b"), Some(open_fit)));
     trials.push((None, Some(fit(1e-3, 0.05))));
     let mut analysed = study(trials);
     analysed.recordings.push(RecordingAnalysis {
@@ -130,11 +135,22 @@ fn whole() -> Analysed {
 }
 
 #[test]
-fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_counted() {
-    let skin = Skin::of(&whole());
-    let left_out: Vec<_> = skin.participants.iter().map(|of| of.n_left_out).collect();
-    let used: Vec<_> = skin.participants.iter().map(|of| of.trials.len()).collect();
-    assert_eq!((left_out, used), (vec![1, 1, 1, 1, 2], vec![3, 3, 3, 3, 0]));
+fn participants_and_the_study_have_means_and_unusable_fits_are_counted() {
+    let skin = Skin::of(&full_study());
+    let n_left_out: Vec<_> = skin
+        .participants
+        .iter()
+        .map(|person| person.n_left_out)
+        .collect();
+    let n_used: Vec<_> = skin
+        .participants
+        .iter()
+        .map(|person| person.trials.len())
+        .collect();
+    assert_eq!(
+        (n_left_out, n_used),
+        (vec![1, 1, 1, 1, 2], vec![3, 3, 3, 3, 0])
+    );
     assert_eq!(skin.left_out.len(), 7);
     // Unreadable recordings were missing from all counts.
     assert!(skin.left_out[6].because.starts_with("it cannot be read: "));
@@ -143,12 +159,12 @@ fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_
             .because
             .starts_with("the model does not hold: ")
     );
-    let stated: Vec<bool> = skin
+    let has_participant: Vec<bool> = skin
         .left_out
         .iter()
-        .map(|of| of.participant.is_some())
+        .map(|exclusion| exclusion.participant.is_some())
         .collect();
-    assert_eq!(stated, [true, true, true, true, true, false, true]);
+    assert_eq!(has_participant, [true, true, true, true, true, false, true]);
 
     let mut means = Vec::new();
     for (person, area_m2) in skin
@@ -157,30 +173,34 @@ fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_
         .zip([200e-6, 220e-6, 240e-6, 260e-6])
     {
         let area = person.parameters.contact_area_m2.unwrap();
-        let [from, to] = area.mean.interval95;
+        let [lower, upper] = area.mean.interval95;
         assert!((area.mean.value / area_m2 - 1.0).abs() < 0.03, "{area:?}");
         assert!(
-            from < area_m2 && area_m2 < to && to < 1.4 * from,
+            lower < area_m2 && area_m2 < upper && upper < 1.4 * lower,
             "{area:?}"
         );
         assert_eq!(area.n_trials, 3);
         let shrunken = area.shrunken.unwrap();
         means.push((area.mean.value, shrunken.value));
         for trial in &person.trials {
-            let of = trial.parameters.contact_area_m2;
-            let drawn = of.shrunken.unwrap();
-            let width = |of: skin::Ranged| (of.interval95[1] / of.interval95[0]).ln();
-            assert!(width(drawn) < width(of.raw), "{of:?}");
+            let trial_area = trial.parameters.contact_area_m2;
+            let shrunken_range = trial_area.shrunken.unwrap();
+            let width = |range: skin::Ranged| (range.interval95[1] / range.interval95[0]).ln();
+            assert!(
+                width(shrunken_range) < width(trial_area.raw),
+                "{trial_area:?}"
+            );
         }
         // The trials are 10 % from the mean, with errors of 5 %: most of the distance remains, but not all.
         let low = person.trials[0].parameters.contact_area_m2;
-        let stays = (low.shrunken.unwrap().value / area_m2).ln() / (low.raw.value / area_m2).ln();
-        assert!((0.5..1.0).contains(&stays), "{stays}");
+        let remainder =
+            (low.shrunken.unwrap().value / area_m2).ln() / (low.raw.value / area_m2).ln();
+        assert!((0.5..1.0).contains(&remainder), "{remainder}");
     }
-    let [(first, first_drawn), .., (last, last_drawn)] = means[..] else {
+    let [(first, first_shrunken), .., (last, last_shrunken)] = means[..] else {
         panic!("{means:?}");
     };
-    assert!(first < first_drawn && last_drawn < last, "{means:?}");
+    assert!(first < first_shrunken && last_shrunken < last, "{means:?}");
 
     let area = skin.study.contact_area_m2;
     let mean = area.mean.unwrap();
@@ -200,9 +220,12 @@ fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_
     // Its error, if any, is then the same in all trials.
     assert!(skin.study.tau_s.shared_error_part > 0.99 && area.shared_error_part == 0.0);
 
-    let nobody = skin.participants.last().unwrap();
+    let empty_person = skin.participants.last().unwrap();
     assert_eq!(
-        (nobody.participant.as_str(), nobody.parameters.tau_s),
+        (
+            empty_person.participant.as_str(),
+            empty_person.parameters.tau_s
+        ),
         ("e", None)
     );
     let lines = skin.lines();
@@ -220,19 +243,19 @@ fn participants_and_the_study_have_means_and_what_does_not_hold_is_left_out_and_
 }
 
 #[test]
-fn one_trial_alone_has_its_own_interval_and_what_is_not_known_is_null() {
+fn a_single_trial_has_an_interval_and_unknown_values_are_null() {
     let skin = Skin::of(&study(vec![(Some("a"), Some(fit(200e-6, 0.05)))]));
     let area = skin.participants[0].parameters.contact_area_m2.unwrap();
     assert!((area.mean.value / 200e-6 - 1.0).abs() < 0.01);
     assert!((area.mean.interval95[1] / area.mean.value).ln() < 2.0 * 0.051);
     let json = serde_json::to_value(&skin).unwrap();
-    let of_study = &json["study"]["contact_area_m2"];
-    for unknown in [
+    let study_area = &json["study"]["contact_area_m2"];
+    for key in [
         "mean",
         "between_participants_ln_std",
         "between_trials_ln_std",
     ] {
-        assert_eq!(of_study[unknown], Value::Null, "{unknown}");
+        assert_eq!(study_area[key], Value::Null, "{key}");
     }
     let trial = &json["participants"][0]["trials"][0]["contact_area_m2"];
     assert_eq!(trial["value"], 200e-6);
@@ -242,17 +265,17 @@ fn one_trial_alone_has_its_own_interval_and_what_is_not_known_is_null() {
 
 /// A parameter that a trial leaves to the prior is not pooled.
 #[test]
-fn a_parameter_that_a_trial_leaves_open_is_not_pooled_and_the_others_are() {
+fn an_open_parameter_of_a_trial_is_not_pooled() {
     let skin = Skin::of(&study(vec![
         (Some("a"), Some(fit(200e-6, 0.6))),
         (Some("a"), Some(fit(220e-6, 0.05))),
         (Some("b"), Some(fit(f64::NAN, f64::NAN))),
     ]));
-    let of = |person: usize| skin.participants[person].parameters;
-    assert_eq!(of(0).contact_area_m2.unwrap().n_trials, 1);
-    assert_eq!(of(0).tau_s.unwrap().n_trials, 2);
-    assert_eq!(of(1).contact_area_m2, None);
-    assert_eq!(of(1).tau_s.unwrap().n_trials, 1);
+    let parameters = |person: usize| skin.participants[person].parameters;
+    assert_eq!(parameters(0).contact_area_m2.unwrap().n_trials, 1);
+    assert_eq!(parameters(0).tau_s.unwrap().n_trials, 2);
+    assert_eq!(parameters(1).contact_area_m2, None);
+    assert_eq!(parameters(1).tau_s.unwrap().n_trials, 1);
     assert_eq!(skin.study.contact_area_m2.mean, None);
     assert!(skin.study.tau_s.mean.is_some());
 }
@@ -260,14 +283,14 @@ fn a_parameter_that_a_trial_leaves_open_is_not_pooled_and_the_others_are() {
 #[test]
 fn the_table_has_a_row_for_each_parameter_and_each_recording_that_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
-    let skin = Skin::of(&whole());
+    let skin = Skin::of(&full_study());
     write(&skin, folder.path()).unwrap();
     let mut reader = csv::Reader::from_path(folder.path().join(SKIN_FILE)).unwrap();
     let header = reader.headers().unwrap().clone();
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     let column = |row: &csv::StringRecord, name: &str| {
-        let at = header.iter().position(|of| of == name).unwrap();
-        row[at].to_owned()
+        let index = header.iter().position(|cell| cell == name).unwrap();
+        row[index].to_owned()
     };
     let level = |name: &str| {
         rows.iter()
@@ -284,13 +307,13 @@ fn the_table_has_a_row_for_each_parameter_and_each_recording_that_is_left_out() 
         .unwrap();
     let value: f64 = column(study, "value").parse().unwrap();
     assert_eq!(value, skin.study.contact_area_m2.mean.unwrap().value);
-    let nobody = rows
+    let empty_row = rows
         .iter()
         .find(|row| column(row, "level") == "participant" && column(row, "participant") == "e");
-    let nobody = nobody.unwrap();
-    assert_eq!(column(nobody, "value"), "");
+    let empty_row = empty_row.unwrap();
+    assert_eq!(column(empty_row, "value"), "");
     assert_eq!(
-        (column(nobody, "n"), column(nobody, "left_out")),
+        (column(empty_row, "n"), column(empty_row, "left_out")),
         ("0".to_owned(), "2 of 2 trials".to_owned())
     );
     let raw = rows

@@ -33,28 +33,28 @@ pub struct SessionHistory {
     /// Events out of order.
     pub defects: Vec<SessionDefect>,
     /// Parts of the session with a stop after the last attempt, which shows that everything was written.
-    stopped: BTreeSet<usize>,
+    stopped_parts: BTreeSet<usize>,
 }
 
 /// State while reading the log.
 struct Reading {
     history: SessionHistory,
     practice_trials: u32,
-    running: bool,
+    is_running: bool,
     part: usize,
-    events: u64,
+    n_events: u64,
     audio_s: f64,
     streams: BTreeSet<String>,
-    begun: BTreeSet<TrialLabel>,
+    begun_trials: BTreeSet<TrialLabel>,
     /// Trials settled by an attempt; a later part of the session may revoke this.
-    settled: BTreeSet<TrialLabel>,
-    open: Option<TrialLabel>,
+    settled_trials: BTreeSet<TrialLabel>,
+    open_trial: Option<TrialLabel>,
 }
 
 impl SessionHistory {
     /// Reads the history from a log.
     #[must_use]
-    pub fn of(content: &LogContent, practice_trials: u32) -> Self {
+    pub fn from_log(content: &LogContent, practice_trials: u32) -> Self {
         let session = Session::after_practice(content, practice_trials);
         let attempts = session.attempts.into_iter();
         let mut reading = Reading {
@@ -64,20 +64,20 @@ impl SessionHistory {
                 end: SessionEnd::NotBegun,
                 start: None,
                 defects: Vec::new(),
-                stopped: BTreeSet::new(),
+                stopped_parts: BTreeSet::new(),
             },
             practice_trials,
-            running: false,
+            is_running: false,
             part: 0,
-            events: 0,
+            n_events: 0,
             audio_s: f64::NEG_INFINITY,
             streams: BTreeSet::new(),
-            begun: BTreeSet::new(),
-            settled: BTreeSet::new(),
-            open: None,
+            begun_trials: BTreeSet::new(),
+            settled_trials: BTreeSet::new(),
+            open_trial: None,
         };
         for (index, document) in content.documents.iter().enumerate() {
-            reading.take(index + 1, document);
+            reading.read(index + 1, document);
         }
         reading.history.require_all_settled();
         reading.history
@@ -87,32 +87,35 @@ impl SessionHistory {
     /// continued after this attempt or stopped in good order.
     #[must_use]
     pub fn should_be_saved(&self, attempt: &Attempt) -> bool {
-        let mut saved = self.attempts.values().filter(|other| other.saved);
-        let went_on = |other: &Attempt| other.part == attempt.part && other.label > attempt.label;
-        if self.stopped.contains(&attempt.part) {
-            saved.next().is_some()
+        let mut saved_attempts = self.attempts.values().filter(|candidate| candidate.saved);
+        let is_later =
+            |candidate: &Attempt| candidate.part == attempt.part && candidate.label > attempt.label;
+        if self.stopped_parts.contains(&attempt.part) {
+            saved_attempts.next().is_some()
         } else {
-            saved.any(went_on)
+            saved_attempts.any(is_later)
         }
     }
 
     /// Requires all trials to be settled if the stop calls the session complete.
     fn require_all_settled(&mut self) {
-        let complete = matches!(
+        let is_complete = matches!(
             self.end,
             SessionEnd::Stopped {
                 status: ExitStatus::Success,
                 ..
             }
         );
-        let settles = |attempt: &&Attempt| {
-            let of_main = attempt.label.block == TrialBlock::Main;
-            of_main && attempt.outcome.as_ref().is_some_and(TrialOutcome::settles)
+        let is_settled = |attempt: &&Attempt| {
+            let is_main = attempt.label.block == TrialBlock::Main;
+            is_main && attempt.outcome.as_ref().is_some_and(TrialOutcome::settles)
         };
-        let settled = self.attempts.values().filter(settles);
-        let settled: BTreeSet<u32> = settled.map(|attempt| attempt.label.number).collect();
+        let settled_numbers = self.attempts.values().filter(is_settled);
+        let settled_numbers: BTreeSet<u32> = settled_numbers
+            .map(|attempt| attempt.label.number)
+            .collect();
         let planned = self.planned.unwrap_or(0);
-        if complete && settled.len() < planned {
+        if is_complete && settled_numbers.len() < planned {
             self.defects.push(SessionDefect::NotAllSettled {
                 planned,
                 settled: settled.len(),
@@ -122,19 +125,19 @@ impl SessionHistory {
 }
 
 impl Reading {
-    fn take(&mut self, number: usize, document: &Document) {
-        let begins = matches!(document, Document::Start(_));
-        if !begins && !self.running {
+    fn read(&mut self, number: usize, document: &Document) {
+        let is_start = matches!(document, Document::Start(_));
+        if !is_start && !self.is_running {
             self.defect(SessionDefect::NoStart { document: number });
             // Reported once.
-            self.running = true;
+            self.is_running = true;
         }
         match document {
             Document::Start(start) => {
-                self.running = true;
+                self.is_running = true;
                 self.part += 1;
                 self.audio_s = f64::NEG_INFINITY;
-                self.open = None;
+                self.open_trial = None;
                 self.history.start = Some((**start).clone());
                 self.history.end = SessionEnd::Unfinished;
             }
@@ -143,12 +146,12 @@ impl Reading {
             }
             Document::Event(event) => self.event(event),
             Document::Stop(stop) => {
-                self.running = false;
-                self.history.stopped.insert(self.part);
-                if stop.num_events != self.events {
+                self.is_running = false;
+                self.history.stopped_parts.insert(self.part);
+                if stop.num_events != self.n_events {
                     self.defect(SessionDefect::Count {
                         expected: stop.num_events,
-                        found: self.events,
+                        found: self.n_events,
                     });
                 }
                 self.history.end = SessionEnd::Stopped {
@@ -165,17 +168,18 @@ impl Reading {
 
     fn event(&mut self, event: &LogEvent) {
         let number = event.seq_num;
-        if number != self.events + 1 {
+        if number != self.n_events + 1 {
             self.defect(SessionDefect::Number {
-                expected: self.events + 1,
+                expected: self.n_events + 1,
                 found: number,
             });
         }
         // One missing line counts as one defect.
-        self.events = number;
+        self.n_events = number;
         let late_s = self.audio_s - event.audio_s;
-        let late_display = event.stream == DISPLAY_STREAM && late_s <= LATE_DISPLAY_S + ROUNDING_S;
-        if late_s > 0.0 && !late_display {
+        let is_late_display =
+            event.stream == DISPLAY_STREAM && late_s <= LATE_DISPLAY_S + ROUNDING_S;
+        if late_s > 0.0 && !is_late_display {
             self.defect(SessionDefect::Time {
                 number,
                 audio_s: event.audio_s,
@@ -183,7 +187,7 @@ impl Reading {
             });
         }
         // After a late event of the window, the next one is compared with the event before it.
-        if !(late_s > 0.0 && late_display) {
+        if !(late_s > 0.0 && is_late_display) {
             self.audio_s = event.audio_s;
         }
         if !self.streams.contains(&event.stream) {
@@ -196,44 +200,46 @@ impl Reading {
         match session_event(event) {
             Some(SessionEventKind::TrialBegan { key }) => {
                 let trial = TrialLabel::new(&key, self.practice_trials);
-                if self.open.is_some() {
-                    self.out_of_order(
+                if self.open_trial.is_some() {
+                    self.order_defect(
                         number,
                         trial,
                         "began before the trial before it was settled",
                     );
                 }
-                if !self.begun.insert(trial) {
-                    self.out_of_order(number, trial, "began twice");
+                if !self.begun_trials.insert(trial) {
+                    self.order_defect(number, trial, "began twice");
                 }
-                self.open = Some(trial);
+                self.open_trial = Some(trial);
             }
             Some(SessionEventKind::TrialSettled { record }) => {
                 let trial = TrialLabel::new(&record.key, self.practice_trials);
-                let is_withdrawn =
-                    is_not_saved(&record) && self.open.is_none() && self.settled.remove(&trial);
+                let is_withdrawn = is_not_saved(&record)
+                    && self.open_trial.is_none()
+                    && self.settled_trials.remove(&trial);
                 if is_withdrawn {
                     return;
                 }
-                if self.open.take() != Some(trial) {
-                    self.out_of_order(number, trial, "was settled and had not begun");
+                if self.open_trial.take() != Some(trial) {
+                    self.order_defect(number, trial, "was settled and had not begun");
                 }
                 if record.outcome.settles() {
-                    self.settled.insert(trial);
+                    self.settled_trials.insert(trial);
                 }
             }
             Some(_) => {}
             None => {
                 let name = event.data.get("saved").and_then(Value::as_str);
-                let saved = name.and_then(|name| name.parse::<TrialLabel>().ok());
-                if let Some(trial) = saved.filter(|trial| !self.begun.contains(trial)) {
-                    self.out_of_order(number, trial, "was saved and had not begun");
+                let saved_label = name.and_then(|name| name.parse::<TrialLabel>().ok());
+                if let Some(trial) = saved_label.filter(|trial| !self.begun_trials.contains(trial))
+                {
+                    self.order_defect(number, trial, "was saved and had not begun");
                 }
             }
         }
     }
 
-    fn out_of_order(&mut self, number: u64, trial: TrialLabel, what: &'static str) {
+    fn order_defect(&mut self, number: u64, trial: TrialLabel, what: &'static str) {
         self.defect(SessionDefect::Order {
             number,
             trial,
@@ -270,7 +276,7 @@ mod tests {
                 .collect(),
             torn_lines: Vec::new(),
         };
-        SessionHistory::of(&content, practice_trials(&content))
+        SessionHistory::from_log(&content, practice_trials(&content))
     }
 
     fn event(number: u64, audio_s: f64, data: &str) -> String {
@@ -285,12 +291,12 @@ mod tests {
         format!(r#"{{"number":{number},"attempt":1,"practice":false,"condition":"c"}}"#)
     }
 
-    fn began(number: u64, trial: u32) -> String {
+    fn begin_line(number: u64, trial: u32) -> String {
         let data = format!(r#"{{"event":"trial_began","key":{}}}"#, key(trial));
         event(number, number as f64, &data)
     }
 
-    fn settled(number: u64, trial: u32) -> String {
+    fn settle_line(number: u64, trial: u32) -> String {
         let data = format!(
             r#"{{"event":"trial_settled","record":{{"key":{},"outcome":{{"outcome":"accepted"}},"analysis":null}}}}"#,
             key(trial)
@@ -298,7 +304,7 @@ mod tests {
         event(number, number as f64, &data)
     }
 
-    fn saved(number: u64, name: &str) -> String {
+    fn save_line(number: u64, name: &str) -> String {
         event(
             number,
             number as f64,
@@ -313,25 +319,31 @@ mod tests {
     const FIRST: &str = "trial-001_attempt-1";
 
     #[test]
-    fn a_trial_that_began_was_saved_and_settled_is_in_order() {
+    fn a_complete_trial_is_in_order() {
         let stop = r#"{"document":"stop","time":"","exit_status":"success","num_events":3}"#;
-        let found = history(&[&began(1, 1), &saved(2, FIRST), &settled(3, 1), stop]);
-        assert_eq!(found.defects, []);
-        let attempt = &found.attempts[&label(FIRST)];
+        let history = history(&[
+            &begin_line(1, 1),
+            &save_line(2, FIRST),
+            &settle_line(3, 1),
+            stop,
+        ]);
+        assert_eq!(history.defects, []);
+        let attempt = &history.attempts[&label(FIRST)];
         assert_eq!(attempt.standing(), Standing::Accepted);
         assert!(attempt.saved);
         assert_eq!(attempt.sums.as_ref().unwrap()["force.csv"], "ab");
-        assert!(matches!(found.end, SessionEnd::Stopped { .. }));
+        assert!(matches!(history.end, SessionEnd::Stopped { .. }));
         assert!(!attempt.interrupted);
     }
 
     #[test]
-    fn a_trial_that_the_programs_end_broke_off_is_saved_and_interrupted() {
-        let saved = saved(2, FIRST).replace(r#""sha256""#, r#""interrupted":true,"sha256""#);
+    fn a_trial_interrupted_by_the_programs_end_is_saved() {
+        let save_line =
+            save_line(2, FIRST).replace(r#""sha256""#, r#""interrupted":true,"sha256""#);
         let stop = r#"{"document":"stop","time":"","exit_status":"abort","num_events":2}"#;
-        let found = history(&[&began(1, 1), &saved, stop]);
-        assert_eq!(found.defects, []);
-        let attempt = &found.attempts[&label(FIRST)];
+        let history = history(&[&begin_line(1, 1), &save_line, stop]);
+        assert_eq!(history.defects, []);
+        let attempt = &history.attempts[&label(FIRST)];
         assert_eq!(attempt.outcome, None);
         assert!(attempt.saved && attempt.interrupted && attempt.sums.is_some());
     }
@@ -339,24 +351,24 @@ mod tests {
     #[test]
     fn each_disorder_is_one_defect() {
         let stop = r#"{"document":"stop","time":"","exit_status":"success","num_events":2}"#;
-        let early = event(2, 0.5, "{}");
-        let other = event(2, 2.0, "{}").replace("\"session\"", "\"other\"");
+        let early_event = event(2, 0.5, "{}");
+        let other_stream_event = event(2, 2.0, "{}").replace("\"session\"", "\"other\"");
         let defects = |events: &[&str]| history(events).defects;
-        let order = |found: &[SessionDefect]| matches!(found, [SessionDefect::Order { .. }]);
-        let first = began(1, 1);
+        let is_order = |defects: &[SessionDefect]| matches!(defects, [SessionDefect::Order { .. }]);
+        let first = begin_line(1, 1);
         assert!(matches!(
-            defects(&[&first, &settled(3, 1)])[..],
+            defects(&[&first, &settle_line(3, 1)])[..],
             [SessionDefect::Number {
                 expected: 2,
                 found: 3
             }]
         ));
         assert!(matches!(
-            defects(&[&first, &early])[..],
+            defects(&[&first, &early_event])[..],
             [SessionDefect::Time { number: 2, .. }]
         ));
         assert!(matches!(
-            defects(&[&first, &other])[..],
+            defects(&[&first, &other_stream_event])[..],
             [SessionDefect::Undescribed { number: 2, .. }]
         ));
         assert!(matches!(
@@ -370,10 +382,14 @@ mod tests {
             defects(&[stop.replace('2', "0").as_str(), &first])[..],
             [SessionDefect::NoStart { document: 4 }]
         ));
-        assert!(order(&defects(&[&first, &began(2, 2)])));
-        assert!(order(&defects(&[&first, &settled(2, 1), &began(3, 1)])));
-        assert!(order(&defects(&[&first, &settled(2, 2)])));
-        assert!(order(&defects(&[&saved(1, FIRST)])));
+        assert!(is_order(&defects(&[&first, &begin_line(2, 2)])));
+        assert!(is_order(&defects(&[
+            &first,
+            &settle_line(2, 1),
+            &begin_line(3, 1)
+        ])));
+        assert!(is_order(&defects(&[&first, &settle_line(2, 2)])));
+        assert!(is_order(&defects(&[&save_line(1, FIRST)])));
     }
 
     /// Lines of a log by an early version, in which the window read the audio clock separately.
@@ -382,35 +398,45 @@ mod tests {
     #[test]
     fn a_late_event_of_the_window_in_an_old_log_is_no_alarm() {
         let descriptor = r#"{"document":"descriptor","stream":"display","data_keys":{}}"#;
-        let shown = |number, audio_s, stream: &str| {
+        let display_line = |number, audio_s, stream: &str| {
             let data = r#"{"event":"exploration_shown","start_s":19.8,"frames":102}"#;
             event(number, audio_s, data).replace("\"session\"", &format!("\"{stream}\""))
         };
-        let lifts = |number, audio_s| event(number, audio_s, r#"{"event":"phase","phase":"lift"}"#);
-        let times = |events: &[String]| {
+        let lift_line =
+            |number, audio_s| event(number, audio_s, r#"{"event":"phase","phase":"lift"}"#);
+        let time_defects = |events: &[String]| {
             let events = events.iter().map(String::as_str);
             let lines: Vec<_> = std::iter::once(descriptor).chain(events).collect();
             history(&lines).defects
         };
-        let old = [
-            lifts(1, 21.533),
-            shown(2, 21.531, "display"),
-            lifts(3, 21.535),
+        let old_log = [
+            lift_line(1, 21.533),
+            display_line(2, 21.531, "display"),
+            lift_line(3, 21.535),
         ];
-        assert_eq!(times(&old), []);
-        assert_eq!(times(&[lifts(1, 21.533), shown(2, 21.523, "display")]), []);
-        let alarmed = |events: &[String], wrong: u64| match times(events)[..] {
-            [SessionDefect::Time { number, .. }] => assert_eq!(number, wrong),
+        assert_eq!(time_defects(&old_log), []);
+        assert_eq!(
+            time_defects(&[lift_line(1, 21.533), display_line(2, 21.523, "display")]),
+            []
+        );
+        let assert_alarm = |events: &[String], event_number: u64| match time_defects(events)[..] {
+            [SessionDefect::Time { number, .. }] => assert_eq!(number, event_number),
             ref other => panic!("{other:?}"),
         };
-        alarmed(&[lifts(1, 21.533), shown(2, 21.522, "display")], 2);
-        alarmed(&[lifts(1, 21.533), shown(2, 21.531, "session")], 2);
-        let after = [
-            lifts(1, 21.533),
-            shown(2, 21.525, "display"),
-            lifts(3, 21.530),
+        assert_alarm(
+            &[lift_line(1, 21.533), display_line(2, 21.522, "display")],
+            2,
+        );
+        assert_alarm(
+            &[lift_line(1, 21.533), display_line(2, 21.531, "session")],
+            2,
+        );
+        let late_log = [
+            lift_line(1, 21.533),
+            display_line(2, 21.525, "display"),
+            lift_line(3, 21.530),
         ];
-        alarmed(&after, 3);
+        assert_alarm(&late_log, 3);
     }
 
     /// A resumed session revokes the acceptance of a trial with a missing recording.
@@ -420,27 +446,36 @@ mod tests {
     fn a_later_part_takes_back_that_a_trial_was_accepted() {
         let start = r#"{"document":"start","time":"","resumed":true,"participant":"sub-01","session":1,"protocol":"p",
             "seed":1,"software":"s","version":"1","devices":{},"calibration":null,"configuration":null}"#;
-        let lost = |number| {
+        let loss_line = |number| {
             let outcome = r#"{"outcome":"interrupted","interruption":"not_saved","reason":"lost"}"#;
-            settled(number, 1).replace(r#"{"outcome":"accepted"}"#, outcome)
+            settle_line(number, 1).replace(r#"{"outcome":"accepted"}"#, outcome)
         };
-        let accepted = [began(1, 1), saved(2, FIRST), settled(3, 1)];
-        let log = |after: &[&str]| {
-            let all = accepted
+        let accepted_lines = [begin_line(1, 1), save_line(2, FIRST), settle_line(3, 1)];
+        let log = |later_lines: &[&str]| {
+            let lines = accepted_lines
                 .iter()
                 .map(String::as_str)
-                .chain(after.iter().copied());
-            history(&all.collect::<Vec<_>>())
+                .chain(later_lines.iter().copied());
+            history(&lines.collect::<Vec<_>>())
         };
-        let found = log(&[start, &lost(4)]);
-        assert_eq!(found.defects, []);
-        let attempt = &found.attempts[&label(FIRST)];
+        let history = log(&[start, &loss_line(4)]);
+        assert_eq!(history.defects, []);
+        let attempt = &history.attempts[&label(FIRST)];
         assert_eq!(attempt.standing(), Standing::Interrupted);
-        let order =
-            |found: SessionHistory| matches!(found.defects[..], [SessionDefect::Order { .. }]);
-        assert!(order(log(&[start, &lost(4), &lost(5)])), "once");
-        assert!(order(log(&[start, &began(4, 2), &lost(5)])), "amid a trial");
-        assert!(order(log(&[start, &settled(4, 1)])), "to nothing else");
+        let is_order =
+            |history: SessionHistory| matches!(history.defects[..], [SessionDefect::Order { .. }]);
+        assert!(
+            is_order(log(&[start, &loss_line(4), &loss_line(5)])),
+            "once"
+        );
+        assert!(
+            is_order(log(&[start, &begin_line(4, 2), &loss_line(5)])),
+            "amid a trial"
+        );
+        assert!(
+            is_order(log(&[start, &settle_line(4, 1)])),
+            "to nothing else"
+        );
     }
 
     /// The log continues as after a saved recording, but never calls it saved.
@@ -448,38 +483,49 @@ mod tests {
     /// Fault 27.
     #[test]
     fn an_accepted_trial_should_be_saved_if_a_later_one_is() {
-        let unsaved = |events: &[&str]| {
-            let found = history(events);
-            found.should_be_saved(&found.attempts[&label(FIRST)])
+        let is_unsaved = |events: &[&str]| {
+            let history = history(events);
+            history.should_be_saved(&history.attempts[&label(FIRST)])
         };
-        let (begun, accepted) = (began(1, 1), settled(2, 1));
-        assert!(!unsaved(&[&begun, &accepted]), "the program was killed");
+        let (begin, accept) = (begin_line(1, 1), settle_line(2, 1));
+        assert!(!is_unsaved(&[&begin, &accept]), "the program was killed");
         let stop = r#"{"document":"stop","time":"","exit_status":"success","num_events":2}"#;
-        assert!(!unsaved(&[&begun, &accepted, stop]), "a log without any");
-        let later = [began(3, 2), saved(4, "trial-002_attempt-1"), settled(5, 2)];
-        let events = [&begun, &accepted, &later[0], &later[1], &later[2]].map(String::as_str);
-        assert!(unsaved(&events));
+        assert!(!is_unsaved(&[&begin, &accept, stop]), "a log without any");
+        let later_lines = [
+            begin_line(3, 2),
+            save_line(4, "trial-002_attempt-1"),
+            settle_line(5, 2),
+        ];
+        let events = [
+            &begin,
+            &accept,
+            &later_lines[0],
+            &later_lines[1],
+            &later_lines[2],
+        ]
+        .map(String::as_str);
+        assert!(is_unsaved(&events));
     }
 
     #[test]
     fn a_stop_that_calls_the_session_complete_counts_its_trials() {
-        let started = event(
+        let start_event = event(
             1,
             0.0,
             r#"{"event":"session_started","participant":"sub-01","protocol":"p","seed":1,"order":["c","c","c"],
                 "resumed_attempts":0}"#,
         );
         let stop = r#"{"document":"stop","time":"","exit_status":"success","num_events":3}"#;
-        let found = history(&[&started, &began(2, 1), &settled(3, 1), stop]);
+        let history = history(&[&start_event, &begin_line(2, 1), &settle_line(3, 1), stop]);
         assert_eq!(
-            found.defects,
+            history.defects,
             [SessionDefect::NotAllSettled {
                 planned: 2,
                 settled: 1
             }]
         );
         let stop = stop.replace("success", "abort");
-        let found = history(&[&started, &began(2, 1), &settled(3, 1), &stop]);
-        assert_eq!(found.defects, []);
+        let history = history(&[&start_event, &begin_line(2, 1), &settle_line(3, 1), &stop]);
+        assert_eq!(history.defects, []);
     }
 }

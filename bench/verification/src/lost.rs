@@ -34,29 +34,31 @@ pub fn lost_recordings(
     folder: &Path,
     content: &LogContent,
 ) -> Result<Vec<LostRecording>, DiskError> {
-    let present: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
+    let folder_labels: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
     let session = Session::after_practice(content, practice(folder, content));
-    let accepted = session.accepted();
-    let accepted: Vec<TrialLabel> = session
+    let accepted_attempts = session.accepted();
+    let accepted_labels: Vec<TrialLabel> = session
         .attempts
         .iter()
-        .filter(|attempt| accepted.contains(attempt) && attempt.label.block == TrialBlock::Main)
+        .filter(|attempt| {
+            accepted_attempts.contains(attempt) && attempt.label.block == TrialBlock::Main
+        })
         .map(|attempt| attempt.label)
         .collect();
-    let lost = accepted.iter().filter_map(|&label| {
-        let because = if present.contains(&label) {
+    let losses = accepted_labels.iter().filter_map(|&label| {
+        let because = if folder_labels.contains(&label) {
             loss(&folder.join(label.to_string()))?
         } else {
             RecordingDefect::NoFolder
         };
-        let is_last = accepted.last() == Some(&label);
+        let is_last = accepted_labels.last() == Some(&label);
         Some(LostRecording {
             label,
             because,
             is_last,
         })
     });
-    Ok(lost.collect())
+    Ok(losses.collect())
 }
 
 /// Returns the reason if no part of the recording in `folder` can be relied on.

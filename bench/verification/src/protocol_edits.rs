@@ -8,28 +8,28 @@ use serde_json::{Map, Value};
 /// # Errors
 /// [`serde_json::Error`] when a protocol cannot be written as keys and values.
 pub fn protocol_edits(before: &Protocol, now: &Protocol) -> Result<Vec<String>, serde_json::Error> {
-    let mut found = Vec::new();
+    let mut edits = Vec::new();
     let (before, now) = (serde_json::to_value(before)?, serde_json::to_value(now)?);
-    compare("", &before, &now, &mut found);
-    Ok(found)
+    compare("", &before, &now, &mut edits);
+    Ok(edits)
 }
 
-fn compare(key: &str, before: &Value, now: &Value, found: &mut Vec<String>) {
-    let (Value::Object(were), Value::Object(are)) = (before, now) else {
+fn compare(key: &str, before: &Value, now: &Value, edits: &mut Vec<String>) {
+    let (Value::Object(old_keys), Value::Object(new_keys)) = (before, now) else {
         if before != now {
-            found.push(format!("{key} was {before}, is {now}"));
+            edits.push(format!("{key} was {before}, is {now}"));
         }
         return;
     };
-    let added = are.keys().filter(|key| !were.contains_key(*key));
-    for name in were.keys().chain(added) {
+    let added_keys = new_keys.keys().filter(|key| !old_keys.contains_key(*key));
+    for name in old_keys.keys().chain(added_keys) {
         let key = if key.is_empty() {
             name.clone()
         } else {
             format!("{key}.{name}")
         };
-        let part = |of: &Map<String, Value>| of.get(name).cloned().unwrap_or_default();
-        compare(&key, &part(were), &part(are), found);
+        let part = |object: &Map<String, Value>| object.get(name).cloned().unwrap_or_default();
+        compare(&key, &part(old_keys), &part(new_keys), edits);
     }
 }
 
@@ -47,10 +47,11 @@ mod tests {
     }
 
     #[test]
-    fn an_edit_is_named_by_its_keys_and_a_comment_is_none() {
-        let of = |changes: &[(&str, &str)]| protocol_edits(&demo(&[]), &demo(changes)).unwrap();
-        assert!(of(&[("name = ", "# A remark.\nname = ")]).is_empty());
-        let edits = of(&[("max_n = ", "max_n = 1")]);
+    fn an_edit_is_named_by_its_keys_and_a_comment_is_ignored() {
+        let edits_with =
+            |changes: &[(&str, &str)]| protocol_edits(&demo(&[]), &demo(changes)).unwrap();
+        assert!(edits_with(&[("name = ", "# A remark.\nname = ")]).is_empty());
+        let edits = edits_with(&[("max_n = ", "max_n = 1")]);
         assert_eq!(edits.len(), 1, "{edits:?}");
         assert!(edits[0].starts_with("force.max_n was "), "{edits:?}");
     }

@@ -34,32 +34,32 @@ pub struct RecordingCheck {
 /// Checks the files in `folder` against each other, and against `sums` if the log has sums.
 #[must_use]
 pub fn check(folder: &Path, sums: Option<&Sums>) -> RecordingCheck {
-    let mut found = RecordingCheck::default();
+    let mut check = RecordingCheck::default();
     for file in FILES {
         if !folder.join(file).is_file() {
             let file = file.to_owned();
-            found.defects.push(RecordingDefect::NoFile { file });
+            check.defects.push(RecordingDefect::NoFile { file });
         }
     }
     // Any further defects would follow from these.
-    if !found.defects.is_empty() {
-        return found;
+    if !check.defects.is_empty() {
+        return check;
     }
     if let Some(sums) = sums {
-        found.compare(folder, sums);
+        check.compare(folder, sums);
     }
-    if let Err(error) = found.read(folder) {
-        found.defects.push(RecordingDefect::Unreadable {
+    if let Err(error) = check.read(folder) {
+        check.defects.push(RecordingDefect::Unreadable {
             reason: error.to_string(),
         });
     }
-    found
+    check
 }
 
 impl RecordingCheck {
     fn compare(&mut self, folder: &Path, sums: &Sums) {
         let mut summing = Summing::new(Arc::new(FileSystem), folder);
-        let summed = loop {
+        let actual_sums = loop {
             match summing.advance(SUM_BYTES) {
                 Ok(_) => match summing.sums() {
                     Some(sums) => break sums,
@@ -72,11 +72,12 @@ impl RecordingCheck {
                 }
             }
         };
-        let differ = sums
+        let differences = sums
             .iter()
-            .filter(|(file, sum)| summed.get(*file) != Some(*sum));
-        self.defects
-            .extend(differ.map(|(file, _)| RecordingDefect::SumDiffers { file: file.clone() }));
+            .filter(|(file, sum)| actual_sums.get(*file) != Some(*sum));
+        self.defects.extend(
+            differences.map(|(file, _)| RecordingDefect::SumDiffers { file: file.clone() }),
+        );
     }
 
     fn read(&mut self, folder: &Path) -> Result<(), ReadError> {
@@ -86,20 +87,20 @@ impl RecordingCheck {
         let mut warnings = reader.warnings().to_vec();
         self.lost_frames(&mut reader, &manifest, end.is_some())?;
         let hardware = manifest.hardware.as_ref();
-        let has_force = hardware.is_some_and(|of| of.force_sensor.is_some());
-        let has_position = hardware.is_some_and(|of| of.position_sensor.is_some());
-        let (said, force) = rows(reader.force()?, &manifest, FORCE_FILE)?;
-        warnings.extend(said);
-        let (said, position) = rows(reader.position()?, &manifest, POSITION_FILE)?;
-        warnings.extend(said);
+        let has_force = hardware.is_some_and(|hardware| hardware.force_sensor.is_some());
+        let has_position = hardware.is_some_and(|hardware| hardware.position_sensor.is_some());
+        let (row_warnings, force) = rows(reader.force()?, &manifest, FORCE_FILE)?;
+        warnings.extend(row_warnings);
+        let (row_warnings, position) = rows(reader.position()?, &manifest, POSITION_FILE)?;
+        warnings.extend(row_warnings);
         self.not_covered.extend(force.filter(|_| has_force));
         self.not_covered.extend(position.filter(|_| has_position));
         for warning in warnings {
-            let marked = |kind| manifest.events.iter().any(|event| event.kind == kind);
-            let wrong = match &warning {
+            let has_event = |kind| manifest.events.iter().any(|event| event.kind == kind);
+            let is_defect = match &warning {
                 // The sensor was absent, or did not know its position for a while.
                 Warning::NoRows { .. } | Warning::NotFinite { .. } => continue,
-                Warning::TimeDisorder { .. } => !marked(EventKind::TimeDisorder),
+                Warning::TimeDisorder { .. } => !has_event(EventKind::TimeDisorder),
                 // Interrupted before any data arrived, or before the end of a marked interval.
                 Warning::Signals(WavWarning::Empty) | Warning::IntervalBeyondEnd { .. } => {
                     end == Some(End::Completed)
@@ -112,7 +113,7 @@ impl RecordingCheck {
                 _ => end.is_some(),
             };
             let warning = warning.to_string();
-            if wrong {
+            if is_defect {
                 self.defects.push(RecordingDefect::Warned { warning });
             } else {
                 self.notes.push(warning);
@@ -127,7 +128,7 @@ impl RecordingCheck {
         &mut self,
         reader: &mut RecordingReader,
         manifest: &Manifest,
-        ended: bool,
+        has_end: bool,
     ) -> Result<(), ReadError> {
         let events = manifest.events.iter();
         let mut gaps: Vec<(u64, u64)> = events
@@ -136,40 +137,40 @@ impl RecordingCheck {
             .collect();
         gaps.sort_unstable();
         let channels = usize::from(reader.format().channels);
-        let (mut block, mut frame, mut unexplained) = (Vec::new(), 0, 0);
-        let mut lost_in = vec![0; gaps.len()];
+        let (mut block, mut frame, mut n_unexplained) = (Vec::new(), 0, 0);
+        let mut lost_counts = vec![0; gaps.len()];
         let mut gap = 0;
         while reader.read_block(BLOCK_FRAMES, &mut block)? > 0 {
             for samples in block.chunks_exact(channels) {
                 while gaps
                     .get(gap)
-                    .is_some_and(|(at, frames)| frame >= at + frames)
+                    .is_some_and(|(sample, frames)| frame >= sample + frames)
                 {
                     gap += 1;
                 }
                 if samples.iter().all(|sample| sample.is_nan()) {
                     match gaps.get(gap) {
-                        Some((at, _)) if frame >= *at => lost_in[gap] += 1,
-                        _ => unexplained += 1,
+                        Some((sample, _)) if frame >= *sample => lost_counts[gap] += 1,
+                        _ => n_unexplained += 1,
                     }
                 }
                 frame += 1;
             }
         }
-        for ((sample, frames), lost) in gaps.into_iter().zip(lost_in) {
+        for ((sample, frames), n_lost) in gaps.into_iter().zip(lost_counts) {
             // The events of a killed program extend beyond its audio.
-            if lost != frames && ended {
+            if n_lost != frames && has_end {
                 self.defects
                     .push(RecordingDefect::GapWithSamples { sample, frames });
             }
         }
-        let of_the_converter = manifest
+        let has_non_finite = manifest
             .events
             .iter()
             .any(|event| event.kind == EventKind::NonFinite);
-        if unexplained > 0 && !of_the_converter && ended {
+        if n_unexplained > 0 && !has_non_finite && has_end {
             self.defects.push(RecordingDefect::UnexplainedLoss {
-                frames: unexplained,
+                frames: n_unexplained,
             });
         }
         Ok(())
@@ -190,34 +191,40 @@ fn rows<R: recording::CsvRow>(
         .collect();
     explorations.sort_by(|a, b| a.0.total_cmp(&b.0));
     // Time up to which each exploration has rows, and its longest part without rows.
-    let mut reached: Vec<f64> = explorations.iter().map(|of| of.0).collect();
-    let mut longest: Option<(f64, f64)> = None;
-    let mut gap = |from_s: f64, to_s: f64| {
-        let longer = longest.is_none_or(|(from, to)| to_s - from_s > to - from);
-        if to_s - from_s > LONGEST_GAP_S && longer {
-            longest = Some((from_s, to_s));
+    let mut positions_s: Vec<f64> = explorations
+        .iter()
+        .map(|exploration| exploration.0)
+        .collect();
+    let mut longest_gap: Option<(f64, f64)> = None;
+    let mut record_gap = |from_s: f64, to_s: f64| {
+        let is_longer = longest_gap.is_none_or(|(from, to)| to_s - from_s > to - from);
+        if to_s - from_s > LONGEST_GAP_S && is_longer {
+            longest_gap = Some((from_s, to_s));
         }
     };
     for row in rows.by_ref() {
         let time_s = row?.time_s();
-        for ((start_s, end_s), reached_s) in explorations.iter().zip(&mut reached) {
+        for ((start_s, end_s), position_s) in explorations.iter().zip(&mut positions_s) {
             if (*start_s..=*end_s).contains(&time_s) {
-                gap(*reached_s, time_s);
-                *reached_s = time_s;
+                record_gap(*position_s, time_s);
+                *position_s = time_s;
             }
         }
     }
-    for ((_, end_s), reached_s) in explorations.iter().zip(&reached) {
-        gap(*reached_s, *end_s);
+    for ((_, end_s), position_s) in explorations.iter().zip(&positions_s) {
+        record_gap(*position_s, *end_s);
     }
-    let lost = [
+    let loss_kinds = [
         EventKind::ForceLost,
         EventKind::Gap,
         EventKind::TimeDisorder,
     ];
-    let told = manifest.events.iter().any(|of| lost.contains(&of.kind));
-    let defect = longest
-        .filter(|_| !told)
+    let is_reported = manifest
+        .events
+        .iter()
+        .any(|event| loss_kinds.contains(&event.kind));
+    let defect = longest_gap
+        .filter(|_| !is_reported)
         .map(|(from_s, to_s)| RecordingDefect::NoRowsOf { file, from_s, to_s });
     Ok((rows.warnings(), defect))
 }

@@ -30,12 +30,15 @@ pub fn recordings(session: &Path) -> Result<Vec<TrialLabel>, DiskError> {
     Ok(labels)
 }
 
-/// Verifies the session in `folder`; calls `done` after each recording.
+/// Verifies the session in `folder`; calls `report_progress` after each recording.
 ///
 /// # Errors
 /// The folder cannot be listed.
-pub fn session(folder: &Path, mut done: impl FnMut()) -> Result<SessionFindings, DiskError> {
-    let mut found = SessionFindings {
+pub fn session(
+    folder: &Path,
+    mut report_progress: impl FnMut(),
+) -> Result<SessionFindings, DiskError> {
+    let mut findings = SessionFindings {
         folder: folder.to_owned(),
         end: SessionEnd::NotBegun,
         planned: None,
@@ -43,42 +46,48 @@ pub fn session(folder: &Path, mut done: impl FnMut()) -> Result<SessionFindings,
         defects: Vec::new(),
         notes: Vec::new(),
     };
-    let present: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
+    let folder_labels: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
     let path = folder.join(EVENTS_FILE);
     let content = match event_log::read(&path) {
         Ok(content) => content,
         Err(error) => {
             if path.exists() {
                 let reason = error.to_string();
-                found.defects.push(SessionDefect::Unreadable { reason });
-            } else if !present.is_empty() {
-                found.defects.push(SessionDefect::NoLog);
+                findings.defects.push(SessionDefect::Unreadable { reason });
+            } else if !folder_labels.is_empty() {
+                findings.defects.push(SessionDefect::NoLog);
             }
             LogContent::default()
         }
     };
-    let has_log = found.defects.is_empty();
+    let has_log = findings.defects.is_empty();
     for line in &content.torn_lines {
         let text = format!("{EVENTS_FILE}: line {line} was torn when the program was killed");
-        found.notes.push(text);
+        findings.notes.push(text);
     }
-    let history = history(folder, &content, &mut found);
-    let labels: BTreeSet<TrialLabel> = history.attempts.keys().chain(&present).copied().collect();
+    let history = history(folder, &content, &mut findings);
+    let labels: BTreeSet<TrialLabel> = history
+        .attempts
+        .keys()
+        .chain(&folder_labels)
+        .copied()
+        .collect();
     for label in labels {
         let attempt = history.attempts.get(&label);
-        let unsaved = attempt.is_some_and(|of| !of.saved && history.should_be_saved(of));
-        let here = present.contains(&label);
-        let trial = trial(folder, label, (attempt, unsaved), here, has_log);
-        found.trials.push(trial);
-        if present.contains(&label) {
-            done();
+        let is_unsaved =
+            attempt.is_some_and(|attempt| !attempt.saved && history.should_be_saved(attempt));
+        let is_present = folder_labels.contains(&label);
+        let trial = trial(folder, label, (attempt, is_unsaved), is_present, has_log);
+        findings.trials.push(trial);
+        if folder_labels.contains(&label) {
+            report_progress();
         }
     }
-    strangers(folder, &mut found)?;
-    found.end = history.end;
-    found.planned = history.planned;
-    found.defects.extend(history.defects);
-    Ok(found)
+    report_foreign_folders(folder, &mut findings)?;
+    findings.end = history.end;
+    findings.planned = history.planned;
+    findings.defects.extend(history.defects);
+    Ok(findings)
 }
 
 /// Verifies the last attempt of a session with the log `content`; `None` if there was no attempt.
@@ -86,25 +95,25 @@ pub fn session(folder: &Path, mut done: impl FnMut()) -> Result<SessionFindings,
 /// # Errors
 /// The folder cannot be listed.
 pub fn last_trial(folder: &Path, content: &LogContent) -> Result<Option<TrialFindings>, DiskError> {
-    let present: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
-    let history = SessionHistory::of(content, practice(folder, content));
-    let known = history.attempts.keys();
-    Ok(known.chain(&present).max().map(|label| {
+    let folder_labels: BTreeSet<TrialLabel> = recordings(folder)?.into_iter().collect();
+    let history = SessionHistory::from_log(content, practice(folder, content));
+    let labels = history.attempts.keys();
+    Ok(labels.chain(&folder_labels).max().map(|label| {
         let attempt = history.attempts.get(label);
-        let here = present.contains(label);
-        trial(folder, *label, (attempt, false), here, true)
+        let is_present = folder_labels.contains(label);
+        trial(folder, *label, (attempt, false), is_present, true)
     }))
 }
 
 /// Returns the defects in the order of a session's log.
 #[must_use]
 pub fn log_defects(folder: &Path, content: &LogContent) -> Vec<SessionDefect> {
-    SessionHistory::of(content, practice(folder, content)).defects
+    SessionHistory::from_log(content, practice(folder, content)).defects
 }
 
 /// Returns the session's copy of a file, which must be TOML.
 fn copy(folder: &Path, file: &str) -> Result<String, SessionDefect> {
-    let broken = |reason| SessionDefect::BrokenCopy {
+    let broken_copy = |reason| SessionDefect::BrokenCopy {
         file: file.to_owned(),
         reason,
     };
@@ -114,30 +123,33 @@ fn copy(folder: &Path, file: &str) -> Result<String, SessionDefect> {
                 file: file.to_owned(),
             }
         } else {
-            broken(error.to_string())
+            broken_copy(error.to_string())
         }
     })?;
     match text.parse::<toml::Table>() {
         Ok(_) => Ok(text),
-        Err(error) => Err(broken(error.message().to_owned())),
+        Err(error) => Err(broken_copy(error.message().to_owned())),
     }
 }
 
-fn history(folder: &Path, content: &LogContent, found: &mut SessionFindings) -> SessionHistory {
-    let history = SessionHistory::of(content, practice(folder, content));
+fn history(folder: &Path, content: &LogContent, findings: &mut SessionFindings) -> SessionHistory {
+    let history = SessionHistory::from_log(content, practice(folder, content));
     if let Some(start) = &history.start {
         let protocol = format!("{}.toml", start.protocol);
-        found.defects.extend(copy(folder, &protocol).err());
+        findings.defects.extend(copy(folder, &protocol).err());
         let mut copies = vec!["bench.toml"];
         copies.extend(start.calibration.is_some().then_some("calibration.toml"));
         for file in copies {
-            found.defects.extend(copy(folder, file).err());
+            findings.defects.extend(copy(folder, file).err());
         }
-        let said = format!("{}, session {}", start.participant, start.session);
-        let expected = names(folder);
-        if expected.as_ref().is_some_and(|expected| *expected != said) {
-            found.defects.push(SessionDefect::OtherSession {
-                found: said,
+        let log_session = format!("{}, session {}", start.participant, start.session);
+        let expected = folder_session(folder);
+        if expected
+            .as_ref()
+            .is_some_and(|expected| *expected != log_session)
+        {
+            findings.defects.push(SessionDefect::OtherSession {
+                found: log_session,
                 expected: expected.unwrap_or_default(),
             });
         }
@@ -146,7 +158,7 @@ fn history(folder: &Path, content: &LogContent, found: &mut SessionFindings) -> 
 }
 
 /// Returns participant and session by the names of the folders, if these follow a study's scheme.
-fn names(folder: &Path) -> Option<String> {
+fn folder_session(folder: &Path) -> Option<String> {
     let folder = folder.canonicalize().ok()?;
     let number: u32 = folder
         .file_name()?
@@ -161,81 +173,85 @@ fn names(folder: &Path) -> Option<String> {
 fn trial(
     session: &Path,
     label: TrialLabel,
-    (attempt, unsaved): (Option<&Attempt>, bool),
-    present: bool,
+    (attempt, is_unsaved): (Option<&Attempt>, bool),
+    is_present: bool,
     has_log: bool,
 ) -> TrialFindings {
-    let mut found = TrialFindings {
+    let mut findings = TrialFindings {
         label,
         standing: attempt.map_or(Standing::Unknown, Attempt::standing),
         integrity: Integrity::NotRecorded,
         defects: Vec::new(),
         notes: Vec::new(),
     };
-    let saved = attempt.is_some_and(|attempt| attempt.saved);
-    let judged = matches!(
-        found.standing,
+    let is_saved = attempt.is_some_and(|attempt| attempt.saved);
+    let is_judged = matches!(
+        findings.standing,
         Standing::Accepted | Standing::Repeated | Standing::GivenUp
     );
-    if !present {
-        if saved || judged {
-            found.integrity = Integrity::Missing;
-            found.defects.push(RecordingDefect::NoFolder);
+    if !is_present {
+        if is_saved || is_judged {
+            findings.integrity = Integrity::Missing;
+            findings.defects.push(RecordingDefect::NoFolder);
         }
-        return found;
+        return findings;
     }
     let folder = session.join(label.to_string());
-    let begun_only = !saved && !judged && !folder.join(MANIFEST_FILE).exists();
-    if begun_only {
+    let is_begun_only = !is_saved && !is_judged && !folder.join(MANIFEST_FILE).exists();
+    if is_begun_only {
         let text = "the program was killed before it had written the description";
-        found.notes.push(text.to_owned());
-        return found;
+        findings.notes.push(text.to_owned());
+        return findings;
     }
-    let accepted = attempt.filter(|_| found.standing == Standing::Accepted);
+    let accepted_attempt = attempt.filter(|_| findings.standing == Standing::Accepted);
     let sums = attempt.and_then(|attempt| attempt.sums.as_ref());
     let check = recording_check::check(&folder, sums);
-    found.defects = check.defects;
-    found.notes = check.notes;
+    findings.defects = check.defects;
+    findings.notes = check.notes;
     if let Some(manifest) = &check.manifest {
-        found.defects.extend(other_trial(session, label, manifest));
+        findings
+            .defects
+            .extend(label_defect(session, label, manifest));
         let end = manifest.trial.as_ref().and_then(|trial| trial.end);
-        if end.is_none() && manifest.trial.is_some() && (saved || judged) {
-            found.defects.push(RecordingDefect::NoEnd);
+        if end.is_none() && manifest.trial.is_some() && (is_saved || is_judged) {
+            findings.defects.push(RecordingDefect::NoEnd);
         }
-        let broken_off = attempt.is_some_and(|attempt| attempt.interrupted);
-        if broken_off && end == Some(End::Completed) {
-            found.defects.push(RecordingDefect::OtherEnd);
+        let is_interrupted = attempt.is_some_and(|attempt| attempt.interrupted);
+        if is_interrupted && end == Some(End::Completed) {
+            findings.defects.push(RecordingDefect::OtherEnd);
         }
-        if let Some(attempt) = accepted {
-            found.defects.extend(of_accepted(attempt, manifest));
-            found.defects.extend(check.not_covered);
+        if let Some(attempt) = accepted_attempt {
+            findings
+                .defects
+                .extend(acceptance_defect(attempt, manifest));
+            findings.defects.extend(check.not_covered);
         }
         if attempt.is_none() && has_log {
             if end.is_some() {
-                found.defects.push(RecordingDefect::NotInLog);
+                findings.defects.push(RecordingDefect::NotInLog);
             } else {
-                found.standing = Standing::Interrupted;
+                findings.standing = Standing::Interrupted;
                 let text = "the program was killed before the log told of it";
-                found.notes.push(text.to_owned());
+                findings.notes.push(text.to_owned());
             }
         }
-        if accepted.is_some() && unsaved {
-            found.defects.push(RecordingDefect::AcceptedUnsaved);
-        } else if judged && !saved && end == Some(End::Completed) {
+        if accepted_attempt.is_some() && is_unsaved {
+            findings.defects.push(RecordingDefect::AcceptedUnsaved);
+        } else if is_judged && !is_saved && end == Some(End::Completed) {
             let text = "the log does not call it saved: the program ended too early";
-            found.notes.push(text.to_owned());
+            findings.notes.push(text.to_owned());
         }
     }
-    found.integrity = match (found.defects.is_empty(), sums) {
+    findings.integrity = match (findings.defects.is_empty(), sums) {
         (false, _) => Integrity::Damaged,
         (true, Some(_)) => Integrity::Intact,
         (true, None) => Integrity::NoSum,
     };
-    found
+    findings
 }
 
 /// Returns the defect of an accepted trial's description, if it has one.
-fn of_accepted(attempt: &Attempt, manifest: &Manifest) -> Option<RecordingDefect> {
+fn acceptance_defect(attempt: &Attempt, manifest: &Manifest) -> Option<RecordingDefect> {
     let end = manifest.trial.as_ref()?.end;
     let (marked, recorded) = (attempt.marked.len(), manifest.intervals.len());
     if end == Some(End::Interrupted) {
@@ -249,9 +265,9 @@ fn of_accepted(attempt: &Attempt, manifest: &Manifest) -> Option<RecordingDefect
 }
 
 /// Compares the description with the names of the folders.
-fn other_trial(session: &Path, label: TrialLabel, manifest: &Manifest) -> Option<RecordingDefect> {
+fn label_defect(session: &Path, label: TrialLabel, manifest: &Manifest) -> Option<RecordingDefect> {
     let trial = manifest.trial.as_ref()?;
-    let said = TrialLabel {
+    let description_label = TrialLabel {
         block: if trial.practice {
             TrialBlock::Practice
         } else {
@@ -260,29 +276,36 @@ fn other_trial(session: &Path, label: TrialLabel, manifest: &Manifest) -> Option
         number: trial.number,
         attempt: trial.attempt,
     };
-    let whose = manifest
+    let description_session = manifest
         .participant
         .as_ref()
         .map(|participant| format!("{}, session {}", participant.id, participant.session));
-    let folders = names(session);
-    let elsewhere = whose.is_some() && folders.is_some() && whose != folders;
-    (said != label || elsewhere).then(|| RecordingDefect::OtherTrial {
-        found: format!("{said} of {}", whose.unwrap_or_default()),
-        expected: format!("{label} of {}", folders.unwrap_or_default()),
+    let folder_session = folder_session(session);
+    let differs = description_session.is_some()
+        && folder_session.is_some()
+        && description_session != folder_session;
+    (description_label != label || differs).then(|| RecordingDefect::OtherTrial {
+        found: format!(
+            "{description_label} of {}",
+            description_session.unwrap_or_default()
+        ),
+        expected: format!("{label} of {}", folder_session.unwrap_or_default()),
     })
 }
 
 /// Reports folders that are not trials.
-fn strangers(folder: &Path, found: &mut SessionFindings) -> Result<(), DiskError> {
+fn report_foreign_folders(folder: &Path, findings: &mut SessionFindings) -> Result<(), DiskError> {
     for name in entries(folder)? {
         let path = folder.join(&name);
         if !path.is_dir() || name.parse::<TrialLabel>().is_ok() {
             continue;
         }
         if path.join(MANIFEST_FILE).exists() {
-            found.defects.push(SessionDefect::ForeignRecording { name });
+            findings
+                .defects
+                .push(SessionDefect::ForeignRecording { name });
         } else {
-            found
+            findings
                 .notes
                 .push(format!("{name} is no part of the session"));
         }

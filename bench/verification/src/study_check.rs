@@ -61,28 +61,28 @@ pub fn sessions(path: &Path) -> Result<Vec<PathBuf>, VerifyError> {
             path: path.to_owned(),
         });
     }
-    let mut found = Vec::new();
-    descend(path, DEPTH, &mut found)?;
-    if found.is_empty() && !path.join(DESCRIPTION_FILE).exists() {
+    let mut sessions = Vec::new();
+    descend(path, DEPTH, &mut sessions)?;
+    if sessions.is_empty() && !path.join(DESCRIPTION_FILE).exists() {
         return Err(VerifyError::NoSession {
             path: path.to_owned(),
         });
     }
-    Ok(found)
+    Ok(sessions)
 }
 
-fn descend(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), DiskError> {
+fn descend(folder: &Path, depth: usize, sessions: &mut Vec<PathBuf>) -> Result<(), DiskError> {
     let names = entries(folder)?;
     let is_session = names.iter().any(|name| {
         name == EVENTS_FILE || name.parse::<TrialLabel>().is_ok() && folder.join(name).is_dir()
     });
     if is_session {
-        found.push(folder.to_owned());
+        sessions.push(folder.to_owned());
     } else if depth > 0 {
         for name in names {
             let path = folder.join(name);
             if path.is_dir() {
-                descend(&path, depth - 1, found)?;
+                descend(&path, depth - 1, sessions)?;
             }
         }
     }
@@ -91,61 +91,66 @@ fn descend(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), 
 
 /// Returns the sibling of `path` with the most similar name.
 fn nearest(path: &Path) -> Option<String> {
-    let beside = path.parent()?;
-    let here = if beside.as_os_str().is_empty() {
+    let parent = path.parent()?;
+    let folder = if parent.as_os_str().is_empty() {
         Path::new(".")
     } else {
-        beside
+        parent
     };
-    let mut folders = entries(here).ok()?;
-    folders.retain(|name| here.join(name).is_dir());
+    let mut folders = entries(folder).ok()?;
+    folders.retain(|name| folder.join(name).is_dir());
     let name = strict::nearest(path.file_name()?.to_str()?, &folders)?;
-    Some(beside.join(name).display().to_string())
+    Some(parent.join(name).display().to_string())
 }
 
 /// Verifies the files of the study outside its sessions, if `folder` is a whole study.
 ///
 /// # Errors
 /// The folder cannot be listed.
-pub fn beside_sessions(folder: &Path, found: &mut StudyFindings) -> Result<(), DiskError> {
+pub fn beside_sessions(folder: &Path, findings: &mut StudyFindings) -> Result<(), DiskError> {
     let description = folder.join(DESCRIPTION_FILE);
     if !description.exists() {
         return Ok(());
     }
-    let unreadable = |path: PathBuf, reason: String| StudyDefect::Unreadable { path, reason };
-    let parsed = fs::read(&description)
+    let unreadable_defect =
+        |path: PathBuf, reason: String| StudyDefect::Unreadable { path, reason };
+    let description_result = fs::read(&description)
         .map_err(|error| error.to_string())
         .and_then(|text| {
             serde_json::from_slice::<Description>(&text).map_err(|error| error.to_string())
         });
-    if let Err(reason) = parsed {
-        found.defects.push(unreadable(description, reason));
+    if let Err(reason) = description_result {
+        findings
+            .defects
+            .push(unreadable_defect(description, reason));
     }
     let table = folder.join(PARTICIPANTS_FILE);
-    let listed = match fs::read_to_string(&table) {
+    let text = match fs::read_to_string(&table) {
         Ok(text) => text,
         Err(error) => {
-            found.defects.push(unreadable(table, error.to_string()));
+            findings
+                .defects
+                .push(unreadable_defect(table, error.to_string()));
             return Ok(());
         }
     };
-    let listed: Vec<&str> = listed
+    let participants: Vec<&str> = text
         .lines()
         .skip(1)
         .filter_map(|line| line.split('\t').next())
         .filter(|name| !name.is_empty())
         .collect();
-    for participant in &listed {
+    for participant in &participants {
         if !folder.join(participant).is_dir() {
             let participant = (*participant).to_owned();
-            found
+            findings
                 .defects
                 .push(StudyDefect::NoParticipant { participant });
         }
     }
     for name in entries(folder)? {
-        if folder.join(&name).is_dir() && !listed.contains(&name.as_str()) {
-            found
+        if folder.join(&name).is_dir() && !participants.contains(&name.as_str()) {
+            findings
                 .notes
                 .push(format!("{name} is not in {PARTICIPANTS_FILE}"));
         }

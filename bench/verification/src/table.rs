@@ -14,9 +14,9 @@ use crate::findings::{Integrity, SessionEnd, SessionFindings, StudyFindings, Tri
 const FORMAT: u32 = 1;
 
 /// Returns the findings as text: a line for each session and each attempt, followed by its defects.
-pub fn to_text(found: &StudyFindings) -> String {
+pub fn to_text(findings: &StudyFindings) -> String {
     let mut text = String::new();
-    for session in &found.sessions {
+    for session in &findings.sessions {
         let _ = writeln!(
             text,
             "{}: {}",
@@ -35,8 +35,8 @@ pub fn to_text(found: &StudyFindings) -> String {
         }
         remarks(&mut text, "  ", &session.defects, &session.notes);
     }
-    remarks(&mut text, "", &found.defects, &found.notes);
-    let _ = writeln!(text, "{}", conclusion(found));
+    remarks(&mut text, "", &findings.defects, &findings.notes);
+    let _ = writeln!(text, "{}", conclusion(findings));
     text
 }
 
@@ -88,7 +88,7 @@ fn session_words(session: &SessionFindings) -> String {
 }
 
 /// Counts the attempts by integrity.
-fn counts(found: &StudyFindings) -> [(Integrity, usize); 5] {
+fn counts(findings: &StudyFindings) -> [(Integrity, usize); 5] {
     [
         Integrity::Intact,
         Integrity::NoSum,
@@ -97,28 +97,28 @@ fn counts(found: &StudyFindings) -> [(Integrity, usize); 5] {
         Integrity::NotRecorded,
     ]
     .map(|integrity| {
-        let sessions = found.sessions.iter();
+        let sessions = findings.sessions.iter();
         let trials = sessions.flat_map(|session| &session.trials);
         let count = trials.filter(|trial| trial.integrity == integrity).count();
         (integrity, count)
     })
 }
 
-fn conclusion(found: &StudyFindings) -> String {
-    let counted: Vec<String> = counts(found)
+fn conclusion(findings: &StudyFindings) -> String {
+    let count_text: Vec<String> = counts(findings)
         .into_iter()
         .filter(|(_, count)| *count > 0)
         .map(|(integrity, count)| format!("{integrity}: {count}"))
         .collect();
-    let counted = if counted.is_empty() {
+    let count_text = if count_text.is_empty() {
         "no recordings".to_owned()
     } else {
-        counted.join(", ")
+        count_text.join(", ")
     };
-    if found.is_whole() {
-        format!("nothing is damaged or missing ({counted})")
+    if findings.is_whole() {
+        format!("nothing is damaged or missing ({count_text})")
     } else {
-        format!("NOT WHOLE: see the lines that begin with WRONG ({counted})")
+        format!("NOT WHOLE: see the lines that begin with WRONG ({count_text})")
     }
 }
 
@@ -130,16 +130,16 @@ fn texts(items: &[impl Display]) -> Vec<String> {
 ///
 /// # Errors
 /// Never fails for findings.
-pub fn to_json(found: &StudyFindings) -> serde_json::Result<String> {
-    let sessions: Vec<Value> = found.sessions.iter().map(session_json).collect();
-    let whole = json!({
+pub fn to_json(findings: &StudyFindings) -> serde_json::Result<String> {
+    let sessions: Vec<Value> = findings.sessions.iter().map(session_json).collect();
+    let report = json!({
         "format": FORMAT,
-        "whole": found.is_whole(),
+        "whole": findings.is_whole(),
         "sessions": sessions,
-        "wrong": texts(&found.defects),
-        "notes": found.notes,
+        "wrong": texts(&findings.defects),
+        "notes": findings.notes,
     });
-    Ok(serde_json::to_string_pretty(&whole)? + "\n")
+    Ok(serde_json::to_string_pretty(&report)? + "\n")
 }
 
 fn session_json(session: &SessionFindings) -> Value {

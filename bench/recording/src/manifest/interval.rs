@@ -3,7 +3,7 @@
 use protocols::Direction;
 use serde::{Deserialize, Serialize};
 
-use super::manifest_error::{ManifestError, finite, not_negative};
+use super::manifest_error::{ManifestError, require_finite, require_not_negative};
 
 /// Meaning of an interval of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,8 +45,8 @@ impl RecordedInterval {
     }
 
     pub(crate) fn validate(&self, index: usize) -> Result<(), ManifestError> {
-        not_negative(&format!("intervals.{index}.start_s"), self.start_s)?;
-        finite(&format!("intervals.{index}.end_s"), self.end_s)?;
+        require_not_negative(&format!("intervals.{index}.start_s"), self.start_s)?;
+        require_finite(&format!("intervals.{index}.end_s"), self.end_s)?;
         if self.end_s <= self.start_s {
             return Err(ManifestError::IntervalOrder {
                 index,

@@ -34,7 +34,7 @@ pub enum ManifestReadError {
 
 impl ManifestReadError {
     /// Finds the line of a rule's key in the text.
-    pub(crate) fn at(rule: ManifestError, text: &str, file: &str) -> Self {
+    pub(crate) fn with_line(rule: ManifestError, text: &str, file: &str) -> Self {
         Self::Rule {
             file: file.to_owned(),
             line: rule.key().and_then(|key| strict::line_of(text, &key)),
@@ -191,7 +191,7 @@ impl ManifestError {
     }
 }
 
-pub(super) fn refused(key: &str, value: f64, allowed: &str) -> ManifestError {
+pub(super) fn value_error(key: &str, value: f64, allowed: &str) -> ManifestError {
     ManifestError::Value {
         key: key.to_owned(),
         value,
@@ -208,15 +208,15 @@ pub(super) fn require(
     if holds {
         Ok(())
     } else {
-        Err(refused(key, value, allowed))
+        Err(value_error(key, value, allowed))
     }
 }
 
-pub(super) fn finite(key: &str, value: f64) -> Result<(), ManifestError> {
+pub(super) fn require_finite(key: &str, value: f64) -> Result<(), ManifestError> {
     require(value.is_finite(), key, value, "finite numbers")
 }
 
-pub(super) fn positive(key: &str, value: f64) -> Result<(), ManifestError> {
+pub(super) fn require_positive(key: &str, value: f64) -> Result<(), ManifestError> {
     require(
         value.is_finite() && value > 0.0,
         key,
@@ -225,7 +225,7 @@ pub(super) fn positive(key: &str, value: f64) -> Result<(), ManifestError> {
     )
 }
 
-pub(super) fn not_negative(key: &str, value: f64) -> Result<(), ManifestError> {
+pub(super) fn require_not_negative(key: &str, value: f64) -> Result<(), ManifestError> {
     require(
         value.is_finite() && value >= 0.0,
         key,
@@ -234,7 +234,7 @@ pub(super) fn not_negative(key: &str, value: f64) -> Result<(), ManifestError> {
     )
 }
 
-pub(super) fn not_zero(key: &str, value: f64) -> Result<(), ManifestError> {
+pub(super) fn require_not_zero(key: &str, value: f64) -> Result<(), ManifestError> {
     require(
         value.is_finite() && value != 0.0,
         key,
@@ -243,7 +243,7 @@ pub(super) fn not_zero(key: &str, value: f64) -> Result<(), ManifestError> {
     )
 }
 
-pub(super) fn within(
+pub(super) fn require_range(
     key: &str,
     value: f64,
     range: RangeInclusive<f64>,
@@ -256,6 +256,6 @@ pub(super) fn within(
     )
 }
 
-pub(super) fn from_one(key: &str, value: u32) -> Result<(), ManifestError> {
+pub(super) fn require_from_one(key: &str, value: u32) -> Result<(), ManifestError> {
     require(value >= 1, key, f64::from(value), "whole numbers from 1")
 }

@@ -30,7 +30,10 @@ pub use transducers::{RecordedChannels, RecordedDrive, RecordedPickup, RecordedP
 
 use serde::{Deserialize, Serialize};
 
-use manifest_error::{MAX_OVERLAP, finite, from_one, not_negative, not_zero, positive, within};
+use manifest_error::{
+    MAX_OVERLAP, require_finite, require_from_one, require_not_negative, require_not_zero,
+    require_positive, require_range,
+};
 
 /// Content of `recording.toml`.
 ///
@@ -115,13 +118,13 @@ impl Manifest {
             ("clocks", manifest.clocks.len()),
             ("events", manifest.events.len()),
         ];
-        let too_many = counts.into_iter().find(|(_, count)| *count > MAX_ENTRIES);
-        let within_limits = too_many.map_or(Ok(()), |(key, count)| {
+        let long_list = counts.into_iter().find(|(_, count)| *count > MAX_ENTRIES);
+        let length_result = long_list.map_or(Ok(()), |(key, count)| {
             Err(ManifestError::TooMany { key, count })
         });
-        match within_limits.and_then(|()| manifest.validate()) {
+        match length_result.and_then(|()| manifest.validate()) {
             Ok(()) => Ok(manifest),
-            Err(rule) => Err(ManifestReadError::at(rule, text, file)),
+            Err(rule) => Err(ManifestReadError::with_line(rule, text, file)),
         }
     }
 
@@ -152,10 +155,10 @@ impl Manifest {
     pub fn drive_gaps_s(&self, sample_rate_hz: u32) -> Vec<(f64, f64)> {
         let rate_hz = f64::from(sample_rate_hz);
         let mut spans_s = self.spans_s(EventKind::OutputXrun, |sample, frames| {
-            let reported_s = sample as f64 / rate_hz;
+            let report_s = sample as f64 / rate_hz;
             match frames {
-                Some(frames) => (reported_s, sample.saturating_add(frames) as f64 / rate_hz),
-                None => (reported_s - BEFORE_REPORT_S, reported_s + AFTER_REPORT_S),
+                Some(frames) => (report_s, sample.saturating_add(frames) as f64 / rate_hz),
+                None => (report_s - BEFORE_REPORT_S, report_s + AFTER_REPORT_S),
             }
         });
         // The drive continued without a gap.
@@ -174,11 +177,11 @@ impl Manifest {
             .collect();
         spans.sort_by(|a, b| a.0.total_cmp(&b.0));
         spans.dedup_by(|next, span| {
-            let joined = next.0 <= span.1;
-            if joined {
+            let touches = next.0 <= span.1;
+            if touches {
                 span.1 = span.1.max(next.1);
             }
-            joined
+            touches
         });
         spans
     }
@@ -191,30 +194,30 @@ impl Manifest {
         if self.format != FORMAT {
             return Err(ManifestError::Format { value: self.format });
         }
-        positive("carrier_hz", self.carrier_hz)?;
-        not_negative("modulation_hz", self.modulation_hz)?;
-        within("modulation_index", self.modulation_index, 0.0..=1.0)?;
-        not_zero(
+        require_positive("carrier_hz", self.carrier_hz)?;
+        require_not_negative("modulation_hz", self.modulation_hz)?;
+        require_range("modulation_index", self.modulation_index, 0.0..=1.0)?;
+        require_not_zero(
             "channels.drive.volts_per_unit",
             self.channels.drive.volts_per_unit,
         )?;
-        not_zero(
+        require_not_zero(
             "channels.pickup.metres_per_unit",
             self.channels.pickup.metres_per_unit,
         )?;
-        finite("channels.pickup.phase_rad", self.channels.pickup.phase_rad)?;
+        require_finite("channels.pickup.phase_rad", self.channels.pickup.phase_rad)?;
         if self.channels.drive.index == self.channels.pickup.index {
             return Err(ManifestError::SameChannel {
                 index: self.channels.drive.index,
             });
         }
-        positive("plate.resonance_hz", self.plate.resonance_hz)?;
-        positive("plate.modal_mass_kg", self.plate.modal_mass_kg)?;
-        not_zero(
+        require_positive("plate.resonance_hz", self.plate.resonance_hz)?;
+        require_positive("plate.modal_mass_kg", self.plate.modal_mass_kg)?;
+        require_not_zero(
             "plate.force_factor_n_per_v",
             self.plate.force_factor_n_per_v,
         )?;
-        finite("plate.centre_m", self.plate.centre_m)?;
+        require_finite("plate.centre_m", self.plate.centre_m)?;
         if let Some(profile) = &self.plate.profile {
             profile.validate()?;
         }
@@ -225,7 +228,7 @@ impl Manifest {
             interval.validate(index)?;
         }
         if let Some(participant) = &self.participant {
-            from_one("participant.session", participant.session)?;
+            require_from_one("participant.session", participant.session)?;
         }
         if let Some(trial) = &self.trial {
             trial.validate()?;
@@ -244,10 +247,10 @@ impl Manifest {
     /// # Errors
     /// [`ManifestError::IntervalTime`]: their total duration is too long for their analysis to end in time.
     pub fn validate_length(&self, duration_s: f64) -> Result<(), ManifestError> {
-        let within = |time_s: f64| time_s.clamp(0.0, duration_s);
-        let lengths_s = self.intervals.iter();
-        let total_s: f64 = lengths_s
-            .map(|interval| within(interval.end_s) - within(interval.start_s))
+        let clamped_s = |time_s: f64| time_s.clamp(0.0, duration_s);
+        let intervals = self.intervals.iter();
+        let total_s: f64 = intervals
+            .map(|interval| clamped_s(interval.end_s) - clamped_s(interval.start_s))
             .sum();
         let limit_s = (MAX_OVERLAP * duration_s).min(MAX_INTERVALS_S);
         if total_s > limit_s {

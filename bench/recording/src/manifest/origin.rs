@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::manifest_error::{ManifestError, from_one, refused};
+use super::manifest_error::{ManifestError, require_from_one, value_error};
 
 /// Greatest seed: seeds are TOML integers, at most 2⁶³ − 1.
 pub const MAX_SEED: u64 = i64::MAX as u64;
@@ -50,10 +50,10 @@ pub struct Trial {
 
 impl Trial {
     pub(super) fn validate(&self) -> Result<(), ManifestError> {
-        from_one("trial.number", self.number)?;
-        from_one("trial.attempt", self.attempt)?;
+        require_from_one("trial.number", self.number)?;
+        require_from_one("trial.attempt", self.attempt)?;
         if self.seed > MAX_SEED {
-            return Err(refused(
+            return Err(value_error(
                 "trial.seed",
                 self.seed as f64,
                 &format!("0 to {MAX_SEED}"),
@@ -133,7 +133,7 @@ pub struct RecordedHardware {
 
 impl RecordedHardware {
     pub(super) fn validate(&self) -> Result<(), ManifestError> {
-        from_one("hardware.sample_rate_hz", self.sample_rate_hz)?;
+        require_from_one("hardware.sample_rate_hz", self.sample_rate_hz)?;
         if self.uncalibrated == self.calibration.is_some() {
             return Err(ManifestError::Calibration {
                 uncalibrated: self.uncalibrated,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::manifest_error::{ManifestError, finite, not_negative};
+use super::manifest_error::{ManifestError, require_finite, require_not_negative};
 
 /// Clock of a device during a recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,8 +35,8 @@ pub enum ClockOf {
 impl RecordedClock {
     /// Checks the rules of entry number `index`.
     pub(super) fn validate(&self, index: usize) -> Result<(), ManifestError> {
-        finite(&format!("clocks.{index}.drift_ppm"), self.drift_ppm)?;
+        require_finite(&format!("clocks.{index}.drift_ppm"), self.drift_ppm)?;
         let residual_s = self.residual_s.unwrap_or(0.0);
-        not_negative(&format!("clocks.{index}.residual_s"), residual_s)
+        require_not_negative(&format!("clocks.{index}.residual_s"), residual_s)
     }
 }

@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::manifest_error::{MAX_ENTRIES, ManifestError, finite, require, within};
+use super::manifest_error::{MAX_ENTRIES, ManifestError, require, require_finite, require_range};
 
 /// Smallest and largest ratio of a profile; beyond them the finger, or the pickup, would be near a node of the plate.
 pub const PROFILE_RATIOS: [f64; 2] = [0.2, 2.0];
 /// Smallest number of positions in a profile.
-const FEWEST_PLACES: usize = 2;
+const MIN_POSITIONS: usize = 2;
 /// Smallest distance between positions, m.
-const LEAST_STEP_M: f64 = 1e-6;
+const MIN_STEP_M: f64 = 1e-6;
 
 /// Amplitude at places along the plate relative to that read by the pickup.
 ///
@@ -45,27 +45,32 @@ impl RecordedProfile {
                 return Err(ManifestError::TooMany { key, count });
             }
         }
-        if places < FEWEST_PLACES || self.ratios.len() != places {
+        if places < MIN_POSITIONS || self.ratios.len() != places {
             return Err(ManifestError::ProfilePlaces {
                 positions: places,
                 ratios: self.ratios.len(),
             });
         }
-        let at = |key: &str, index: usize| format!("{key}.{index}");
+        let key_at = |key: &str, index: usize| format!("{key}.{index}");
         for (index, &position_m) in self.positions_m.iter().enumerate() {
-            finite(&at(POSITIONS, index), position_m)?;
+            require_finite(&key_at(POSITIONS, index), position_m)?;
         }
         let [least, greatest] = PROFILE_RATIOS;
         for (index, &ratio) in self.ratios.iter().enumerate() {
-            within(&at(RATIOS, index), ratio, least..=greatest)?;
+            require_range(&key_at(RATIOS, index), ratio, least..=greatest)?;
         }
         for (index, pair) in self.positions_m.windows(2).enumerate() {
             let allowed = format!(
-                "positions at least {LEAST_STEP_M} m beyond the one before, which is {}",
+                "positions at least {MIN_STEP_M} m beyond the one before, which is {}",
                 pair[0]
             );
-            let in_order = pair[1] - pair[0] >= LEAST_STEP_M;
-            require(in_order, &at(POSITIONS, index + 1), pair[1], &allowed)?;
+            let is_increasing = pair[1] - pair[0] >= MIN_STEP_M;
+            require(
+                is_increasing,
+                &key_at(POSITIONS, index + 1),
+                pair[1],
+                &allowed,
+            )?;
         }
         Ok(())
     }

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::manifest_error::{ManifestError, within};
+use super::manifest_error::{ManifestError, require_range};
 
 /// Largest allowed standard error, relative or in rad; beyond it the measurement would be meaningless.
-const MOST: f64 = 0.5;
+const MAX_STANDARD_ERROR: f64 = 0.5;
 
 /// Standard errors of the constants, independent of each other; 0 if not stated.
 ///
@@ -46,7 +46,11 @@ impl StandardErrors {
             ("normal_force_relative", self.normal_force_relative),
             ("lateral_force_relative", self.lateral_force_relative),
         ] {
-            within(&format!("standard_errors.{key}"), value, 0.0..=MOST)?;
+            require_range(
+                &format!("standard_errors.{key}"),
+                value,
+                0.0..=MAX_STANDARD_ERROR,
+            )?;
         }
         Ok(())
     }

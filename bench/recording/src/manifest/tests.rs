@@ -5,7 +5,7 @@ use strict::TomlError;
 use super::*;
 
 /// Example of the format's documentation, written by hand as in another laboratory.
-const BY_HAND: &str = r#"format = 1
+const EXAMPLE: &str = r#"format = 1
 carrier_hz = 35000.0
 modulation_hz = 6.0
 modulation_index = 0.95
@@ -37,7 +37,7 @@ start_s = 1.4
 end_s = 3.1
 "#;
 
-const OWN_TABLES: &str = r#"
+const BENCH_TABLES: &str = r#"
 [standard_errors]
 amplitude_relative = 0.004
 impedance_relative = 0.006
@@ -81,13 +81,13 @@ fn parse(text: &str) -> Result<Manifest, ManifestReadError> {
     Manifest::parse(text, "recording.toml")
 }
 
-fn full() -> Manifest {
-    parse(&format!("{BY_HAND}{OWN_TABLES}")).unwrap()
+fn full_manifest() -> Manifest {
+    parse(&format!("{EXAMPLE}{BENCH_TABLES}")).unwrap()
 }
 
 #[test]
 fn a_recording_made_elsewhere_needs_the_fixed_tables_only() {
-    let manifest = parse(BY_HAND).unwrap();
+    let manifest = parse(EXAMPLE).unwrap();
     assert_eq!(manifest.channels.pickup.metres_per_unit, 2.0e-6);
     assert_eq!(
         manifest.intervals[1].kind,
@@ -97,8 +97,8 @@ fn a_recording_made_elsewhere_needs_the_fixed_tables_only() {
 }
 
 #[test]
-fn what_is_written_reads_back_and_always_has_the_same_bytes() {
-    let mut manifest = full();
+fn a_written_manifest_reads_back_with_the_same_bytes() {
+    let mut manifest = full_manifest();
     // 0.1 + 0.2 and 1e-300 need every digit of a double.
     manifest.plate.centre_m = 0.1 + 0.2;
     manifest.channels.pickup.metres_per_unit = 1e-300;
@@ -109,7 +109,7 @@ fn what_is_written_reads_back_and_always_has_the_same_bytes() {
 
 #[test]
 fn unknown_keys_are_named_with_line_and_nearest_key_in_every_table() {
-    let whole = format!("{BY_HAND}{OWN_TABLES}");
+    let full_text = format!("{EXAMPLE}{BENCH_TABLES}");
     for (right, wrong, nearest) in [
         ("carrier_hz =", "carier_hz =", "carrier_hz"),
         ("volts_per_unit", "volt_per_unit", "volts_per_unit"),
@@ -124,7 +124,7 @@ fn unknown_keys_are_named_with_line_and_nearest_key_in_every_table() {
         ("residual_s", "residual_ms", "residual_s"),
         ("frames = 64", "frame = 64", "frames"),
     ] {
-        let text = whole.replacen(right, wrong, 1);
+        let text = full_text.replacen(right, wrong, 1);
         let wrong_line = text.lines().position(|l| l.contains(wrong)).unwrap() + 1;
         match parse(&text).unwrap_err() {
             ManifestReadError::Toml(TomlError::UnknownKey {
@@ -137,13 +137,13 @@ fn unknown_keys_are_named_with_line_and_nearest_key_in_every_table() {
 
 #[test]
 fn a_missing_key_is_named() {
-    let error = parse(&BY_HAND.replace("centre_m = 0.0525\n", "")).unwrap_err();
+    let error = parse(&EXAMPLE.replace("centre_m = 0.0525\n", "")).unwrap_err();
     assert!(error.to_string().contains("centre_m"), "{error}");
 }
 
 #[test]
 fn every_rule_refuses_with_line_value_and_range() {
-    let whole = format!("{BY_HAND}{OWN_TABLES}");
+    let full_text = format!("{EXAMPLE}{BENCH_TABLES}");
     for (right, wrong, words) in [
         ("format = 1", "format = 2", "reads format 1 only"),
         ("carrier_hz = 35000.0", "carrier_hz = 0.0", "above 0"),
@@ -196,8 +196,8 @@ fn every_rule_refuses_with_line_value_and_range() {
             "`hardware.waived_by` is present",
         ),
     ] {
-        assert!(whole.contains(right), "{right}");
-        let text = whole.replacen(right, wrong, 1);
+        assert!(full_text.contains(right), "{right}");
+        let text = full_text.replacen(right, wrong, 1);
         let error = parse(&text).unwrap_err().to_string();
         assert!(error.contains(words), "{wrong}: {error}");
         assert!(error.contains(", line "), "{wrong}: {error}");
@@ -205,20 +205,20 @@ fn every_rule_refuses_with_line_value_and_range() {
 }
 
 #[test]
-fn direction_belongs_to_explorations_and_to_them_alone() {
-    let without = BY_HAND.replace("direction = \"left_to_right\"\n", "");
+fn only_explorations_have_a_direction() {
+    let missing_direction = EXAMPLE.replace("direction = \"left_to_right\"\n", "");
     assert!(
-        parse(&without)
+        parse(&missing_direction)
             .unwrap_err()
             .to_string()
             .contains("needs a `direction`")
     );
-    let with = BY_HAND.replace(
+    let extra_direction = EXAMPLE.replace(
         "kind = \"unloaded\"\n",
         "kind = \"unloaded\"\ndirection = \"left_to_right\"\n",
     );
     assert!(
-        parse(&with)
+        parse(&extra_direction)
             .unwrap_err()
             .to_string()
             .contains("has no `direction`")
@@ -227,7 +227,7 @@ fn direction_belongs_to_explorations_and_to_them_alone() {
 
 #[test]
 fn the_largest_seed_is_that_of_a_toml_integer() {
-    let mut manifest = full();
+    let mut manifest = full_manifest();
     let mut set_seed = |seed| {
         if let Some(trial) = &mut manifest.trial {
             trial.seed = seed;
@@ -240,7 +240,7 @@ fn the_largest_seed_is_that_of_a_toml_integer() {
 
 #[test]
 fn audio_must_fit_the_description() {
-    let manifest = full();
+    let manifest = full_manifest();
     assert_eq!(manifest.validate_audio(192_000, 2), Ok(()));
     assert!(matches!(
         manifest.validate_audio(192_000, 1),
@@ -254,11 +254,11 @@ fn audio_must_fit_the_description() {
         manifest.validate_audio(96_000, 2),
         Err(ManifestError::SampleRate { .. })
     ));
-    let by_hand = parse(BY_HAND).unwrap();
+    let example = parse(EXAMPLE).unwrap();
     // 2 · (35 000 + 6) Hz is just too low; 1 Hz more is enough.
-    let error = by_hand.validate_audio(70_012, 2).unwrap_err();
+    let error = example.validate_audio(70_012, 2).unwrap_err();
     assert!(error.to_string().contains("= 70012 Hz"), "{error}");
-    assert_eq!(by_hand.validate_audio(70_013, 2), Ok(()));
+    assert_eq!(example.validate_audio(70_013, 2), Ok(()));
 }
 
 const PROFILE: &str = "
@@ -267,8 +267,8 @@ positions_m = [0.005, 0.0525, 0.1]
 ratios = [0.92, 1.0, 0.92]
 ";
 
-fn with_profile() -> String {
-    BY_HAND.replace(
+fn profile_text() -> String {
+    EXAMPLE.replace(
         "centre_m = 0.0525\n",
         &format!("centre_m = 0.0525\n{PROFILE}"),
     )
@@ -276,28 +276,28 @@ fn with_profile() -> String {
 
 #[test]
 fn a_profile_is_optional_and_reads_back_as_it_was_written() {
-    assert_eq!(parse(BY_HAND).unwrap().plate.profile, None);
+    assert_eq!(parse(EXAMPLE).unwrap().plate.profile, None);
     assert!(
-        !parse(BY_HAND)
+        !parse(EXAMPLE)
             .unwrap()
             .to_toml()
             .unwrap()
             .contains("profile")
     );
-    let manifest = parse(&with_profile()).unwrap();
+    let manifest = parse(&profile_text()).unwrap();
     let profile = manifest.plate.profile.as_ref().unwrap();
     assert_eq!(profile.positions_m, [0.005, 0.0525, 0.1]);
     assert_eq!(profile.ratios, [0.92, 1.0, 0.92]);
-    let text = format!("{}{OWN_TABLES}", with_profile());
-    let full = parse(&text).unwrap();
-    assert_eq!(parse(&full.to_toml().unwrap()).unwrap(), full);
+    let text = format!("{}{BENCH_TABLES}", profile_text());
+    let manifest = parse(&text).unwrap();
+    assert_eq!(parse(&manifest.to_toml().unwrap()).unwrap(), manifest);
 }
 
 #[test]
-fn a_profile_that_is_none_is_refused_with_its_line() {
+fn an_invalid_profile_is_refused_with_its_line() {
     let positions = "positions_m = [0.005, 0.0525, 0.1]";
     let ratios = "ratios = [0.92, 1.0, 0.92]";
-    let many = format!("ratios = [{}]", "1.0, ".repeat(MAX_ENTRIES + 1));
+    let long_list = format!("ratios = [{}]", "1.0, ".repeat(MAX_ENTRIES + 1));
     for (right, wrong) in [
         (positions, "positions_m = [0.005, 0.0525]"),
         (positions, "positions_m = []"),
@@ -311,19 +311,19 @@ fn a_profile_that_is_none_is_refused_with_its_line() {
         (ratios, "ratios = [0.92, 1.0, 2.01]"),
         (ratios, "ratios = [0.92, 1.0, -1.0]"),
         (ratios, "ratios = [0.92, 1.0, nan]"),
-        (ratios, &many),
+        (ratios, &long_list),
     ] {
-        let text = with_profile().replace(right, wrong);
+        let text = profile_text().replace(right, wrong);
         let error = parse(&text).unwrap_err();
-        let line = matches!(error, ManifestReadError::Rule { line: Some(_), .. });
-        assert!(line, "{wrong:.60}: {error:?}");
+        let has_line = matches!(error, ManifestReadError::Rule { line: Some(_), .. });
+        assert!(has_line, "{wrong:.60}: {error:?}");
     }
-    let one = with_profile()
+    let single = profile_text()
         .replace(positions, "positions_m = [0.05]")
         .replace(ratios, "ratios = [1.0]");
-    assert!(parse(&one).is_err());
+    assert!(parse(&single).is_err());
     // The ranges include their ends.
     let [least, greatest] = PROFILE_RATIOS;
     let ends = format!("ratios = [{least:?}, 1.0, {greatest:?}]");
-    assert!(parse(&with_profile().replace(ratios, &ends)).is_ok());
+    assert!(parse(&profile_text().replace(ratios, &ends)).is_ok());
 }

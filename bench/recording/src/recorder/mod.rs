@@ -21,7 +21,7 @@ pub use message::{
 pub use recorder_core::{RecorderCore, SYNC_INTERVAL};
 
 /// Places in the queue that are reserved for messages without data.
-const RESERVED: usize = 16;
+const RESERVED_PLACES: usize = 16;
 
 /// Message that was not accepted.
 #[derive(Debug, thiserror::Error)]
@@ -43,17 +43,17 @@ struct Loss {
 }
 
 #[derive(Debug)]
-struct Queued {
-    lost_before: Loss,
+struct QueuedMessage {
+    earlier_loss: Loss,
     frames: u64,
     message: RecorderMessage,
 }
 
 #[derive(Debug)]
-struct Shared {
-    made: Instant,
+struct RecorderProgress {
+    creation: Instant,
     /// Time at which the recorder last checked its queue or finished its messages, ms since its creation.
-    seen_ms: AtomicU64,
+    last_check_ms: AtomicU64,
     sample_rate_hz: AtomicU32,
     frames_sent: AtomicU64,
     frames_settled: AtomicU64,
@@ -62,11 +62,11 @@ struct Shared {
     status: Mutex<RecorderStatus>,
 }
 
-impl Shared {
+impl RecorderProgress {
     fn new() -> Self {
         Self {
-            made: Instant::now(),
-            seen_ms: AtomicU64::default(),
+            creation: Instant::now(),
+            last_check_ms: AtomicU64::default(),
             sample_rate_hz: AtomicU32::default(),
             frames_sent: AtomicU64::default(),
             frames_settled: AtomicU64::default(),
@@ -77,23 +77,23 @@ impl Shared {
     }
 
     fn now_ms(&self) -> u64 {
-        self.made.elapsed().as_millis() as u64
+        self.creation.elapsed().as_millis() as u64
     }
 
-    fn see(&self) {
-        self.seen_ms.store(self.now_ms(), Ordering::Release);
+    fn note_check(&self) {
+        self.last_check_ms.store(self.now_ms(), Ordering::Release);
     }
 
     /// Returns the time since the recorder last checked its queue, s; it grows while the disk does not respond.
-    fn unseen_s(&self) -> f64 {
-        let seen_ms = self.seen_ms.load(Ordering::Acquire);
-        self.now_ms().saturating_sub(seen_ms) as f64 * 1e-3
+    fn check_age_s(&self) -> f64 {
+        let last_check_ms = self.last_check_ms.load(Ordering::Acquire);
+        self.now_ms().saturating_sub(last_check_ms) as f64 * 1e-3
     }
 
     fn lag_frames(&self) -> u64 {
-        let settled = self.frames_settled.load(Ordering::Acquire);
-        let sent = self.frames_sent.load(Ordering::Acquire);
-        sent.saturating_sub(settled)
+        let n_settled = self.frames_settled.load(Ordering::Acquire);
+        let n_sent = self.frames_sent.load(Ordering::Acquire);
+        n_sent.saturating_sub(n_settled)
     }
 
     fn seconds(&self, frames: u64) -> f64 {
@@ -107,7 +107,7 @@ impl Shared {
 
 /// Gauge of the recorder's lag and state, usable from any thread.
 #[derive(Debug, Clone)]
-pub struct RecorderGauge(Arc<Shared>);
+pub struct RecorderGauge(Arc<RecorderProgress>);
 
 impl RecorderGauge {
     /// Returns the audio sent but neither on disk nor discarded after a failure, s.
@@ -120,7 +120,7 @@ impl RecorderGauge {
     /// hung recorder has no lag, because no audio is sent.
     #[must_use]
     pub fn behind_s(&self) -> f64 {
-        self.lag_s().max(self.0.unseen_s())
+        self.lag_s().max(self.0.check_age_s())
     }
 
     /// Returns the largest lag so far, s.
@@ -150,11 +150,11 @@ impl RecorderGauge {
 /// Sending end of the queue, for the acquisition; never blocks.
 #[derive(Debug)]
 pub struct RecorderSender {
-    queue: Sender<Queued>,
+    queue: Sender<QueuedMessage>,
     data_capacity: usize,
     channels: u64,
-    lost: Loss,
-    shared: Arc<Shared>,
+    loss: Loss,
+    shared: Arc<RecorderProgress>,
 }
 
 impl RecorderSender {
@@ -181,37 +181,37 @@ impl RecorderSender {
                 | RecorderMessage::Force(_)
                 | RecorderMessage::Position(_)
         );
-        let full = |sender: &mut Self, message| {
+        let refuse = |sender: &mut Self, message| {
             if is_data {
-                sender.lost.messages += 1;
-                sender.lost.frames += frames;
+                sender.loss.messages += 1;
+                sender.loss.frames += frames;
             }
             sender.shared.messages_lost.fetch_add(1, Ordering::Relaxed);
             Err(SendError::Full(message))
         };
         if is_data && self.queue.len() >= self.data_capacity {
-            return full(self, message);
+            return refuse(self, message);
         }
         // Counted before the recorder can settle it.
         self.shared.frames_sent.fetch_add(frames, Ordering::Release);
-        let sent = self.queue.try_send(Queued {
-            lost_before: self.lost,
+        let result = self.queue.try_send(QueuedMessage {
+            earlier_loss: self.loss,
             frames,
             message,
         });
-        if sent.is_err() {
+        if result.is_err() {
             self.shared.frames_sent.fetch_sub(frames, Ordering::Release);
         }
-        match sent {
+        match result {
             Ok(()) => {
-                self.lost = Loss::default();
+                self.loss = Loss::default();
                 let lag = self.shared.lag_frames();
                 self.shared
                     .greatest_lag_frames
                     .fetch_max(lag, Ordering::Relaxed);
                 Ok(())
             }
-            Err(TrySendError::Full(queued)) => full(self, queued.message),
+            Err(TrySendError::Full(queued)) => refuse(self, queued.message),
             Err(TrySendError::Disconnected(queued)) => Err(SendError::Closed(queued.message)),
         }
     }
@@ -224,16 +224,16 @@ impl RecorderSender {
 }
 
 /// Longest time that computing sums may delay the end of a session.
-const LAST_SUMS: Duration = Duration::from_millis(400);
+const MAX_SUM_TIME: Duration = Duration::from_millis(400);
 
 /// Receiving end of the queue, to be run on a thread or polled.
 #[derive(Debug)]
 pub struct RecorderTask {
     core: RecorderCore,
-    queue: Receiver<Queued>,
+    queue: Receiver<QueuedMessage>,
     notices: Sender<RecorderNotice>,
     frames_taken: u64,
-    shared: Arc<Shared>,
+    shared: Arc<RecorderProgress>,
 }
 
 /// Whether a polled recorder may still receive messages.
@@ -248,8 +248,8 @@ pub enum Polled {
 impl RecorderTask {
     /// Handles all waiting messages, syncs if it is due, and reads on for the sums of saved recordings.
     pub fn poll(&mut self, now: Instant) -> Polled {
-        self.shared.see();
-        let polled = loop {
+        self.shared.note_check();
+        let state = loop {
             match self.queue.try_recv() {
                 Ok(queued) => self.take(queued),
                 Err(TryRecvError::Empty) => break Polled::Open,
@@ -263,15 +263,15 @@ impl RecorderTask {
         self.core.tick(now);
         self.core.sum();
         self.publish();
-        polled
+        state
     }
 
     /// Handles all waiting messages for the last time, and reads on for the sums of saved recordings. Recordings without
     /// sums after 0.4 s are reported without them, so that ending a session takes no longer.
     pub fn finish(&mut self, now: Instant) {
         self.poll(now);
-        let begun = Instant::now();
-        while self.core.is_summing() && begun.elapsed() < LAST_SUMS {
+        let start = Instant::now();
+        while self.core.is_summing() && start.elapsed() < MAX_SUM_TIME {
             self.core.sum();
         }
         self.core.leave_sums();
@@ -311,38 +311,39 @@ impl RecorderTask {
             .spawn(move || self.run())
     }
 
-    fn take(&mut self, queued: Queued) {
-        let Queued {
-            lost_before,
+    fn take(&mut self, queued: QueuedMessage) {
+        let QueuedMessage {
+            earlier_loss,
             frames,
             message,
         } = queued;
-        if lost_before.messages > 0 {
-            self.core.overflow(lost_before.messages, lost_before.frames);
+        if earlier_loss.messages > 0 {
+            self.core
+                .overflow(earlier_loss.messages, earlier_loss.frames);
         }
         self.core.handle(message);
         self.frames_taken += frames;
     }
 
     fn publish(&mut self) {
-        self.shared.see();
+        self.shared.note_check();
         let status = self.core.status();
-        let settled =
+        let is_settled =
             status.state != RecorderState::Recording || status.on_disk.frames == status.frames;
-        if settled {
+        if is_settled {
             self.shared
                 .frames_settled
                 .store(self.frames_taken, Ordering::Release);
         }
-        let mut shown = self
+        let mut screen_status = self
             .shared
             .status
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        if *shown != *status {
-            shown.clone_from(status);
+        if *screen_status != *status {
+            screen_status.clone_from(status);
         }
-        drop(shown);
+        drop(screen_status);
         while let Some(notice) = self.core.take_notice() {
             // Recording continues even if the receiver of the notices was dropped.
             let _ = self.notices.send(notice);
@@ -355,19 +356,19 @@ impl RecorderTask {
 /// DESIGN.md requires 10 s: that many seconds divided by the length of an audio block, times the messages sent per block.
 #[must_use]
 pub fn recorder(data_capacity: usize) -> (RecorderSender, Receiver<RecorderNotice>, RecorderTask) {
-    let (queue, waiting) = crossbeam_channel::bounded(data_capacity + RESERVED);
+    let (queue, receiver) = crossbeam_channel::bounded(data_capacity + RESERVED_PLACES);
     let (notices, answers) = crossbeam_channel::unbounded();
-    let shared = Arc::new(Shared::new());
+    let shared = Arc::new(RecorderProgress::new());
     let sender = RecorderSender {
         queue,
         data_capacity,
         channels: 1,
-        lost: Loss::default(),
+        loss: Loss::default(),
         shared: Arc::clone(&shared),
     };
     let task = RecorderTask {
         core: RecorderCore::new(),
-        queue: waiting,
+        queue: receiver,
         notices,
         frames_taken: 0,
         shared,
@@ -384,15 +385,15 @@ mod tests {
     fn a_recorder_that_hangs_between_recordings_is_behind() {
         let (sender, _notices, mut recorder) = recorder(1);
         let gauge = sender.gauge();
-        let begun = Instant::now();
+        let start = Instant::now();
         while gauge.behind_s() < 0.02 {
             assert!(
-                begun.elapsed() < Duration::from_secs(60),
+                start.elapsed() < Duration::from_secs(60),
                 "it is never behind"
             );
         }
         recorder.poll(Instant::now());
-        // The recorder was created before `begun`, but has just checked its queue.
-        assert!(gauge.behind_s() < begun.elapsed().as_secs_f64());
+        // The recorder was created before `start`, but has just checked its queue.
+        assert!(gauge.behind_s() < start.elapsed().as_secs_f64());
     }
 }

@@ -25,22 +25,22 @@ pub struct RecorderCore {
     storage: Arc<dyn Storage>,
     writer: Option<RecordingWriter>,
     status: RecorderStatus,
-    synced_at: Option<Instant>,
+    last_sync: Option<Instant>,
     /// Ended recordings with unfinished sums, oldest first.
-    summing: VecDeque<Ended>,
+    summing: VecDeque<EndedRecording>,
     notices: VecDeque<RecorderNotice>,
 }
 
 /// Recording that has ended and is synced.
 #[derive(Debug)]
-struct Ended {
+struct EndedRecording {
     summing: Summing,
     on_disk: OnDisk,
     interrupted: bool,
 }
 
-impl Ended {
-    fn saved(&self) -> RecorderNotice {
+impl EndedRecording {
+    fn saved_notice(&self) -> RecorderNotice {
         RecorderNotice::Saved {
             folder: self.summing.folder().to_owned(),
             on_disk: self.on_disk,
@@ -70,7 +70,7 @@ impl RecorderCore {
             storage,
             writer: None,
             status: RecorderStatus::default(),
-            synced_at: None,
+            last_sync: None,
             summing: VecDeque::new(),
             notices: VecDeque::new(),
         }
@@ -103,26 +103,26 @@ impl RecorderCore {
 
     /// Syncs if [`SYNC_INTERVAL`] has passed since the last sync; `now` is the monotonic clock, also in lock step.
     pub fn tick(&mut self, now: Instant) {
-        let due = self
-            .synced_at
-            .is_none_or(|at| now.saturating_duration_since(at) >= SYNC_INTERVAL);
-        if due {
-            self.synced_at = Some(now);
+        let is_due = self
+            .last_sync
+            .is_none_or(|time| now.saturating_duration_since(time) >= SYNC_INTERVAL);
+        if is_due {
+            self.last_sync = Some(now);
             self.write(|w| w.sync().map(drop));
         }
     }
 
     /// Reads on in the oldest recording without sums; to be called when idle. [`RecorderNotice::Saved`] follows.
     pub fn sum(&mut self) {
-        let Some(ended) = self.summing.front_mut() else {
+        let Some(recording) = self.summing.front_mut() else {
             return;
         };
-        if let Err(error) = ended.summing.advance(SUM_BYTES) {
-            let (folder, kept) = (ended.summing.folder().to_owned(), ended.on_disk);
+        if let Err(error) = recording.summing.advance(SUM_BYTES) {
+            let (folder, kept) = (recording.summing.folder().to_owned(), recording.on_disk);
             self.summing.pop_front();
-            self.failed(folder, error.into(), kept);
-        } else if ended.summing.sums().is_some() {
-            self.notices.push_back(ended.saved());
+            self.report_failure(folder, error.into(), kept);
+        } else if recording.summing.sums().is_some() {
+            self.notices.push_back(recording.saved_notice());
             self.summing.pop_front();
         }
     }
@@ -135,8 +135,9 @@ impl RecorderCore {
 
     /// Reports recordings without finished sums as saved without them.
     pub(super) fn leave_sums(&mut self) {
-        let ended = self.summing.drain(..);
-        self.notices.extend(ended.map(|ended| ended.saved()));
+        let recordings = self.summing.drain(..);
+        self.notices
+            .extend(recordings.map(|recording| recording.saved_notice()));
     }
 
     /// Returns the oldest answer not yet taken.
@@ -167,7 +168,7 @@ impl RecorderCore {
                 self.writer = Some(writer);
                 self.notices.push_back(RecorderNotice::Began { folder });
             }
-            Err(error) => self.failed(folder, error.into(), OnDisk::default()),
+            Err(error) => self.report_failure(folder, error.into(), OnDisk::default()),
         }
     }
 
@@ -195,13 +196,15 @@ impl RecorderCore {
                 self.status.state = RecorderState::Idle;
                 self.status.on_disk = on_disk;
                 let summing = Summing::new(Arc::clone(&self.storage), &folder);
-                self.summing.push_back(Ended {
+                self.summing.push_back(EndedRecording {
                     summing,
                     on_disk,
                     interrupted,
                 });
             }
-            Err(unfinished) => self.failed(folder, unfinished.error.into(), unfinished.kept),
+            Err(unfinished) => {
+                self.report_failure(folder, unfinished.error.into(), unfinished.kept)
+            }
         }
     }
 
@@ -228,11 +231,11 @@ impl RecorderCore {
         if let Some(writer) = self.writer.take() {
             let folder = writer.folder().to_owned();
             let kept = writer.abandon(error.to_string());
-            self.failed(folder, error, kept);
+            self.report_failure(folder, error, kept);
         }
     }
 
-    fn failed(&mut self, folder: PathBuf, error: RecorderError, kept: OnDisk) {
+    fn report_failure(&mut self, folder: PathBuf, error: RecorderError, kept: OnDisk) {
         if self.status.folder.as_deref() == Some(&folder) {
             self.status.state = RecorderState::Failed;
             self.status.on_disk = kept;
@@ -263,9 +266,9 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
 "#;
 
     #[test]
-    fn a_flag_whose_first_sample_moves_earlier_is_replaced_and_another_at_its_sample_is_not() {
-        let place = tempfile::tempdir().unwrap();
-        let folder = place.path().join("trial-001_attempt-1");
+    fn a_flag_with_an_earlier_sample_replaces_its_event_only() {
+        let study = tempfile::tempdir().unwrap();
+        let folder = study.path().join("trial-001_attempt-1");
         let mut core = RecorderCore::new();
         core.handle(RecorderMessage::Begin(Box::new(Begin {
             folder: folder.clone(),

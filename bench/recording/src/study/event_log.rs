@@ -216,7 +216,7 @@ pub struct EventLog {
     bytes: u64,
     events: u64,
     /// Whether the last line may be torn or not on disk; a further line would make the log unreadable.
-    spoilt: bool,
+    is_spoilt: bool,
 }
 
 impl EventLog {
@@ -269,7 +269,7 @@ impl EventLog {
             file,
             bytes,
             events: content.events(),
-            spoilt: false,
+            is_spoilt: false,
         };
         Ok((log, content))
     }
@@ -340,33 +340,33 @@ impl EventLog {
             reason: error.to_string(),
         })?;
         line.push('\n');
-        let kept = match document {
+        let reserved_bytes = match document {
             Document::Stop(_) => 0,
             _ => STOP_BYTES,
         };
-        if self.bytes + line.len() as u64 + kept > LIMIT_BYTES {
+        if self.bytes + line.len() as u64 + reserved_bytes > LIMIT_BYTES {
             return Err(EventLogError::Full {
                 path: self.path.clone(),
                 bytes: line.len() as u64,
                 limit_bytes: LIMIT_BYTES,
             });
         }
-        if self.spoilt {
+        if self.is_spoilt {
             return Err(io::Error::other("an earlier line could not be saved"))
                 .on("write", &self.path)?;
         }
-        let written = self.file.write_all(line.as_bytes());
-        if written.is_err() {
+        let write_result = self.file.write_all(line.as_bytes());
+        if write_result.is_err() {
             // Half a line would corrupt the next one.
-            self.spoilt = self.file.set_len(self.bytes).is_err();
+            self.is_spoilt = self.file.set_len(self.bytes).is_err();
         }
-        written.on("write", &self.path)?;
+        write_result.on("write", &self.path)?;
         self.bytes += line.len() as u64;
         self.events += u64::from(matches!(document, Document::Event(_)));
-        let synced = self.file.sync_data();
+        let sync_result = self.file.sync_data();
         // A second sync could succeed after the system dropped unwritten data.
-        self.spoilt = synced.is_err();
-        synced.on("sync", &self.path)?;
+        self.is_spoilt = sync_result.is_err();
+        sync_result.on("sync", &self.path)?;
         // Syncing an unlinked file succeeds.
         self.storage.find(&self.path).on("find", &self.path)?;
         Ok(())
@@ -383,11 +383,11 @@ pub fn read(path: &Path) -> Result<LogContent, EventLogError> {
 
 fn parse(bytes: &[u8], path: &Path) -> Result<LogContent, EventLogError> {
     let mut content = LogContent::default();
-    let mut unreadable: Option<(usize, String)> = None;
+    let mut unreadable_line: Option<(usize, String)> = None;
     let lines = bytes.split(|byte| *byte == b'\n').enumerate();
     for (index, line) in lines.filter(|(_, line)| !line.is_empty()) {
         let document = serde_json::from_slice::<Document>(line);
-        if let Some((line, reason)) = unreadable.take() {
+        if let Some((line, reason)) = unreadable_line.take() {
             if !matches!(document, Ok(Document::Start(_))) {
                 return Err(EventLogError::Line {
                     path: path.to_owned(),
@@ -399,10 +399,12 @@ fn parse(bytes: &[u8], path: &Path) -> Result<LogContent, EventLogError> {
         }
         match document {
             Ok(document) => content.documents.push(document),
-            Err(error) => unreadable = Some((index + 1, error.to_string())),
+            Err(error) => unreadable_line = Some((index + 1, error.to_string())),
         }
     }
-    content.torn_lines.extend(unreadable.map(|(line, _)| line));
+    content
+        .torn_lines
+        .extend(unreadable_line.map(|(line, _)| line));
     Ok(content)
 }
 
@@ -411,9 +413,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_log_as_long_as_it_can_be_written_is_read_with_its_stop() {
-        let place = tempfile::tempdir().unwrap();
-        let path = place.path().join("events.jsonl");
+    fn a_log_of_maximum_length_is_read_with_its_stop() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("events.jsonl");
         let mut log = EventLog::create(path.clone()).unwrap();
         // Mostly in one document, because syncing a hundred thousand documents takes too long.
         let mut length = (LIMIT_BYTES - STOP_BYTES) as usize - 1000;

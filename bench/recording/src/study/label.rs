@@ -106,7 +106,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn names_are_those_of_the_study_folder() {
+    fn labels_match_the_names_of_folders() {
         let label = |block, number, attempt| TrialLabel {
             block,
             number,

@@ -199,11 +199,11 @@ impl Study {
     fn require_one_case(&self, participant: &ParticipantId) -> Result<(), StudyError> {
         let path = self.folder.join(PARTICIPANTS_FILE);
         let table = participants::Table::read(&*self.storage, &path)?;
-        match table.in_other_case(participant) {
-            Some(known) => Err(StudyError::OtherCase {
+        match table.case_variant(participant) {
+            Some(id) => Err(StudyError::OtherCase {
                 path: self.folder.clone(),
                 participant: participant.to_string(),
-                known: known.to_owned(),
+                known: id.to_owned(),
             }),
             None => Ok(()),
         }

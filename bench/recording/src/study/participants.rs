@@ -24,18 +24,18 @@ pub(super) struct Table {
 impl Table {
     pub(super) fn read(storage: &dyn Storage, path: &Path) -> Result<Self, StudyError> {
         let bytes = disk::read_on(storage, path, files::TEXT_LIMIT_BYTES)?;
-        let broken = |reason: &str| StudyError::Table {
+        let table_error = |reason: &str| StudyError::Table {
             path: path.to_owned(),
             reason: reason.to_owned(),
         };
-        let text = String::from_utf8(bytes).map_err(|_| broken("it is not UTF-8 text"))?;
+        let text = String::from_utf8(bytes).map_err(|_| table_error("it is not UTF-8 text"))?;
         // Spreadsheets begin UTF-8 files with this mark.
         let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
         let cells = |line: &str| line.split('\t').map(str::to_owned).collect::<Vec<_>>();
         let mut lines = text.lines().map(|line| line.trim_end_matches('\r'));
         let columns = cells(lines.next().unwrap_or_default());
         if columns[0] != ID {
-            return Err(broken("its first column is not participant_id"));
+            return Err(table_error("its first column is not participant_id"));
         }
         let rows = lines.filter(|line| !line.is_empty()).map(cells).collect();
         Ok(Self { columns, rows })
@@ -51,28 +51,28 @@ impl Table {
     }
 
     /// Returns the participant with an identifier that differs from this one only in case.
-    pub(super) fn in_other_case(&self, participant: &ParticipantId) -> Option<&str> {
-        let wanted = participant.as_str();
-        let mut known = self.rows.iter().map(|row| row[0].as_str());
-        known.find(|known| *known != wanted && known.eq_ignore_ascii_case(wanted))
+    pub(super) fn case_variant(&self, participant: &ParticipantId) -> Option<&str> {
+        let name = participant.as_str();
+        let mut ids = self.rows.iter().map(|row| row[0].as_str());
+        ids.find(|id| *id != name && id.eq_ignore_ascii_case(name))
     }
 
     fn row(&self, participant: &ParticipantId) -> Option<usize> {
-        let is = |row: &Vec<String>| row[0] == participant.as_str();
-        self.rows.iter().position(is)
+        let is_participant = |row: &Vec<String>| row[0] == participant.as_str();
+        self.rows.iter().position(is_participant)
     }
 
     /// Returns the index of a column, which is added to every row if it is missing.
     fn column(&mut self, name: &str) -> usize {
-        let at = self.columns.iter().position(|column| column == name);
-        at.unwrap_or_else(|| {
+        let index = self.columns.iter().position(|column| column == name);
+        index.unwrap_or_else(|| {
             self.columns.push(name.to_owned());
             self.columns.len() - 1
         })
     }
 
     /// Makes every row as long as the header.
-    fn square(&mut self) {
+    fn pad(&mut self) {
         for row in &mut self.rows {
             row.resize(self.columns.len().max(row.len()), NOT_STATED.to_owned());
         }
@@ -83,8 +83,8 @@ impl Table {
         let mut person = Person::default();
         if let Some(row) = self.row(participant) {
             for detail in PersonDetail::ALL {
-                let at = self.columns.iter().position(|c| c == detail.column());
-                let cell = at.and_then(|at| self.rows[row].get(at));
+                let index = self.columns.iter().position(|c| c == detail.column());
+                let cell = index.and_then(|index| self.rows[row].get(index));
                 let _ = cell.map(|cell| person.set(detail, cell));
             }
         }
@@ -127,15 +127,15 @@ pub(super) fn register(
         // This also syncs a file that an earlier attempt left unsynced.
         return Ok(disk::sync_parent(storage, path)?);
     }
-    let (date_at, protocol_at) = (table.column(DATE), table.column(PROTOCOL));
+    let (date_column, protocol_column) = (table.column(DATE), table.column(PROTOCOL));
     for detail in PersonDetail::ALL {
         table.column(detail.column());
     }
     let mut row = vec![NOT_STATED.to_owned(); table.columns.len()];
     row[0] = participant.as_str().to_owned();
-    (row[date_at], row[protocol_at]) = (date.to_owned(), files::to_cell(protocol));
+    (row[date_column], row[protocol_column]) = (date.to_owned(), files::to_cell(protocol));
     table.rows.push(row);
-    table.square();
+    table.pad();
     Ok(table.write(storage, path)?)
 }
 
@@ -148,20 +148,20 @@ pub(super) fn describe(
 ) -> Result<(), StudyError> {
     let path = &folder.join(PARTICIPANTS_FILE);
     let mut table = Table::read(storage, path)?;
-    let (Some(row), known) = (table.row(participant), table.person(participant)) else {
+    let (Some(row), existing) = (table.row(participant), table.person(participant)) else {
         return Ok(());
     };
-    let new = |detail: &PersonDetail| {
-        known.text(*detail) == NOT_STATED && person.text(*detail) != NOT_STATED
+    let is_new = |detail: &PersonDetail| {
+        existing.text(*detail) == NOT_STATED && person.text(*detail) != NOT_STATED
     };
-    let details: Vec<_> = PersonDetail::ALL.into_iter().filter(new).collect();
+    let details: Vec<_> = PersonDetail::ALL.into_iter().filter(is_new).collect();
     if details.is_empty() {
         return Ok(());
     }
     for detail in details {
-        let at = table.column(detail.column());
-        table.square();
-        table.rows[row][at] = person.text(detail);
+        let index = table.column(detail.column());
+        table.pad();
+        table.rows[row][index] = person.text(detail);
     }
     Ok(table.write(storage, path)?)
 }

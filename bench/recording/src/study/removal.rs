@@ -56,8 +56,8 @@ impl Traces {
         };
         let folder = study.join(participant.as_str());
         match fs::symlink_metadata(&folder) {
-            Ok(found) if found.is_symlink() => return Err(StudyError::Link { path: folder }),
-            Ok(found) if found.is_dir() => {
+            Ok(metadata) if metadata.is_symlink() => return Err(StudyError::Link { path: folder }),
+            Ok(metadata) if metadata.is_dir() => {
                 traces.count(&folder)?;
                 traces.folder = Some(folder);
             }
@@ -99,14 +99,14 @@ impl Traces {
             let entry = entry.on("list", folder)?;
             let path = entry.path();
             // Metadata of the entry itself, not of a link's target.
-            let found = entry.metadata().on("read", &path)?;
-            if found.is_symlink() {
+            let metadata = entry.metadata().on("read", &path)?;
+            if metadata.is_symlink() {
                 self.links += 1;
-            } else if found.is_dir() {
+            } else if metadata.is_dir() {
                 self.count(&path)?;
             } else {
                 self.files += 1;
-                self.bytes += found.len();
+                self.bytes += metadata.len();
             }
         }
         Ok(())
@@ -118,11 +118,11 @@ impl Traces {
             let entry = entry.on("list", folder)?;
             let (path, name) = (entry.path(), entry.file_name());
             let name = name.to_string_lossy();
-            let found = entry.file_type().on("read", &path)?;
-            if name == PARTICIPANTS_FILE || name.starts_with("sub-") && found.is_dir() {
+            let file_type = entry.file_type().on("read", &path)?;
+            if name == PARTICIPANTS_FILE || name.starts_with("sub-") && file_type.is_dir() {
                 continue;
             }
-            if found.is_dir() {
+            if file_type.is_dir() {
                 if depth > 1 {
                     self.search(&path, depth - 1)?;
                 }
@@ -135,10 +135,12 @@ impl Traces {
                 }
                 // Lines that will remain after the removal.
                 let lines = text.split_inclusive(|byte| *byte == b'\n');
-                let stays = |line: &&[u8]| !self.is_excluded_by(&String::from_utf8_lossy(line));
-                lines.filter(stays).collect::<Vec<_>>().concat()
+                let is_other_line =
+                    |line: &&[u8]| !self.is_excluded_by(&String::from_utf8_lossy(line));
+                lines.filter(is_other_line).collect::<Vec<_>>().concat()
             };
-            if self.is_named_in(name.as_bytes()) || found.is_file() && self.is_named_in(&text()) {
+            if self.is_named_in(name.as_bytes()) || file_type.is_file() && self.is_named_in(&text())
+            {
                 self.elsewhere.push(path);
             }
         }
@@ -149,8 +151,8 @@ impl Traces {
     /// Returns whether a text contains the identifier, other than as the beginning of a longer one.
     fn is_named_in(&self, text: &[u8]) -> bool {
         let name = self.participant.as_bytes();
-        text.windows(name.len()).enumerate().any(|(at, window)| {
-            let next = text.get(at + name.len());
+        text.windows(name.len()).enumerate().any(|(index, window)| {
+            let next = text.get(index + name.len());
             window == name && !next.is_some_and(u8::is_ascii_alphanumeric)
         })
     }
@@ -158,7 +160,7 @@ impl Traces {
     pub(super) fn remove(&self, study: &Path, date: &str) -> Result<(), StudyError> {
         if let Some(folder) = &self.folder {
             match fs::symlink_metadata(folder) {
-                Ok(found) if found.is_symlink() => {
+                Ok(metadata) if metadata.is_symlink() => {
                     return Err(StudyError::Link {
                         path: folder.clone(),
                     });
@@ -180,11 +182,15 @@ impl Traces {
     }
 }
 
-fn remove_lines(study: &Path, name: &str, of: impl Fn(&str) -> bool) -> Result<(), DiskError> {
+fn remove_lines(
+    study: &Path,
+    name: &str,
+    is_removed: impl Fn(&str) -> bool,
+) -> Result<(), DiskError> {
     let table = read_table(study, name)?;
     let lines = table.split_inclusive('\n');
-    let kept: String = lines.filter(|line| !of(line.trim_end())).collect();
-    disk::replace_file(&study.join(name), kept.as_bytes())
+    let rest: String = lines.filter(|line| !is_removed(line.trim_end())).collect();
+    disk::replace_file(&study.join(name), rest.as_bytes())
 }
 
 fn read_table(study: &Path, name: &str) -> Result<String, DiskError> {
@@ -198,8 +204,8 @@ fn read_table(study: &Path, name: &str) -> Result<String, DiskError> {
 fn note_removal(study: &Path, date: &str) -> Result<(), DiskError> {
     let path = study.join(REMOVALS_FILE);
     let mut file = files::open_in_place(&path).on("open", &path)?;
-    let new = file.metadata().on("read", &path)?.len() == 0;
-    let header = if new { REMOVALS_HEADER } else { "" };
+    let is_new = file.metadata().on("read", &path)?.len() == 0;
+    let header = if is_new { REMOVALS_HEADER } else { "" };
     drop(file);
     file = OpenOptions::new()
         .append(true)

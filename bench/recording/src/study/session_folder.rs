@@ -20,7 +20,7 @@ pub struct SessionFolder {
     folder: PathBuf,
     storage: Arc<dyn Storage>,
     log: EventLog,
-    before: LogContent,
+    earlier_log: LogContent,
 }
 
 /// Recording folder found in a session.
@@ -38,7 +38,7 @@ impl SessionFolder {
     pub(super) fn create(storage: Arc<dyn Storage>, folder: PathBuf) -> Result<Self, StudyError> {
         Ok(Self {
             log: EventLog::create_on(Arc::clone(&storage), folder.join(EVENTS_FILE))?,
-            before: LogContent::default(),
+            earlier_log: LogContent::default(),
             folder,
             storage,
         })
@@ -50,12 +50,12 @@ impl SessionFolder {
             // The program was killed between creating the folder and the log.
             return Self::create(storage, folder);
         }
-        let (log, before) = EventLog::open_on(Arc::clone(&storage), path)?;
+        let (log, earlier_log) = EventLog::open_on(Arc::clone(&storage), path)?;
         Ok(Self {
             folder,
             storage,
             log,
-            before,
+            earlier_log,
         })
     }
 
@@ -68,7 +68,7 @@ impl SessionFolder {
     /// Returns the content of the log when the session was opened; empty for a new session.
     #[must_use]
     pub fn log_before(&self) -> &LogContent {
-        &self.before
+        &self.earlier_log
     }
 
     /// Returns the session's log.
@@ -77,7 +77,7 @@ impl SessionFolder {
     }
 
     pub(super) fn has_succeeded(&self) -> bool {
-        self.before
+        self.earlier_log
             .stop()
             .is_some_and(|stop| stop.exit_status == ExitStatus::Success)
     }
@@ -88,8 +88,8 @@ impl SessionFolder {
     /// # Errors
     /// The name includes folders, or the operating system refused.
     pub fn snapshot(&self, name: &str, contents: &str) -> Result<PathBuf, StudyError> {
-        let plain = Path::new(name).file_name() == Some(name.as_ref()) && !name.contains('\\');
-        if !plain {
+        let is_plain = Path::new(name).file_name() == Some(name.as_ref()) && !name.contains('\\');
+        if !is_plain {
             return Err(StudyError::SnapshotName {
                 name: name.to_owned(),
             });
@@ -105,8 +105,8 @@ impl SessionFolder {
                 disk::replace_file_on(&*self.storage, &path, contents.as_bytes())?;
                 return Ok(path);
             }
-            let held = disk::read_on(&*self.storage, &path, contents.len() as u64);
-            if held.is_ok_and(|held| held == contents.as_bytes()) {
+            let existing = disk::read_on(&*self.storage, &path, contents.len() as u64);
+            if existing.is_ok_and(|existing| existing == contents.as_bytes()) {
                 // An earlier attempt may have failed after writing the file.
                 disk::sync_parent(&*self.storage, &path)?;
                 return Ok(path);

@@ -298,14 +298,14 @@ impl<const N: usize> Demodulator<N> {
         while j < outputs {
             let index = self.mixed + j as u64;
             let turned = self.filter.phase.at(index / per_hop * hop).conj();
-            let within = (index % per_hop) as usize;
-            let run = (outputs - j).min(per_hop as usize - within);
-            let fine = within..within + run;
+            let offset = (index % per_hop) as usize;
+            let run = (outputs - j).min(per_hop as usize - offset);
+            let fine = offset..offset + run;
             for channel in &mut self.channels {
-                let at = channel.re.len() - outputs + j;
+                let run_start = channel.re.len() - outputs + j;
                 kernel::rotate(
-                    &mut channel.re[at..at + run],
-                    &mut channel.im[at..at + run],
+                    &mut channel.re[run_start..run_start + run],
+                    &mut channel.im[run_start..run_start + run],
                     &first.rotation_re[fine.clone()],
                     &first.rotation_im[fine.clone()],
                     turned,
@@ -320,11 +320,11 @@ impl<const N: usize> Demodulator<N> {
     fn emit_frames(&mut self, emit: &mut impl FnMut(&EnvelopeFrame<N>)) {
         let second = &self.filter.second;
         let (half, decimation) = (second.half as u64, second.decimation as u64);
-        let held = self.channels.first().map_or(0, |c| c.re.len());
+        let stored = self.channels.first().map_or(0, |c| c.re.len());
         // Start of a frame's window in the stored outputs. Add before subtracting, because the window of frame 0 starts
         // before output 0.
         let window_start = |frame: u64| {
-            (frame * decimation + held as u64 - second.lead as u64 - self.mixed) as usize
+            (frame * decimation + stored as u64 - second.lead as u64 - self.mixed) as usize
         };
         while self.next_frame * decimation + half < self.mixed {
             let sample = self.next_frame * self.filter.hop();
@@ -341,7 +341,7 @@ impl<const N: usize> Demodulator<N> {
             });
             self.next_frame += 1;
         }
-        let spent = window_start(self.next_frame).min(held);
+        let spent = window_start(self.next_frame).min(stored);
         let next_sample = self.next_frame * self.filter.hop();
         for channel in &mut self.channels {
             channel.re.drain(..spent);

@@ -120,11 +120,14 @@ pub(crate) fn rotate(
     turn: Complex64,
 ) {
     for (((re, im), fine_re), fine_im) in re.iter_mut().zip(im).zip(fine_re).zip(fine_im) {
-        let by = [
+        let rotation = [
             turn.re * fine_re - turn.im * fine_im,
             turn.re * fine_im + turn.im * fine_re,
         ];
-        [*re, *im] = [*re * by[0] - *im * by[1], *re * by[1] + *im * by[0]];
+        [*re, *im] = [
+            *re * rotation[0] - *im * rotation[1],
+            *re * rotation[1] + *im * rotation[0],
+        ];
     }
 }
 
@@ -240,8 +243,8 @@ mod tests {
                     let mut flawed = interleaved.clone();
                     flawed[20 * stride + channel] = flaw;
                     assert!(!take(&flawed, channel, &mut vec![]));
-                    for other in (0..stride).filter(|&other| other != channel) {
-                        assert!(take(&flawed, other, &mut vec![]));
+                    for neighbour in (0..stride).filter(|&neighbour| neighbour != channel) {
+                        assert!(take(&flawed, neighbour, &mut vec![]));
                     }
                 }
             }

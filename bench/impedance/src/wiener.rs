@@ -90,9 +90,9 @@ impl Spectrum {
         // A touch or a lift-off contains all frequencies at once, and would bias a mean.
         let power = powers
             .iter_mut()
-            .map(|of| {
-                of.sort_by(f64::total_cmp);
-                0.5 * (of[(of.len() - 1) / 2] + of[of.len() / 2])
+            .map(|bin_powers| {
+                bin_powers.sort_by(f64::total_cmp);
+                0.5 * (bin_powers[(bin_powers.len() - 1) / 2] + bin_powers[bin_powers.len() / 2])
             })
             .collect();
         Some(Self {

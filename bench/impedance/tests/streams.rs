@@ -74,8 +74,8 @@ fn clipped_samples_are_counted_within_the_window() {
     }
     let zm = Zm::new(PLATE, CHANNELS, &filter).unwrap();
     for frame in demodulate(&filter, &recording) {
-        let within = |n: u64| u32::from(frame.sample.abs_diff(n) <= filter.half_support());
-        let count = within(4_000) + within(4_001) + within(4_010);
+        let clipped_at = |n: u64| u32::from(frame.sample.abs_diff(n) <= filter.half_support());
+        let count = clipped_at(4_000) + clipped_at(4_001) + clipped_at(4_010);
         assert_eq!(frame.pickup().clipped, count);
         assert_eq!(frame.drive().clipped, 0);
         assert_eq!(zm.read(&frame).mask == Mask::CLIPPED, count > 0);

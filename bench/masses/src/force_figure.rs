@@ -26,10 +26,10 @@ pub(crate) fn force_figure(
         let on_axis: Vec<usize> = (0..loadings.len())
             .filter(|&i| loadings[i].force_n[axis] != 0.0)
             .collect();
-        let points = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+        let points = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
             on_axis
                 .iter()
-                .map(|&i| (loadings[i].force_n[axis].abs(), of(i)))
+                .map(|&i| (loadings[i].force_n[axis].abs(), value(i)))
                 .collect()
         };
         let sign = |i: usize| loadings[i].force_n[axis].signum();

@@ -156,9 +156,9 @@ impl ForceProcedure {
                 .iter()
                 .all(|mass| mass.axis == ForceAxis::Normal)
         {
-            let same = setup.masses.iter().map(|mass| Mass { axis, ..*mass });
-            let same: Vec<_> = same.filter(|mass| setup.require(mass).is_ok()).collect();
-            setup.masses.extend(same);
+            let copies = setup.masses.iter().map(|mass| Mass { axis, ..*mass });
+            let copies: Vec<_> = copies.filter(|mass| setup.require(mass).is_ok()).collect();
+            setup.masses.extend(copies);
         }
         let short = AXES
             .into_iter()

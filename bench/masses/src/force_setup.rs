@@ -96,11 +96,11 @@ impl ForceSetup {
     pub fn retare(config: &Config, kept: config::MeasuredForce) -> anyhow::Result<Self> {
         Ok(Self {
             kept: Some(kept),
-            ..Self::on(config)?
+            ..Self::unloaded(config)?
         })
     }
 
-    fn on(config: &Config) -> anyhow::Result<Self> {
+    fn unloaded(config: &Config) -> anyhow::Result<Self> {
         let force = config
             .force
             .as_ref()

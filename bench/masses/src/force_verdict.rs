@@ -23,7 +23,7 @@ struct Drift {
 impl ForceProcedure {
     fn drift(&self, fit: &Crosstalk, axis: usize) -> anyhow::Result<Drift> {
         let row = fit.matrix[axis];
-        let newtons = |of: [f64; 2]| row[0].value * of[0] + row[1].value * of[1];
+        let newtons = |reading: [f64; 2]| row[0].value * reading[0] + row[1].value * reading[1];
         let points: Vec<LinePoint> = self
             .zeros
             .iter()

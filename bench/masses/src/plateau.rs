@@ -80,8 +80,9 @@ impl Plateau {
             );
         }
         let duration_s = capture.duration_s();
-        let looks = [&capture.normal_n, &capture.lateral_n].map(|of| Look::at(of, duration_s));
-        let both = |of: fn(&Look) -> f64| [of(&looks[0]), of(&looks[1])];
+        let looks =
+            [&capture.normal_n, &capture.lateral_n].map(|values| Look::at(values, duration_s));
+        let both = |value: fn(&Look) -> f64| [value(&looks[0]), value(&looks[1])];
         Ok(Self {
             at_s: capture.from_s + 0.5 * duration_s,
             mean: both(|look| look.mean),
@@ -104,16 +105,18 @@ impl Plateau {
     #[must_use]
     pub fn together(looks: &[Self]) -> Self {
         let n = looks.len() as f64;
-        let mean = |of: &dyn Fn(&Self) -> f64| looks.iter().map(of).sum::<f64>() / n;
-        let both = |of: &dyn Fn(&Self, usize) -> f64| [0, 1].map(|k| mean(&|look| of(look, k)));
+        let mean = |value: &dyn Fn(&Self) -> f64| looks.iter().map(value).sum::<f64>() / n;
+        let both =
+            |value: &dyn Fn(&Self, usize) -> f64| [0, 1].map(|k| mean(&|look| value(look, k)));
         let means = both(&|look, k| look.mean[k]);
-        let own = both(&|look, k| look.error[k].powi(2)).map(|square| (square / n).sqrt());
-        let between = both(&|look, k| (look.mean[k] - means[k]).powi(2))
+        let within_window =
+            both(&|look, k| look.error[k].powi(2)).map(|square| (square / n).sqrt());
+        let between_windows = both(&|look, k| (look.mean[k] - means[k]).powi(2))
             .map(|square| (square / (n - 1.0).max(1.0)).sqrt());
         Self {
             at_s: mean(&|look| look.at_s),
             mean: means,
-            error: [0, 1].map(|k| own[k].max(between[k])),
+            error: [0, 1].map(|k| within_window[k].max(between_windows[k])),
             scatter: both(&|look, k| look.scatter[k]),
             density: both(&|look, k| look.density[k].powi(2)).map(f64::sqrt),
             white: both(&|look, k| look.white[k]),

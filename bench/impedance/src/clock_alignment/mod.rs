@@ -397,8 +397,8 @@ impl LowerEnvelope {
     fn segment(&self, passed: impl Fn(&ClockPair) -> bool) -> (ClockPair, f64) {
         let index = self.corners.partition_point(passed).saturating_sub(1);
         let from = self.corners[index];
-        let rate = self.corners.get(index + 1).map_or(self.rate, |to| {
-            (to.host_s - from.host_s) / (to.source_s - from.source_s)
+        let rate = self.corners.get(index + 1).map_or(self.rate, |end| {
+            (end.host_s - from.host_s) / (end.source_s - from.source_s)
         });
         (from, rate)
     }

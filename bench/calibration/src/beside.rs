@@ -18,12 +18,12 @@ pub fn write_beside(
     figure: Option<&Figure>,
 ) -> anyhow::Result<Vec<PathBuf>> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let beside = path.with_file_name(format!("{stem}-{what}"));
+    let figure_path = path.with_file_name(format!("{stem}-{what}"));
     let table = path.with_file_name(format!("{stem}-{what}.csv"));
     std::fs::write(&table, points).with_context(|| format!("cannot write {}", table.display()))?;
     let mut written = vec![table];
     if let Some(figure) = figure {
-        written.extend(::figures::write_one(figure, &beside)?);
+        written.extend(::figures::write_one(figure, &figure_path)?);
     }
     Ok(written)
 }

@@ -68,19 +68,19 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
             self.asked = Some(Asked::Beginning);
             return Ok(NextStep::Ask(Request::Unload));
         }
-        let asked = self.asked.is_some();
+        let is_asking = self.asked.is_some();
         match (resting_n, &outcome) {
             (Some(normal_n), _) if !self.attended => bail!(
                 "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {} N; remove the finger and everything else, or run `friction-bench calibrate force`",
                 self.zero_n
             ),
             // The force sensor decides whether the plate is clear.
-            (_, StepOutcome::Answered(..)) if asked => return Ok(NextStep::Listen(LISTEN_S)),
+            (_, StepOutcome::Answered(..)) if is_asking => return Ok(NextStep::Listen(LISTEN_S)),
             (Some(normal_n), _) => {
                 self.asked = Some(Asked::Resting(normal_n));
                 return Ok(NextStep::Ask(Request::Unload));
             }
-            (None, StepOutcome::Captured(_)) if asked => {
+            (None, StepOutcome::Captured(_)) if is_asking => {
                 self.asked = None;
                 return Ok(self.step.clone());
             }

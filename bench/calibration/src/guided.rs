@@ -159,7 +159,7 @@ fn sentence(words: &str) -> String {
         .collect()
 }
 
-fn asked(request: &Request) -> Question {
+fn question(request: &Request) -> Question {
     match (request, request.input()) {
         (_, Some(input)) => Question::Number {
             unit: input.unit.to_owned(),

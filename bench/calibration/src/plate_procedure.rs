@@ -424,18 +424,18 @@ impl PlateProcedure {
     fn curve(&self, fit: &PlateFit) -> Curve {
         let centre_hz = fit.resonance_hz.value;
         let largest = fit.model.iter().map(|z| z.norm()).fold(0.0, f64::max);
-        let along = |of: &dyn Fn(usize) -> f64| {
+        let line_with = |value: &dyn Fn(usize) -> f64| {
             self.responses
                 .iter()
                 .enumerate()
-                .map(|(i, response)| (response.frequency_hz - centre_hz, of(i) / largest))
+                .map(|(i, response)| (response.frequency_hz - centre_hz, value(i) / largest))
                 .collect()
         };
         Curve {
             x: "Hz from the resonance".to_owned(),
             y: "response".to_owned(),
-            points: along(&|i| self.responses[i].ratio.norm()),
-            fit: along(&|i| fit.model.get(i).map_or(f64::NAN, |z| z.norm())),
+            points: line_with(&|i| self.responses[i].ratio.norm()),
+            fit: line_with(&|i| fit.model.get(i).map_or(f64::NAN, |z| z.norm())),
         }
     }
 

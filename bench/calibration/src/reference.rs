@@ -206,14 +206,14 @@ mod tests {
         CalibrationFile::of(identity)
     }
 
-    fn on(
+    fn instrument_on(
         channel: u16,
         follows: Follows,
         volts_per_unit: f64,
         delay: Option<StatedDelay>,
     ) -> Result<Reference, String> {
-        let of = (channel, volts_per_unit);
-        Reference::new(of, follows, delay, &config(), &none_held()).map_err(|e| e.to_string())
+        let input = (channel, volts_per_unit);
+        Reference::new(input, follows, delay, &config(), &none_held()).map_err(|e| e.to_string())
     }
 
     const UM: Follows = Follows::Displacement(1e-6);
@@ -222,29 +222,41 @@ mod tests {
     fn what_is_refused_names_the_option_or_the_line() {
         let late = |delay_s, error_s| Some(StatedDelay { delay_s, error_s });
         for (made, words) in [
-            (on(0, UM, 1.0, None), "channels.drive.index"),
-            (on(1, UM, 1.0, None), "channels.pickup.index"),
-            (on(4, UM, 1.0, None), "audio.input_channels"),
-            (on(3, UM, 0.0, None), "--reference-volts-per-unit"),
-            (on(3, UM, f64::NAN, None), "--reference-volts-per-unit"),
+            (instrument_on(0, UM, 1.0, None), "channels.drive.index"),
+            (instrument_on(1, UM, 1.0, None), "channels.pickup.index"),
+            (instrument_on(4, UM, 1.0, None), "audio.input_channels"),
             (
-                on(3, Follows::Displacement(-1e-6), 1.0, None),
+                instrument_on(3, UM, 0.0, None),
+                "--reference-volts-per-unit",
+            ),
+            (
+                instrument_on(3, UM, f64::NAN, None),
+                "--reference-volts-per-unit",
+            ),
+            (
+                instrument_on(3, Follows::Displacement(-1e-6), 1.0, None),
                 "--reference-um-per-v",
             ),
             (
-                on(3, Follows::Velocity(0.0), 1.0, None),
+                instrument_on(3, Follows::Velocity(0.0), 1.0, None),
                 "--reference-m-per-s-per-v",
             ),
-            (on(3, UM, 1.0, late(-1e-6, 0.0)), "--reference-delay-us"),
             (
-                on(3, UM, 1.0, late(0.0, f64::NAN)),
+                instrument_on(3, UM, 1.0, late(-1e-6, 0.0)),
+                "--reference-delay-us",
+            ),
+            (
+                instrument_on(3, UM, 1.0, late(0.0, f64::NAN)),
                 "--reference-delay-error-us",
             ),
         ] {
             let error = made.unwrap_err();
             assert!(error.contains(words), "{error}");
         }
-        assert!(on(3, UM, 1.0, late(0.0, 0.0)).is_ok() && on(2, UM, 1e3, None).is_ok());
+        assert!(
+            instrument_on(3, UM, 1.0, late(0.0, 0.0)).is_ok()
+                && instrument_on(2, UM, 1e3, None).is_ok()
+        );
     }
 
     fn tone(value: Complex64, peak: f64, rest_rms: f64) -> SteadyTone {
@@ -263,8 +275,8 @@ mod tests {
             delay_s: 2e-6,
             error_s: 1e-7,
         });
-        let displacement = on(3, UM, 4.0, late).unwrap();
-        let velocity = on(3, Follows::Velocity(0.1), 4.0, late).unwrap();
+        let displacement = instrument_on(3, UM, 4.0, late).unwrap();
+        let velocity = instrument_on(3, Follows::Velocity(0.1), 4.0, late).unwrap();
         // A displacement of 1 µm with a phase of 0.5 rad.
         let moved = Complex64::from_polar(1e-6, 0.5);
         let seen = moved * Complex64::cis(-omega * 2e-6) / 4.0;
@@ -281,7 +293,7 @@ mod tests {
                 .unwrap_err()
                 .contains("calibrate channels")
         );
-        let unknown = on(3, UM, 4.0, None).unwrap();
+        let unknown = instrument_on(3, UM, 4.0, None).unwrap();
         assert!(
             unknown
                 .phase_error_rad(hz)

@@ -77,7 +77,7 @@ impl ReferenceOptions {
             delay_s: delay_us * 1e-6,
             error_s: self.delay_error_us * 1e-6,
         });
-        let on = (channel, volts_per_unit);
-        Reference::new(on, follows, delay, config, held).map(Some)
+        let input = (channel, volts_per_unit);
+        Reference::new(input, follows, delay, config, held).map(Some)
     }
 }

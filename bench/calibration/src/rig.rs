@@ -257,7 +257,7 @@ impl<P: Procedure> RigTask<P> {
             ..Capture::default()
         };
         self.drop_outs.begin();
-        let asked = match &next {
+        let question = match &next {
             NextStep::Ask(request) | NextStep::Sound(_, request) => Some(*request),
             NextStep::Listen(_) | NextStep::Play(_) | NextStep::Done => None,
         };
@@ -291,8 +291,8 @@ impl<P: Procedure> RigTask<P> {
             }
             NextStep::Done => Step::Done,
         };
-        self.operator.ask(asked.as_ref());
-        if let (Some(hands), Some(request)) = (&mut self.hands, &asked) {
+        self.operator.ask(question.as_ref());
+        if let (Some(hands), Some(request)) = (&mut self.hands, &question) {
             hands(request);
         }
         Ok(())
@@ -451,7 +451,7 @@ impl<P: Procedure> RigTask<P> {
 
     fn work(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
         if let SafetyState::Tripped { trip } = safety {
-            return Err(BrokenOff::by(trip).into());
+            return Err(BrokenOff::from_trip(trip).into());
         }
         self.drive.poll(safety);
         self.take_in(now_ns)?;

@@ -71,9 +71,9 @@ impl<W: Write> Unattended<W> {
 
     /// Returns whether a finger has pressed with `least_n` to `most_n` throughout a plateau.
     fn rests(&self, asked: &Asked, least_n: f64, most_n: f64) -> bool {
-        let within = |(_, [normal_n, _]): &(f64, [f64; 2])| (least_n..=most_n).contains(normal_n);
+        let in_range = |(_, [normal_n, _]): &(f64, [f64; 2])| (least_n..=most_n).contains(normal_n);
         let long = self.now_s - asked.since_s >= PLATEAU_S;
-        long && !self.recent.is_empty() && self.recent.iter().all(within)
+        long && !self.recent.is_empty() && self.recent.iter().all(in_range)
     }
 
     /// Returns whether the forces have settled at the level that `asked` should produce.
@@ -218,19 +218,19 @@ mod tests {
 
     /// Shows `normal_n` for `seconds`; returns the answer, if any.
     fn rest(
-        nobody: &mut Unattended<Vec<u8>>,
+        operator: &mut Unattended<Vec<u8>>,
         normal_n: f64,
         seconds: f64,
     ) -> Option<OperatorInput> {
-        let from_s = nobody.now_s;
+        let from_s = operator.now_s;
         for i in 1..=(seconds / 0.05).round() as u32 {
-            nobody.show(&LiveReading {
+            operator.show(&LiveReading {
                 t_s: from_s + 0.05 * f64::from(i),
                 normal_n: Some(normal_n),
                 lateral_n: Some(0.0),
                 ..LiveReading::default()
             });
-            if let Some(wish) = nobody.next_input().unwrap() {
+            if let Some(wish) = operator.next_input().unwrap() {
                 return Some(wish);
             }
         }
@@ -247,63 +247,63 @@ mod tests {
     #[test]
     fn a_load_is_there_once_the_force_rests_on_a_new_plateau() {
         let ready = Some(OperatorInput::Answer(Answer::Ready));
-        let mut nobody = Unattended::new(Vec::new());
-        rest(&mut nobody, 0.0, 1.0);
-        nobody.ask(Some(&load(0.1)));
-        assert_eq!(rest(&mut nobody, 0.0, 3.0), None, "nothing was put there");
+        let mut operator = Unattended::new(Vec::new());
+        rest(&mut operator, 0.0, 1.0);
+        operator.ask(Some(&load(0.1)));
+        assert_eq!(rest(&mut operator, 0.0, 3.0), None, "nothing was put there");
         // 100 g on a sensor that reads 20 % too little, swinging first.
         for normal_n in [0.3, 1.4, 0.5, 1.0, 0.7] {
-            assert_eq!(rest(&mut nobody, normal_n, 0.2), None, "it swings");
+            assert_eq!(rest(&mut operator, normal_n, 0.2), None, "it swings");
         }
-        assert_eq!(rest(&mut nobody, 0.78, 1.0), ready);
-        nobody.ask(Some(&load(0.2)));
-        assert_eq!(rest(&mut nobody, 0.78, 2.0), None, "still the first mass");
-        assert_eq!(rest(&mut nobody, 1.57, 1.0), ready);
-        nobody.ask(Some(&Request::Unload));
-        assert_eq!(rest(&mut nobody, 1.57, 2.0), None, "still loaded");
-        assert_eq!(rest(&mut nobody, 0.0, 1.0), ready);
-        assert_eq!(rest(&mut nobody, 0.0, 1.0), None, "nothing more is asked");
+        assert_eq!(rest(&mut operator, 0.78, 1.0), ready);
+        operator.ask(Some(&load(0.2)));
+        assert_eq!(rest(&mut operator, 0.78, 2.0), None, "still the first mass");
+        assert_eq!(rest(&mut operator, 1.57, 1.0), ready);
+        operator.ask(Some(&Request::Unload));
+        assert_eq!(rest(&mut operator, 1.57, 2.0), None, "still loaded");
+        assert_eq!(rest(&mut operator, 0.0, 1.0), ready);
+        assert_eq!(rest(&mut operator, 0.0, 1.0), None, "nothing more is asked");
     }
 
     #[test]
     fn an_unloaded_sensor_need_not_change() {
-        let mut nobody = Unattended::new(Vec::new());
-        nobody.ask(Some(&Request::Unload));
-        let answer = rest(&mut nobody, 0.01, 1.0);
+        let mut operator = Unattended::new(Vec::new());
+        operator.ask(Some(&Request::Unload));
+        let answer = rest(&mut operator, 0.01, 1.0);
         assert_eq!(answer, Some(OperatorInput::Answer(Answer::Ready)));
     }
 
     #[test]
     fn a_request_that_is_not_fulfilled_times_out() {
-        let mut nobody = Unattended::new(Vec::new());
-        nobody.ask(Some(&load(0.1)));
-        nobody.show(&LiveReading {
+        let mut operator = Unattended::new(Vec::new());
+        operator.ask(Some(&load(0.1)));
+        operator.show(&LiveReading {
             t_s: REQUEST_TIMEOUT_S + 1.0,
             ..LiveReading::default()
         });
-        let error = nobody.next_input().unwrap_err().to_string();
+        let error = operator.next_input().unwrap_err().to_string();
         assert!(
             error.contains("Put 100 g") && error.contains("force sensor"),
             "{error}"
         );
-        nobody.ask(Some(&Request::KnownAmplitude {
+        operator.ask(Some(&Request::KnownAmplitude {
             drive_v: 10.0,
             expected_m: None,
         }));
-        let error = nobody.next_input().unwrap_err().to_string();
+        let error = operator.next_input().unwrap_err().to_string();
         assert!(error.contains("--known-um"), "{error}");
     }
 
     #[test]
     fn each_step_and_point_is_a_line() {
-        let mut nobody = Unattended::new(Vec::new());
+        let mut operator = Unattended::new(Vec::new());
         let point = crate::operator::PointRead {
             at: "5 V".to_owned(),
             value: "1 µm".to_owned(),
             ..Default::default()
         };
         for count in [0, 1, 1, 2] {
-            nobody.progress(&CalibrationProgress {
+            operator.progress(&CalibrationProgress {
                 step: 1,
                 steps: 2,
                 doing: "Driving.".to_owned(),
@@ -311,7 +311,7 @@ mod tests {
                 ..CalibrationProgress::default()
             });
         }
-        let text = String::from_utf8(nobody.out).unwrap();
+        let text = String::from_utf8(operator.out).unwrap();
         assert_eq!(text, "step 1 of 2: Driving.\n  5 V  1 µm\n  5 V  1 µm\n");
     }
 }

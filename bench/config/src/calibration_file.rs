@@ -505,12 +505,23 @@ impl CalibrationFile {
 
     fn dates(&self) -> impl Iterator<Item = (&'static str, Timestamp)> {
         let measured = [
-            ("pickup", self.pickup.as_ref().map(|of| of.measured.date)),
-            ("plate", self.plate.as_ref().map(|of| of.measured.date)),
-            ("force", self.force.as_ref().map(|of| of.measured.date)),
+            (
+                "pickup",
+                self.pickup.as_ref().map(|pickup| pickup.measured.date),
+            ),
+            (
+                "plate",
+                self.plate.as_ref().map(|plate| plate.measured.date),
+            ),
+            (
+                "force",
+                self.force.as_ref().map(|force| force.measured.date),
+            ),
             (
                 "channels",
-                self.channels.as_ref().map(|of| of.measured.date),
+                self.channels
+                    .as_ref()
+                    .map(|channels| channels.measured.date),
             ),
         ];
         let dated = |(part, date): (_, Option<Timestamp>)| Some((part, date?));

@@ -424,12 +424,12 @@ fn with_constants(mut config: Config, calibration: &CalibrationFile) -> Config {
             let clips_at = channels.input(index)?.clips_at.as_ref()?;
             Some((CLIPPED * clips_at.value).min(1.0))
         };
-        let of = &mut config.channels;
-        if let Some(clip_units) = clip_units(of.drive.index) {
-            of.drive.clip_units = clip_units;
+        let signals = &mut config.channels;
+        if let Some(clip_units) = clip_units(signals.drive.index) {
+            signals.drive.clip_units = clip_units;
         }
-        if let Some(clip_units) = clip_units(of.pickup.index) {
-            of.pickup.clip_units = clip_units;
+        if let Some(clip_units) = clip_units(signals.pickup.index) {
+            signals.pickup.clip_units = clip_units;
         }
     }
     config

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::refused::{Refused, within};
+use super::refused::{Refused, require_range};
 
 /// `encoder.source`: device that counts the encoder's signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -37,8 +37,8 @@ pub struct Encoder {
 impl Encoder {
     pub(super) fn check(&self) -> Result<(), Refused> {
         let step_m = self.metres_per_count.abs();
-        within("encoder.metres_per_count", step_m, 1e-7, 1e-3, "m")?;
-        within("encoder.origin_m", self.origin_m, -10.0, 10.0, "m")
+        require_range("encoder.metres_per_count", step_m, 1e-7, 1e-3, "m")?;
+        require_range("encoder.origin_m", self.origin_m, -10.0, 10.0, "m")
     }
 }
 
@@ -188,6 +188,6 @@ impl Default for Sound {
 
 impl Sound {
     pub(super) fn check(&self) -> Result<(), Refused> {
-        within("sound.level", self.level, 0.0, 1.0, "")
+        require_range("sound.level", self.level, 0.0, 1.0, "")
     }
 }

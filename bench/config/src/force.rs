@@ -10,7 +10,7 @@ use crate::force_protocol::ForceProtocol;
 use crate::gauges::Gauges;
 use crate::limits::Safety;
 use crate::netft::Netft;
-use crate::refused::{Refused, within};
+use crate::refused::{Refused, require_range};
 use crate::sound_card::{Audio, InputMap};
 
 /// `[force]`: source of the force sensor's readings, and their correction.
@@ -235,15 +235,15 @@ impl Force {
     ) -> Result<(), Refused> {
         match &self.sensor {
             Sensor::Serial(serial) => {
-                within("force.baud", f64::from(serial.baud), 1200.0, 2e7, "baud")?;
+                require_range("force.baud", f64::from(serial.baud), 1200.0, 2e7, "baud")?;
             }
             Sensor::Channels(gauges) => gauges.check(audio, inputs)?,
             Sensor::Netft(netft) => netft.check()?,
             Sensor::FieldBox(force) => force.check()?,
         }
-        within("force.latency_s", self.latency_s, 0.0, 0.1, "s")?;
+        require_range("force.latency_s", self.latency_s, 0.0, 0.1, "s")?;
         if let Some(range_n) = self.range_n {
-            within("force.range_n", range_n, 0.1, 1e3, "N")?;
+            require_range("force.range_n", range_n, 0.1, 1e3, "N")?;
         }
         self.correction()
             .require_plausible(safety.max_forces_n())
@@ -266,8 +266,8 @@ impl Force {
             Sensor::Netft(netft) => netft.identity(),
             Sensor::FieldBox(force) => {
                 let [normal, lateral] = force.newtons_per_full_scale;
-                let of = field_box.map(FieldBox::identity).unwrap_or_default();
-                format!("field box {of}, {normal} and {lateral} N at full scale")
+                let box_identity = field_box.map(FieldBox::identity).unwrap_or_default();
+                format!("field box {box_identity}, {normal} and {lateral} N at full scale")
             }
         }
     }

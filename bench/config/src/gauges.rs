@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::cal_file::MakersMatrix;
-use crate::refused::{Refused, within};
+use crate::refused::{Refused, require_range};
 use crate::six_axis::SixAxis;
 use crate::sound_card::{Audio, InputMap};
 
@@ -135,18 +135,18 @@ impl Gauges {
             return refused("volts_per_unit", why);
         }
         for &volts in &self.volts_per_unit {
-            within("force.channels.volts_per_unit", volts, 1e-6, 1e3, "V")?;
+            require_range("force.channels.volts_per_unit", volts, 1e-6, 1e3, "V")?;
         }
         self.check_matrix()?;
-        within("force.channels.skew_s", self.skew_s, 0.0, 1e-4, "s")?;
-        within(
+        require_range("force.channels.skew_s", self.skew_s, 0.0, 1e-4, "s")?;
+        require_range(
             "force.channels.clip_units",
             self.clip_units,
             1e-3,
             1.0,
             "of full scale",
         )?;
-        within("force.channels.rate_hz", self.rate_hz, 1000.0, 20e3, "Hz")?;
+        require_range("force.channels.rate_hz", self.rate_hz, 1000.0, 20e3, "Hz")?;
         let frames = f64::from(audio.rate_hz) / self.rate_hz;
         if (frames - frames.round()).abs() > 1e-9 * frames {
             let why = format!(
@@ -288,7 +288,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_a_sensor_is_refused_with_its_line() {
-        let with = |line: &str| format!("{TWO}{line}");
+        let bench_with = |line: &str| format!("{TWO}{line}");
         for (lines, word) in [
             (String::new(), "names 0 inputs"),
             ("inputs = [2]".to_owned(), "names 1 inputs"),
@@ -304,14 +304,20 @@ mod tests {
                 "two rows are alike",
             ),
             (TWO.replace("[0.0, -3.0]", "[0.0, 0.0]"), "one is zero"),
-            (with("volts_per_unit = []"), "0 numbers for 2 inputs"),
-            (with("volts_per_unit = [1.0, 0.0]"), "volts_per_unit = 0"),
-            (with("skew_s = 1.0"), "skew_s = 1"),
-            (with("clip_units = 0.0"), "clip_units = 0"),
-            (with("rate_hz = 100.0"), "rate_hz = 100"),
-            (with("rate_hz = 5000.0"), "192000 / 5000 = 38.400"),
-            (with("rat_hz = 4000.0"), "rate_hz"),
-            (with("cal_file = \"FT1.cal\""), "say the same thing twice"),
+            (bench_with("volts_per_unit = []"), "0 numbers for 2 inputs"),
+            (
+                bench_with("volts_per_unit = [1.0, 0.0]"),
+                "volts_per_unit = 0",
+            ),
+            (bench_with("skew_s = 1.0"), "skew_s = 1"),
+            (bench_with("clip_units = 0.0"), "clip_units = 0"),
+            (bench_with("rate_hz = 100.0"), "rate_hz = 100"),
+            (bench_with("rate_hz = 5000.0"), "192000 / 5000 = 38.400"),
+            (bench_with("rat_hz = 4000.0"), "rate_hz"),
+            (
+                bench_with("cal_file = \"FT1.cal\""),
+                "say the same thing twice",
+            ),
             (
                 "inputs = [2, 3]\ncal_file = \"FT1.cal\"".to_owned(),
                 "beside a bench.toml only",

@@ -93,10 +93,10 @@ impl Identity {
     /// [`Mismatch`] with the first difference.
     pub fn require(&self, present: &Self) -> Result<(), Mismatch> {
         let number = |value: f64| value.to_string();
-        let channels = |of: &Self| {
+        let channels = |identity: &Self| {
             format!(
                 "drive on input {}, pickup on input {}, amplifier on output {}",
-                of.drive_channel, of.pickup_channel, of.output_channel
+                identity.drive_channel, identity.pickup_channel, identity.output_channel
             )
         };
         let quoted = |text: &str| format!("\"{text}\"");

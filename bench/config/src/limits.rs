@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::refused::{Refused, within};
+use super::refused::{Refused, require_range};
 
 /// `[limits]`: limits of the drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -84,12 +84,12 @@ impl Limits {
 
     pub(super) fn check(&self) -> Result<(), Refused> {
         let most_v = signalgen::HARD_LIMIT_V;
-        within("limits.drive_v", self.drive_v, 0.0, most_v, "V")?;
-        within("limits.ramp_s", self.ramp_s, 0.005, 1.0, "s")?;
-        within("limits.amplitude_um", self.amplitude_um, 0.01, 20.0, "µm")?;
-        within("limits.surface_c", self.surface_c, 30.0, 43.0, "°C")?;
+        require_range("limits.drive_v", self.drive_v, 0.0, most_v, "V")?;
+        require_range("limits.ramp_s", self.ramp_s, 0.005, 1.0, "s")?;
+        require_range("limits.amplitude_um", self.amplitude_um, 0.01, 20.0, "µm")?;
+        require_range("limits.surface_c", self.surface_c, 30.0, 43.0, "°C")?;
         let driving_s = self.driving_s_per_hour;
-        within("limits.driving_s_per_hour", driving_s, 0.0, 3600.0, "s")?;
+        require_range("limits.driving_s_per_hour", driving_s, 0.0, 3600.0, "s")?;
         for (key, reason, what) in [
             (
                 "limits.audible_carrier_because",
@@ -336,35 +336,35 @@ impl Safety {
             ("safety.max_normal_n", self.max_normal_n),
             ("safety.max_lateral_n", self.max_lateral_n),
         ] {
-            within(key, limit_n, least_n, most_n, "N")?;
+            require_range(key, limit_n, least_n, most_n, "N")?;
         }
-        within(
+        require_range(
             "safety.readback_tolerance",
             self.readback_tolerance,
             0.01,
             1.0,
             "",
         )?;
-        within(
+        require_range(
             "safety.readback_floor_v",
             self.readback_floor_v,
             0.0,
             20.0,
             "V",
         )?;
-        within(
+        require_range(
             "safety.loop_latency_s",
             self.loop_latency_s,
             0.005,
             1.0,
             "s",
         )?;
-        within("safety.silence_s", self.silence_s, 0.02, 1.0, "s")?;
+        require_range("safety.silence_s", self.silence_s, 0.02, 1.0, "s")?;
         let hours = self.estop_test_hours;
-        within("safety.estop_test_hours", hours, 0.1, 168.0, "h")?;
+        require_range("safety.estop_test_hours", hours, 0.1, 168.0, "h")?;
         let [least_s, most_s] = ::safety::DEAD_MAN_RELEASE_S;
         let release_s = self.dead_man_release_s;
-        within("safety.dead_man_release_s", release_s, least_s, most_s, "s")
+        require_range("safety.dead_man_release_s", release_s, least_s, most_s, "s")
     }
 
     fn check_waiver(&self) -> Result<(), Refused> {

@@ -4,7 +4,7 @@ use std::net::{IpAddr, SocketAddr};
 
 use serde::{Deserialize, Serialize};
 
-use crate::refused::{Refused, within};
+use crate::refused::{Refused, require_range};
 use crate::six_axis::SixAxis;
 
 /// UDP port on which a Net F/T serves raw data transfer (ATI 9620-05-NET FT, section 10).
@@ -51,9 +51,9 @@ impl Netft {
             return Err(Refused::new("force.netft.address", why));
         }
         if let Some(counts_per_n) = self.counts_per_n {
-            within("force.netft.counts_per_n", counts_per_n, 1.0, 1e9, "1/N")?;
+            require_range("force.netft.counts_per_n", counts_per_n, 1.0, 1e9, "1/N")?;
         }
-        within("force.netft.sample_hz", self.sample_hz, 500.0, 20e3, "Hz")?;
+        require_range("force.netft.sample_hz", self.sample_hz, 500.0, 20e3, "Hz")?;
         if self.normal.is_along(self.lateral) {
             let why = format!(
                 "force.netft.normal = \"{}\" and force.netft.lateral = \"{}\" lie along one axis: name two across each other",

@@ -34,7 +34,7 @@ impl From<OutOfRange> for Refused {
 }
 
 /// Requires that `value` is in the range from `low` to `high`; NaN is rejected.
-pub(super) fn within(
+pub(super) fn require_range(
     key: &str,
     value: f64,
     low: f64,

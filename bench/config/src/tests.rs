@@ -22,14 +22,14 @@ fn every_limit_of_a_force_calibration_has_a_range() {
         ("force_drift_n_per_min", "0.1", "2.0"),
         ("force_zero_return_n", "0.02", "0.0"),
     ] {
-        let of = |value: &str| {
+        let bench_with = |value: &str| {
             Config::parse(
                 &format!("{BENCH}\n[calibration]\n{key} = {value}\n"),
                 "bench.toml",
             )
         };
-        assert!(of(good).is_ok(), "{key}");
-        let refused = format!("{:#}", of(bad).unwrap_err());
+        assert!(bench_with(good).is_ok(), "{key}");
+        let refused = format!("{:#}", bench_with(bad).unwrap_err());
         assert!(
             refused.contains(&format!("calibration.{key}")) && refused.contains("range"),
             "{refused}"
@@ -42,20 +42,20 @@ fn every_limit_of_a_force_calibration_has_a_range() {
 fn each_force_limit_has_its_range_and_a_default() {
     for key in ["max_normal_n", "max_lateral_n"] {
         let line = BENCH.lines().find(|line| line.starts_with(key)).unwrap();
-        let of = |with: &str| Config::parse(&BENCH.replace(line, with), "bench.toml");
-        let said = |with: &str| format!("{:#}", of(with).unwrap_err());
-        assert_eq!(of("").unwrap().safety.max_forces_n(), [3.0, 3.0]);
+        let bench_with = |text: &str| Config::parse(&BENCH.replace(line, text), "bench.toml");
+        let refusal = |text: &str| format!("{:#}", bench_with(text).unwrap_err());
+        assert_eq!(bench_with("").unwrap().safety.max_forces_n(), [3.0, 3.0]);
         for value in ["0.1", "1.5", "20.0"] {
-            of(&format!("{key} = {value}")).unwrap();
+            bench_with(&format!("{key} = {value}")).unwrap();
         }
         for value in ["0.0", "-3.0", "20.1", "nan"] {
-            let said = said(&format!("{key} = {value}"));
+            let message = refusal(&format!("{key} = {value}"));
             assert!(
-                said.contains(&format!("safety.{key}")) && said.contains("0.1 to 20 N"),
-                "{said}"
+                message.contains(&format!("safety.{key}")) && message.contains("0.1 to 20 N"),
+                "{message}"
             );
         }
-        let typo = said(&format!("{} = 3.0", key.replace("max", "mx")));
+        let typo = refusal(&format!("{} = 3.0", key.replace("max", "mx")));
         assert!(typo.contains(&format!("`{key}`")), "{typo}");
     }
 }
@@ -97,10 +97,10 @@ fn each_limit_of_the_channels_has_its_range() {
         ("delay_samples", "2.0", "0.0"),
         ("input_error", "1e-4", "0.2"),
     ] {
-        let with =
+        let bench_with =
             |value: &str| described(|text| format!("{text}\n[calibration]\n{key} = {value}\n"));
-        assert!(with(accepted).is_ok(), "{key} = {accepted}");
-        let error = format!("{:#}", with(rejected).unwrap_err());
+        assert!(bench_with(accepted).is_ok(), "{key} = {accepted}");
+        let error = format!("{:#}", bench_with(rejected).unwrap_err());
         assert!(error.contains(&format!("calibration.{key}")), "{error}");
         assert!(error.contains("outside the allowed range"), "{error}");
     }
@@ -109,7 +109,7 @@ fn each_limit_of_the_channels_has_its_range() {
 #[test]
 fn a_clip_level_is_a_part_of_full_scale() {
     for channel in ["drive", "pickup"] {
-        let with = |value: &str| {
+        let bench_with = |value: &str| {
             described(|text| {
                 text.replacen(
                     &format!("[channels.{channel}]"),
@@ -119,8 +119,8 @@ fn a_clip_level_is_a_part_of_full_scale() {
                 .replacen("   # voltage", "\n# voltage", 1)
             })
         };
-        assert!(with("0.5").is_ok(), "{channel}");
-        let error = format!("{:#}", with("1.5").unwrap_err());
+        assert!(bench_with("0.5").is_ok(), "{channel}");
+        let error = format!("{:#}", bench_with("1.5").unwrap_err());
         assert!(
             error.contains(&format!("channels.{channel}.clip_units")),
             "{error}"

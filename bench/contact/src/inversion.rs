@@ -190,15 +190,15 @@ mod tests {
 
     #[test]
     fn slopes_of_the_stiffness_are_derivatives() {
-        let stiffness = |at: [f64; PARAMETERS]| inversion(at).stiffness(Z_M, 0.0);
+        let stiffness = |parameters: [f64; PARAMETERS]| inversion(parameters).stiffness(Z_M, 0.0);
         let stated = stiffness(AT).slopes;
         for (index, stated) in stated.iter().enumerate() {
-            let moved = |by: f64| {
-                let mut at = AT;
-                at[index] += by;
-                stiffness(at).value
+            let displaced = |step: f64| {
+                let mut parameters = AT;
+                parameters[index] += step;
+                stiffness(parameters).value
             };
-            let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+            let slope = (displaced(1e-6) - displaced(-1e-6)) / 2e-6;
             assert_relative_eq!(*stated, slope, max_relative = 1e-5);
         }
     }
@@ -206,15 +206,20 @@ mod tests {
     /// A finger on a plate with another mode has 1/(1/Z + Y), which the inversion undoes.
     #[test]
     fn what_another_mode_adds_is_taken_off() {
-        let of = |mobility: Complex64| {
-            let alone = Z_M - Complex64::new(AT[0], AT[1]);
-            let mut at = AT;
-            (at[4], at[5], at[6], at[7]) = (0.0, 0.0, mobility.re, mobility.im);
-            let seen = (alone.inv() + mobility).inv();
-            let z_m = Complex64::new(AT[0], AT[1]) + seen;
-            inversion(at).stiffness(z_m, 0.0).value
+        let stiffness = |mobility: Complex64| {
+            let z_finger = Z_M - Complex64::new(AT[0], AT[1]);
+            let mut parameters = AT;
+            (parameters[4], parameters[5], parameters[6], parameters[7]) =
+                (0.0, 0.0, mobility.re, mobility.im);
+            let z_observed = (z_finger.inv() + mobility).inv();
+            let z_m = Complex64::new(AT[0], AT[1]) + z_observed;
+            inversion(parameters).stiffness(z_m, 0.0).value
         };
-        let alone = of(Complex64::ZERO);
-        assert_relative_eq!(of(Complex64::new(0.001, 0.01)), alone, max_relative = 1e-12);
+        let expected = stiffness(Complex64::ZERO);
+        assert_relative_eq!(
+            stiffness(Complex64::new(0.001, 0.01)),
+            expected,
+            max_relative = 1e-12
+        );
     }
 }

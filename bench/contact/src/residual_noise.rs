@@ -136,9 +136,9 @@ mod tests {
         let found = ResidualNoise::of(&residuals, &[1.0; 2], 0);
         assert_relative_eq!(found.floor, (0.3f64 / 4.0).sqrt(), max_relative = 1e-12);
         assert_eq!(found.scale, 0.0);
-        let nothing = [Complex64::ZERO; 9];
+        let zeros = [Complex64::ZERO; 9];
         assert_eq!(
-            ResidualNoise::of(&nothing, &[1.0; 9], 4),
+            ResidualNoise::of(&zeros, &[1.0; 9], 4),
             ResidualNoise::default()
         );
     }

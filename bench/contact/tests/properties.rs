@@ -12,7 +12,7 @@ const CARRIER_RAD_PER_S: f64 = TAU * 35_000.0;
 /// A contact, an amplitude up to ten times the bench's, and a normal force of at most 99 % of the asperities'
 /// limit.
 fn physical() -> impl Strategy<Value = (Contact, f64, f64)> {
-    let logarithmic = |from: f64, to: f64| (from.ln()..to.ln()).prop_map(f64::exp);
+    let logarithmic = |low: f64, high: f64| (low.ln()..high.ln()).prop_map(f64::exp);
     let amplitude = prop_oneof![1 => Just(0.0), 9 => logarithmic(1e-10, 5e-5)];
     (
         logarithmic(0.2e-6, 20e-6),

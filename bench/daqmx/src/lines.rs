@@ -171,8 +171,8 @@ impl PositionSource for CardCounter {
 }
 
 /// Returns the movement of a 32-bit counter, which wraps, also below 0.
-fn moved(before: Option<u32>, now: u32) -> i64 {
-    let step = before.map_or(0, |before| now.wrapping_sub(before));
+fn moved(previous: Option<u32>, now: u32) -> i64 {
+    let step = previous.map_or(0, |previous| now.wrapping_sub(previous));
     i64::from(step.cast_signed())
 }
 

@@ -143,7 +143,7 @@ impl Seen {
 }
 
 /// Returns the level that the card's output holds once no stream runs, relative to full scale.
-fn held() -> f32 {
+fn output_level() -> f32 {
     let mut sample = [f32::NAN];
     let deck = DECK.lock().unwrap();
     (deck.as_ref().unwrap().play)(sample.as_mut_ptr(), 1);
@@ -177,7 +177,7 @@ fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
     assert!(lines.estop.is_some() && lines.counter.is_some());
     let device = host.devices().unwrap().next().unwrap();
     let mut sent = LEAD;
-    let told = Arc::clone(&seen);
+    let log = Arc::clone(&seen);
     let output = device
         .build_output_stream_raw(
             stream_of(1),
@@ -188,12 +188,12 @@ fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
                     sent += 1;
                 }
             },
-            move |error: cpal::Error| told.tell("output", error.kind()),
+            move |error: cpal::Error| log.tell("output", error.kind()),
             None,
         )
         .unwrap();
     let mut base = None;
-    let (mut frame, account, told) = (0, Arc::clone(&seen), Arc::clone(&seen));
+    let (mut frame, account, log) = (0, Arc::clone(&seen), Arc::clone(&seen));
     let input = device
         .build_input_stream_raw(
             stream_of(2),
@@ -211,7 +211,7 @@ fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
                 account.wrong.fetch_add(wrong, Ordering::SeqCst);
                 account.frames.store(frame, Ordering::SeqCst);
             },
-            move |error: cpal::Error| told.tell("input", error.kind()),
+            move |error: cpal::Error| log.tell("input", error.kind()),
             None,
         )
         .unwrap();
@@ -321,7 +321,7 @@ fn a_callback_that_panics_leaves_no_voltage_on_the_output() {
         }
         drop((output, input));
         assert!(panicking.load(Ordering::SeqCst));
-        assert_eq!(held(), 0.0, "of full scale");
+        assert_eq!(output_level(), 0.0, "of full scale");
     }
 }
 

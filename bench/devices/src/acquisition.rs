@@ -356,16 +356,16 @@ impl Acquisition {
         let Some(xrun) = xrun else { return };
         let time_s = |frame: u64| frame as f64 / self.pipeline.rate_hz();
         let (from_s, to_s) = (time_s(xrun.from), time_s(xrun.to));
-        let none = xrun.gap == Gap::Nowhere;
+        let no_gap = xrun.gap == Gap::Nowhere;
         batch.drive_gaps.push(DriveGap {
             xrun: xrun.number,
             from_s,
-            to_s: if none { from_s } else { to_s },
+            to_s: if no_gap { from_s } else { to_s },
         });
         if xrun.gap == Gap::Sought {
             return;
         }
-        self.pipeline.settle_output_xruns(xrun.last, none);
+        self.pipeline.settle_output_xruns(xrun.last, no_gap);
         let text = xrun.gap.to_string();
         self.warnings
             .push(format!("output xrun at {from_s:.3} s: {text}"));

@@ -161,7 +161,7 @@ mod tests {
         let gpio = |chip: &str, line: u8| {
             format!("backend = \"gpiocdev\"\nchip = \"/dev/{chip}-{name}\"\nestop = {line}")
         };
-        let with = |card: &str, port: &str, gpio: &str| {
+        let bench_with = |card: &str, port: &str, gpio: &str| {
             let mut config = bench(&name, &[("backend = \"none\"", gpio)]);
             config.audio.output_device = format!("hw:CARD={card}{name}");
             config.audio.input_device = format!("hw:CARD={card}{name}");
@@ -171,19 +171,19 @@ mod tests {
             serial.port = format!("/dev/{port}-{name}").into();
             config
         };
-        let held = Claim::take(&with("A", "ttyA", &gpio("chipA", 7))).unwrap();
+        let claim = Claim::take(&bench_with("A", "ttyA", &gpio("chipA", 7))).unwrap();
         let me = format!("another friction-bench (process {})", std::process::id());
         for (shared, word) in [
             (
-                with("A", "ttyB", &gpio("chipB", 7)),
+                bench_with("A", "ttyB", &gpio("chipB", 7)),
                 "the sound card hw:CARD=A",
             ),
             (
-                with("B", "ttyA", &gpio("chipB", 7)),
+                bench_with("B", "ttyA", &gpio("chipB", 7)),
                 "the force sensor's port /dev/ttyA",
             ),
             (
-                with("B", "ttyB", &gpio("chipA", 7)),
+                bench_with("B", "ttyB", &gpio("chipA", 7)),
                 "GPIO line 7 of /dev/chipA",
             ),
         ] {
@@ -191,9 +191,9 @@ mod tests {
             assert!(refused.contains(word) && refused.contains(&me), "{refused}");
         }
         // A refused claim holds no lock, and other benches are unaffected.
-        let other = Claim::take(&with("B", "ttyB", &gpio("chipA", 8))).unwrap();
-        drop((held, other));
-        drop(Claim::take(&with("A", "ttyB", &gpio("chipA", 7))).unwrap());
+        let other = Claim::take(&bench_with("B", "ttyB", &gpio("chipA", 8))).unwrap();
+        drop((claim, other));
+        drop(Claim::take(&bench_with("A", "ttyB", &gpio("chipA", 7))).unwrap());
         for entry in fs::read_dir(lock_folder().unwrap()).unwrap() {
             let path = entry.unwrap().path();
             if path.to_string_lossy().contains(&name) {

@@ -63,8 +63,11 @@ pub fn sound_card(config: &Config) -> Option<String> {
     if audio.host != AudioHost::Native {
         return None;
     }
-    let of = |device| usb_identity(device, Path::new(CARDS), Path::new(CLASSES));
-    let (output, input) = (of(&audio.output_device)?, of(&audio.input_device)?);
+    let identity = |device| usb_identity(device, Path::new(CARDS), Path::new(CLASSES));
+    let (output, input) = (
+        identity(&audio.output_device)?,
+        identity(&audio.input_device)?,
+    );
     Some(if output == input {
         output
     } else {
@@ -174,10 +177,10 @@ mod tests {
         fs::create_dir_all(&built_in).unwrap();
         fs::create_dir_all(classes.join("card0")).unwrap();
         symlink(built_in, classes.join("card0/device")).unwrap();
-        let told = |device| identity(device).unwrap_or_default();
-        assert_eq!(told("hw:CARD=USB,DEV=0"), "serial number 23A");
-        assert_eq!(told("plughw:2,0"), "USB port 1-2");
-        assert_eq!(told("hw:3"), "USB port 1-3");
+        let identity_text = |device| identity(device).unwrap_or_default();
+        assert_eq!(identity_text("hw:CARD=USB,DEV=0"), "serial number 23A");
+        assert_eq!(identity_text("plughw:2,0"), "USB port 1-2");
+        assert_eq!(identity_text("hw:3"), "USB port 1-3");
         for device in ["hw:0", "hw:7", "default"] {
             assert_eq!(identity(device), None, "{device}");
         }
@@ -188,10 +191,10 @@ mod tests {
     #[test]
     fn a_node_is_one_programs_own() {
         let node = tempfile::NamedTempFile::new().unwrap();
-        let held = lock(node.path()).unwrap();
-        assert!(held.is_some());
+        let node_lock = lock(node.path()).unwrap();
+        assert!(node_lock.is_some());
         assert!(lock(node.path()).is_err());
-        drop(held);
+        drop(node_lock);
         assert!(lock(node.path()).unwrap().is_some());
         assert!(lock(Path::new("/dev/absent")).unwrap().is_none());
     }

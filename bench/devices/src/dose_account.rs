@@ -401,7 +401,7 @@ mod tests {
         }
 
         /// Returns the account of a drive on the bench that has its files in `folder`, as has its only participant.
-        fn of(folder: &Path, whose: Whose) -> DoseAccount {
+        fn account_in(folder: &Path, whose: Whose) -> DoseAccount {
             let paths = AccountPaths {
                 participant: (whose == Whose::Named).then(|| participant_path(folder)),
                 bench: bench_path(&folder.join("calibration.toml")),
@@ -506,12 +506,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let clock = Arc::new(Hands::default());
         let shared: Arc<dyn Clock> = clock.clone();
-        let left_s = |of: &Path, whose| {
-            let left_s = Rig::of(of, whose).left_s(&boot(1100.0), clock.utc());
+        let left_s = |record_folder: &Path, whose| {
+            let left_s = Rig::account_in(record_folder, whose).left_s(&boot(1100.0), clock.utc());
             left_s.round()
         };
         let drive = |whose, driven_s: f64, at_s: f64| {
-            let (allowance, task) = Rig::of(folder.path(), whose).begin(&shared, boot(1000.0));
+            let (allowance, task) =
+                Rig::account_in(folder.path(), whose).begin(&shared, boot(1000.0));
             let driven = span(at_s, at_s + driven_s);
             allowance.spans.unwrap().send(driven).unwrap();
             task.unwrap().finish().unwrap();

@@ -89,7 +89,7 @@ struct Columns {
 }
 
 impl Columns {
-    fn of(header: &str) -> Option<Self> {
+    fn from_header(header: &str) -> Option<Self> {
         let (whose, machine) = match header {
             HEADER => (false, true),
             BENCH_HEADER => (true, true),
@@ -115,7 +115,9 @@ pub struct DamagedLine {
 /// The first line that cannot be read: the driving time is then unknown.
 pub fn parse(text: &str) -> Result<Vec<Driven>, DamagedLine> {
     let mut lines = text.split_inclusive('\n').enumerate();
-    let columns = lines.next().and_then(|(_, header)| Columns::of(header));
+    let columns = lines
+        .next()
+        .and_then(|(_, header)| Columns::from_header(header));
     let Some(columns) = columns else {
         return Err(DamagedLine { line: 1 });
     };
@@ -297,7 +299,7 @@ mod tests {
         }
     }
 
-    fn on(machine: Option<&str>, span: Driven) -> Driven {
+    fn driven_by(machine: Option<&str>, span: Driven) -> Driven {
         Driven {
             machine: machine.map(str::to_owned),
             ..span
@@ -375,7 +377,7 @@ mod tests {
         let now = at("2026-05-04T12:11:00Z");
         let five_hours = run("b", 18_000.0);
         for machine in [Some("2"), None] {
-            let spans = [on(machine, driven("a", 500.0, 600.0, NOON))];
+            let spans = [driven_by(machine, driven("a", 500.0, 600.0, NOON))];
             let placed = on_this_run(&spans, &five_hours, now);
             assert_eq!(placed, [(17_340.0, 17_940.0)], "{machine:?}");
             // A slow wall clock cannot date the span: it may have ended just now.
@@ -393,7 +395,8 @@ mod tests {
     /// Fault 42.
     #[test]
     fn spans_of_several_computers_keep_their_order_and_share_no_time() {
-        let there = |boot: &str, up_s, driven_s| on(Some("2"), driven(boot, up_s, driven_s, NOON));
+        let there =
+            |boot: &str, up_s, driven_s| driven_by(Some("2"), driven(boot, up_s, driven_s, NOON));
         let (boot, late) = (run("b", 9_000.0), at("2026-05-04T20:00:00Z"));
         // A span on another computer after one of this run is placed after it, regardless of the wall clock.
         let spans = [driven("b", 8_000.0, 100.0, NOON), there("a", 1.0, 50.0)];
@@ -452,7 +455,7 @@ mod tests {
         let plain = parse(&to_text(&spans)).unwrap();
         assert!(plain.iter().all(|span| span.whose == Whose::Unnamed));
         let older = text.replace("\tmachine\n", "\n").replace("\t1\n", "\n");
-        let unknown = spans.clone().map(|span| on(None, span));
+        let unknown = spans.clone().map(|span| driven_by(None, span));
         assert_eq!(parse(&older).unwrap(), unknown);
         let older = older.replace("\twhose", "").replace("\tunnamed", "");
         let older = older
@@ -462,7 +465,7 @@ mod tests {
         let older: String = older.map(|line| format!("{line}\n")).collect();
         assert_eq!(
             parse(&older).unwrap(),
-            [on(None, driven("a", 1.0, 2.0, NOON))]
+            [driven_by(None, driven("a", 1.0, 2.0, NOON))]
         );
         for (from, to) in [
             ("\tnamed", "\tsomebody"),

@@ -235,8 +235,10 @@ impl DriveGuard for WatchedDrive {
     fn lost(&self) -> Option<Trip> {
         let [output, input] = [StreamDirection::Output, StreamDirection::Input]
             .map(|direction| self.health.read(direction));
-        let stopped = |of: &DirectionHealth| {
-            of.device_lost && of.xruns > 0 && of.last_fault == Some(StreamFault::Invalidated)
+        let stopped = |health: &DirectionHealth| {
+            health.device_lost
+                && health.xruns > 0
+                && health.last_fault == Some(StreamFault::Invalidated)
         };
         if stopped(&output) {
             Some(Trip::AudioUnderrun)

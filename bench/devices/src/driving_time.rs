@@ -210,8 +210,8 @@ mod tests {
         assert_eq!(limit_s(&config("0.0"), &hour(10.0)), 120.0);
         assert_eq!(limit_s(&config("0.0"), &hour(3000.0)), 3600.0);
         // Limit of a bench without a protocol.
-        let without = config("0").limits.driving_s_per_hour();
-        assert!((without - limit_s(&config("0"), &driving)).abs() < 1e-9);
+        let default_s = config("0").limits.driving_s_per_hour();
+        assert!((default_s - limit_s(&config("0"), &driving)).abs() < 1e-9);
     }
 
     /// Fault 42.

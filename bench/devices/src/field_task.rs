@@ -148,12 +148,12 @@ impl Field {
         let [first_ns, _] = &mut self.first_ns;
         let restarted = greeted(first_ns, now_ns, arrived > 0) && faults.restarted > 0;
         let card = self.gauges.card_clock.get().unwrap_or_default();
-        let beyond = force_clock
+        let excess_ppm = force_clock
             .and_then(|clock| clock.beyond(&card))
             .filter(|_| now_ns >= self.judged_from_ns);
         let card_ppm = card.fast_ppm().unwrap_or_default();
         let polled = polled.and_then(|()| {
-            beyond.map_or(Ok(()), |fast_ppm| Err(source.off_rate(fast_ppm, card_ppm)))
+            excess_ppm.map_or(Ok(()), |fast_ppm| Err(source.off_rate(fast_ppm, card_ppm)))
         });
         self.force_at = last;
         health.force = so_far;
@@ -221,10 +221,10 @@ impl Field {
             self.trip(&SensorRestarted("encoder's counter"));
         }
         let card = self.gauges.card_clock.get().unwrap_or_default();
-        let beyond = clock
+        let excess_ppm = clock
             .and_then(|clock| clock.beyond(&card))
             .filter(|_| now_ns >= self.judged_from_ns);
-        let polled = polled.and_then(|()| match beyond {
+        let polled = polled.and_then(|()| match excess_ppm {
             Some(fast_ppm) => Err(SourceGone::Clock {
                 of: "encoder's counter",
                 fast_ppm,
@@ -356,7 +356,11 @@ mod tests {
 
     /// Returns the trips and the readings of ten seconds with a sensor that runs fast by `fast_ppm`, arrives off its
     /// clock by `residual_s` and restarts at `restarts_s`.
-    fn told(fast_ppm: f64, residual_s: f64, restarts_s: u64) -> (Vec<String>, Vec<FieldReading>) {
+    fn ten_seconds(
+        fast_ppm: f64,
+        residual_s: f64,
+        restarts_s: u64,
+    ) -> (Vec<String>, Vec<FieldReading>) {
         let clock = |fast_ppm: f64, residual_s| ClockState {
             drift_ppm: -fast_ppm,
             span_s: 60.0,
@@ -401,7 +405,7 @@ mod tests {
     /// Fault 24.
     #[test]
     fn a_clock_beyond_one_percent_of_the_cards_trips_once_by_its_name() {
-        let (trips, readings) = told(11_000.0, 0.0, 99);
+        let (trips, readings) = ten_seconds(11_000.0, 0.0, 99);
         let [trip] = &trips[..] else {
             panic!("{trips:?}");
         };
@@ -413,25 +417,25 @@ mod tests {
             "{trip}"
         );
         assert_eq!(readings.len(), 1, "nothing is read of it any more");
-        assert_eq!(told(9_000.0, 0.0, 99).0, Vec::<String>::new());
-        assert_eq!(told(-9_000.0, 0.0, 99).0, Vec::<String>::new());
+        assert_eq!(ten_seconds(9_000.0, 0.0, 99).0, Vec::<String>::new());
+        assert_eq!(ten_seconds(-9_000.0, 0.0, 99).0, Vec::<String>::new());
     }
 
     /// Fault 48.
     #[test]
     fn a_restart_trips_by_name_unless_the_sensor_has_only_just_begun() {
-        let (trips, readings) = told(0.0, 0.0, 8);
+        let (trips, readings) = ten_seconds(0.0, 0.0, 8);
         assert_eq!(trips, [SensorRestarted("force sensor").to_string()]);
         let flagged = |reading: &FieldReading| matches!(reading, FieldReading::ForceFaults { .. });
         assert!(readings.iter().any(flagged));
-        assert_eq!(told(0.0, 0.0, 3).0, Vec::<String>::new());
+        assert_eq!(ten_seconds(0.0, 0.0, 3).0, Vec::<String>::new());
     }
 
     /// Fault 24.
     #[test]
     fn readings_that_arrive_where_their_clock_does_not_place_them_are_flagged() {
         let misplaced = |residual_s| {
-            let (trips, readings) = told(0.0, residual_s, 99);
+            let (trips, readings) = ten_seconds(0.0, residual_s, 99);
             assert_eq!(trips, Vec::<String>::new());
             let flags = readings.iter().filter(|reading| {
                 matches!(reading, FieldReading::ClockFaults { misplaced: 1, .. })

@@ -218,7 +218,11 @@ impl Flags {
         self.open.retain_mut(|open| {
             let since_s = |sample: u64| now.saturating_sub(sample) as f64 / rate_hz;
             let over = since_s(open.flag.last) >= QUIET_S;
-            if over || open.reported_at.is_none_or(|at| since_s(at) >= REFRESH_S) {
+            if over
+                || open
+                    .reported_at
+                    .is_none_or(|sample| since_s(sample) >= REFRESH_S)
+            {
                 let long = over || since_s(open.flag.first) >= REFRESH_S;
                 updates.push(open.update(now, long, rate_hz));
             }
@@ -324,7 +328,7 @@ mod tests {
     #[test]
     fn a_flag_that_does_not_end_floods_nothing_and_is_kept_up_to_the_last_second() {
         let faults: Vec<_> = (10..10_000)
-            .map(|at| (at, InputFault::PickupClipped, 1))
+            .map(|sample| (sample, InputFault::PickupClipped, 1))
             .collect();
         let (mut flags, mut updates) = (Flags::new(RATE_HZ), Vec::new());
         for &(at, fault, count) in &faults {

@@ -73,8 +73,8 @@ fn row(line: &str, says_machine: bool) -> Option<Warmth> {
     } else {
         None
     };
-    let told = up_s.is_finite() && up_s >= 0.0 && (0.0..=WARMEST_K).contains(&rise_k);
-    (fields.next().is_none() && told).then_some(Warmth {
+    let valid = up_s.is_finite() && up_s >= 0.0 && (0.0..=WARMEST_K).contains(&rise_k);
+    (fields.next().is_none() && valid).then_some(Warmth {
         boot,
         up_s,
         rise_k,

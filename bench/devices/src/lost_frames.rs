@@ -196,8 +196,8 @@ impl LossWatch {
         let unaccounted_s = self.unaccounted_s(&header);
         if header.input_xruns > self.xruns {
             self.xruns = header.input_xruns;
-            let held = self.held.get_or_insert_default().len();
-            self.until = (held + HELD_BLOCKS).min(MOST_BLOCKS);
+            let count = self.held.get_or_insert_default().len();
+            self.until = (count + HELD_BLOCKS).min(MOST_BLOCKS);
         }
         let block = SampleBlock {
             header,
@@ -250,25 +250,25 @@ impl LossWatch {
 
     /// Returns the blocks before the loss, the loss, and the blocks after it, once there are enough of them.
     fn resolve(&mut self) -> Vec<Piece> {
-        let held = self.held.as_deref().unwrap_or_default();
+        let queue = self.held.as_deref().unwrap_or_default();
         // The loss is at the block with the longest unaccounted time on the card's clock, the first of several, among
         // the blocks that are held in any case: otherwise each new block could become the place, and no block would
         // ever be passed on.
         let by_time =
-            |a: &usize, b: &usize| held[*a].unaccounted_s.total_cmp(&held[*b].unaccounted_s);
-        let places = 0..held.len().min(MOST_BLOCKS);
+            |a: &usize, b: &usize| queue[*a].unaccounted_s.total_cmp(&queue[*b].unaccounted_s);
+        let places = 0..queue.len().min(MOST_BLOCKS);
         let place = places.rev().max_by(by_time).unwrap_or(0);
-        let after = self.drive_samples(&held[place..]);
-        if held.len() < self.until || after.len() < WINDOW {
+        let after = self.drive_samples(&queue[place..]);
+        if queue.len() < self.until || after.len() < WINDOW {
             return Vec::new();
         }
         let mut before = self.tail.clone();
-        before.extend(self.drive_samples(&held[..place]));
+        before.extend(self.drive_samples(&queue[..place]));
         let lost = match before.len().checked_sub(WINDOW) {
             Some(first) => self.finder.lost(
                 &before[first..],
                 &after[..WINDOW],
-                held[place].unaccounted_s,
+                queue[place].unaccounted_s,
             ),
             None => Lost::About(0),
         };
@@ -397,7 +397,7 @@ mod tests {
     /// frames, arrives `late_s[n]` too late, with a count of `xruns(n)`.
     fn watched<const N: usize>(lost: u64, late_s: [f64; N], xruns: fn(u64) -> u64) -> Vec<Lost> {
         let mut watch = LossWatch::new(35_000.0, RATE_HZ, 1, 0);
-        let mut told = Vec::new();
+        let mut losses = Vec::new();
         for (n, late_s) in (0u64..).zip(late_s) {
             let first = 1024 * n + if n < 3 { 0 } else { lost };
             let samples = [first, first + 512].map(|first| drive(35_000.0, first, 0.3));
@@ -415,12 +415,12 @@ mod tests {
                 drive: DriveState::default(),
             };
             let pieces = watch.pass(header, samples.concat());
-            told.extend(pieces.into_iter().filter_map(|piece| match piece {
+            losses.extend(pieces.into_iter().filter_map(|piece| match piece {
                 Piece::Lost(lost) => Some(lost),
                 Piece::Block(_) => None,
             }));
         }
-        told
+        losses
     }
 
     /// Fault 6.

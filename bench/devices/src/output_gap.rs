@@ -403,16 +403,16 @@ mod tests {
         #[test]
         fn the_gap_of_the_output_is_exact_to_the_frame(
             lost in 1usize..5_000,
-            at in 30_000usize..60_000,
+            start in 30_000usize..60_000,
             late in -4_000i32..4_000,
             modulation_hz in 0.0..20.0f64,
         ) {
-            let told = (at as i32 + late) as usize;
-            let xrun = found(lost, at, told, modulation_hz, 0.3);
+            let reported = (start as i32 + late) as usize;
+            let xrun = found(lost, start, reported, modulation_hz, 0.3);
             prop_assert_eq!(xrun.gap, Gap::Of(Lost::Exactly(lost as u64)));
             let near = 200;
-            prop_assert!(xrun.from <= at as u64 && at as u64 <= xrun.from + near, "{:?}", xrun);
-            let end = (at + lost) as u64;
+            prop_assert!(xrun.from <= start as u64 && start as u64 <= xrun.from + near, "{:?}", xrun);
+            let end = (start + lost) as u64;
             prop_assert!(end <= xrun.to && xrun.to <= end + near, "{:?}", xrun);
         }
     }
@@ -477,7 +477,7 @@ mod tests {
     #[test]
     fn the_gaps_of_two_xruns_are_found_together_however_soon_the_second_follows() {
         // The second is reported before the gap of the first is over; its gap comes later.
-        let (gaps, told) = ([60_000..60_500_usize, 75_000..75_300], [60_200, 60_300]);
+        let (gaps, reports_at) = ([60_000..60_500_usize, 75_000..75_300], [60_200, 60_300]);
         let mut played = 0_u32;
         let samples: Vec<f32> = (0..140_000)
             .map(|n| {
@@ -491,7 +491,10 @@ mod tests {
         let mut watch = OutputGapWatch::new(35_000.0, RATE_HZ, 1, 0);
         let reports = samples.chunks(BLOCK).enumerate().filter_map(|(i, block)| {
             let first = i * BLOCK;
-            let xruns = told.iter().filter(|told| **told <= first).count();
+            let xruns = reports_at
+                .iter()
+                .filter(|report_at| **report_at <= first)
+                .count();
             watch.take(first as u64, block, xruns as u64)
         });
         let known: Vec<_> = reports.filter(|xrun| xrun.gap != Gap::Sought).collect();
@@ -509,9 +512,9 @@ mod tests {
         for first in (0..40_000).step_by(1000) {
             assert_eq!(watch.take(first, &silence, 0), None);
         }
-        let told = watch.take(40_000, &silence, 1).unwrap();
+        let sought = watch.take(40_000, &silence, 1).unwrap();
         let given_up = watch.lose().unwrap();
-        assert_eq!((told.gap, given_up.gap), (Gap::Sought, Gap::Unknown));
+        assert_eq!((sought.gap, given_up.gap), (Gap::Sought, Gap::Unknown));
         assert_eq!((given_up.from, given_up.to), (20_800, 88_000));
         assert_eq!((watch.give_up(), watch.lose()), (None, None));
     }

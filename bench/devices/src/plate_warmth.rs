@@ -86,7 +86,7 @@ impl PlateWarmth {
     pub fn rise_k(&self, boot: &Boot, now: Timestamp) -> f64 {
         self.left
             .as_ref()
-            .map_or(0.0, |left| cooled_k(&self.heat, left, boot, now))
+            .map_or(0.0, |warmth| cooled_k(&self.heat, warmth, boot, now))
     }
 
     /// Returns the estimated temperature of the surface, °C.

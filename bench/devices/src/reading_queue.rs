@@ -40,8 +40,8 @@ impl ReadingSender {
                 ..LineFaults::default()
             };
             let at = reading.at();
-            let told = FieldReading::ForceFaults { since, at, faults };
-            if self.to.try_send(told).is_ok() {
+            let summary = FieldReading::ForceFaults { since, at, faults };
+            if self.to.try_send(summary).is_ok() {
                 (self.dropped, self.since) = (0, None);
             }
         }

@@ -27,24 +27,24 @@ pub struct Options {
 /// ```
 #[must_use]
 pub fn text(words: &[String]) -> Option<String> {
-    let asked: Vec<String> = words.iter().flat_map(|text| telling(text)).collect();
+    let query: Vec<String> = words.iter().flat_map(|text| telling(text)).collect();
     let mut written = String::new();
     for group in index() {
-        let found: Vec<_> = group
+        let matches: Vec<_> = group
             .messages
             .iter()
-            .filter(|message| holds(&group, message, &asked))
+            .filter(|message| holds(&group, message, &query))
             .collect();
-        if found.is_empty() {
+        if matches.is_empty() {
             continue;
         }
         let line = "=".repeat(group.title.chars().count());
         let _ = writeln!(written, "{}\n{line}\n", group.title);
-        if asked.is_empty() {
+        if query.is_empty() {
             wrapped(&group.intro, WIDTH, 0, &mut written);
             written.push('\n');
         }
-        for message in found {
+        for message in matches {
             wrapped(&message.says, WIDTH, 0, &mut written);
             wrapped(&message.means, WIDTH, 4, &mut written);
             wrapped(&format!("→ {}", message.remedy), WIDTH, 4, &mut written);
@@ -63,7 +63,7 @@ fn telling(text: &str) -> Vec<String> {
         .collect()
 }
 
-fn holds(group: &MessageGroup, message: &ProgramMessage, asked: &[String]) -> bool {
+fn holds(group: &MessageGroup, message: &ProgramMessage, query: &[String]) -> bool {
     let ProgramMessage {
         says,
         means,
@@ -71,7 +71,7 @@ fn holds(group: &MessageGroup, message: &ProgramMessage, asked: &[String]) -> bo
         ..
     } = message;
     let all = format!("{} {says} {means} {remedy}", group.title).to_lowercase();
-    asked.iter().all(|word| all.contains(word.as_str()))
+    query.iter().all(|word| all.contains(word.as_str()))
 }
 
 /// Returns the index as a chapter of the handbook, in Markdown.

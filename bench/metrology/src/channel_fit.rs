@@ -216,7 +216,7 @@ mod tests {
     fn intervals_hold_the_truth() {
         let (gain, delay_s) = (0.97, 2.4 / RATE_HZ);
         let phase = wrap(-TAU * CARRIER_HZ * delay_s);
-        let mut held = [0; 3];
+        let mut covered = [0; 3];
         for seed in 0..1000 {
             let fit = ChannelFit::fit(&readings(gain, delay_s, 1e-5, seed), CARRIER_HZ).unwrap();
             let found = [
@@ -224,8 +224,8 @@ mod tests {
                 (fit.phase_rad, phase),
                 (fit.delay_s, delay_s),
             ];
-            for (held, (found, truth)) in held.iter_mut().zip(found) {
-                *held += u32::from((found.value - truth).abs() <= 1.99 * found.standard_error);
+            for (covered, (found, truth)) in covered.iter_mut().zip(found) {
+                *covered += u32::from((found.value - truth).abs() <= 1.99 * found.standard_error);
             }
             assert!(fit.delay_s.standard_error < 1e-9 && fit.gain.standard_error < 2e-6);
             assert!(
@@ -235,8 +235,8 @@ mod tests {
             );
         }
         assert!(
-            held.iter().all(|held| (930..=985).contains(held)),
-            "{held:?}"
+            covered.iter().all(|covered| (930..=985).contains(covered)),
+            "{covered:?}"
         );
     }
 

@@ -271,19 +271,19 @@ mod tests {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
         let det = 1.021_5;
         let truth = [[0.85 / det, -0.03 / det], [0.05 / det, 1.2 / det]];
-        let mut held = [[0; 2]; 2];
+        let mut covered = [[0; 2]; 2];
         for _ in 0..1000 {
             let fit = Crosstalk::fit(&loadings(2e-3, || StandardNormal.sample(&mut rng))).unwrap();
             for i in 0..2 {
                 for j in 0..2 {
                     let entry = fit.matrix[i][j];
                     let apart = (entry.value - truth[i][j]).abs();
-                    held[i][j] += u32::from(apart < 1.96 * entry.standard_error());
+                    covered[i][j] += u32::from(apart < 1.96 * entry.standard_error());
                 }
             }
         }
-        for count in held.as_flattened() {
-            assert!((935..=995).contains(count), "{held:?}");
+        for count in covered.as_flattened() {
+            assert!((935..=995).contains(count), "{covered:?}");
         }
     }
 

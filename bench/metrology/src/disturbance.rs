@@ -7,9 +7,9 @@ use crate::spectrum::{Peak, Spectrum};
 /// Highest frequency at which a tone counts as mains hum, Hz.
 const HUM_HZ: f64 = 1e3;
 /// Distance from a multiple of the mains frequency within which a tone counts as that harmonic, Hz.
-const OF_MAINS_HZ: f64 = 3.0;
+const MAINS_WIDTH_HZ: f64 = 3.0;
 /// Distance from the carrier within which a tone falls into the envelope's band, Hz.
-const IN_BAND_HZ: f64 = 2.5e3;
+const ENVELOPE_BAND_HZ: f64 = 2.5e3;
 /// Distance from the carrier within which modulation, ramps and the finger move it, Hz.
 const MOVED_HZ: f64 = 400.0;
 /// Highest harmonic of the carrier that an amplifier generates.
@@ -21,8 +21,8 @@ const MOST: usize = 5;
 const OUT_OF_BAND: f64 = 0.01;
 /// Amplitude of a tone in the carrier's band from which on it is reported, relative to full scale and to the carrier: it biases
 /// the impedance by the same fraction. Assumptions.
-const IN_BAND: f64 = 1e-3;
-const IN_BAND_OF_CARRIER: f64 = 0.01;
+const BAND_AMPLITUDE: f64 = 1e-3;
+const BAND_CARRIER_SHARE: f64 = 0.01;
 
 /// Sort of a disturbance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +53,7 @@ impl Disturbance {
     #[must_use]
     pub fn is_again(&self, other: &Self) -> bool {
         self.sort == other.sort
-            && (self.frequency_hz - other.frequency_hz).abs() < 2.0 * OF_MAINS_HZ
+            && (self.frequency_hz - other.frequency_hz).abs() < 2.0 * MAINS_WIDTH_HZ
     }
 }
 
@@ -104,7 +104,7 @@ pub fn disturbances(spectrum: &Spectrum, carrier_hz: f64, sample_rate_hz: f64) -
         .iter()
         .find(|peak| (peak.frequency_hz - carrier_hz).abs() < 2.0 * spectrum.resolution_hz())
         .map_or(0.0, |peak| peak.amplitude);
-    let driven = carrier > IN_BAND;
+    let driven = carrier > BAND_AMPLITUDE;
     let harmonics: Vec<f64> = (1..=HARMONICS)
         .map(|order| folded(carrier_hz * f64::from(order), sample_rate_hz))
         .collect();
@@ -123,12 +123,12 @@ pub fn disturbances(spectrum: &Spectrum, carrier_hz: f64, sample_rate_hz: f64) -
         frequency_hz: tone.frequency_hz,
         amplitude: tone.amplitude,
     });
-    let counts = |found: &Disturbance| {
-        let least = match found.sort {
-            Sort::InBand => IN_BAND.max(IN_BAND_OF_CARRIER * carrier),
+    let counts = |disturbance: &Disturbance| {
+        let least = match disturbance.sort {
+            Sort::InBand => BAND_AMPLITUDE.max(BAND_CARRIER_SHARE * carrier),
             _ => OUT_OF_BAND,
         };
-        found.amplitude > least
+        disturbance.amplitude > least
     };
     std::iter::once(offset)
         .chain(tones)
@@ -140,11 +140,11 @@ pub fn disturbances(spectrum: &Spectrum, carrier_hz: f64, sample_rate_hz: f64) -
 fn sort(hz: f64, carrier_hz: f64) -> Sort {
     let of_mains = |mains_hz: f64| {
         let multiple = (hz / mains_hz).round();
-        multiple >= 1.0 && (hz - multiple * mains_hz).abs() < OF_MAINS_HZ
+        multiple >= 1.0 && (hz - multiple * mains_hz).abs() < MAINS_WIDTH_HZ
     };
     if hz < HUM_HZ && (of_mains(50.0) || of_mains(60.0)) {
         Sort::Hum
-    } else if (hz - carrier_hz).abs() < IN_BAND_HZ {
+    } else if (hz - carrier_hz).abs() < ENVELOPE_BAND_HZ {
         Sort::InBand
     } else {
         Sort::OutOfBand

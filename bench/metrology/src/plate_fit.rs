@@ -465,7 +465,7 @@ mod tests {
     #[test]
     fn noisy_responses_are_covered() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(4);
-        let mut held = [0u32; 4];
+        let mut covered = [0u32; 4];
         for _ in 0..300 {
             let mut responses = TRUTH.responses(31, 560.0);
             for r in &mut responses {
@@ -481,11 +481,11 @@ mod tests {
                 covers(fit.static_ratio, TRUTH.a, 2.0),
                 covers(fit.pickup_phase_rad, TRUTH.phase, 2.0),
             ];
-            for (count, held_it) in held.iter_mut().zip(checks) {
+            for (count, held_it) in covered.iter_mut().zip(checks) {
                 *count += u32::from(held_it);
             }
         }
-        assert!(held.iter().all(|&n| n >= 278), "{held:?} of 300");
+        assert!(covered.iter().all(|&n| n >= 278), "{covered:?} of 300");
     }
 
     #[test]

@@ -219,14 +219,14 @@ mod tests {
     #[test]
     fn the_noise_density_lies_within_its_interval_whatever_tones_there_are() {
         let truth = 1e-7;
-        let mut held = 0;
+        let mut covered = 0;
         for seed in 0..60 {
             let spectrum = Spectrum::read(&noisy(seed, truth), 2, 1, RATE_HZ, 10.0).unwrap();
             let noise = spectrum.noise(33e3, 37e3);
             assert!((noise.value / truth - 1.0).abs() < 0.04, "{noise:?}");
-            held += u32::from((noise.value - truth).abs() < 1.96 * noise.standard_error);
+            covered += u32::from((noise.value - truth).abs() < 1.96 * noise.standard_error);
         }
-        assert!((53..=60).contains(&held), "{held} of 60");
+        assert!((53..=60).contains(&covered), "{covered} of 60");
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub struct OverlapError {
 /// # Errors
 /// [`OverlapError`] with both beginnings.
 pub fn require_apart(faults: &[RehearsedFault]) -> Result<(), OverlapError> {
-    let mut sorted: Vec<_> = faults.iter().filter(|each| each.fault.ends()).collect();
+    let mut sorted: Vec<_> = faults.iter().filter(|fault| fault.fault.ends()).collect();
     sorted.sort_by(|a, b| {
         (a.fault, a.at_s)
             .partial_cmp(&(b.fault, b.at_s))

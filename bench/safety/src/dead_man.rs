@@ -138,7 +138,7 @@ mod tests {
         }
 
         /// Returns a switch that was released and is held.
-        fn held() -> Self {
+        fn pressed() -> Self {
             let mut rig = Self::new();
             assert_eq!(rig.pass(100, false, false), None);
             assert_eq!(rig.switch.hold(), Hold::Press);
@@ -151,7 +151,7 @@ mod tests {
     /// Hazard 15.
     #[test]
     fn a_release_of_a_fifth_of_a_second_stops_and_a_bounce_does_not() {
-        let mut rig = Rig::held();
+        let mut rig = Rig::pressed();
         assert_eq!(rig.pass(1000, true, true), None);
         assert_eq!(rig.pass(150, false, true), None);
         assert_eq!(rig.pass(1000, true, true), None, "it was held again");
@@ -181,21 +181,21 @@ mod tests {
         // A hand faster than any person's: each poll finds the action that the last one required.
         let mut rig = Rig::new();
         rig.pass(100, true, false);
-        let mut asked = Vec::new();
+        let mut holds = Vec::new();
         for _ in 0..200 {
             let hold = rig.switch.hold();
-            if asked.last() != Some(&hold) {
-                asked.push(hold);
+            if holds.last() != Some(&hold) {
+                holds.push(hold);
             }
             rig.pass(2, hold != Hold::Release, false);
         }
-        assert_eq!(asked, [Hold::Release, Hold::Press, Hold::Held]);
+        assert_eq!(holds, [Hold::Release, Hold::Press, Hold::Held]);
     }
 
     /// Hazard 15.
     #[test]
     fn each_drive_wants_a_release_and_a_press_of_its_own() {
-        let mut rig = Rig::held();
+        let mut rig = Rig::pressed();
         rig.pass(1000, true, true);
         rig.pass(300, true, false);
         assert_eq!(rig.switch.hold(), Hold::Release);
@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn a_modulation_that_passes_zero_is_one_drive() {
-        let mut rig = Rig::held();
+        let mut rig = Rig::pressed();
         for _ in 0..20 {
             assert_eq!(rig.pass(160, true, true), None);
             assert_eq!(rig.pass(10, true, false), None);
@@ -220,7 +220,7 @@ mod tests {
         fn a_contact_that_never_closes_for_long_stops_in_time_however_it_chatters(
             chatter in prop::collection::vec((1u64..=9, 1u64..=30), 20..60),
         ) {
-            let mut rig = Rig::held();
+            let mut rig = Rig::pressed();
             rig.pass(500, true, true);
             let (mut passed_ms, mut stopped_ms) = (0, None);
             for (closed, open) in chatter {

@@ -169,15 +169,19 @@ impl DelayMeter {
     fn residual_v2(&self, lead: i64) -> f64 {
         let (mut read2, mut product, mut commanded2) = (0.0, 0.0, 0.0);
         // Readings and commands are both in order.
-        let mut after = 0;
+        let mut next = 0;
         for read in &self.readings {
             let frame = read.sample + lead;
-            while self.commands.get(after).is_some_and(|at| at.0 < frame) {
-                after += 1;
+            while self
+                .commands
+                .get(next)
+                .is_some_and(|command| command.0 < frame)
+            {
+                next += 1;
             }
-            let commanded_v = match (after.checked_sub(1), self.commands.get(after)) {
-                (Some(before), Some(&(to, high_v))) => {
-                    let (from, low_v) = self.commands[before];
+            let commanded_v = match (next.checked_sub(1), self.commands.get(next)) {
+                (Some(previous), Some(&(to, high_v))) => {
+                    let (from, low_v) = self.commands[previous];
                     low_v + (high_v - low_v) * (frame - from) as f64 / (to - from) as f64
                 }
                 (Some(last), None) => self.commands[last].1,
@@ -259,7 +263,7 @@ mod tests {
                 let after_s = rendered as f64 / RATE_HZ - SILENCE_S;
                 meter
                     .reading(captured as u64, ahead + late, read_v.abs())
-                    .map(|found| (found, after_s))
+                    .map(|delay| (delay, after_s))
             })
         }
     }

@@ -159,7 +159,7 @@ impl Readback {
         if self.readings.len() < FEWEST_READINGS {
             return None;
         }
-        if self.explained(sample, rendered) {
+        if self.has_delay(sample, rendered) {
             return None;
         }
         let late = |&&(frame, _): &&(i64, f64)| frame >= rendered - self.latency;
@@ -188,20 +188,23 @@ impl Readback {
 
     /// Returns whether a delay that has explained all earlier readings explains the latest ones, and excludes the
     /// delays that do not. `rendered` is the latest frame rendered when `sample` was read.
-    fn explained(&mut self, sample: i64, rendered: i64) -> bool {
+    fn has_delay(&mut self, sample: i64, rendered: i64) -> bool {
         let mut delays = std::mem::take(&mut self.delays);
         let readings = self.readings.len() as u32;
         let known = !delays.is_empty();
-        if let Some(&(at, volts)) = self.readings.back() {
+        if let Some(&(reading_sample, volts)) = self.readings.back() {
             for delay in &mut delays {
-                delay.vote(self.compare(at + delay.lead, volts));
+                delay.vote(self.compare(reading_sample + delay.lead, volts));
             }
         }
         self.widen(&mut delays, sample);
         delays.retain(|delay| delay.explains(readings));
         if delays.is_empty() {
             if known {
-                if self.slipped.is_some_and(|at| sample - at < self.slip) {
+                if self
+                    .slipped
+                    .is_some_and(|slip_sample| sample - slip_sample < self.slip)
+                {
                     return false;
                 }
                 self.slipped = Some(sample);
@@ -245,8 +248,8 @@ impl Readback {
     /// Returns the delay of `lead` frames with all readings judged.
     fn judged(&self, lead: i64) -> Delay {
         let mut delay = Delay::new(lead);
-        for &(at, volts) in &self.readings {
-            delay.vote(self.compare(at + lead, volts));
+        for &(reading_sample, volts) in &self.readings {
+            delay.vote(self.compare(reading_sample + lead, volts));
         }
         delay
     }
@@ -266,12 +269,13 @@ impl Readback {
     /// Returns the envelope commanded at `frame`, V peak: linear between two known commands, the nearest command
     /// elsewhere.
     fn commanded_v(&self, frame: i64) -> f64 {
-        let after = self.commands.partition_point(|&(at, _)| at < frame);
+        let next = self
+            .commands
+            .partition_point(|&(command_frame, _)| command_frame < frame);
         match (
-            after
-                .checked_sub(1)
-                .and_then(|before| self.commands.get(before)),
-            self.commands.get(after),
+            next.checked_sub(1)
+                .and_then(|previous| self.commands.get(previous)),
+            self.commands.get(next),
         ) {
             (Some(&(from, low)), Some(&(to, high))) => {
                 low + (high - low) * (frame - from) as f64 / (to - from) as f64

@@ -79,9 +79,9 @@ impl FingerProcedure {
         let force = self.force;
         // The response under a finger may not have a single resonance; the table shows it in any case.
         let fit = PlateFit::fit(&self.responses, CHANNEL_MATCH).ok();
-        let quantity = |of: fn(&PlateFit) -> metrology::FittedValue, unit| {
+        let quantity = |parameter: fn(&PlateFit) -> metrology::FittedValue, unit| {
             let fit = fit.as_ref()?;
-            let value = of(fit);
+            let value = parameter(fit);
             let n = fit.degrees_of_freedom;
             Some(Quantity::new(value.value, value.standard_error, n, unit))
         };

@@ -125,7 +125,11 @@ impl ProfileProcedure {
             .fit
             .as_ref()
             .context("the plate was not measured")?;
-        let largest = self.plate.responses.iter().map(|at| at.ratio.norm());
+        let largest = self
+            .plate
+            .responses
+            .iter()
+            .map(|response| response.ratio.norm());
         let largest = largest.fold(f64::MIN_POSITIVE, f64::max);
         let units_per_v = largest / self.config.channels.drive.volts_per_unit;
         let highest_v =
@@ -224,11 +228,11 @@ pub(crate) fn unusable(ratio: f64) -> Option<String> {
 fn instrument(capture: &Capture, settle_s: f64) -> anyhow::Result<(f64, f64)> {
     let dwell = capture.dwells.first().context("no tone was played")?;
     let window = capture.settled(dwell, settle_s);
-    let within = capture
+    let readings = capture
         .known_m
         .iter()
         .filter(|(frame, _)| window.contains(frame));
-    let lines: Vec<f64> = within.map(|(_, amplitude_m)| *amplitude_m).collect();
+    let lines: Vec<f64> = readings.map(|(_, amplitude_m)| *amplitude_m).collect();
     let n = lines.len();
     if n < LEAST_LINES {
         bail!(

@@ -25,20 +25,20 @@ const FEWEST_KEPT: usize = 3;
 /// otherwise the one with the largest upper bound.
 pub(crate) fn judged(places: &[Place]) -> (f64, f64, Uniformity) {
     let departures = departures(places);
-    let surely = |&(departure, error): &(f64, f64)| departure.abs() - SURE * error;
-    let at_most = |&(departure, error): &(f64, f64)| departure.abs() + SURE * error;
-    let furthest = |by: &dyn Fn(&(f64, f64)) -> f64| {
-        let each = departures.iter().copied();
-        each.max_by(|a, b| by(a).total_cmp(&by(b)))
+    let lower_bound = |&(departure, error): &(f64, f64)| departure.abs() - SURE * error;
+    let upper_bound = |&(departure, error): &(f64, f64)| departure.abs() + SURE * error;
+    let extreme = |bound: &dyn Fn(&(f64, f64)) -> f64| {
+        let candidates = departures.iter().copied();
+        candidates.max_by(|a, b| bound(a).total_cmp(&bound(b)))
     };
-    let nothing = (f64::NAN, f64::NAN);
+    let no_departure = (f64::NAN, f64::NAN);
     let (sure, possible) = (
-        furthest(&surely).unwrap_or(nothing),
-        furthest(&at_most).unwrap_or(nothing),
+        extreme(&lower_bound).unwrap_or(no_departure),
+        extreme(&upper_bound).unwrap_or(no_departure),
     );
-    let (verdict, (departure, error)) = if surely(&sure) > UNIFORM {
+    let (verdict, (departure, error)) = if lower_bound(&sure) > UNIFORM {
         (Uniformity::NotUniform, sure)
-    } else if at_most(&possible) <= UNIFORM {
+    } else if upper_bound(&possible) <= UNIFORM {
         (Uniformity::Uniform, possible)
     } else {
         (Uniformity::Undecided, possible)
@@ -83,8 +83,9 @@ pub(crate) fn judged_kept(places: &[Place], centre_m: f64) -> Option<KeptLength>
 
 /// Returns the ratio at a position, interpolated linearly between the places on either side, if there are both.
 fn at(places: &[Place], position_m: f64) -> Option<Place> {
-    let beside = |pair: &&[Place]| (pair[0].position_m..=pair[1].position_m).contains(&position_m);
-    let pair = places.windows(2).find(beside)?;
+    let encloses =
+        |pair: &&[Place]| (pair[0].position_m..=pair[1].position_m).contains(&position_m);
+    let pair = places.windows(2).find(encloses)?;
     let share = (position_m - pair[0].position_m) / (pair[1].position_m - pair[0].position_m);
     let [before, after] = [1.0 - share, share];
     Some(Place {
@@ -158,7 +159,7 @@ fn words(profile: &MeasuredProfile) -> String {
         let (value, error) = (departure.value, departure.standard_error);
         format!("{:+.2} ± {:.3} %", 100.0 * value, 100.0 * error)
     };
-    let within = match &profile.kept {
+    let verdict = match &profile.kept {
         Some(kept) => format!(
             "{}, {}",
             verdict_words(kept.verdict),
@@ -169,7 +170,7 @@ fn words(profile: &MeasuredProfile) -> String {
         }
     };
     format!(
-        "{}; the departure from the mean that decides is {}, {:.0} % is allowed; within the {:.0} mm that instances are cut from: {within}",
+        "{}; the departure from the mean that decides is {}, {:.0} % is allowed; within the {:.0} mm that instances are cut from: {verdict}",
         verdict_words(profile.verdict),
         percent(&profile.largest_departure),
         100.0 * UNIFORM,

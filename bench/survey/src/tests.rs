@@ -86,8 +86,8 @@ fn a_bench_that_wants_a_held_switch_or_has_no_force_sensor_drives_no_finger() {
     assert!(why.contains("dead_man"), "{why}");
     let from = CONFIG.find("[force]").unwrap();
     let to = CONFIG.find("[encoder]").unwrap();
-    let without = format!("{}{}", &CONFIG[..from], &CONFIG[to..]);
-    let why = refused(&without).unwrap_or_default();
+    let without_force = format!("{}{}", &CONFIG[..from], &CONFIG[to..]);
+    let why = refused(&without_force).unwrap_or_default();
     assert!(why.contains("[force]"), "{why}");
 }
 

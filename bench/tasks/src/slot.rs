@@ -93,15 +93,15 @@ mod tests {
     fn a_slot_that_another_thread_holds_is_not_waited_for() {
         let slot = Slot::default();
         slot.set(1);
-        let (mut seen, mut offered) = (None, Some(3));
-        slot.look(&mut seen);
-        let held = slot.0.lock().unwrap();
-        slot.look(&mut seen);
+        let (mut latest, mut offered) = (None, Some(3));
+        slot.look(&mut latest);
+        let guard = slot.0.lock().unwrap();
+        slot.look(&mut latest);
         slot.offer(&mut offered);
-        assert_eq!((seen, offered), (Some(1), Some(3)));
-        drop(held);
+        assert_eq!((latest, offered), (Some(1), Some(3)));
+        drop(guard);
         slot.offer(&mut offered);
-        slot.look(&mut seen);
-        assert_eq!((seen, offered), (Some(3), None));
+        slot.look(&mut latest);
+        assert_eq!((latest, offered), (Some(3), None));
     }
 }

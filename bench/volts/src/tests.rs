@@ -255,7 +255,7 @@ fn levels_to_come_are_lowered_where_the_meter_finds_them_too_high() {
 
 #[test]
 fn a_meter_that_is_too_coarse_or_too_slow_is_refused() {
-    let with = |accuracy, up_to_hz, levels_v: Vec<f64>, known| {
+    let setup_with = |accuracy, up_to_hz, levels_v: Vec<f64>, known| {
         let meter = VoltMeter {
             name: "a meter".to_owned(),
             reads: MeterReads::Rms,
@@ -265,14 +265,14 @@ fn a_meter_that_is_too_coarse_or_too_slow_is_refused() {
         OutputSetup::new(&config(), meter, levels_v, known)
     };
     let three = || vec![5.0, 10.0, 15.0];
-    assert!(with(0.01, Some(1e3), three(), Known::Typed).is_ok());
-    assert!(with(0.5, None, three(), Known::Typed).is_err());
-    assert!(with(f64::NAN, None, three(), Known::Typed).is_err());
-    assert!(with(0.01, Some(10.0), three(), Known::Typed).is_err());
-    assert!(with(0.01, Some(f64::NAN), three(), Known::Typed).is_err());
-    assert!(with(0.01, None, vec![5.0, 10.0], Known::Typed).is_err());
-    assert!(with(0.01, None, vec![5.0, 10.0, 56.0], Known::Typed).is_err());
-    assert!(with(0.01, None, three(), Known::Values(vec![3.5, 7.0])).is_err());
-    assert!(with(0.01, None, three(), Known::Values(vec![3.5, 7.0, 1e6])).is_err());
-    assert!(with(0.01, None, three(), Known::Values(vec![3.5, 7.0, f64::NAN])).is_err());
+    assert!(setup_with(0.01, Some(1e3), three(), Known::Typed).is_ok());
+    assert!(setup_with(0.5, None, three(), Known::Typed).is_err());
+    assert!(setup_with(f64::NAN, None, three(), Known::Typed).is_err());
+    assert!(setup_with(0.01, Some(10.0), three(), Known::Typed).is_err());
+    assert!(setup_with(0.01, Some(f64::NAN), three(), Known::Typed).is_err());
+    assert!(setup_with(0.01, None, vec![5.0, 10.0], Known::Typed).is_err());
+    assert!(setup_with(0.01, None, vec![5.0, 10.0, 56.0], Known::Typed).is_err());
+    assert!(setup_with(0.01, None, three(), Known::Values(vec![3.5, 7.0])).is_err());
+    assert!(setup_with(0.01, None, three(), Known::Values(vec![3.5, 7.0, 1e6])).is_err());
+    assert!(setup_with(0.01, None, three(), Known::Values(vec![3.5, 7.0, f64::NAN])).is_err());
 }

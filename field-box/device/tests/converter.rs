@@ -183,9 +183,9 @@ fn it_begins_with_a_reset_and_counts_once_its_filter_has_settled() {
     assert!(converter.needs_reset());
     converter.restart();
     assert!(!converter.needs_reset());
-    let taken: Vec<_> = (0..5).map(|_| converter.take()).collect();
+    let conversions: Vec<_> = (0..5).map(|_| converter.take()).collect();
     assert_eq!(
-        taken,
+        conversions,
         [None, None, Some([2, -2]), Some([3, -3]), Some([4, -4])]
     );
     bus.done();

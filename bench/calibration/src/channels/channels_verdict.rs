@@ -189,11 +189,11 @@ impl ChannelsProcedure {
                 limit,
             });
         }
-        let before = self.setup.before.as_ref();
-        let moved = before
-            .and_then(|before| before.input(input))
-            .map(|before| samples - before.delay.value);
-        if let Some(samples) = moved.filter(|moved| moved.abs() > SLIPPED) {
+        let earlier = self.setup.before.as_ref();
+        let shift = earlier
+            .and_then(|channels| channels.input(input))
+            .map(|channel| samples - channel.delay.value);
+        if let Some(samples) = shift.filter(|shift| shift.abs() > SLIPPED) {
             faults.push(ChannelsFault::SlippedSince { input, samples });
         }
         faults

@@ -22,9 +22,9 @@ pub const LOWEST: f64 = 0.05;
 /// not cut off.
 const SHORT: f64 = 0.01;
 /// Largest level of an input, relative to its clipping level.
-const BEYOND: f64 = 1.5;
+const LEVEL_LIMIT: f64 = 1.5;
 /// Largest level of the drive's input, relative to its clipping level; lower, because the safety watch reads it.
-const DRIVE_BEYOND: f64 = 1.1;
+const DRIVE_LEVEL_LIMIT: f64 = 1.1;
 
 /// Returns the levels up to `highest_v`, V peak.
 #[must_use]
@@ -114,7 +114,11 @@ pub fn too_far(inputs: &[Vec<Rung>], drive: usize, next_v: f64) -> bool {
             return false;
         };
         let expected = first.amplitude / first.drive_v * next_v;
-        let most = if input == drive { DRIVE_BEYOND } else { BEYOND };
+        let most = if input == drive {
+            DRIVE_LEVEL_LIMIT
+        } else {
+            LEVEL_LIMIT
+        };
         expected > most * rungs[cut].peaks.level
     })
 }
@@ -128,14 +132,18 @@ mod tests {
         levels_v(50.0)
             .into_iter()
             .map(|drive_v| {
-                let whole = gain * drive_v;
+                let amplitude = gain * drive_v;
                 Rung {
                     drive_v,
-                    amplitude: if whole > limit { 0.98 * whole } else { whole },
+                    amplitude: if amplitude > limit {
+                        0.98 * amplitude
+                    } else {
+                        amplitude
+                    },
                     peaks: Peaks {
-                        level: whole.min(limit),
+                        level: amplitude.min(limit),
                         scatter: 1e-6,
-                        flatness: if whole > 1.01 * limit { 5.0 } else { 1.0 },
+                        flatness: if amplitude > 1.01 * limit { 5.0 } else { 1.0 },
                     },
                 }
             })
@@ -152,14 +160,18 @@ mod tests {
 
     #[test]
     fn the_limit_is_found_and_what_lies_below_is_straight() {
-        let found = straightness(&ladder(0.02, 0.5), 1e-7).unwrap();
-        assert_eq!(found.clips_at, Some((0.5, 1e-6)));
-        assert!(found.nonlinearity < 1e-12);
-        let levels: Vec<f64> = found.departures.iter().map(|at| at.0).collect();
+        let limited = straightness(&ladder(0.02, 0.5), 1e-7).unwrap();
+        assert_eq!(limited.clips_at, Some((0.5, 1e-6)));
+        assert!(limited.nonlinearity < 1e-12);
+        let levels: Vec<f64> = limited
+            .departures
+            .iter()
+            .map(|departure| departure.0)
+            .collect();
         assert!(levels_v(50.0).starts_with(&levels) && levels.len() >= 3);
-        assert!(found.clean_up_to > 0.42 && found.clean_up_to <= 0.5);
-        let never = straightness(&ladder(0.01, 1.0), 1e-7).unwrap();
-        assert_eq!((never.clips_at, never.clean_up_to), (None, 0.5));
+        assert!(limited.clean_up_to > 0.42 && limited.clean_up_to <= 0.5);
+        let linear = straightness(&ladder(0.01, 1.0), 1e-7).unwrap();
+        assert_eq!((linear.clips_at, linear.clean_up_to), (None, 0.5));
     }
 
     #[test]

@@ -86,15 +86,15 @@ mod tests {
 
     /// Returns the largest error of the second of two inputs that read one tone, the second later by `late` samples.
     fn error(tone: f64, late: f64) -> f64 {
-        let of = |input: f64, n: f64| (TAU * tone * (n + input * late)).sin();
+        let sample_at = |input: f64, n: f64| (TAU * tone * (n + input * late)).sin();
         let mut frames: Vec<f64> = (0..2000)
-            .flat_map(|n| [0.0, 1.0].map(|input| of(input, f64::from(n))))
+            .flat_map(|n| [0.0, 1.0].map(|input| sample_at(input, f64::from(n))))
             .collect();
         Deskew::new([0.0, late].into_iter()).take(&mut frames);
         let settled = frames.chunks_exact(2).enumerate().skip(TAPS);
         settled
             .map(|(n, pair)| {
-                let true_value = of(0.0, n as f64 - HALF as f64);
+                let true_value = sample_at(0.0, n as f64 - HALF as f64);
                 (pair[0] - true_value)
                     .abs()
                     .max((pair[1] - true_value).abs())

@@ -150,7 +150,7 @@ impl Streaming {
     fn new(library: &Daqmx, plan: &Plan, callbacks: Callbacks) -> Result<Self, NotStarted> {
         let Plan { table, device, .. } = plan;
         let rate_hz = f64::from(plan.rate_hz);
-        let own = |buffer_frames| Timing {
+        let card_timing = |buffer_frames| Timing {
             source: "",
             rate_hz,
             buffer_frames,
@@ -160,9 +160,9 @@ impl Streaming {
             library,
             &plan.outputs(),
             table.output_range_v,
-            own(2 * (lead + plan.block_frames)),
+            card_timing(2 * (lead + plan.block_frames)),
         )?;
-        let buffered = own((INPUT_BUFFER_S * rate_hz) as u32);
+        let buffered = card_timing((INPUT_BUFFER_S * rate_hz) as u32);
         let of_outputs = format!("/{device}/ao/SampleClock");
         let timing = match table.clock {
             CardClock::AoSampleClock => Timing {
@@ -176,11 +176,11 @@ impl Streaming {
             output.wait_for(&format!("/{device}/ai/StartTrigger"))?;
         }
         for made_hz in [output.rate_hz()?, input.rate_hz()?] {
-            same("audio.rate_hz", rate_hz, made_hz)?;
+            require_rate("audio.rate_hz", rate_hz, made_hz)?;
         }
         let mut deskew = None;
         if let Some(convert_hz) = table.convert_hz {
-            same(
+            require_rate(
                 "nidaqmx.convert_hz",
                 convert_hz,
                 input.set_convert_hz(convert_hz)?,
@@ -323,25 +323,25 @@ impl Streaming {
             input_error,
             ..
         } = &mut self.callbacks;
-        let told = |kind| Error::with_message(kind, error.to_string());
+        let stream_error = |kind| Error::with_message(kind, error.to_string());
         match error.fault() {
             DaqFault::Overrun => {
-                input_error(told(ErrorKind::Xrun));
-                input_error(told(ErrorKind::StreamInvalidated));
+                input_error(stream_error(ErrorKind::Xrun));
+                input_error(stream_error(ErrorKind::StreamInvalidated));
             }
             DaqFault::Underrun => {
-                output_error(told(ErrorKind::Xrun));
-                output_error(told(ErrorKind::StreamInvalidated));
+                output_error(stream_error(ErrorKind::Xrun));
+                output_error(stream_error(ErrorKind::StreamInvalidated));
             }
             _ => {
-                output_error(told(ErrorKind::DeviceNotAvailable));
-                input_error(told(ErrorKind::DeviceNotAvailable));
+                output_error(stream_error(ErrorKind::DeviceNotAvailable));
+                input_error(stream_error(ErrorKind::DeviceNotAvailable));
             }
         }
     }
 }
 
-fn same(key: &'static str, asked_hz: f64, made_hz: f64) -> Result<(), NotStarted> {
+fn require_rate(key: &'static str, asked_hz: f64, made_hz: f64) -> Result<(), NotStarted> {
     if (made_hz / asked_hz - 1.0).abs() < 1e-9 {
         return Ok(());
     }

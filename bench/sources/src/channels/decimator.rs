@@ -106,15 +106,22 @@ impl Decimator {
     }
 
     fn value(&self, frame: u64) -> Filtered {
-        let from = (frame - self.half - self.first) as usize;
-        let of = |(taps, history): (&Vec<f64>, &Vec<f64>)| {
-            let samples = &history[from..from + taps.len()];
+        let start = (frame - self.half - self.first) as usize;
+        let convolution = |(taps, history): (&Vec<f64>, &Vec<f64>)| {
+            let samples = &history[start..start + taps.len()];
             taps.iter().zip(samples).map(|(tap, x)| tap * x).sum()
         };
         Filtered {
             frame,
-            values: self.taps.iter().zip(&self.history).map(of).collect(),
-            clipped: self.clipped.is_some_and(|at| at >= frame - self.half),
+            values: self
+                .taps
+                .iter()
+                .zip(&self.history)
+                .map(convolution)
+                .collect(),
+            clipped: self
+                .clipped
+                .is_some_and(|clipped_frame| clipped_frame >= frame - self.half),
         }
     }
 

@@ -244,6 +244,9 @@ mod tests {
             .map(|(now_s, dated)| (dated.host_s - now_s).abs());
         assert!(off_s.fold(0.0, f64::max) < 1e-3);
         assert!(dated.is_sorted_by(|a, b| a.1.own_s < b.1.own_s));
-        assert_eq!([5999, 6000].map(|at: usize| dated[at].1.restarts), [0, 1]);
+        assert_eq!(
+            [5999, 6000].map(|index: usize| dated[index].1.restarts),
+            [0, 1]
+        );
     }
 }

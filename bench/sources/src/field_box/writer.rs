@@ -45,15 +45,15 @@ impl Writer {
     /// Sends the present word with a changed level. Before an enable is switched on, a word without it is sent: a box that
     /// stopped, or restarted since, requires that.
     pub(super) fn say(&mut self, now_ns: u64, change: impl FnOnce(&mut Word)) -> io::Result<()> {
-        let before = self.word;
+        let previous = self.word;
         change(&mut self.word);
-        if self.word.enable && !before.enable {
+        if self.word.enable && !previous.enable {
             self.unheard.clear();
-            let on = std::mem::replace(&mut self.word, before);
+            let enable_word = std::mem::replace(&mut self.word, previous);
             self.send(now_ns)?;
             self.word = Word {
                 sequence: self.word.sequence,
-                ..on
+                ..enable_word
             };
             self.enabled_by = Some(self.word.sequence.wrapping_add(1));
             self.enable_heard = false;

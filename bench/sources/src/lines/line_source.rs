@@ -36,7 +36,7 @@ pub enum LineError {
     #[error(
         "GPIO line {line} of {chip} for the {name} is in use{}: end that program, take its overlay out of the system's \
          configuration, or wire another line and name it in [gpio]",
-        by(.consumer)
+        user_text(.consumer)
     )]
     Busy {
         /// Purpose of the line.
@@ -101,10 +101,10 @@ pub enum LineError {
     },
 }
 
-fn by(consumer: &Option<String>) -> String {
+fn user_text(consumer: &Option<String>) -> String {
     consumer.as_ref().map_or_else(
         || " by another program".to_owned(),
-        |by| format!(" by `{by}`"),
+        |name| format!(" by `{name}`"),
     )
 }
 
@@ -114,12 +114,12 @@ fn by(consumer: &Option<String>) -> String {
 /// [`LineError`] for the first line that is not available.
 pub fn take_lines(gpio: &Gpio, source: &dyn LineSource) -> Result<Lines, LineError> {
     let input = |name, line| {
-        let taken = source.input(name, line);
-        taken.map_err(|error| refused(error, name, line, source))
+        let line_handle = source.input(name, line);
+        line_handle.map_err(|error| refused(error, name, line, source))
     };
     let output = |name, line| {
-        let taken = source.output(name, line);
-        taken.map_err(|error| refused(error, name, line, source))
+        let line_handle = source.output(name, line);
+        line_handle.map_err(|error| refused(error, name, line, source))
     };
     let encoder = match (gpio.encoder_a, gpio.encoder_b) {
         (Some(a), Some(b)) => Some([input("encoder A", a)?, input("encoder B", b)?]),
@@ -302,10 +302,10 @@ mod tests {
         }
         let missing = error(5, ENOENT, None);
         assert!(matches!(missing, LineError::NoChip { .. }), "{missing}");
-        let beyond = error(23, EINVAL, None);
+        let out_of_range = error(23, EINVAL, None);
         assert!(
-            matches!(beyond, LineError::NoLine { line: 23, .. }),
-            "{beyond}"
+            matches!(out_of_range, LineError::NoLine { line: 23, .. }),
+            "{out_of_range}"
         );
         let other = error(23, EIO, None);
         assert!(matches!(other, LineError::Failed { .. }), "{other}");

@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     /// Returns the page read from a server's answer.
-    fn asked(answer: &'static str) -> Result<DevicePage, PageError> {
+    fn page_from(answer: &'static str) -> Result<DevicePage, PageError> {
         let server = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = server.local_addr().unwrap();
         let serving = std::thread::spawn(move || {
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn the_counts_per_newton_are_read_from_the_page() {
-        let page = asked(
+        let page = page_from(
             "HTTP/1.0 200 OK\r\nContent-Type: text/xml\r\n\r\n<?xml version=\"1.0\"?><netftapi2><runstat>0x00000000</runstat>\
              <scfgfu>N</scfgfu><cfgcpf>1000000</cfgcpf><cfgcpt>1000000</cfgcpt></netftapi2>\n",
         );
@@ -158,10 +158,10 @@ mod tests {
     #[test]
     fn a_page_that_says_nothing_of_use_is_refused_by_what_is_wrong() {
         let other = "HTTP/1.1 404 Not Found\r\n\r\n<html>404</html>";
-        assert!(matches!(asked(other), Err(PageError::NoPage { .. })));
-        assert!(matches!(asked(""), Err(PageError::NoPage { .. })));
+        assert!(matches!(page_from(other), Err(PageError::NoPage { .. })));
+        assert!(matches!(page_from(""), Err(PageError::NoPage { .. })));
         let torn = "HTTP/1.0 200 OK\r\n\r\n<netftapi2><cfgcpf>1";
-        assert!(matches!(asked(torn), Err(PageError::NotXml { .. })));
+        assert!(matches!(page_from(torn), Err(PageError::NotXml { .. })));
         for page in [
             "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>lbf</scfgfu><cfgcpf>1000</cfgcpf></a>",
             "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>N</scfgfu></a>",
@@ -169,12 +169,12 @@ mod tests {
             "HTTP/1.0 200 OK\r\n\r\n<a><cfgcpf>NaN</cfgcpf></a>",
         ] {
             assert!(
-                matches!(asked(page), Err(PageError::Setting { .. })),
+                matches!(page_from(page), Err(PageError::Setting { .. })),
                 "{page}"
             );
         }
-        let nobody = TcpListener::bind("127.0.0.1:0").unwrap().local_addr();
-        let nobody = DevicePage::ask(nobody.unwrap(), Duration::from_millis(200));
-        assert!(matches!(nobody, Err(PageError::Unreachable { .. })));
+        let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr();
+        let unreachable = DevicePage::ask(address.unwrap(), Duration::from_millis(200));
+        assert!(matches!(unreachable, Err(PageError::Unreachable { .. })));
     }
 }

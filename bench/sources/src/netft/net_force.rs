@@ -259,8 +259,11 @@ impl ForceSource for NetForce {
         }
         let now_s = now_s();
         if let Some(for_s) = self.backlog.take(now_s, emptied) {
-            let of = "force sensor";
-            return Err(SourceGone::Flood { of, for_s });
+            let device_name = "force sensor";
+            return Err(SourceGone::Flood {
+                of: device_name,
+                for_s,
+            });
         }
         self.ask_again(now_s).map_err(SourceGone::Network)
     }
@@ -326,12 +329,12 @@ mod tests {
                 source,
                 now_s: Cell::new(0.0),
             };
-            rig.asked();
+            rig.request();
             rig
         }
 
         /// Connects the device to the sender of a request, and returns the request.
-        fn asked(&self) -> Option<[u8; 8]> {
+        fn request(&self) -> Option<[u8; 8]> {
             let mut request = [0; 8];
             let (length, from) = self.device.recv_from(&mut request).ok()?;
             self.device.connect(from).unwrap();
@@ -423,12 +426,12 @@ mod tests {
         (1..=sent).for_each(record);
         let flood = (0..2000).find_map(|look| {
             now_s.set(1e-3 * f64::from(look));
-            let mut taken = 0;
+            let mut record_count = 0;
             // Another datagram arrives for each one that is read.
             let polled = source.poll(&|| now_s.get(), &mut |_| {
-                (sent, taken) = (sent + 1, taken + 1);
+                (sent, record_count) = (sent + 1, record_count + 1);
                 record(sent);
-                assert!(taken < 1000, "read without end");
+                assert!(record_count < 1000, "read without end");
             });
             polled.err()
         });
@@ -445,10 +448,10 @@ mod tests {
         assert_eq!(rig.stream((1, 1_000_000), 200, 7000.0).len(), 200);
         rig.now_s.set(rig.now_s.get() + 0.4);
         rig.poll().unwrap();
-        assert_eq!(rig.asked(), None);
+        assert_eq!(rig.request(), None);
         rig.now_s.set(rig.now_s.get() + 0.2);
         rig.poll().unwrap();
-        assert_eq!(rig.asked(), Some(Command::Stream.request()));
+        assert_eq!(rig.request(), Some(Command::Stream.request()));
         // The device continues its sample count.
         let goes_on = (1, 1_000_000 + 200 + (0.6 * 7000.0) as u32);
         assert_eq!(rig.stream(goes_on, 200, 7000.0).len(), 200);
@@ -479,13 +482,13 @@ mod tests {
             settled: true,
             ..ClockState::default()
         };
-        let beyond = (0..100_000).find_map(|k| {
+        let excess_ppm = (0..100_000).find_map(|k| {
             rig.send(k, k, 0.5);
             rig.now_s.set(f64::from(k) / 7812.0);
             rig.poll().unwrap();
             rig.source.health().clock.unwrap().beyond(&card)
         });
-        let gone = rig.source.off_rate(beyond.unwrap(), 0.0);
+        let gone = rig.source.off_rate(excess_ppm.unwrap(), 0.0);
         let SourceGone::Rate { counted_hz, .. } = gone else {
             panic!("{gone:?}");
         };
@@ -507,7 +510,7 @@ mod tests {
         rig.device.set_nonblocking(true).unwrap();
         rig.now_s.set(4.0);
         rig.poll().unwrap();
-        assert!(rig.asked().is_some());
+        assert!(rig.request().is_some());
         assert_eq!(rig.stream((1, 1), 50, 7000.0).len(), 50);
     }
 }

@@ -114,18 +114,18 @@ mod tests {
     /// Fault 40.
     #[test]
     fn what_the_status_says_is_told_apart_bit_by_bit() {
-        let of = |status| {
+        let condition = |status| {
             let mut bytes = [0; RECORD_BYTES];
             bytes[8..12].copy_from_slice(&u32::to_be_bytes(status));
             Record::read(&bytes).unwrap().condition()
         };
-        assert_eq!([of(0), of(1 << 16)], [Condition::Sound; 2]);
-        assert_eq!(of(1 << 31 | 1 << 17), Condition::Saturated);
+        assert_eq!([condition(0), condition(1 << 16)], [Condition::Sound; 2]);
+        assert_eq!(condition(1 << 31 | 1 << 17), Condition::Saturated);
         for bit in 18..32 {
-            assert_eq!(of(1 << bit), Condition::Failed, "bit {bit}");
+            assert_eq!(condition(1 << bit), Condition::Failed, "bit {bit}");
         }
         assert_eq!(
-            of(1 << 30 | 1 << 17),
+            condition(1 << 30 | 1 << 17),
             Condition::Failed,
             "the worse of both"
         );

@@ -50,7 +50,14 @@ impl Frame {
         let length = cobs::decode_in_place(encoded).ok()?;
         let frame: &[u8; FRAME_BYTES] = encoded.get(..length)?.try_into().ok()?;
         let (body, crc) = frame.split_at(FRAME_BYTES - 2);
-        let field = |at: usize| [body[at], body[at + 1], body[at + 2], body[at + 3]];
+        let field = |offset: usize| {
+            [
+                body[offset],
+                body[offset + 1],
+                body[offset + 2],
+                body[offset + 3],
+            ]
+        };
         (body[0] == VERSION && CRC.checksum(body).to_le_bytes() == crc).then(|| Self {
             sequence: u16::from_le_bytes([body[1], body[2]]),
             device_us: u32::from_le_bytes(field(3)),

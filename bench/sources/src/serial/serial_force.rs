@@ -85,9 +85,14 @@ impl ForceSource for SerialForce {
             }
         }
         let emptied = self.bytes.len() < MOST_BYTES;
-        let of = "force sensor";
+        let device_name = "force sensor";
         let flood = self.backlog.take(arrival_s, emptied);
-        flood.map_or(Ok(()), |for_s| Err(SourceGone::Flood { of, for_s }))
+        flood.map_or(Ok(()), |for_s| {
+            Err(SourceGone::Flood {
+                of: device_name,
+                for_s,
+            })
+        })
     }
 
     fn health(&self) -> SourceHealth {

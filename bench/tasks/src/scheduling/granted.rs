@@ -52,7 +52,7 @@ impl std::fmt::Display for Scheduling {
 
 /// Returns the scheduling of a thread that requested `priority`, has `running` and may have `limit`; `set` asks the
 /// system.
-pub(super) fn asked(
+pub(super) fn request(
     priority: u8,
     running: Option<u8>,
     limit: u64,
@@ -86,7 +86,7 @@ mod tests {
     /// tried.
     fn ask_20(limit: u64, most: u8) -> (Scheduling, Vec<u8>) {
         let mut tried = Vec::new();
-        let scheduling = asked(20, None, limit, |priority| {
+        let scheduling = request(20, None, limit, |priority| {
             tried.push(priority);
             priority <= most
         });
@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn a_priority_that_is_there_is_not_changed() {
-        let scheduling = asked(20, Some(70), 99, |_| panic!("changed"));
+        let scheduling = request(20, Some(70), 99, |_| panic!("changed"));
         assert_eq!(scheduling, Scheduling::Found { priority: 70 });
         assert!(scheduling.is_real_time());
     }

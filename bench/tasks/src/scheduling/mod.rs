@@ -18,7 +18,7 @@ pub fn ask(priority: u8) -> Scheduling {
     if !system::SUPPORTED {
         return Scheduling::Unsupported;
     }
-    granted::asked(
+    granted::request(
         priority,
         system::real_time_priority(),
         system::priority_limit(),
@@ -64,8 +64,8 @@ mod tests {
 
     #[test]
     fn what_the_system_grants_is_what_a_thread_has_and_what_it_starts_has_not() {
-        let asked = on_a_thread(|| (ask(7), look(), on_a_thread(look)));
-        match asked {
+        let scheduling = on_a_thread(|| (ask(7), look(), on_a_thread(look)));
+        match scheduling {
             (Scheduling::RealTime { priority }, looked, started) => {
                 assert!((1..=7).contains(&priority), "{priority}");
                 assert_eq!(looked, Scheduling::Found { priority });

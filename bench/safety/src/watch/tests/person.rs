@@ -209,16 +209,16 @@ impl crate::InputLine for Held {
 
 /// Returns a bench with a dead-man switch that releases in a fifth of a second, and the switch.
 fn with_switch() -> (Rig, Arc<AtomicBool>) {
-    let held = Arc::new(AtomicBool::new(false));
+    let pressed = Arc::new(AtomicBool::new(false));
     let lines = SafetyLines {
-        dead_man: Some(Box::new(Held(Arc::clone(&held)))),
+        dead_man: Some(Box::new(Held(Arc::clone(&pressed)))),
         ..SafetyLines::default()
     };
     let limits = SafetyLimits {
         dead_man_release_ns: Some(200_000_000),
         ..LIMITS
     };
-    (Rig::with_limits(limits, lines), held)
+    (Rig::with_limits(limits, lines), pressed)
 }
 
 fn arm(rig: &mut Rig) -> SafetyState {

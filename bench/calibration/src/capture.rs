@@ -86,16 +86,16 @@ impl Capture {
 
     /// Drops the first `frames` frames, and an equal share of the forces.
     pub(super) fn forget(&mut self, frames: usize) {
-        let whole = self.samples.len() / self.channels;
-        let share = |len: usize| len * frames / whole.max(1);
+        let length = self.samples.len() / self.channels;
+        let share = |len: usize| len * frames / length.max(1);
         self.from_s += frames as f64 / self.rate_hz;
         self.samples.drain(..frames * self.channels);
         self.normal_n.drain(..share(self.normal_n.len()));
         self.lateral_n.drain(..share(self.lateral_n.len()));
         self.known_m.retain_mut(|(frame, _)| {
-            let kept = *frame >= frames;
+            let is_kept = *frame >= frames;
             *frame = frame.saturating_sub(frames);
-            kept
+            is_kept
         });
     }
 
@@ -125,10 +125,10 @@ pub(super) fn held_tone(capture: &Capture, waveform: &Waveform, frames: usize) -
     let Waveform::Tone { carrier_hz, .. } = *waveform else {
         return Vec::new();
     };
-    let whole = capture.samples.len() / capture.channels;
+    let length = capture.samples.len() / capture.channels;
     vec![Dwell {
         carrier_hz,
-        frames: whole.saturating_sub(frames)..whole,
+        frames: length.saturating_sub(frames)..length,
     }]
 }
 
@@ -187,9 +187,9 @@ pub(super) fn dwells(
         return Ok(Vec::new());
     };
     // The crossing lies between the centres of two pieces.
-    let before = levels[half.saturating_sub(1)];
-    let share = if levels[half] > before {
-        (0.5 * full - before) / (levels[half] - before)
+    let lower = levels[half.saturating_sub(1)];
+    let share = if levels[half] > lower {
+        (0.5 * full - lower) / (levels[half] - lower)
     } else {
         1.0
     };
@@ -247,10 +247,10 @@ mod tests {
             rate_hz: rate,
             ..Capture::default()
         };
-        let found = dwells(&capture, &waveform, 0, ramp).unwrap();
-        assert_eq!(found.len(), 2);
-        let error = found[0].frames.start.abs_diff(start + ramp);
+        let segments = dwells(&capture, &waveform, 0, ramp).unwrap();
+        assert_eq!(segments.len(), 2);
+        let error = segments[0].frames.start.abs_diff(start + ramp);
         assert!(error < 96, "{error}");
-        assert_eq!(found[1].frames.start, found[0].frames.end);
+        assert_eq!(segments[1].frames.start, segments[0].frames.end);
     }
 }

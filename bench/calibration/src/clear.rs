@@ -135,7 +135,7 @@ mod tests {
         }
     }
 
-    fn under(normal_n: f64) -> Capture {
+    fn capture_under(normal_n: f64) -> Capture {
         Capture {
             normal_n: vec![normal_n],
             lateral_n: vec![0.0],
@@ -150,9 +150,11 @@ mod tests {
         if attended {
             assert!(matches!(next, NextStep::Ask(Request::Unload)), "{next:?}");
             assert!(clear.progress().note.unwrap().contains("driven"));
-            let done = StepOutcome::Answered(Answer::Ready, under(0.5));
+            let done = StepOutcome::Answered(Answer::Ready, capture_under(0.5));
             assert!(matches!(clear.next(done).unwrap(), NextStep::Listen(s) if s == LISTEN_S));
-            clear.next(StepOutcome::Captured(under(0.0))).unwrap();
+            clear
+                .next(StepOutcome::Captured(capture_under(0.0)))
+                .unwrap();
         }
         clear
     }
@@ -160,22 +162,30 @@ mod tests {
     #[test]
     fn a_step_under_a_finger_is_made_again_once_the_plate_is_clear() {
         let mut clear = clear(true);
-        let next = clear.next(StepOutcome::Captured(under(0.5))).unwrap();
+        let next = clear
+            .next(StepOutcome::Captured(capture_under(0.5)))
+            .unwrap();
         assert!(matches!(next, NextStep::Ask(Request::Unload)), "{next:?}");
         assert!(clear.progress().note.unwrap().contains("0.500 N"));
-        let done = || StepOutcome::Answered(Answer::Ready, under(0.5));
+        let done = || StepOutcome::Answered(Answer::Ready, capture_under(0.5));
         let next = clear.next(done()).unwrap();
         assert!(
             matches!(next, NextStep::Listen(s) if s == LISTEN_S),
             "{next:?}"
         );
-        let next = clear.next(StepOutcome::Captured(under(0.4))).unwrap();
+        let next = clear
+            .next(StepOutcome::Captured(capture_under(0.4)))
+            .unwrap();
         assert!(matches!(next, NextStep::Ask(Request::Unload)), "{next:?}");
         clear.next(done()).unwrap();
-        let next = clear.next(StepOutcome::Captured(under(0.0))).unwrap();
+        let next = clear
+            .next(StepOutcome::Captured(capture_under(0.0)))
+            .unwrap();
         assert!(matches!(next, NextStep::Listen(s) if s == 7.0), "{next:?}");
         assert_eq!(clear.procedure.0, 0, "nothing of it was used");
-        clear.next(StepOutcome::Captured(under(0.0))).unwrap();
+        clear
+            .next(StepOutcome::Captured(capture_under(0.0)))
+            .unwrap();
         assert_eq!(clear.procedure.0, 1);
         assert!(clear.progress().note.is_none());
     }
@@ -183,7 +193,7 @@ mod tests {
     #[test]
     fn where_nobody_can_be_asked_it_ends() {
         let error = clear(false)
-            .next(StepOutcome::Captured(under(0.5)))
+            .next(StepOutcome::Captured(capture_under(0.5)))
             .unwrap_err()
             .to_string();
         assert!(error.contains("something rests on the plate"), "{error}");

@@ -323,8 +323,8 @@ mod tests {
     }
 
     fn logged(guided: &Guided<Shown>) -> Vec<(LogLevel, &str)> {
-        let shown = guided.front.0.iter();
-        let lines = shown.filter_map(|event| match event {
+        let events = guided.front.0.iter();
+        let lines = events.filter_map(|event| match event {
             Event::Log { level, text } => Some((*level, text.as_str())),
             _ => None,
         });
@@ -353,7 +353,7 @@ mod tests {
     #[test]
     fn each_step_each_note_and_each_stop_is_logged_once() {
         let mut guided = guided();
-        let before = logged(&guided).len();
+        let count = logged(&guided).len();
         let driving = CalibrationProgress {
             step: 2,
             steps: 3,
@@ -382,7 +382,7 @@ mod tests {
             stop,
             (LogLevel::Error, "no audio"),
         ];
-        assert_eq!(logged(&guided)[before..], expected);
+        assert_eq!(logged(&guided)[count..], expected);
     }
 
     #[test]

@@ -226,9 +226,9 @@ mod tests {
 
     fn read(text: &[u8]) -> anyhow::Result<Vec<f64>> {
         let mut instrument = Instrument::on(Box::new(Cursor::new(text.to_vec())), Path::new("x"));
-        let mut out = Vec::new();
-        instrument.poll(|m| out.push(m))?;
-        Ok(out)
+        let mut amplitudes_m = Vec::new();
+        instrument.poll(|m| amplitudes_m.push(m))?;
+        Ok(amplitudes_m)
     }
 
     #[test]

@@ -63,8 +63,8 @@ impl Meter {
     }
 
     /// Returns the latest reading of the instrument `of`, in metres or in volts.
-    fn known(&self, of: Option<&Instrument>) -> (Option<f64>, Option<f64>) {
-        match of {
+    fn known(&self, instrument: Option<&Instrument>) -> (Option<f64>, Option<f64>) {
+        match instrument {
             Some(meter) if meter.reads_volts() => (None, self.known_m),
             _ => (self.known_m, None),
         }

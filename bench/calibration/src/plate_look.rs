@@ -39,7 +39,7 @@ pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<NextStep> {
 }
 
 /// Returns the responses of the coarse scan.
-pub(super) fn looked(capture: &Capture, config: &Config) -> anyhow::Result<Vec<Response>> {
+pub(super) fn look_responses(capture: &Capture, config: &Config) -> anyhow::Result<Vec<Response>> {
     responses(capture, config, LOOK_SETTLE_S)
 }
 

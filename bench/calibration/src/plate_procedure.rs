@@ -14,7 +14,7 @@ use crate::clear::LISTEN_S;
 use crate::judged::{Calibrates, Judged, Part};
 use crate::operator::{Answer, CalibrationProgress, Curve, PointRead, Request};
 use crate::plate_look::{
-    LOOK_STEP_HZ, LOOK_TONES, SETTLE_TIME_CONSTANTS, highest_level_v, look, looked,
+    LOOK_STEP_HZ, LOOK_TONES, SETTLE_TIME_CONSTANTS, highest_level_v, look, look_responses,
     peak_units_per_v, responses, settle_s,
 };
 use crate::points::Admittance;
@@ -74,12 +74,12 @@ impl PlateSetup {
             },
             |pickup| pickup.metres_per_unit.clone(),
         );
-        let before_hz = held.plate.as_ref().map(|plate| plate.resonance_hz.value);
+        let previous_hz = held.plate.as_ref().map(|plate| plate.resonance_hz.value);
         Ok(Self {
-            about_hz: before_hz.unwrap_or(config.plate.resonance_hz),
+            about_hz: previous_hz.unwrap_or(config.plate.resonance_hz),
             drive_v,
             metres_per_unit,
-            before_hz,
+            before_hz: previous_hz,
             pickup_phase: held
                 .pickup
                 .as_ref()
@@ -161,7 +161,7 @@ impl Procedure for PlateProcedure {
                 look(self.setup.about_hz, config)
             }
             (PlateStage::Look, StepOutcome::Captured(capture)) => {
-                let look = looked(&capture, config)?;
+                let look = look_responses(&capture, config)?;
                 self.stage = PlateStage::Close;
                 self.close_look(&look)
             }
@@ -367,14 +367,14 @@ fn turned_force(phase: &Quantity) -> Option<String> {
 impl PlateProcedure {
     /// Returns the phase lead of the force over the voltage read back; `None` if the pickup's own phase was not measured.
     fn force_phase(&self, fit: &PlateFit) -> Option<Quantity> {
-        let (own, at_hz) = self.setup.pickup_phase.as_ref()?;
+        let (pickup_phase, at_hz) = self.setup.pickup_phase.as_ref()?;
         // The pickup's phase comes from a delay, so it is proportional to the frequency.
-        let own_rad = own.value * fit.resonance_hz.value / at_hz;
-        let ahead_rad = Complex64::cis(own_rad - fit.pickup_phase_rad.value).arg();
-        let error = own
+        let pickup_rad = pickup_phase.value * fit.resonance_hz.value / at_hz;
+        let ahead_rad = Complex64::cis(pickup_rad - fit.pickup_phase_rad.value).arg();
+        let error = pickup_phase
             .standard_error
             .hypot(fit.pickup_phase_rad.standard_error);
-        let freedom = own.degrees_of_freedom;
+        let freedom = pickup_phase.degrees_of_freedom;
         Some(Quantity::new(ahead_rad, error, freedom, "rad"))
     }
 
@@ -382,7 +382,7 @@ impl PlateProcedure {
     fn drift_hz(&self, fit: &PlateFit) -> Option<f64> {
         self.setup
             .before_hz
-            .map(|before_hz| fit.resonance_hz.value - before_hz)
+            .map(|previous_hz| fit.resonance_hz.value - previous_hz)
     }
 
     /// Returns the reasons to reject the fit.
@@ -484,11 +484,15 @@ fn admittance_csv(response: &[Admittance]) -> String {
     let mut text = String::from(
         "frequency_hz,re_admittance_m_per_s_per_n,im_admittance_m_per_s_per_n,re_fit_m_per_s_per_n,im_fit_m_per_s_per_n\n",
     );
-    for at in response {
+    for admittance in response {
         let _ = writeln!(
             text,
             "{},{},{},{},{}",
-            at.frequency_hz, at.measured.re, at.measured.im, at.fitted.re, at.fitted.im
+            admittance.frequency_hz,
+            admittance.measured.re,
+            admittance.measured.im,
+            admittance.fitted.re,
+            admittance.fitted.im
         );
     }
     text

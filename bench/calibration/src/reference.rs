@@ -221,7 +221,7 @@ mod tests {
     #[test]
     fn what_is_refused_names_the_option_or_the_line() {
         let late = |delay_s, error_s| Some(StatedDelay { delay_s, error_s });
-        for (made, words) in [
+        for (result, words) in [
             (instrument_on(0, UM, 1.0, None), "channels.drive.index"),
             (instrument_on(1, UM, 1.0, None), "channels.pickup.index"),
             (instrument_on(4, UM, 1.0, None), "audio.input_channels"),
@@ -250,7 +250,7 @@ mod tests {
                 "--reference-delay-error-us",
             ),
         ] {
-            let error = made.unwrap_err();
+            let error = result.unwrap_err();
             assert!(error.contains(words), "{error}");
         }
         assert!(
@@ -278,14 +278,14 @@ mod tests {
         let displacement = instrument_on(3, UM, 4.0, late).unwrap();
         let velocity = instrument_on(3, Follows::Velocity(0.1), 4.0, late).unwrap();
         // A displacement of 1 µm with a phase of 0.5 rad.
-        let moved = Complex64::from_polar(1e-6, 0.5);
-        let seen = moved * Complex64::cis(-omega * 2e-6) / 4.0;
+        let displacement_m = Complex64::from_polar(1e-6, 0.5);
+        let reading = displacement_m * Complex64::cis(-omega * 2e-6) / 4.0;
         for (instrument, value) in [
-            (&displacement, seen / 1e-6),
-            (&velocity, seen * Complex64::new(0.0, omega) / 0.1),
+            (&displacement, reading / 1e-6),
+            (&velocity, reading * Complex64::new(0.0, omega) / 0.1),
         ] {
-            let read = instrument.displacement(&tone(value, 0.6, 1e-4), hz, frames);
-            assert!((read.unwrap().value_m - moved).norm() < 1e-15);
+            let result = instrument.displacement(&tone(value, 0.6, 1e-4), hz, frames);
+            assert!((result.unwrap().value_m - displacement_m).norm() < 1e-15);
         }
         assert!(
             displacement
@@ -300,13 +300,15 @@ mod tests {
                 .unwrap_err()
                 .contains("--reference-delay-us")
         );
-        for (bad, words) in [
+        for (faulty_tone, words) in [
             (tone(Complex64::ONE, 0.99, 0.0), "cut off"),
             (tone(Complex64::ZERO, 0.0, 0.0), "no tone"),
             (tone(Complex64::from(1e-3), 0.01, 1e-3), "no tone"),
         ] {
-            let read = displacement.displacement(&bad, hz, frames).map(|_| ());
-            assert!(read.unwrap_err().to_string().contains(words));
+            let result = displacement
+                .displacement(&faulty_tone, hz, frames)
+                .map(|_| ());
+            assert!(result.unwrap_err().to_string().contains(words));
         }
     }
 }

@@ -212,12 +212,12 @@ impl<P: Procedure> RigTask<P> {
             }
             _ => {}
         }
-        if let Some(held) = &mut self.held {
+        if let Some(tone) = &mut self.held {
             let steady =
-                header.drive.programs != held.after && header.drive.phase == DrivePhase::Steady;
+                header.drive.programs != tone.after && header.drive.phase == DrivePhase::Steady;
             // The reading of the tone restarts after an xrun.
-            held.steady_frames = if steady && !xrun {
-                held.steady_frames + header.frames as usize
+            tone.steady_frames = if steady && !xrun {
+                tone.steady_frames + header.frames as usize
             } else {
                 0
             };
@@ -234,7 +234,7 @@ impl<P: Procedure> RigTask<P> {
         self.begun = Some(next.clone());
         let goes_on = match (&self.held, &next) {
             (None, _) => true,
-            (Some(held), NextStep::Sound(waveform, _)) => held.waveform == **waveform,
+            (Some(tone), NextStep::Sound(waveform, _)) => tone.waveform == **waveform,
             _ => false,
         };
         if goes_on {
@@ -301,8 +301,8 @@ impl<P: Procedure> RigTask<P> {
     /// Returns the outcome of the present step; `None` until it is finished.
     fn finished(&mut self) -> anyhow::Result<Option<StepOutcome>> {
         let frames = self.frames();
-        if let (Some(held), Step::Asking { answer: None }) = (&self.held, &self.step)
-            && held.steady_frames as f64 > HELD_MOST_S * self.rate_hz
+        if let (Some(tone), Step::Asking { answer: None }) = (&self.held, &self.step)
+            && tone.steady_frames as f64 > HELD_MOST_S * self.rate_hz
         {
             let why = format!(
                 "timed out waiting {:.0} minutes for the operator's answer while the plate moved; the drive was stopped",
@@ -335,15 +335,15 @@ impl<P: Procedure> RigTask<P> {
                 answer: Some(answer),
             } => {
                 let answer = *answer;
-                if let Some(held) = &self.held {
+                if let Some(tone) = &self.held {
                     // The read-back and the pickup lag behind the drive.
-                    if held.steady_frames < self.tail_frames + self.held_frames
+                    if tone.steady_frames < self.tail_frames + self.held_frames
                         || frames < self.held_frames
                     {
                         return Ok(None);
                     }
                     self.capture.dwells =
-                        held_tone(&self.capture, &held.waveform, self.held_frames);
+                        held_tone(&self.capture, &tone.waveform, self.held_frames);
                     self.require_force()?;
                 }
                 let capture = std::mem::take(&mut self.capture);
@@ -387,9 +387,9 @@ impl<P: Procedure> RigTask<P> {
     }
 
     fn take_inputs(&mut self) -> anyhow::Result<()> {
-        while let Some(wish) = self.operator.next_input()? {
-            match (wish, &mut self.step) {
-                (OperatorInput::Answer(given), Step::Asking { answer }) => *answer = Some(given),
+        while let Some(input) = self.operator.next_input()? {
+            match (input, &mut self.step) {
+                (OperatorInput::Answer(reply), Step::Asking { answer }) => *answer = Some(reply),
                 // A late answer belongs to an earlier request.
                 (OperatorInput::Answer(_), _) => {}
                 (OperatorInput::Leave, _) => self.stop.raise(),

@@ -70,31 +70,31 @@ impl<W: Write> Unattended<W> {
     }
 
     /// Returns whether a finger has pressed with `least_n` to `most_n` throughout a plateau.
-    fn rests(&self, asked: &Asked, least_n: f64, most_n: f64) -> bool {
+    fn rests(&self, request: &Asked, least_n: f64, most_n: f64) -> bool {
         let in_range = |(_, [normal_n, _]): &(f64, [f64; 2])| (least_n..=most_n).contains(normal_n);
-        let long = self.now_s - asked.since_s >= PLATEAU_S;
+        let long = self.now_s - request.since_s >= PLATEAU_S;
         long && !self.recent.is_empty() && self.recent.iter().all(in_range)
     }
 
     /// Returns whether the forces have settled at the level that `asked` should produce.
-    fn settled(&self, asked: &Asked) -> bool {
+    fn settled(&self, request: &Asked) -> bool {
         let (Some(first), Some(last)) = (self.recent.front(), self.recent.back()) else {
             return false;
         };
         let span_s = last.0 - first.0;
-        if last.0 - asked.since_s < PLATEAU_S || span_s < 0.8 * PLATEAU_S {
+        if last.0 - request.since_s < PLATEAU_S || span_s < 0.8 * PLATEAU_S {
             return false;
         }
-        let (axis, wanted_kg) = match (asked.request, self.loaded) {
+        let (axis, requested_kg) = match (request.request, self.loaded) {
             (Request::Load { axis, mass_kg }, _) => (axis, mass_kg),
             (_, Some((axis, _))) => (axis, 0.0),
             _ => (ForceAxis::Normal, 0.0),
         };
-        let there_kg = match self.loaded {
+        let present_kg = match self.loaded {
             Some((loaded, mass_kg)) if loaded == axis => mass_kg,
             _ => 0.0,
         };
-        let expected_n = (wanted_kg - there_kg).abs() * GRAVITY_M_PER_S2;
+        let expected_n = (requested_kg - present_kg).abs() * GRAVITY_M_PER_S2;
         let middle_s = first.0 + 0.5 * span_s;
         let half = |late: bool| {
             let half = self
@@ -104,7 +104,7 @@ impl<W: Write> Unattended<W> {
             Self::mean_n(half.map(|(_, forces)| *forces))[axis.index()]
         };
         let (early, late) = (half(false), half(true));
-        let changed = (late - asked.before_n[axis.index()]).abs() >= SEEN_SHARE * expected_n;
+        let changed = (late - request.before_n[axis.index()]).abs() >= SEEN_SHARE * expected_n;
         changed && (late - early).abs() <= STEADY_N + STEADY_SHARE * expected_n
     }
 }
@@ -163,15 +163,15 @@ impl<W: Write + Send> Operator for Unattended<W> {
     }
 
     fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>> {
-        let Some(asked) = &self.asked else {
+        let Some(pending) = &self.asked else {
             return Ok(None);
         };
-        let done = match asked.request {
+        let done = match pending.request {
             Request::Connect(_) | Request::Review | Request::GoOn => true,
             // The move cannot be confirmed: only a simulated instrument moves automatically.
             Request::MoveVibrometer { .. } => true,
-            Request::Load { .. } | Request::Unload => self.settled(asked),
-            Request::RestFinger { least_n, most_n } => self.rests(asked, least_n, most_n),
+            Request::Load { .. } | Request::Unload => self.settled(pending),
+            Request::RestFinger { least_n, most_n } => self.rests(pending, least_n, most_n),
             Request::NameMass { axis } => bail!(
                 "no operator to type the masses of the {} axis: give --normal-g and --lateral-g, or --masses-csv",
                 axis.name()
@@ -184,15 +184,15 @@ impl<W: Write + Send> Operator for Unattended<W> {
             ),
         };
         if !done {
-            if self.now_s - asked.since_s > REQUEST_TIMEOUT_S {
+            if self.now_s - pending.since_s > REQUEST_TIMEOUT_S {
                 bail!(
                     "timed out after {REQUEST_TIMEOUT_S} s: \"{}\" was requested, but the force sensor read no new, steady load; do what is requested while the command waits, and check the sensor's cable and axes",
-                    asked.request.words()
+                    pending.request.words()
                 );
             }
             return Ok(None);
         }
-        match asked.request {
+        match pending.request {
             Request::Load { axis, mass_kg } => self.loaded = Some((axis, mass_kg)),
             Request::Unload => self.loaded = None,
             _ => {}

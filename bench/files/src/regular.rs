@@ -28,7 +28,7 @@ pub fn open(path: &Path) -> io::Result<File> {
 }
 
 pub(crate) fn require_regular(metadata: &fs::Metadata) -> Result<(), Refusal> {
-    FileKind::of(metadata.file_type()).map_or(Ok(()), |kind| Err(Refusal::NotRegular(kind)))
+    FileKind::from_type(metadata.file_type()).map_or(Ok(()), |kind| Err(Refusal::NotRegular(kind)))
 }
 
 /// Sets flags to open a named pipe without waiting for its writer, a terminal without becoming its process's

@@ -48,7 +48,7 @@ pub fn filtered(values: &[f64], rate_hz: f64, finer: usize) -> Option<Vec<f64>> 
     if values.len() < 2 * stretch {
         return None;
     }
-    let spectrum = Spectrum::of(values, rate_hz, stretch)?;
+    let spectrum = Spectrum::estimate(values, rate_hz, stretch)?;
     let noise = spectrum.noise()?;
     let passes = spectrum.passes(noise);
     through(values, rate_hz, finer, |frequency_hz| {
@@ -66,7 +66,7 @@ struct Spectrum {
 }
 
 impl Spectrum {
-    fn of(values: &[f64], rate_hz: f64, stretch: usize) -> Option<Self> {
+    fn estimate(values: &[f64], rate_hz: f64, stretch: usize) -> Option<Self> {
         let forward = RealFftPlanner::<f64>::new().plan_fft_forward(stretch);
         let mut spectrum = forward.make_output_vec();
         let mut powers = vec![Vec::new(); spectrum.len()];

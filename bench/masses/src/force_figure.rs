@@ -21,8 +21,8 @@ pub(crate) fn force_figure(
         .fold(0.0, |largest: f64, n| largest.max(n.abs()));
     let mut readings = Vec::new();
     let mut residuals = vec![zero_line(&[(0.0, 0.0), (largest_n, 0.0)])];
-    for (axis, (name, ink, own, cross)) in AXES.into_iter().enumerate() {
-        let other = 1 - axis;
+    for (axis, (name, ink, disc, cross)) in AXES.into_iter().enumerate() {
+        let other_axis = 1 - axis;
         let on_axis: Vec<usize> = (0..loadings.len())
             .filter(|&i| loadings[i].force_n[axis] != 0.0)
             .collect();
@@ -34,9 +34,9 @@ pub(crate) fn force_figure(
         };
         let sign = |i: usize| loadings[i].force_n[axis].signum();
         for (row, marker, dash, label) in [
-            (axis, own, Dash::Solid, format!("{name} masses")),
+            (axis, disc, Dash::Solid, format!("{name} masses")),
             (
-                other,
+                other_axis,
                 cross,
                 Dash::Dashed,
                 format!("{name} masses, other axis"),

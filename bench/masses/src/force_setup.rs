@@ -93,9 +93,9 @@ impl ForceSetup {
     ///
     /// # Errors
     /// If `config` has no sensor.
-    pub fn retare(config: &Config, kept: config::MeasuredForce) -> anyhow::Result<Self> {
+    pub fn retare(config: &Config, force: config::MeasuredForce) -> anyhow::Result<Self> {
         Ok(Self {
-            kept: Some(kept),
+            kept: Some(force),
             ..Self::unloaded(config)?
         })
     }

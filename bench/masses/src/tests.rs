@@ -201,11 +201,11 @@ fn a_mass_can_be_measured_again() {
         };
         [load_n[0] + slip, load_n[1]]
     };
-    let wrong = judged(&measured(setup(), &sensor, None).unwrap());
-    assert!(wrong.1.iter().any(|fault| fault.contains("depart")));
+    let first_pass = judged(&measured(setup(), &sensor, None).unwrap());
+    assert!(first_pass.1.iter().any(|fault| fault.contains("depart")));
     readings.set(0);
-    let right = judged(&measured(setup(), &sensor, Some(2)).unwrap());
-    assert_eq!(right.1, Vec::<String>::new());
+    let second_pass = judged(&measured(setup(), &sensor, Some(2)).unwrap());
+    assert_eq!(second_pass.1, Vec::<String>::new());
 }
 
 #[test]
@@ -269,8 +269,8 @@ fn where_somebody_is_there_a_slip_is_asked_for_again() {
                 StepOutcome::Answered(Answer::Ready, Capture::default())
             }
             NextStep::Ask(request) => {
-                let left = request == Request::Unload && load_n[0] > 0.0 && leaves;
-                if left {
+                let is_forgotten = request == Request::Unload && load_n[0] > 0.0 && leaves;
+                if is_forgotten {
                     leaves = false;
                 } else {
                     load_n = [0.0; 2];
@@ -316,11 +316,11 @@ fn where_somebody_is_there_a_slip_is_asked_for_again() {
         [0.02 * G, 0.0],
         5.0,
     );
-    let ended = crossed
+    let error = crossed
         .next(StepOutcome::Captured(crosswise))
         .err()
         .unwrap();
-    assert!(ended.to_string().contains("exchanged"), "{ended}");
+    assert!(error.to_string().contains("exchanged"), "{error}");
 }
 
 #[test]
@@ -489,7 +489,7 @@ fn on_inputs() -> ForceSetup {
 /// Reads a load behind a capacitor with this time constant, s, while it is placed and while it rests.
 fn behind_a_capacitor(tau_s: f64) -> anyhow::Result<()> {
     let mut procedure = ForceProcedure::new(on_inputs(), false);
-    let (mut load_n, mut before_n, mut changed_s, mut now_s) = ([0.0; 2], [0.0; 2], 0.0, 10.0);
+    let (mut load_n, mut previous_n, mut changed_s, mut now_s) = ([0.0; 2], [0.0; 2], 0.0, 10.0);
     let mut outcome = StepOutcome::Began;
     loop {
         let next = procedure.next(outcome)?;
@@ -499,7 +499,7 @@ fn behind_a_capacitor(tau_s: f64) -> anyhow::Result<()> {
             _ => return Ok(()),
         };
         if let NextStep::Ask(request) = &next {
-            (before_n, changed_s) = (load_n, now_s);
+            (previous_n, changed_s) = (load_n, now_s);
             match request {
                 Request::Load { axis, mass_kg } => load_n[axis.index()] = mass_kg * G,
                 _ => load_n = [0.0; 2],
@@ -507,7 +507,7 @@ fn behind_a_capacitor(tau_s: f64) -> anyhow::Result<()> {
         }
         let sensor = |target_n: [f64; 2], t: f64| {
             let remainder = (-(t - changed_s) / tau_s).exp();
-            [0, 1].map(|axis| (target_n[axis] - before_n[axis]) * remainder)
+            [0, 1].map(|axis| (target_n[axis] - previous_n[axis]) * remainder)
         };
         let captured = capture(&sensor, load_n, now_s);
         now_s += seconds;
@@ -538,12 +538,12 @@ fn an_input_behind_a_capacitor_is_found_by_a_constant_load_that_fades() {
 #[test]
 fn a_new_tare_keeps_the_matrix() {
     let sensor = |load_n: [f64; 2], _: f64| response(load_n);
-    let (kept, _) = judged(&measured(setup(), &sensor, None).unwrap());
-    let moved = |load_n: [f64; 2], _: f64| response(load_n).map(|n| n + 0.12);
-    let setup = ForceSetup::retare(&config(), kept.clone()).unwrap();
-    let (tared, faults) = judged(&measured(setup, &moved, None).unwrap());
+    let (force, _) = judged(&measured(setup(), &sensor, None).unwrap());
+    let shifted_sensor = |load_n: [f64; 2], _: f64| response(load_n).map(|n| n + 0.12);
+    let setup = ForceSetup::retare(&config(), force.clone()).unwrap();
+    let (tared, faults) = judged(&measured(setup, &shifted_sensor, None).unwrap());
     assert_eq!(faults, Vec::<String>::new());
-    assert_eq!(tared.correction().matrix, kept.correction().matrix);
+    assert_eq!(tared.correction().matrix, force.correction().matrix);
     for tare_n in tared.correction().tare_n {
         assert!((tare_n - 0.12).abs() < 1e-6, "{tare_n}");
     }

@@ -14,7 +14,7 @@ const AT_A_CREST: Required = Required::Stop(Within::Seconds(0.25));
 /// Time added to the longest silence, s: one burst of the sensor, a few checks by the watch, and the ramp.
 const AFTER_SILENCE: Required = Required::Stop(Within::SilenceAnd(0.05));
 /// Time within which a force over its limit stops the drive, s; weights and fingers load the plate gradually.
-const BY_FORCE: Required = Required::Stop(Within::Seconds(0.1));
+const FORCE_STOP: Required = Required::Stop(Within::Seconds(0.1));
 
 /// Declares the faults with their rows, so that each is named once.
 macro_rules! faults {
@@ -119,7 +119,7 @@ const fn push(name: &'static str, words: &'static str) -> FaultRow {
             default: 4.0,
             whole: false,
         }),
-        ..stop(name, words, 23, BY_FORCE, "Take the load off the plate.")
+        ..stop(name, words, 23, FORCE_STOP, "Take the load off the plate.")
     }
 }
 
@@ -179,7 +179,7 @@ faults! {
         AFTER_SILENCE,
         "Plug the force sensor into its port.",
     );
-    ForceSaturated = stop("force-saturated", "the force sensor's normal axis is at its end", 23, BY_FORCE, "Take the load off the plate.");
+    ForceSaturated = stop("force-saturated", "the force sensor's normal axis is at its end", 23, FORCE_STOP, "Take the load off the plate.");
     ForceDropped = flag("force-dropped", "force frames are not sent", 22, "dropped", (300.0, 10.0));
     ForceCorrupted = flag("force-corrupted", "force frames have a wrong bit", 22, "corrupted", (300.0, 10.0));
     ForceRepeated = flag("force-repeated", "force frames are sent twice", 22, "repeated", (300.0, 10.0));

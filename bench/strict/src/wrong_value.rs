@@ -62,15 +62,15 @@ impl Unreadable<'_> {
 /// Finds the value around `offset`, where a parser stopped. `None` if no value is found.
 pub(crate) fn unreadable(text: &str, offset: usize) -> Option<Unreadable<'_>> {
     let before = text.get(..offset)?;
-    let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
     let line = text[line_start..].lines().next()?;
     let offset = (offset - line_start).min(line.len());
     // A value begins after the preceding sign, or with its line; a comment is not a value.
     let opening = line[..offset].rfind(['=', '[', ',', '#']);
-    if opening.is_some_and(|at| line.as_bytes()[at] == b'#') {
+    if opening.is_some_and(|delimiter| line.as_bytes()[delimiter] == b'#') {
         return None;
     }
-    let (opened, rest) = line.split_at(opening.map_or(0, |at| at + 1));
+    let (opened, rest) = line.split_at(opening.map_or(0, |delimiter| delimiter + 1));
     let value = rest
         .find([',', ']', '}', '#'])
         .map_or(rest, |end| &rest[..end]);
@@ -103,8 +103,8 @@ fn split_number(text: &str) -> (&str, &str) {
     let text = text.trim();
     let mut end = 0;
     let bytes = text.as_bytes();
-    let digits = |from: usize| {
-        bytes[from..]
+    let digits = |start: usize| {
+        bytes[start..]
             .iter()
             .take_while(|b| b.is_ascii_digit() || **b == b'_')
             .count()

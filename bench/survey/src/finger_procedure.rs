@@ -95,7 +95,7 @@ impl FingerProcedure {
     }
 
     /// Requests a finger again, or fails if no operator is present.
-    fn again(&mut self, why: String) -> anyhow::Result<NextStep> {
+    fn ask_again(&mut self, why: String) -> anyhow::Result<NextStep> {
         self.tries += 1;
         if !self.attended && self.tries >= TRIES {
             bail!("the finger did not rest as it must, {TRIES} times: {why}");
@@ -128,7 +128,7 @@ impl FingerProcedure {
 
     fn read(&mut self, capture: &Capture) -> anyhow::Result<NextStep> {
         if let Some(why) = restless(capture) {
-            return self.again(why);
+            return self.ask_again(why);
         }
         let settle_s = self.bare.inner().settle_s();
         self.responses = plate_look::responses(capture, &self.config, settle_s)?;
@@ -209,7 +209,7 @@ impl Procedure for FingerProcedure {
                 Ok(NextStep::Listen(REST_S))
             }
             (Stage::Resting, StepOutcome::Captured(capture)) => match restless(&capture) {
-                Some(why) => self.again(why),
+                Some(why) => self.ask_again(why),
                 None => {
                     self.note = None;
                     self.tones()

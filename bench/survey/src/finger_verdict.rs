@@ -62,17 +62,18 @@ impl Calibrates for FingerProcedure {
 impl FingerProcedure {
     fn pairs(&self, plate: &MeasuredPlate) -> Vec<Pair> {
         let bare = self.bare.inner();
-        let both = bare.responses.iter().zip(&self.responses);
-        both.map(|(bare_at, loaded_at)| {
-            let frequency_hz = bare_at.frequency_hz;
-            let scale = bare.admittance_per_ratio(plate, frequency_hz);
-            Pair {
-                frequency_hz,
-                bare: bare_at.ratio * scale,
-                loaded: loaded_at.ratio * scale,
-            }
-        })
-        .collect()
+        let pairs = bare.responses.iter().zip(&self.responses);
+        pairs
+            .map(|(bare_at, loaded_at)| {
+                let frequency_hz = bare_at.frequency_hz;
+                let scale = bare.admittance_per_ratio(plate, frequency_hz);
+                Pair {
+                    frequency_hz,
+                    bare: bare_at.ratio * scale,
+                    loaded: loaded_at.ratio * scale,
+                }
+            })
+            .collect()
     }
 
     fn finger(&self, date: Timestamp, operator: &str) -> MeasuredFinger {

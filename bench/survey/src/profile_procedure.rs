@@ -190,7 +190,7 @@ impl ProfileProcedure {
             error: relative * ratio,
         };
         match self.places.get_mut(self.at) {
-            Some(before) => *before = place,
+            Some(previous) => *previous = place,
             None => self.places.push(place),
         }
         self.at = self.places.len();

@@ -69,29 +69,32 @@ pub(crate) fn judged_kept(places: &[Place], centre_m: f64) -> Option<KeptLength>
     let length_m = SelectionRules::published(centre_m).central_m;
     let ends_m = [centre_m - length_m / 2.0, centre_m + length_m / 2.0];
     let is_within = |place: &&Place| place.position_m > ends_m[0] && place.position_m < ends_m[1];
-    let mut kept: Vec<Place> = places.iter().filter(is_within).copied().collect();
-    kept.extend([at(places, ends_m[0])?, at(places, ends_m[1])?]);
-    (kept.len() >= FEWEST_KEPT).then(|| {
-        let (departure, error, verdict) = judged(&kept);
+    let mut inner: Vec<Place> = places.iter().filter(is_within).copied().collect();
+    inner.extend([
+        interpolated(places, ends_m[0])?,
+        interpolated(places, ends_m[1])?,
+    ]);
+    (inner.len() >= FEWEST_KEPT).then(|| {
+        let (departure, error, verdict) = judged(&inner);
         KeptLength {
             length_m,
             verdict,
-            largest_departure: Quantity::new(departure, error, kept.len() - 1, "1"),
+            largest_departure: Quantity::new(departure, error, inner.len() - 1, "1"),
         }
     })
 }
 
 /// Returns the ratio at a position, interpolated linearly between the places on either side, if there are both.
-fn at(places: &[Place], position_m: f64) -> Option<Place> {
+fn interpolated(places: &[Place], position_m: f64) -> Option<Place> {
     let encloses =
         |pair: &&[Place]| (pair[0].position_m..=pair[1].position_m).contains(&position_m);
     let pair = places.windows(2).find(encloses)?;
     let share = (position_m - pair[0].position_m) / (pair[1].position_m - pair[0].position_m);
-    let [before, after] = [1.0 - share, share];
+    let [left, right] = [1.0 - share, share];
     Some(Place {
         position_m,
-        ratio: before * pair[0].ratio + after * pair[1].ratio,
-        error: (before * pair[0].error).hypot(after * pair[1].error),
+        ratio: left * pair[0].ratio + right * pair[1].ratio,
+        error: (left * pair[0].error).hypot(right * pair[1].error),
     })
 }
 
@@ -160,10 +163,10 @@ fn words(profile: &MeasuredProfile) -> String {
         format!("{:+.2} ± {:.3} %", 100.0 * value, 100.0 * error)
     };
     let verdict = match &profile.kept {
-        Some(kept) => format!(
+        Some(length) => format!(
             "{}, {}",
-            verdict_words(kept.verdict),
-            percent(&kept.largest_departure)
+            verdict_words(length.verdict),
+            percent(&length.largest_departure)
         ),
         None => {
             "not judged, because its ends, or too few places of it, were not measured".to_owned()
@@ -200,7 +203,7 @@ fn csv(places: &[Place]) -> String {
 
 fn draw(places: &[Place], profile: &MeasuredProfile) -> Figure {
     let mean = places.iter().map(|place| place.ratio).sum::<f64>() / places.len() as f64;
-    let over = |value: &dyn Fn(&Place) -> f64| -> Vec<(f64, f64)> {
+    let curve = |value: &dyn Fn(&Place) -> f64| -> Vec<(f64, f64)> {
         let at = places.iter();
         at.map(|place| (1e3 * place.position_m, value(place)))
             .collect()
@@ -213,7 +216,7 @@ fn draw(places: &[Place], profile: &MeasuredProfile) -> Figure {
             (x, place.ratio - error(place), place.ratio + error(place))
         })
         .collect();
-    let level = |share: f64| over(&|_| mean * (1.0 + share));
+    let level = |share: f64| curve(&|_| mean * (1.0 + share));
     Figure {
         name: "plate-profile".to_owned(),
         title: "Amplitude along the plate".to_owned(),
@@ -236,7 +239,7 @@ fn draw(places: &[Place], profile: &MeasuredProfile) -> Figure {
                 Series::line(Ink::Grey, Dash::Solid, level(0.0)),
                 Series::line(Ink::Grey, Dash::Dashed, level(UNIFORM)),
                 Series::line(Ink::Grey, Dash::Dashed, level(-UNIFORM)),
-                Series::points(Ink::Black, Marker::Circle, over(&|place| place.ratio)),
+                Series::points(Ink::Black, Marker::Circle, curve(&|place| place.ratio)),
             ],
             ..Panel::new(
                 Axis::linear("Position along the plate (mm)"),

@@ -80,15 +80,15 @@ fn checked(bench: True, reads: MeterReads, types: Typist) -> (Judged, usize) {
                 };
                 let plate_v = amplitude_v * bench.per_commanded;
                 let typed_v = types(plate_v) * reads.peak_per_reading();
-                let heard = capture(carrier_hz, plate_v / bench.per_read_back);
-                let answered = StepOutcome::Answered(Answer::Number(typed_v), heard);
-                let next = procedure.next(answered).unwrap();
+                let captured = capture(carrier_hz, plate_v / bench.per_read_back);
+                let outcome = StepOutcome::Answered(Answer::Number(typed_v), captured);
+                let next = procedure.next(outcome).unwrap();
                 queried += usize::from(procedure.progress().note.is_some());
                 next
             }
             NextStep::Ask(Request::Review) => {
-                let kept = StepOutcome::Answered(Answer::Ready, Capture::default());
-                procedure.next(kept).unwrap()
+                let reviewed = StepOutcome::Answered(Answer::Ready, Capture::default());
+                procedure.next(reviewed).unwrap()
             }
             NextStep::Done => break,
             other => panic!("{other:?}"),
@@ -146,11 +146,11 @@ fn one_wrong_constant_in_both_is_found_with_the_volts_that_the_plate_gets() {
         assert!(fault.contains(words), "{words}: {fault}");
     }
     for factor in [2.0, 0.5] {
-        let both = True {
+        let factors = True {
             per_commanded: factor,
             per_read_back: factor,
         };
-        let (judged, queried) = checked(both, MeterReads::Peak, PEAK);
+        let (judged, queried) = checked(factors, MeterReads::Peak, PEAK);
         let fault = judged.faults.concat();
         assert!(fault.contains("wrong together") && queried == 5, "{fault}");
         let proposed = format!("channels.drive.volts_per_unit = {:.2}", 60.0 * factor);
@@ -204,9 +204,9 @@ fn note_on(typed_v: f64) -> Option<String> {
     procedure
         .next(StepOutcome::Captured(Capture::default()))
         .unwrap();
-    let heard = capture(35e3, 4.0);
-    let answered = StepOutcome::Answered(Answer::Number(typed_v), heard);
-    procedure.next(answered).unwrap();
+    let captured = capture(35e3, 4.0);
+    let outcome = StepOutcome::Answered(Answer::Number(typed_v), captured);
+    procedure.next(outcome).unwrap();
     procedure.progress().note
 }
 
@@ -264,15 +264,23 @@ fn a_meter_that_is_too_coarse_or_too_slow_is_refused() {
         };
         OutputSetup::new(&config(), meter, levels_v, known)
     };
-    let three = || vec![5.0, 10.0, 15.0];
-    assert!(setup_with(0.01, Some(1e3), three(), Known::Typed).is_ok());
-    assert!(setup_with(0.5, None, three(), Known::Typed).is_err());
-    assert!(setup_with(f64::NAN, None, three(), Known::Typed).is_err());
-    assert!(setup_with(0.01, Some(10.0), three(), Known::Typed).is_err());
-    assert!(setup_with(0.01, Some(f64::NAN), three(), Known::Typed).is_err());
+    let levels = || vec![5.0, 10.0, 15.0];
+    assert!(setup_with(0.01, Some(1e3), levels(), Known::Typed).is_ok());
+    assert!(setup_with(0.5, None, levels(), Known::Typed).is_err());
+    assert!(setup_with(f64::NAN, None, levels(), Known::Typed).is_err());
+    assert!(setup_with(0.01, Some(10.0), levels(), Known::Typed).is_err());
+    assert!(setup_with(0.01, Some(f64::NAN), levels(), Known::Typed).is_err());
     assert!(setup_with(0.01, None, vec![5.0, 10.0], Known::Typed).is_err());
     assert!(setup_with(0.01, None, vec![5.0, 10.0, 56.0], Known::Typed).is_err());
-    assert!(setup_with(0.01, None, three(), Known::Values(vec![3.5, 7.0])).is_err());
-    assert!(setup_with(0.01, None, three(), Known::Values(vec![3.5, 7.0, 1e6])).is_err());
-    assert!(setup_with(0.01, None, three(), Known::Values(vec![3.5, 7.0, f64::NAN])).is_err());
+    assert!(setup_with(0.01, None, levels(), Known::Values(vec![3.5, 7.0])).is_err());
+    assert!(setup_with(0.01, None, levels(), Known::Values(vec![3.5, 7.0, 1e6])).is_err());
+    assert!(
+        setup_with(
+            0.01,
+            None,
+            levels(),
+            Known::Values(vec![3.5, 7.0, f64::NAN])
+        )
+        .is_err()
+    );
 }

@@ -90,7 +90,7 @@ impl ChannelsSetup {
 
     /// Returns the tones of the faint scan about the carrier, Hz.
     pub(super) fn near(&self) -> [f64; 3] {
-        [-LOOK_STEP_HZ, 0.0, LOOK_STEP_HZ].map(|off| self.carrier_hz + off)
+        [-LOOK_STEP_HZ, 0.0, LOOK_STEP_HZ].map(|offset_hz| self.carrier_hz + offset_hz)
     }
 
     /// Returns the sample rate, Hz.

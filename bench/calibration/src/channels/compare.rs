@@ -78,14 +78,14 @@ pub fn compare(
             let level = level(input.index).unwrap_or(0.0);
             level / (commanded_units * input.gain.value)
         };
-        let others = calibrated
+        let other_inputs = calibrated
             .inputs
             .iter()
             .filter(|input| input.index != drive);
-        let elsewhere = others
+        let loudest = other_inputs
             .max_by(|a, b| share(a).total_cmp(&share(b)))
             .filter(|input| share(input) >= CARRIES);
-        return Err(match elsewhere {
+        return Err(match loudest {
             Some(input) => ChannelsFault::Swapped {
                 expected: drive,
                 found: input.index,

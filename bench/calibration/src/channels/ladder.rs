@@ -32,7 +32,7 @@ pub fn levels_v(highest_v: f64) -> Vec<f64> {
     let count = (-LOWEST.ln() / STEP.ln()).ceil() as i32;
     (0..=count)
         .rev()
-        .map(|below| highest_v * STEP.powi(-below))
+        .map(|step| highest_v * STEP.powi(-step))
         .collect()
 }
 
@@ -176,26 +176,26 @@ mod tests {
 
     #[test]
     fn no_input_is_driven_far_beyond_its_limit() {
-        let until = |inputs: &[Vec<Rung>]| {
+        let stop_v = |inputs: &[Vec<Rung>]| {
             levels_v(50.0)
                 .iter()
                 .position(|&next_v| {
-                    let so_far: Vec<Vec<Rung>> = inputs
+                    let ladders: Vec<Vec<Rung>> = inputs
                         .iter()
                         .map(|rungs| {
-                            let below = rungs.iter().filter(|rung| rung.drive_v < next_v);
-                            below.copied().collect()
+                            let lower_rungs = rungs.iter().filter(|rung| rung.drive_v < next_v);
+                            lower_rungs.copied().collect()
                         })
                         .collect();
-                    too_far(&so_far, 0, next_v)
+                    too_far(&ladders, 0, next_v)
                 })
                 .map(|i| levels_v(50.0)[i])
         };
-        assert_eq!(until(&[ladder(0.01, 1.0), ladder(0.015, 1.0)]), None);
-        let drive = until(&[ladder(0.02, 0.5), ladder(0.01, 1.0)]).unwrap();
-        assert!(drive * 0.02 > 0.55 && drive * 0.02 < 0.65, "{drive}");
-        let other = until(&[ladder(0.01, 1.0), ladder(0.04, 0.5)]).unwrap();
-        assert!(other * 0.04 > 0.75 && other * 0.04 < 0.88, "{other}");
+        assert_eq!(stop_v(&[ladder(0.01, 1.0), ladder(0.015, 1.0)]), None);
+        let drive_v = stop_v(&[ladder(0.02, 0.5), ladder(0.01, 1.0)]).unwrap();
+        assert!(drive_v * 0.02 > 0.55 && drive_v * 0.02 < 0.65, "{drive_v}");
+        let other_v = stop_v(&[ladder(0.01, 1.0), ladder(0.04, 0.5)]).unwrap();
+        assert!(other_v * 0.04 > 0.75 && other_v * 0.04 < 0.88, "{other_v}");
     }
 
     #[test]

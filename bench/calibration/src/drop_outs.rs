@@ -157,7 +157,7 @@ mod tests {
 
     const RATE_HZ: f64 = 192_000.0;
 
-    /// Returns two tones of 0.1 s on channel 1 of 2, with a gap of `lost` frames at frame `at`.
+    /// Returns two tones of 0.1 s on channel 1 of 2, with a gap of `lost` frames at frame `start`.
     fn capture(start: usize, lost: usize) -> Capture {
         let tones = [(34_987.0, 0..19_200), (35_013.0, 19_200..38_400)];
         let mut samples = Vec::new();

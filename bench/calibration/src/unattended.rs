@@ -76,7 +76,7 @@ impl<W: Write> Unattended<W> {
         long && !self.recent.is_empty() && self.recent.iter().all(in_range)
     }
 
-    /// Returns whether the forces have settled at the level that `asked` should produce.
+    /// Returns whether the forces have settled at the level that `request` should produce.
     fn settled(&self, request: &Asked) -> bool {
         let (Some(first), Some(last)) = (self.recent.front(), self.recent.back()) else {
             return false;

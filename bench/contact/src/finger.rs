@@ -92,7 +92,7 @@ impl FittedFinger {
         ];
         self.inversion
             .covariance
-            .map(|c| units.map(|(i, unit)| units.map(|(j, other)| c[(i, j)] * unit * other)))
+            .map(|c| units.map(|(i, unit_i)| units.map(|(j, unit_j)| c[(i, j)] * unit_i * unit_j)))
     }
 
     pub(crate) fn read(

@@ -70,9 +70,9 @@ impl<const N: usize> Inversion<N> {
 
     /// Returns k_c by Eq. 12, N/m; `z_m_std` is the standard deviation of one component of Z_m.
     pub fn stiffness(&self, z_m: Complex64, z_m_std: f64) -> Dependent<N> {
-        let seen = (z_m - self.z_p) / self.finger_scale;
-        let alone = (1.0 - self.residual_mobility * seen).inv();
-        let finger = seen * alone;
+        let z_observed = (z_m - self.z_p) / self.finger_scale;
+        let correction = (1.0 - self.residual_mobility * z_observed).inv();
+        let finger = z_observed * correction;
         let rest = self.z_t - finger;
         let by_z_t = -(finger / rest).powi(2);
         let by_z_m = (self.z_t / rest).powi(2);
@@ -82,12 +82,14 @@ impl<const N: usize> Inversion<N> {
                 self.carrier_rad_per_s,
             ),
             slopes: SVector::from_fn(|i, _| {
-                let by_seen = self.z_p_slopes[i] / self.finger_scale + seen * self.finger_slopes[i];
-                let by_finger = by_seen * alone * alone - finger * finger * self.residual_slopes[i];
+                let by_observed =
+                    self.z_p_slopes[i] / self.finger_scale + z_observed * self.finger_slopes[i];
+                let by_finger = by_observed * correction * correction
+                    - finger * finger * self.residual_slopes[i];
                 let slope = by_z_t * self.z_t_slopes[i] - by_z_m * by_finger;
                 -self.carrier_rad_per_s * slope.im
             }),
-            noise: self.carrier_rad_per_s * (by_z_m * alone * alone).norm() * z_m_std
+            noise: self.carrier_rad_per_s * (by_z_m * correction * correction).norm() * z_m_std
                 / self.finger_scale.norm(),
         }
     }
@@ -163,13 +165,13 @@ mod tests {
     /// Real and imaginary parts of Z_p, of Z_t, of the scale's logarithm and of the residual mobility.
     const PARAMETERS: usize = 8;
 
-    fn inversion(at: [f64; PARAMETERS]) -> Inversion<PARAMETERS> {
+    fn inversion(parameters: [f64; PARAMETERS]) -> Inversion<PARAMETERS> {
         let unit = |index: usize| {
             let mut slopes = [Complex64::ZERO; PARAMETERS];
             (slopes[index], slopes[index + 1]) = (Complex64::ONE, Complex64::I);
             slopes
         };
-        let pair = |index: usize| Complex64::new(at[index], at[index + 1]);
+        let pair = |index: usize| Complex64::new(parameters[index], parameters[index + 1]);
         Inversion {
             contact: Contact::new(&AssumedConstants::default(), 1.7e-6).unwrap(),
             load: LoadSlopes::default(),
@@ -191,15 +193,15 @@ mod tests {
     #[test]
     fn slopes_of_the_stiffness_are_derivatives() {
         let stiffness = |parameters: [f64; PARAMETERS]| inversion(parameters).stiffness(Z_M, 0.0);
-        let stated = stiffness(AT).slopes;
-        for (index, stated) in stated.iter().enumerate() {
+        let slopes = stiffness(AT).slopes;
+        for (index, expected) in slopes.iter().enumerate() {
             let displaced = |step: f64| {
                 let mut parameters = AT;
                 parameters[index] += step;
                 stiffness(parameters).value
             };
             let slope = (displaced(1e-6) - displaced(-1e-6)) / 2e-6;
-            assert_relative_eq!(*stated, slope, max_relative = 1e-5);
+            assert_relative_eq!(*expected, slope, max_relative = 1e-5);
         }
     }
 

@@ -397,7 +397,7 @@ mod tests {
         }
 
         fn account_in(folder: &Path) -> DoseAccount {
-            Self::of(folder, Whose::Named)
+            Self::account_in(folder, Whose::Named)
         }
 
         /// Returns the account of a drive on the bench that has its files in `folder`, as has its only participant.

@@ -341,11 +341,11 @@ impl<const N: usize> Demodulator<N> {
             });
             self.next_frame += 1;
         }
-        let spent = window_start(self.next_frame).min(stored);
+        let consumed = window_start(self.next_frame).min(stored);
         let next_sample = self.next_frame * self.filter.hop();
         for channel in &mut self.channels {
-            channel.re.drain(..spent);
-            channel.im.drain(..spent);
+            channel.re.drain(..consumed);
+            channel.im.drain(..consumed);
             let first_touched = next_sample.saturating_sub(self.filter.half_support());
             channel.flaws.forget_before(first_touched);
         }
@@ -354,7 +354,7 @@ impl<const N: usize> Demodulator<N> {
 
 impl ChannelState {
     /// Deinterleaves the samples and records lost and clipped ones.
-    fn take(&mut self, chunk: &[f32], stride: usize, input: InputChannel, at: u64) {
+    fn take(&mut self, chunk: &[f32], stride: usize, input: InputChannel, first_sample: u64) {
         let start = self.samples.len();
         let sound = Deinterleave {
             interleaved: chunk,
@@ -368,7 +368,7 @@ impl ChannelState {
             return;
         }
         let level = f64::from(input.clip_level);
-        for (sample, x) in (at..).zip(&mut self.samples[start..]) {
+        for (sample, x) in (first_sample..).zip(&mut self.samples[start..]) {
             if !x.is_finite() {
                 self.flaws.note_lost(sample);
                 *x = 0.0;
@@ -384,9 +384,9 @@ impl ChannelState {
         sample: u64,
         window: std::ops::Range<usize>,
     ) -> ChannelEnvelope {
-        let touched = sample - filter.half_support()..sample + filter.half_support() + 1;
-        let lost = self.flaws.lost_within(&touched);
-        let clipped = self.flaws.clipped_within(&touched);
+        let support = sample - filter.half_support()..sample + filter.half_support() + 1;
+        let lost = self.flaws.lost_within(&support);
+        let clipped = self.flaws.clipped_within(&support);
         let mut mask = Mask::CLEAR;
         if lost {
             mask |= Mask::LOST_SAMPLES;

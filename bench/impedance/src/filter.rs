@@ -374,14 +374,14 @@ impl Ideal {
     }
 
     fn at(&self, t: f64) -> [f64; 3] {
-        let mut out = [0.0; 3];
+        let mut derivatives = [0.0; 3];
         for &(omega, weight) in &self.nodes {
             let (sin, cos) = (omega * t).sin_cos();
-            out[0] += weight * cos;
-            out[1] -= weight * omega * sin;
-            out[2] -= weight * omega * omega * cos;
+            derivatives[0] += weight * cos;
+            derivatives[1] -= weight * omega * sin;
+            derivatives[2] -= weight * omega * omega * cos;
         }
-        out
+        derivatives
     }
 }
 
@@ -435,13 +435,13 @@ fn centred(taps: &[f64]) -> impl Iterator<Item = (f64, f64)> {
 
 /// Returns the FIR at the sample rate that is equivalent to `inner` followed by `outer` at the decimated rate.
 fn compose(outer: &[f64], inner: &[f64], decimation: usize) -> Vec<f64> {
-    let mut out = vec![0.0; (outer.len() - 1) * decimation + inner.len()];
+    let mut composite = vec![0.0; (outer.len() - 1) * decimation + inner.len()];
     for (j, g) in outer.iter().enumerate() {
         for (n, h) in inner.iter().enumerate() {
-            out[j * decimation + n] += g * h;
+            composite[j * decimation + n] += g * h;
         }
     }
-    out
+    composite
 }
 
 fn energy(taps: &[f64]) -> f64 {

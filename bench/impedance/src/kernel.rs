@@ -43,8 +43,8 @@ impl WithSimd for MixAndDecimate<'_> {
             outputs: [re, im],
         } = self;
         let length = taps[0].len();
-        let whole = re.len() / ABREAST * ABREAST;
-        for first in (0..whole).step_by(ABREAST) {
+        let multiple = re.len() / ABREAST * ABREAST;
+        for first in (0..multiple).step_by(ABREAST) {
             let mut windows = [samples; ABREAST];
             for i in 0..ABREAST {
                 windows[i] = &samples[(first + i) * step..][..length];
@@ -54,7 +54,7 @@ impl WithSimd for MixAndDecimate<'_> {
                 [re[first + i], im[first + i]] = products[i];
             }
         }
-        for j in whole..re.len() {
+        for j in multiple..re.len() {
             let window = &samples[j * step..][..length];
             [[re[j], im[j]]] = products(simd, [window], taps);
         }
@@ -206,12 +206,12 @@ mod tests {
                 windows.each_ref().map(Vec::as_slice),
                 taps.each_ref().map(Vec::as_slice),
             );
-            for ours in [
+            for fast in [
                 inner_products(windows, taps),
                 products(Scalar, windows, taps),
             ] {
-                for (ours, plain) in ours.as_flattened().iter().zip(plain.as_flattened()) {
-                    assert_relative_eq!(ours, plain, epsilon = 1e-13);
+                for (fast, plain) in fast.as_flattened().iter().zip(plain.as_flattened()) {
+                    assert_relative_eq!(fast, plain, epsilon = 1e-13);
                 }
             }
         }
@@ -220,25 +220,25 @@ mod tests {
     #[test]
     fn columns_are_taken_and_flaws_seen_in_every_layout() {
         for stride in 1..=5 {
-            let take = |interleaved: &[f32], channel, out: &mut Vec<f64>| {
+            let take = |interleaved: &[f32], channel, column: &mut Vec<f64>| {
                 let level = 0.5;
                 Deinterleave {
                     interleaved,
                     stride,
                     channel,
                     level,
-                    out,
+                    out: column,
                 }
                 .run()
             };
             let interleaved: Vec<f32> = (0..stride * 33).map(|i| i as f32 / 1000.0).collect();
             for channel in 0..stride {
-                let mut out = vec![];
-                assert!(take(&interleaved, channel, &mut out));
+                let mut column = vec![];
+                assert!(take(&interleaved, channel, &mut column));
                 let expected: Vec<f64> = (0..33)
                     .map(|k| f64::from(((k * stride + channel) as f32) / 1000.0))
                     .collect();
-                assert_eq!(out, expected);
+                assert_eq!(column, expected);
                 for flaw in [f32::NAN, f32::NEG_INFINITY, 0.5, -0.5] {
                     let mut flawed = interleaved.clone();
                     flawed[20 * stride + channel] = flaw;

@@ -134,9 +134,9 @@ pub fn lost_frames(
     let phase = CarrierPhase::new(carrier_hz, sample_rate_hz);
     let mut nearest_rad = PI;
     let mut fitting = (lowest..=highest).filter(|&k| {
-        let off = wrap(jump_rad - phase.at(k).arg()).abs();
-        nearest_rad = nearest_rad.min(off);
-        off <= tolerance_rad
+        let residual_rad = wrap(jump_rad - phase.at(k).arg()).abs();
+        nearest_rad = nearest_rad.min(residual_rad);
+        residual_rad <= tolerance_rad
     });
     match (fitting.next(), fitting.next()) {
         (Some(first), Some(second)) => Err(SampleLossError::Ambiguous {

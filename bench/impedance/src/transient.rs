@@ -247,9 +247,9 @@ mod tests {
         turning_frames(0.0, resonance_hz, index, phase_rad, delay_s)
     }
 
-    /// The same, driven `off_hz` above the carrier that the envelopes refer to.
+    /// The same, driven `offset_hz` above the carrier that the envelopes refer to.
     fn turning_frames(
-        off_hz: f64,
+        offset_hz: f64,
         resonance_hz: f64,
         index: f64,
         phase_rad: f64,
@@ -268,7 +268,7 @@ mod tests {
                 let dx = Complex64::from(2e-6 * index * modulation * cos);
                 let ddx = Complex64::from(-2e-6 * index * modulation.powi(2) * sin);
                 let i_omega = Complex64::I * omega;
-                let i_off = Complex64::I * TAU * off_hz;
+                let i_off = Complex64::I * TAU * offset_hz;
                 let (x, dx, ddx) = (
                     x,
                     dx + i_off * x,
@@ -338,8 +338,8 @@ mod tests {
 
     #[test]
     fn a_carrier_beside_the_stated_one_is_taken_for_neither() {
-        for (off_hz, delay_s) in [(-40.0, 0.0), (200.0, 0.0), (40.0, 1e-4), (-200.0, 3e-5)] {
-            let frames = turning_frames(off_hz, 35e3, 0.9, 0.3, delay_s);
+        for (offset_hz, delay_s) in [(-40.0, 0.0), (200.0, 0.0), (40.0, 1e-4), (-200.0, 3e-5)] {
+            let frames = turning_frames(offset_hz, 35e3, 0.9, 0.3, delay_s);
             let transient = Transient::fit(&frames, CARRIER_HZ, &PLATE).unwrap();
             assert_abs_diff_eq!(transient.phase_rad, 0.3, epsilon = 1e-3);
             assert_abs_diff_eq!(transient.delay_s, delay_s, epsilon = 2e-6);

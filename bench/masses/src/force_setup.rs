@@ -85,11 +85,11 @@ impl ForceSetup {
                 UNKNOWN_GRAVITY
             },
             accuracy,
-            ..Self::on(config)?
+            ..Self::unloaded(config)?
         })
     }
 
-    /// Plans a new tare for `kept`.
+    /// Plans a new tare for `force`.
     ///
     /// # Errors
     /// If `config` has no sensor.

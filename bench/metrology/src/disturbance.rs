@@ -104,20 +104,20 @@ pub fn disturbances(spectrum: &Spectrum, carrier_hz: f64, sample_rate_hz: f64) -
         .iter()
         .find(|peak| (peak.frequency_hz - carrier_hz).abs() < 2.0 * spectrum.resolution_hz())
         .map_or(0.0, |peak| peak.amplitude);
-    let driven = carrier > BAND_AMPLITUDE;
+    let is_driven = carrier > BAND_AMPLITUDE;
     let harmonics: Vec<f64> = (1..=HARMONICS)
         .map(|order| folded(carrier_hz * f64::from(order), sample_rate_hz))
         .collect();
-    let of_carrier = |tone: &Peak| {
+    let is_carrier = |tone: &Peak| {
         let near = |hz: &f64| (tone.frequency_hz - hz).abs() < MOVED_HZ;
-        driven && harmonics.iter().any(near)
+        is_driven && harmonics.iter().any(near)
     };
     let offset = Disturbance {
         sort: Sort::Offset,
         frequency_hz: 0.0,
         amplitude: spectrum.mean.abs(),
     };
-    let tones = peaks.iter().filter(|tone| !of_carrier(tone));
+    let tones = peaks.iter().filter(|tone| !is_carrier(tone));
     let tones = tones.map(|tone| Disturbance {
         sort: sort(tone.frequency_hz, carrier_hz),
         frequency_hz: tone.frequency_hz,
@@ -166,7 +166,7 @@ mod tests {
     const RATE_HZ: f64 = 192e3;
 
     /// A quarter of a second of a driven, distorted and noisy channel, with these tones.
-    fn found(
+    fn disturbances_of(
         drive: f64,
         modulation_hz: f64,
         offset: f64,
@@ -204,9 +204,9 @@ mod tests {
                 (35_700.0, 0.008, Sort::InBand),
                 (80_000.0, 0.02, Sort::OutOfBand),
             ] {
-                let found = found(drive, modulation_hz, offset, &[(hz, amplitude)]);
-                let [first, tone] = found[..] else {
-                    panic!("{hz} Hz under a drive of {drive}: {found:?}");
+                let list = disturbances_of(drive, modulation_hz, offset, &[(hz, amplitude)]);
+                let [first, tone] = list[..] else {
+                    panic!("{hz} Hz under a drive of {drive}: {list:?}");
                 };
                 assert_eq!(first.sort, Sort::Offset);
                 assert!((0.05..0.09).contains(&first.amplitude), "{first:?}");
@@ -221,8 +221,8 @@ mod tests {
     #[test]
     fn a_clean_channel_and_small_tones_disturb_nobody() {
         let small = [(50.0, 0.008), (12_345.0, 0.008), (36_000.0, 0.0015)];
-        assert_eq!(found(0.0, 0.0, 0.0, &[]), []);
-        assert_eq!(found(0.2, 20.0, -0.011, &small), []);
+        assert_eq!(disturbances_of(0.0, 0.0, 0.0, &[]), []);
+        assert_eq!(disturbances_of(0.2, 20.0, -0.011, &small), []);
     }
 
     #[test]

@@ -82,10 +82,10 @@ impl Line {
     /// # Errors
     /// When there are fewer than three points, no spread, or a value that is not finite.
     pub fn fit(points: &[LinePoint]) -> Result<Self, LineError> {
-        let bad = |p: &LinePoint| {
+        let is_invalid = |p: &LinePoint| {
             !(p.x.is_finite() && p.y.is_finite() && p.sigma.is_finite() && p.sigma > 0.0)
         };
-        if let Some(index) = points.iter().position(bad) {
+        if let Some(index) = points.iter().position(is_invalid) {
             let LinePoint { x, y, sigma } = points[index];
             return Err(LineError::NotFinite { index, x, y, sigma });
         }

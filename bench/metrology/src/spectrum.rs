@@ -134,8 +134,8 @@ impl Spectrum {
         let bins = &self.density[bin(from_hz)..=bin(to_hz)];
         let limit = STANDS_OUT * median(bins);
         let tones: Vec<usize> = (0..bins.len()).filter(|&i| bins[i] > limit).collect();
-        let apart = |i: &usize| tones.iter().all(|tone| tone.abs_diff(*i) > SIDELOBES);
-        let mut quiet: Vec<f64> = (0..bins.len()).filter(apart).map(|i| bins[i]).collect();
+        let is_quiet = |i: &usize| tones.iter().all(|tone| tone.abs_diff(*i) > SIDELOBES);
+        let mut quiet: Vec<f64> = (0..bins.len()).filter(is_quiet).map(|i| bins[i]).collect();
         if quiet.is_empty() {
             quiet = bins.to_vec();
         }
@@ -160,9 +160,9 @@ impl Spectrum {
             })
             .map(|i| {
                 let skirt = i - SKIRT..=i + SKIRT;
-                let above = |j: usize| (density[j] - floor[j]).max(0.0);
-                let power: f64 = skirt.clone().map(above).sum();
-                let centre = skirt.map(|j| j as f64 * above(j)).sum::<f64>() / power;
+                let excess = |j: usize| (density[j] - floor[j]).max(0.0);
+                let power: f64 = skirt.clone().map(excess).sum();
+                let centre = skirt.map(|j| j as f64 * excess(j)).sum::<f64>() / power;
                 Peak {
                     frequency_hz: centre * self.resolution_hz,
                     amplitude: (2.0 * power * self.resolution_hz).sqrt(),

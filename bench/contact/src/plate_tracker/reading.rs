@@ -56,11 +56,11 @@ impl Sums {
     fn add(&mut self, value: Complex64, weight: f64) {
         self.count += 1;
         self.weight += weight;
-        let before = value - self.mean;
-        self.mean += before * (weight / self.weight);
-        let after = value - self.mean;
-        self.squares.0 += weight * before.re * after.re;
-        self.squares.1 += weight * before.im * after.im;
+        let prior = value - self.mean;
+        self.mean += prior * (weight / self.weight);
+        let posterior = value - self.mean;
+        self.squares.0 += weight * prior.re * posterior.re;
+        self.squares.1 += weight * prior.im * posterior.im;
     }
 
     /// Returns the variances of the mean's real and imaginary part: noise, plus all of the scatter, because noise alone

@@ -276,9 +276,9 @@ impl Acquisition {
     }
 
     fn count_xruns(&mut self, input: u64, output: u64) {
-        let before = self.pipeline.account();
+        let account = self.pipeline.account();
         self.pipeline.count_xruns(input, output);
-        if input > before.input_xruns {
+        if input > account.input_xruns {
             self.event(EventKind::InputXrun, None, None);
             self.warnings.push(format!(
                 "input xrun at {:.3} s: the card or the computer was too slow; what was lost is marked in the recording",
@@ -400,11 +400,11 @@ impl Acquisition {
             let mut note = |fault, count| self.flags.note(fault, since..=until, count);
             // The estimate of the clocks may still move by more than the distance between two samples.
             let in_order = |last_s: f64| time_s.max(last_s + LEAST_STEP_S);
-            let moved = |in_order_s: f64| u64::from(in_order_s - time_s > MISPLACED_S);
+            let shift_count = |in_order_s: f64| u64::from(in_order_s - time_s > MISPLACED_S);
             match reading {
                 FieldReading::Force(force) => {
                     let placed_s = in_order(self.last_force_s);
-                    note(InputFault::ReadingMoved, moved(placed_s));
+                    note(InputFault::ReadingMoved, shift_count(placed_s));
                     let time_s = placed_s;
                     self.last_force_s = time_s;
                     note(
@@ -450,7 +450,7 @@ impl Acquisition {
                     note(InputFault::PositionJumped, u64::from(jumped));
                     note(InputFault::PositionUnknown, u64::from(position_m.is_nan()));
                     let placed_s = in_order(self.last_position_s);
-                    note(InputFault::ReadingMoved, moved(placed_s));
+                    note(InputFault::ReadingMoved, shift_count(placed_s));
                     let time_s = placed_s;
                     self.last_position_s = time_s;
                     batch.position.push(PositionRow { time_s, position_m });

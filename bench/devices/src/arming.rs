@@ -181,10 +181,18 @@ mod tests {
         let config = Config::parse(include_str!("../../mock-bench.toml"), "test").unwrap();
         // b_p = 7.01 N·s/m.
         let quality = 0.008 * TAU * 35e3 / 7.01;
-        let at = |hz| amplitude_m(&config.plate, quality, hz, 24.0);
-        assert!((at(35e3) - 2.024e-6).abs() < 1e-9, "{}", at(35e3));
+        let amplitude_at = |hz| amplitude_m(&config.plate, quality, hz, 24.0);
+        assert!(
+            (amplitude_at(35e3) - 2.024e-6).abs() < 1e-9,
+            "{}",
+            amplitude_at(35e3)
+        );
         // At half the width of the resonance it has fallen by √2.
-        assert!((at(35e3 * (1.0 + 0.5 / quality)) * 2f64.sqrt() / at(35e3) - 1.0).abs() < 5e-3);
+        assert!(
+            (amplitude_at(35e3 * (1.0 + 0.5 / quality)) * 2f64.sqrt() / amplitude_at(35e3) - 1.0)
+                .abs()
+                < 5e-3
+        );
     }
 
     /// Fault 46.
@@ -197,14 +205,14 @@ mod tests {
             carrier_hz: 35e3,
             amplitude_v: 20.0,
         };
-        let driven = |text: &str, pace| {
+        let permission = |text: &str, pace| {
             let config = Config::parse(text, "test").unwrap();
             let bench = Effective::uncalibrated(config);
             require_watched(&bench, &tone, pace, Timestamp::UNIX_EPOCH)
         };
         let gauges = text.replace(serial, channels);
-        assert_eq!(driven(&gauges, Pace::Card), Err(ArmingError::Unweighed));
-        assert_eq!(driven(&gauges, Pace::Simulated), Ok(()));
-        assert_eq!(driven(text, Pace::Card), Ok(()));
+        assert_eq!(permission(&gauges, Pace::Card), Err(ArmingError::Unweighed));
+        assert_eq!(permission(&gauges, Pace::Simulated), Ok(()));
+        assert_eq!(permission(text, Pace::Card), Ok(()));
     }
 }

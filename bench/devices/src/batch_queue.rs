@@ -85,8 +85,8 @@ mod tests {
         sender.send(Batch::default());
         let first = batches.try_recv().unwrap();
         assert_eq!(BatchesDropped::before(&first), Some(BatchesDropped(3)));
-        let kept = [most, most + 1, most + 2].map(|k| k.to_string());
-        assert_eq!(first.warnings, kept);
+        let warnings = [most, most + 1, most + 2].map(|k| k.to_string());
+        assert_eq!(first.warnings, warnings);
         sender.send(Batch::default());
         let next = batches.try_recv().unwrap();
         assert_eq!(

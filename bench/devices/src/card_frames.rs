@@ -21,7 +21,7 @@ impl CardFrames {
         if self
             .stretches
             .back()
-            .is_none_or(|&(_, before)| before != swallowed)
+            .is_none_or(|&(_, previous)| previous != swallowed)
         {
             self.stretches.push_back((card, swallowed));
             if self.stretches.len() > KEPT {

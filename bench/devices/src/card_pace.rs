@@ -66,12 +66,12 @@ mod tests {
         let rate_hz = 192_000.0;
         for (speed, keeps) in [(1.0, true), (1.0001, true), (2.0, true), (100.0, false)] {
             let mut pace = CardPace::new(rate_hz);
-            let kept = (0..100u64).all(|i| {
+            let is_kept = (0..100u64).all(|i| {
                 let now_ns = i * 100_000_000;
                 let frame = (now_ns as f64 * 1e-9 * rate_hz * speed) as u64;
                 pace.take(&header(frame), now_ns).is_ok()
             });
-            assert_eq!(kept, keeps, "{speed}");
+            assert_eq!(is_kept, keeps, "{speed}");
         }
         // Four seconds at once, after the computer stood still.
         let mut pace = CardPace::new(rate_hz);

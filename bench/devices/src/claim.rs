@@ -127,9 +127,9 @@ fn parts(config: &Config) -> Vec<String> {
 
 /// Returns the name of the lock file for `what`; characters that need escaping are written as bytes, so that no two
 /// parts share a file.
-fn file_name(what: &str) -> String {
+fn file_name(part: &str) -> String {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.=,".contains(&byte);
-    let escaped = what.bytes().map(|byte| match byte {
+    let escaped = part.bytes().map(|byte| match byte {
         b' ' => "_".to_owned(),
         byte if plain(byte) && byte != b'_' => char::from(byte).to_string(),
         byte => format!("%{byte:02x}"),
@@ -172,7 +172,7 @@ mod tests {
             config
         };
         let claim = Claim::take(&bench_with("A", "ttyA", &gpio("chipA", 7))).unwrap();
-        let me = format!("another friction-bench (process {})", std::process::id());
+        let holder = format!("another friction-bench (process {})", std::process::id());
         for (shared, word) in [
             (
                 bench_with("A", "ttyB", &gpio("chipB", 7)),
@@ -188,7 +188,10 @@ mod tests {
             ),
         ] {
             let refused = Claim::take(&shared).unwrap_err().to_string();
-            assert!(refused.contains(word) && refused.contains(&me), "{refused}");
+            assert!(
+                refused.contains(word) && refused.contains(&holder),
+                "{refused}"
+            );
         }
         // A refused claim holds no lock, and other benches are unaffected.
         let other = Claim::take(&bench_with("B", "ttyB", &gpio("chipA", 8))).unwrap();

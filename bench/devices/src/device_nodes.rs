@@ -79,17 +79,17 @@ pub fn sound_card(config: &Config) -> Option<String> {
 fn usb_identity(device: &str, cards: &Path, classes: &Path) -> Option<String> {
     let card = format!("card{}", card_number(device, cards)?);
     let interface = classes.join(card).join("device").canonicalize().ok()?;
-    let mut above = interface.ancestors();
-    let usb = above.find(|folder| folder.join("idVendor").is_file())?;
+    let mut ancestors = interface.ancestors();
+    let usb = ancestors.find(|folder| folder.join("idVendor").is_file())?;
     let serial = fs::read_to_string(usb.join("serial")).unwrap_or_default();
     let serial = serial.trim();
     // Many manufacturers give all of their devices a number of zeros.
-    let tells = serial
+    let is_unique = serial
         .chars()
         .any(|c| c.is_ascii_alphanumeric() && c != '0');
-    Some(if tells {
-        let shown: String = serial.chars().filter(|c| !c.is_control()).collect();
-        format!("serial number {shown}")
+    Some(if is_unique {
+        let printable: String = serial.chars().filter(|c| !c.is_control()).collect();
+        format!("serial number {printable}")
     } else {
         format!("USB port {}", usb.file_name()?.to_string_lossy())
     })

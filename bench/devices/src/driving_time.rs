@@ -67,12 +67,12 @@ fn ledger(
     hardware: &Hardware,
     (limit_s, need_s): (f64, f64),
 ) -> anyhow::Result<DriveLedger> {
-    let kept = hardware.keeps_accounts;
-    let paths = kept.then(|| AccountPaths {
+    let is_recorded = hardware.keeps_accounts;
+    let paths = is_recorded.then(|| AccountPaths {
         participant: folder.map(participant_path),
         bench: bench_path(calibration),
     });
-    let warmth = kept.then(|| warmth_path(calibration));
+    let warmth = is_recorded.then(|| warmth_path(calibration));
     Ok(DriveLedger {
         dose: DoseAccount::open(paths, whose, limit_s, need_s)?,
         warmth: PlateWarmth::open(warmth, plate_heat(config))?,
@@ -151,19 +151,19 @@ pub fn require_left(
         account.left_s(&boot, now),
         account.wait_s(need_s, &boot, now),
     );
-    let left = format!(
+    let summary = format!(
         "driving time left this hour: {} of {}",
         at_most(left_s),
         at_most(account.limit_s())
     );
     if wait_s > 0.0 {
         bail!(
-            "{left}, and {} are needed (limits.driving_s_per_hour): begin in {}",
+            "{summary}, and {} are needed (limits.driving_s_per_hour): begin in {}",
             at_least(need_s),
             at_least(wait_s)
         );
     }
-    Ok(left)
+    Ok(summary)
 }
 
 /// Requires a plate that is cool enough to be driven.

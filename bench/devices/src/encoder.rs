@@ -41,12 +41,12 @@ impl JumpWatch {
             .replace((own_s, counted_m))
             .map(|(last_s, last_m)| (own_s - last_s, counted_m - last_m));
         let jump_m = step
-            .filter(|(in_s, step_m)| step_m.abs() > IMPOSSIBLE_M_PER_S * in_s)
+            .filter(|(interval_s, step_m)| step_m.abs() > IMPOSSIBLE_M_PER_S * interval_s)
             .map(|(_, step_m)| step_m);
         self.taken_out_m += jump_m.unwrap_or(0.0);
-        let believed = self.taken_out_m.abs() <= BELIEVED_M;
+        let is_plausible = self.taken_out_m.abs() <= BELIEVED_M;
         Watched {
-            position_m: if believed {
+            position_m: if is_plausible {
                 counted_m - self.taken_out_m
             } else {
                 f64::NAN
@@ -132,16 +132,19 @@ mod tests {
             .map(|(host_s, &counted_m)| watch.take(host_s, counted_m))
             .collect();
         let jumps = (0..watched.len()).filter(|&i| watched[i].jumped).collect();
-        (watched.iter().map(|it| it.position_m).collect(), jumps)
+        (
+            watched.iter().map(|sample| sample.position_m).collect(),
+            jumps,
+        )
     }
 
-    fn agree(found_m: &[f64], expected_m: &[f64]) {
-        assert_eq!(found_m.len(), expected_m.len());
-        for (found, expected) in found_m.iter().zip(expected_m) {
-            let both_unknown = found.is_nan() && expected.is_nan();
+    fn agree(positions_m: &[f64], expected_m: &[f64]) {
+        assert_eq!(positions_m.len(), expected_m.len());
+        for (position, expected) in positions_m.iter().zip(expected_m) {
+            let both_unknown = position.is_nan() && expected.is_nan();
             assert!(
-                both_unknown || (found - expected).abs() < 1e-12,
-                "{found_m:?}"
+                both_unknown || (position - expected).abs() < 1e-12,
+                "{positions_m:?}"
             );
         }
     }

@@ -198,8 +198,8 @@ impl Field {
             });
         });
         let SourceHealth { faults, clock } = encoder.health();
-        let before = std::mem::replace(&mut self.position_restarts, faults.restarted);
-        let position_restarts = faults.restarted - before;
+        let previous = std::mem::replace(&mut self.position_restarts, faults.restarted);
+        let position_restarts = faults.restarted - previous;
         if placed > 0 {
             let mut health = self.gauges.field.get().unwrap_or_default();
             health.encoder_skipped = encoder.missed();
@@ -235,8 +235,8 @@ impl Field {
         match polled {
             Ok(()) => Ok(()),
             Err(SourceGone::Line(error)) => Err(error.into()),
-            Err(gone) => {
-                self.trip(&gone);
+            Err(loss) => {
+                self.trip(&loss);
                 self.encoder = None;
                 Ok(())
             }
@@ -290,8 +290,8 @@ impl Task for Field {
     }
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
-        let before_ns = self.polled_ns.replace(now_ns).unwrap_or(now_ns);
-        if now_ns.saturating_sub(before_ns) > ABSENCE_NS {
+        let previous_ns = self.polled_ns.replace(now_ns).unwrap_or(now_ns);
+        if now_ns.saturating_sub(previous_ns) > ABSENCE_NS {
             self.judged_from_ns = now_ns + SETTLES_NS;
         }
         let suspended_ns = self.clock.suspended_ns();
@@ -369,7 +369,7 @@ mod tests {
         };
         let (gauges, safety) = <(Arc<Gauges>, Mailbox<SafetyCommand>)>::default();
         gauges.card_clock.set(clock(-200.0, 0.0));
-        let (readings, came) = reading_queue();
+        let (readings, received) = reading_queue();
         let mut field = Field::new(
             None,
             None,
@@ -399,7 +399,7 @@ mod tests {
             };
             trips.push(trip.to_string());
         }
-        (trips, came.try_iter().collect())
+        (trips, received.try_iter().collect())
     }
 
     /// Fault 24.
@@ -460,20 +460,20 @@ mod tests {
             Mailbox::default(),
             Arc::new(SystemClock::start()),
         );
-        let mut at = |ms: u64, high: bool| {
+        let mut button_at = |ms: u64, high: bool| {
             level.store(high, Ordering::Relaxed);
             field.poll(ms * 1_000_000).unwrap();
             let now = gauges.field.get().unwrap();
             (now.button_pressed, now.button_presses, now.button_press_ns)
         };
-        assert_eq!(at(100, false), (Some(false), 0, None));
-        assert_eq!(at(110, true), (Some(true), 1, Some(110_000_000)));
+        assert_eq!(button_at(100, false), (Some(false), 0, None));
+        assert_eq!(button_at(110, true), (Some(true), 1, Some(110_000_000)));
         // It bounces.
-        assert_eq!(at(112, false).1, 1);
-        assert_eq!(at(113, true).1, 1);
-        assert_eq!(at(160, false), (Some(false), 1, Some(110_000_000)));
-        assert_eq!(at(900, false), (Some(false), 1, Some(110_000_000)));
-        assert_eq!(at(910, true), (Some(true), 2, Some(910_000_000)));
+        assert_eq!(button_at(112, false).1, 1);
+        assert_eq!(button_at(113, true).1, 1);
+        assert_eq!(button_at(160, false), (Some(false), 1, Some(110_000_000)));
+        assert_eq!(button_at(900, false), (Some(false), 1, Some(110_000_000)));
+        assert_eq!(button_at(910, true), (Some(true), 2, Some(910_000_000)));
         assert!(pressed.load(Ordering::Acquire));
     }
 }

@@ -90,9 +90,10 @@ impl LossFinder {
         let mut expected: Option<Complex64> = None;
         // The last window ends with the samples.
         drive.rchunks_exact(WINDOW).rev().all(|window| {
-            let now = self.phasor(window);
-            let before = expected.replace(now * turn).unwrap_or(now);
-            now.norm() >= LEAST_AMPLITUDE && (now * before.conj()).arg().abs() < TOLERANCE_RAD
+            let phasor_now = self.phasor(window);
+            let predicted = expected.replace(phasor_now * turn).unwrap_or(phasor_now);
+            phasor_now.norm() >= LEAST_AMPLITUDE
+                && (phasor_now * predicted.conj()).arg().abs() < TOLERANCE_RAD
         })
     }
 
@@ -228,11 +229,11 @@ impl LossWatch {
     fn unaccounted_s(&mut self, header: &BlockHeader) -> f64 {
         let length_s = f64::from(header.frames) / f64::from(self.finder.sample_rate_hz);
         let begins_ns = header.time.capture_ns;
-        let before_ns = self
+        let previous_ns = self
             .ended_ns
             .replace(begins_ns + (length_s * 1e9) as u64)
             .unwrap_or(begins_ns);
-        begins_ns.saturating_sub(before_ns) as f64 * 1e-9
+        begins_ns.saturating_sub(previous_ns) as f64 * 1e-9
     }
 
     fn drive_samples(&self, blocks: &[SampleBlock]) -> Vec<f32> {
@@ -279,16 +280,20 @@ impl LossWatch {
             Lost::Exactly(0) if self.until == MOST_BLOCKS || !self.finder.goes_on(&before) => {
                 Lost::About(0)
             }
-            found => found,
+            loss => loss,
         };
         let mut blocks = self.held.take().unwrap_or_default();
-        let behind = blocks.split_off(place);
+        let later_blocks = blocks.split_off(place);
         let mut pieces: Vec<Piece> = blocks
             .into_iter()
             .map(|block| self.let_through(block))
             .collect();
         pieces.push(Piece::Lost(lost));
-        pieces.extend(behind.into_iter().map(|block| self.let_through(block)));
+        pieces.extend(
+            later_blocks
+                .into_iter()
+                .map(|block| self.let_through(block)),
+        );
         pieces
     }
 }
@@ -313,7 +318,7 @@ mod tests {
 
     /// Returns the finder's result for a loss of `lost` frames after `first`, with timestamps off by `error_s`; `None`
     /// if the envelope is too faint to read its phase.
-    fn found(
+    fn measured_loss(
         finder: &LossFinder,
         carrier_hz: f64,
         lost: u64,
@@ -340,13 +345,13 @@ mod tests {
             carrier_hz in prop::sample::select(vec![35_000.0, 34_987.0, 35_013.0, 35_123.5]),
         ) {
             let finder = LossFinder::new(carrier_hz, RATE_HZ);
-            let found = found(&finder, carrier_hz, lost, first, timestamp_error_s);
-            prop_assume!(found.is_some());
-            match found {
+            let loss = measured_loss(&finder, carrier_hz, lost, first, timestamp_error_s);
+            prop_assume!(loss.is_some());
+            match loss {
                 Some(Lost::Exactly(frames)) => prop_assert_eq!(frames, lost),
                 // A carrier with a phase that nearly repeats within the timestamps' error may be undecided, never
                 // wrong.
-                found => prop_assert!(carrier_hz == 35_123.5, "{:?}", found),
+                loss => prop_assert!(carrier_hz == 35_123.5, "{:?}", loss),
             }
         }
     }
@@ -355,23 +360,23 @@ mod tests {
     /// and timestamp errors are spread evenly over their ranges. Panics if one is decided wrongly.
     fn share_decided(carrier_hz: f64) -> f64 {
         let finder = LossFinder::new(carrier_hz, RATE_HZ);
-        let (mut decided, mut all) = (0u32, 0u32);
+        let (mut decided, mut total) = (0u32, 0u32);
         for i in 0..2_000u32 {
             // Additive recurrences fill the cube without a pattern.
             let [a, b, c] = [0.819_172_513, 0.671_043_607, 0.549_700_478]
                 .map(|step: f64| (f64::from(i) * step).fract());
             let (lost, first) = (1 + (a * 19_999.0) as u64, (b * 1e6) as u64);
-            match found(&finder, carrier_hz, lost, first, (2.0 * c - 1.0) * 0.35e-3) {
+            match measured_loss(&finder, carrier_hz, lost, first, (2.0 * c - 1.0) * 0.35e-3) {
                 None => {}
-                Some(Lost::About(_)) => all += 1,
+                Some(Lost::About(_)) => total += 1,
                 Some(Lost::Exactly(frames)) => {
                     assert_eq!(frames, lost, "at {carrier_hz} Hz");
-                    (decided, all) = (decided + 1, all + 1);
+                    (decided, total) = (decided + 1, total + 1);
                 }
             }
         }
-        assert!(all > 1_500, "{all} with a strong carrier");
-        f64::from(decided) / f64::from(all)
+        assert!(total > 1_500, "{total} with a strong carrier");
+        f64::from(decided) / f64::from(total)
     }
 
     #[test]
@@ -455,17 +460,17 @@ mod tests {
     /// Fault 6.
     #[test]
     fn an_xrun_is_taken_to_have_cost_nothing_only_where_the_carrier_goes_on_throughout() {
-        let one = |n| u64::from(n >= 2);
-        assert_eq!(watched(0, [0.0; 8], one), [Lost::Exactly(0)]);
-        assert_eq!(watched(1024, [0.0; 8], one), [Lost::Exactly(1024)]);
+        let one_xrun = |n| u64::from(n >= 2);
+        assert_eq!(watched(0, [0.0; 8], one_xrun), [Lost::Exactly(0)]);
+        assert_eq!(watched(1024, [0.0; 8], one_xrun), [Lost::Exactly(1024)]);
         // The timestamps point at a block other than the one after the three missing frames.
-        let elsewhere = [0.0, 0.0, 0.0, 0.0, 1e-4, 1e-4, 1e-4, 1e-4];
-        assert_eq!(watched(3, elsewhere, one), [Lost::About(0)]);
-        assert_eq!(watched(0, elsewhere, one), [Lost::Exactly(0)]);
+        let wrong_block = [0.0, 0.0, 0.0, 0.0, 1e-4, 1e-4, 1e-4, 1e-4];
+        assert_eq!(watched(3, wrong_block, one_xrun), [Lost::About(0)]);
+        assert_eq!(watched(0, wrong_block, one_xrun), [Lost::Exactly(0)]);
         // The watch waits for a second xrun as long as for the first; with an xrun at every block, the loss is unknown.
-        let two = |n| u64::from(n >= 2) + u64::from(n >= 5);
-        assert_eq!(watched(0, [0.0; 8], two), []);
-        assert_eq!(watched(0, [0.0; 9], two), [Lost::Exactly(0)]);
+        let two_xruns = |n| u64::from(n >= 2) + u64::from(n >= 5);
+        assert_eq!(watched(0, [0.0; 8], two_xruns), []);
+        assert_eq!(watched(0, [0.0; 9], two_xruns), [Lost::Exactly(0)]);
         assert_eq!(
             watched(0, [0.0; 18], |n| n.saturating_sub(1)),
             [Lost::About(0)]

@@ -129,8 +129,8 @@ mod tests {
         assert!(matches!(unit, CalFileError::Unit(_)));
         let gain = refusal("GainMultiplier=\"1\"", "GainMultiplier=\"4\"");
         assert!(matches!(gain, CalFileError::Gain(_)));
-        let torn = MakersMatrix::parse(&FILE[..900]).unwrap_err();
-        assert!(matches!(torn, CalFileError::NotXml(_)));
+        let truncated = MakersMatrix::parse(&FILE[..900]).unwrap_err();
+        assert!(matches!(truncated, CalFileError::NotXml(_)));
         let bomb = "<!DOCTYPE a [<!ENTITY b \"c\">]><a>&b;</a>";
         assert!(MakersMatrix::parse(bomb).is_err());
     }

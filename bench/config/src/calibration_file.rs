@@ -476,12 +476,12 @@ impl CalibrationFile {
     /// Returns whether the date of a part, such as `pickup`, is in simulated time.
     #[must_use]
     pub fn is_in_simulated_time(&self, part: &str) -> bool {
-        self.simulated_time.iter().any(|named| named == part)
+        self.simulated_time.iter().any(|name| name == part)
     }
 
     /// Records whether a part, such as `pickup`, was measured in simulated time.
     pub fn set_simulated_time(&mut self, part: &str, simulated: bool) {
-        self.simulated_time.retain(|named| named != part);
+        self.simulated_time.retain(|name| name != part);
         if simulated {
             self.simulated_time.push(part.to_owned());
             self.simulated_time.sort();

@@ -149,8 +149,8 @@ mod tests {
             ([[1.0, 0.0], [0.0, 1.0]], [3.1, 0.0], "max_normal_n = 3 N"),
             ([[1.0, 0.0], [0.0, 1.0]], [0.0, 2.1], "max_lateral_n = 2 N"),
         ] {
-            let said = plausibility(matrix, tare_n).unwrap_err().to_string();
-            assert!(said.contains(word), "{said}");
+            let message = plausibility(matrix, tare_n).unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
         }
     }
 }

@@ -209,9 +209,9 @@ impl Effective {
     /// Returns the bench with the plate's resonance moved to `resonance_hz` and all other constants unchanged.
     #[must_use]
     pub fn with_resonance(&self, resonance_hz: f64) -> Self {
-        let mut moved = self.clone();
-        moved.config.plate.resonance_hz = resonance_hz;
-        moved
+        let mut retuned = self.clone();
+        retuned.config.plate.resonance_hz = resonance_hz;
+        retuned
     }
 
     /// Returns the calibration in force; `None` for an uncalibrated bench.
@@ -351,8 +351,12 @@ impl InForce {
     }
 }
 
-fn signed(of: &Provenance) -> String {
-    format!("{}, {}", of.date.strftime("%Y-%m-%d"), of.operator)
+fn signed(provenance: &Provenance) -> String {
+    format!(
+        "{}, {}",
+        provenance.date.strftime("%Y-%m-%d"),
+        provenance.operator
+    )
 }
 
 /// Returns the check of the volts in `file`, unless it is too old at `now` or dated in the future.

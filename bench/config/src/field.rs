@@ -87,7 +87,9 @@ pub struct Gpio {
 
 impl Gpio {
     pub(super) fn check(&self) -> Result<(), Refused> {
-        if let (GpioBackend::FieldBox, Some((key, line))) = (self.backend, self.named().next()) {
+        if let (GpioBackend::FieldBox, Some((key, line))) =
+            (self.backend, self.lines_in_use().next())
+        {
             let why = format!(
                 "gpio.{key} = {line} numbers a line of this computer, and gpio.backend = \"field-box\": the lines of a field \
                  box have their places on it; remove {key}"
@@ -106,12 +108,12 @@ impl Gpio {
             }
         }
         let mut used: Vec<_> = self
-            .named()
+            .lines_in_use()
             .map(|(key, line)| (self.port(key), line))
             .collect();
         used.sort_unstable();
-        if let Some(twice) = used.windows(2).find(|pair| pair[0] == pair[1]) {
-            let why = format!("GPIO line {} is used twice in [gpio]", twice[0].1);
+        if let Some(duplicate) = used.windows(2).find(|pair| pair[0] == pair[1]) {
+            let why = format!("GPIO line {} is used twice in [gpio]", duplicate[0].1);
             return Err(Refused::new("gpio", why));
         }
         if self.backend == GpioBackend::Gpiocdev && self.chip.is_none() {
@@ -128,11 +130,11 @@ impl Gpio {
 
     /// Returns the numbers of the wired lines.
     pub fn lines(&self) -> impl Iterator<Item = u8> {
-        self.named().map(|(_, line)| line)
+        self.lines_in_use().map(|(_, line)| line)
     }
 
     /// Returns the keys and numbers of the wired lines.
-    fn named(&self) -> impl Iterator<Item = (&'static str, u8)> {
+    fn lines_in_use(&self) -> impl Iterator<Item = (&'static str, u8)> {
         let lines = [
             ("encoder_a", self.encoder_a),
             ("encoder_b", self.encoder_b),

@@ -329,22 +329,22 @@ mod tests {
     /// Parses the simulated bench's description with other lines in its table `[force]`.
     fn with_force(lines: &str) -> Result<Config, ConfigError> {
         let text = include_str!("../../mock-bench.toml");
-        let (before, rest) = text.split_once("[force]\n").unwrap();
-        let (_, after) = rest.split_once("\n\n").unwrap();
-        let text = format!("{before}[force]\n{lines}\n\n{after}");
+        let (head, rest) = text.split_once("[force]\n").unwrap();
+        let (_, tail) = rest.split_once("\n\n").unwrap();
+        let text = format!("{head}[force]\n{lines}\n\n{tail}");
         Config::parse(&text, "bench.toml")
     }
 
     fn refused(lines: &str) -> String {
         let line = |text: &str| text.lines().position(|line| line == "[force]").unwrap();
         let first = line(include_str!("../../mock-bench.toml"));
-        let said = with_force(lines).unwrap_err().to_string();
-        let number = said.split_once("line ").unwrap().1;
+        let message = with_force(lines).unwrap_err().to_string();
+        let number = message.split_once("line ").unwrap().1;
         let end = number.find(|c: char| !c.is_ascii_digit()).unwrap();
         let number: usize = number[..end].parse().unwrap();
-        println!("{said}");
-        assert!((first..first + 8).contains(&number), "{said}");
-        said
+        println!("{message}");
+        assert!((first..first + 8).contains(&number), "{message}");
+        message
     }
 
     #[test]
@@ -428,8 +428,8 @@ mod tests {
                 "address",
             ),
         ] {
-            let said = refused(lines);
-            assert!(said.contains(word), "{said}");
+            let message = refused(lines);
+            assert!(message.contains(word), "{message}");
         }
     }
 }

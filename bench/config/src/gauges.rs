@@ -185,8 +185,11 @@ impl Gauges {
                 );
                 return refused("newtons_per_v", why);
             }
-            if let Some(wrong) = values.iter().find(|value| !(-1e6..=1e6).contains(*value)) {
-                return refused("newtons_per_v", format!("holds {wrong} in row {}", row + 1));
+            if let Some(outlier) = values.iter().find(|value| !(-1e6..=1e6).contains(*value)) {
+                return refused(
+                    "newtons_per_v",
+                    format!("holds {outlier} in row {}", row + 1),
+                );
             }
         }
         if rows == 6 && self.normal.is_along(self.lateral) {
@@ -204,8 +207,8 @@ impl Gauges {
             square(&normal, &lateral),
         );
         // Two parallel rows read the same force.
-        let apart = nn * ll - nl * nl;
-        if apart.is_nan() || apart <= 1e-6 * nn * ll {
+        let determinant = nn * ll - nl * nl;
+        if determinant.is_nan() || determinant <= 1e-6 * nn * ll {
             let why =
                 "reads the same of normal and lateral force: two rows are alike, or one is zero"
                     .to_owned();
@@ -257,9 +260,9 @@ mod tests {
     /// Returns the simulated bench's description with gauges on its inputs.
     fn with_gauges(lines: &str) -> String {
         let text = include_str!("../../mock-bench.toml").replace("channels = 4 ", "channels = 8 ");
-        let (before, rest) = text.split_once("[force]\n").unwrap();
-        let (_, after) = rest.split_once("\n\n").unwrap();
-        format!("{before}[force]\nsource = \"channels\"\n[force.channels]\n{lines}\n\n{after}")
+        let (head, rest) = text.split_once("[force]\n").unwrap();
+        let (_, tail) = rest.split_once("\n\n").unwrap();
+        format!("{head}[force]\nsource = \"channels\"\n[force.channels]\n{lines}\n\n{tail}")
     }
 
     fn parsed(lines: &str) -> Result<Gauges, ConfigError> {
@@ -274,16 +277,23 @@ mod tests {
 
     #[test]
     fn newtons_per_sample_value_are_those_of_the_rows_or_of_the_axes() {
-        let two = parsed(&format!("{TWO}volts_per_unit = [10.0, 5.0]")).unwrap();
-        assert_eq!(two.newtons_per_unit(), [vec![20.0, 0.5], vec![0.0, -15.0]]);
-        let six = "inputs = [2, 3]\nnewtons_per_v = [[1.0, 0.0], [5.0, 5.0], [0.0, 4.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]";
-        let six = parsed(&format!("{six}\nvolts_per_unit = [2.0]")).unwrap();
-        assert_eq!(six.newtons_per_unit(), [vec![-0.0, -8.0], vec![2.0, 0.0]]);
+        let two_gauges = parsed(&format!("{TWO}volts_per_unit = [10.0, 5.0]")).unwrap();
+        assert_eq!(
+            two_gauges.newtons_per_unit(),
+            [vec![20.0, 0.5], vec![0.0, -15.0]]
+        );
+        let six_gauges = "inputs = [2, 3]\nnewtons_per_v = [[1.0, 0.0], [5.0, 5.0], [0.0, 4.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]";
+        let six_gauges = parsed(&format!("{six_gauges}\nvolts_per_unit = [2.0]")).unwrap();
+        assert_eq!(
+            six_gauges.newtons_per_unit(),
+            [vec![-0.0, -8.0], vec![2.0, 0.0]]
+        );
         assert!(
-            six.identity()
+            six_gauges
+                .identity()
                 .starts_with("a sensor on inputs [2, 3], matrix ")
         );
-        assert_ne!(six.identity(), two.identity());
+        assert_ne!(six_gauges.identity(), two_gauges.identity());
     }
 
     #[test]
@@ -323,13 +333,14 @@ mod tests {
                 "beside a bench.toml only",
             ),
         ] {
-            let said = parsed(&lines).unwrap_err().to_string();
+            let message = parsed(&lines).unwrap_err().to_string();
             assert!(
-                said.contains(word) && said.contains("force.channels") || said.contains("rat_hz"),
-                "{said}"
+                message.contains(word) && message.contains("force.channels")
+                    || message.contains("rat_hz"),
+                "{message}"
             );
-            let stands = !said.contains("is missing") && !lines.is_empty();
-            assert_eq!(said.contains(", line "), stands, "{said}");
+            let has_line = !message.contains("is missing") && !lines.is_empty();
+            assert_eq!(message.contains(", line "), has_line, "{message}");
         }
     }
 

@@ -90,7 +90,7 @@ impl Limits {
         require_range("limits.surface_c", self.surface_c, 30.0, 43.0, "°C")?;
         let driving_s = self.driving_s_per_hour;
         require_range("limits.driving_s_per_hour", driving_s, 0.0, 3600.0, "s")?;
-        for (key, reason, what) in [
+        for (key, reason, claim) in [
             (
                 "limits.audible_carrier_because",
                 &self.audible_carrier_because,
@@ -103,7 +103,7 @@ impl Limits {
             ),
         ] {
             if reason.as_ref().is_some_and(|why| why.trim().is_empty()) {
-                let why = format!("{key} is empty: state why {what}");
+                let why = format!("{key} is empty: state why {claim}");
                 return Err(Refused::new(key, why));
             }
         }
@@ -368,16 +368,17 @@ impl Safety {
     }
 
     fn check_waiver(&self) -> Result<(), Refused> {
-        let twice = |line: &HardwareStop| self.waived.iter().filter(|w| *w == line).count() > 1;
-        if let Some(line) = self.waived.iter().find(|line| twice(line)) {
+        let is_repeated =
+            |line: &HardwareStop| self.waived.iter().filter(|w| *w == line).count() > 1;
+        if let Some(line) = self.waived.iter().find(|line| is_repeated(line)) {
             let why = format!("safety.waived names {line} twice");
             return Err(Refused::new("safety.waived", why));
         }
-        let named = self
+        let has_name = self
             .waived_by
             .as_ref()
             .is_some_and(|name| !name.trim().is_empty());
-        if !self.waived.is_empty() && !named {
+        if !self.waived.is_empty() && !has_name {
             let why =
                 "safety.waived needs safety.waived_by, the name of the person who answers for it"
                     .to_owned();

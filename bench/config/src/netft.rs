@@ -67,11 +67,11 @@ impl Netft {
     /// Returns the socket address for requests; `None` if the address is invalid, which a checked configuration excludes.
     #[must_use]
     pub fn socket(&self) -> Option<SocketAddr> {
-        let alone = |text: &str| {
+        let bare_address = |text: &str| {
             let ip: IpAddr = text.parse().ok()?;
             Some(SocketAddr::new(ip, RDT_PORT))
         };
-        let address = alone(&self.address).or_else(|| self.address.parse().ok());
+        let address = bare_address(&self.address).or_else(|| self.address.parse().ok());
         address.filter(|address| address.port() != 0 && !address.ip().is_unspecified())
     }
 

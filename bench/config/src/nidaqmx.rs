@@ -232,7 +232,7 @@ mod tests {
     /// Fault 47.
     #[test]
     fn each_value_is_refused_beyond_its_range_with_the_line_to_change() {
-        for (from, to, said) in [
+        for (from, to, words) in [
             (
                 "rate_hz = 100000",
                 "rate_hz = 192000",
@@ -313,7 +313,7 @@ mod tests {
             let error = bench_with(&[(from, to)]).unwrap_err();
             let text = format!("{error:#}");
             assert!(
-                text.contains(said) && text.contains("bench.toml"),
+                text.contains(words) && text.contains("bench.toml"),
                 "{to}: {text}"
             );
         }

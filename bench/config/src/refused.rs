@@ -24,11 +24,11 @@ impl Refused {
 }
 
 impl From<OutOfRange> for Refused {
-    fn from(out: OutOfRange) -> Self {
+    fn from(error: OutOfRange) -> Self {
         Self {
-            key: Some(out.key.clone()),
-            why: out.to_string(),
-            range: Some(Box::new(out)),
+            key: Some(error.key.clone()),
+            why: error.to_string(),
+            range: Some(Box::new(error)),
         }
     }
 }

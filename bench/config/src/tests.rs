@@ -12,7 +12,7 @@ fn with_force(keys: &str) -> Result<Config, ConfigError> {
 
 #[test]
 fn every_limit_of_a_force_calibration_has_a_range() {
-    for (key, good, bad) in [
+    for (key, accepted, rejected) in [
         ("gravity_m_per_s2", "9.8128", "9.9"),
         ("force_rest_n", "0.001", "0.1"),
         ("force_nonlinearity", "0.02", "0.3"),
@@ -28,11 +28,11 @@ fn every_limit_of_a_force_calibration_has_a_range() {
                 "bench.toml",
             )
         };
-        assert!(bench_with(good).is_ok(), "{key}");
-        let refused = format!("{:#}", bench_with(bad).unwrap_err());
+        assert!(bench_with(accepted).is_ok(), "{key}");
+        let message = format!("{:#}", bench_with(rejected).unwrap_err());
         assert!(
-            refused.contains(&format!("calibration.{key}")) && refused.contains("range"),
-            "{refused}"
+            message.contains(&format!("calibration.{key}")) && message.contains("range"),
+            "{message}"
         );
     }
 }
@@ -137,12 +137,12 @@ fn what_is_refused_has_its_key_its_line_and_what_is_allowed() {
         .lines()
         .position(|line| line == "drive_v = 1000.0")
         .unwrap();
-    let said = Config::parse(&text, "bench.toml").unwrap_err().to_string();
+    let message = Config::parse(&text, "bench.toml").unwrap_err().to_string();
     for word in [
         &format!("bench.toml, line {line}: limits.drive_v = 1000 V"),
         "0 to 150 V",
     ] {
-        assert!(said.contains(word), "no {word:?} in {said}");
+        assert!(message.contains(word), "no {word:?} in {message}");
     }
     for (section, key, value) in [
         ("force", "latency_s", "1.0"),
@@ -159,9 +159,12 @@ fn what_is_refused_has_its_key_its_line_and_what_is_allowed() {
                 1,
             ),
         };
-        let said = Config::parse(&text, "bench.toml").unwrap_err().to_string();
+        let message = Config::parse(&text, "bench.toml").unwrap_err().to_string();
         let key = format!("{section}.{key} = ");
-        assert!(said.contains(", line ") && said.contains(&key), "{said}");
+        assert!(
+            message.contains(", line ") && message.contains(&key),
+            "{message}"
+        );
     }
 }
 
@@ -189,8 +192,8 @@ fn a_waiver_needs_a_name_and_known_lines() {
             panic!("{keys}");
         };
         let safety = 1 + BENCH.lines().position(|line| line == "[safety]").unwrap();
-        let at = safety + if line_of == "waived" { 1 } else { 2 };
-        assert_eq!(line, Some(at), "{keys}: {why}");
+        let expected_line = safety + if line_of == "waived" { 1 } else { 2 };
+        assert_eq!(line, Some(expected_line), "{keys}: {why}");
     }
     let unknown = with_safety("waived = [\"estopp\"]\nwaived_by = \"A. Tester\"").unwrap_err();
     let ConfigError::Toml(strict::TomlError::UnknownValue {
@@ -211,6 +214,6 @@ fn a_bench_without_a_waiver_is_written_as_before() {
         .unwrap();
     assert!(!text.contains("waived"), "{text}");
     let waived = with_safety("waived = [\"heartbeat\"]\nwaived_by = \"A. Tester\"").unwrap();
-    let again = Config::parse(&waived.to_toml().unwrap(), "bench.toml").unwrap();
-    assert_eq!(again, waived);
+    let reread = Config::parse(&waived.to_toml().unwrap(), "bench.toml").unwrap();
+    assert_eq!(reread, waived);
 }

@@ -45,14 +45,14 @@ impl DeviceCount {
             return Place::Next(u64::from(shifted));
         };
         // A count below 0 was before the first reading.
-        let about = expected.map_or(last, |expected| expected.count.max(0.0).round() as u64);
+        let nearest = expected.map_or(last, |expected| expected.count.max(0.0).round() as u64);
         // As a signed difference, a step back in time stays small instead of looking like a wrap.
-        let step = shifted.wrapping_sub(about as u32).cast_signed();
-        let near = about.saturating_add_signed(i64::from(step));
+        let step = shifted.wrapping_sub(nearest as u32).cast_signed();
+        let near = nearest.saturating_add_signed(i64::from(step));
         if let Some(expected) = expected {
             let ahead = near as f64 - expected.count;
             if ahead > expected.ahead || -ahead > expected.behind {
-                return Place::Restarted(about.max(last + 1));
+                return Place::Restarted(nearest.max(last + 1));
             }
         }
         if near > last {

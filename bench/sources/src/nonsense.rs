@@ -52,17 +52,17 @@ mod tests {
     #[test]
     fn a_second_of_bytes_without_a_reading_is_nonsense_until_there_is_one() {
         let mut watch = NonsenseWatch::default();
-        let lasts: Vec<bool> = (0..3000)
+        let states: Vec<bool> = (0..3000)
             .map(|ms| watch.take((5 + ms) * MS, 3, 0).lasts)
             .collect();
-        assert_eq!(lasts.iter().position(|&lasts| lasts), Some(1000));
-        assert!(lasts[1000..].iter().all(|&lasts| lasts));
+        assert_eq!(states.iter().position(|&state| state), Some(1000));
+        assert!(states[1000..].iter().all(|&state| state));
         // Silence does not end the state.
         assert!(watch.take(3500 * MS, 0, 0).lasts);
         assert_eq!(watch.take(4000 * MS, 20, 1), Nonsense::default());
         // The state recurs, as when the sensor is unplugged and another device is connected.
-        let again = (0..2000).filter(|ms| watch.take((4001 + ms) * MS, 3, 0).lasts);
-        assert_eq!(again.count(), 1000);
+        let recurrence = (0..2000).filter(|ms| watch.take((4001 + ms) * MS, 3, 0).lasts);
+        assert_eq!(recurrence.count(), 1000);
     }
 
     #[test]

@@ -28,8 +28,8 @@ impl SensorClock {
 
     /// Records a poll at `now_s` on the host's clock; returns the expected count of the readings that have arrived.
     pub(crate) fn look(&mut self, now_s: f64) -> Option<ExpectedCount> {
-        let before_s = self.looked_s.replace(now_s).unwrap_or(now_s);
-        let unread_s = now_s - before_s;
+        let previous_s = self.looked_s.replace(now_s).unwrap_or(now_s);
+        let unread_s = now_s - previous_s;
         Some(ExpectedCount {
             count: self.map.expected_s(now_s)? * self.counts_per_s,
             ahead: RESTARTED_S * self.counts_per_s,

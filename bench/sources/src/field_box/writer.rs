@@ -74,7 +74,7 @@ impl Writer {
     }
 
     /// Records the acknowledgement in `report`; returns whether the box has acknowledged the present enable.
-    pub(super) fn heard(&mut self, report: &Report) -> bool {
+    pub(super) fn acknowledge(&mut self, report: &Report) -> bool {
         // The acknowledged word is one of those sent since, or an earlier one.
         let includes =
             |number: u16, since: usize| usize::from(report.heard.wrapping_sub(number)) < since;
@@ -106,7 +106,7 @@ mod tests {
     /// Time between two words, ns.
     const BEAT_NS: u64 = 2_000_000;
 
-    fn report(heard: u16) -> Report {
+    fn report(word_number: u16) -> Report {
         Report {
             sequence: 0,
             device_us: 0,
@@ -114,7 +114,7 @@ mod tests {
             position: 0,
             levels: Levels::default(),
             stop: None,
-            heard,
+            heard: word_number,
         }
     }
 
@@ -135,16 +135,19 @@ mod tests {
         for armed in 0..2 {
             for _ in 0..9 {
                 beat(&mut writer, false);
-                assert!(!writer.heard(&report(writer.word.sequence)));
+                assert!(!writer.acknowledge(&report(writer.word.sequence)));
             }
-            let before = writer.word.sequence;
+            let previous = writer.word.sequence;
             beat(&mut writer, true);
-            assert!(!writer.heard(&report(before)), "it speaks of before");
+            assert!(
+                !writer.acknowledge(&report(previous)),
+                "it speaks of before"
+            );
             // Four minutes, in which the numbers recur three times; the box acknowledges one word late.
             for k in 0..120_000u32 {
                 let now_ns = beat(&mut writer, true);
                 let late = writer.word.sequence.wrapping_sub(1);
-                assert!(writer.heard(&report(late)), "{armed}: {k}");
+                assert!(writer.acknowledge(&report(late)), "{armed}: {k}");
                 assert!(writer.unheard_ns(now_ns) <= BEAT_NS);
             }
         }
@@ -153,8 +156,8 @@ mod tests {
             beat(&mut writer, true);
         }
         let now_ns = beat(&mut writer, true);
-        let elsewhere = writer.word.sequence.wrapping_sub(20_000);
-        assert!(writer.heard(&report(elsewhere)), "it had heard");
+        let unrelated = writer.word.sequence.wrapping_sub(20_000);
+        assert!(writer.acknowledge(&report(unrelated)), "it had heard");
         assert!(writer.unheard_ns(now_ns) >= 9 * BEAT_NS);
     }
 }

@@ -146,14 +146,19 @@ pub fn take_lines(gpio: &Gpio, source: &dyn LineSource) -> Result<Lines, LineErr
     })
 }
 
-fn refused(source: io::Error, name: &'static str, line: u8, of: &dyn LineSource) -> LineError {
-    let chip = of.chip();
+fn refused(
+    source: io::Error,
+    name: &'static str,
+    line: u8,
+    line_source: &dyn LineSource,
+) -> LineError {
+    let chip = line_source.chip();
     match source.kind() {
         io::ErrorKind::ResourceBusy => LineError::Busy {
             name,
             line,
             chip,
-            consumer: of.consumer(line),
+            consumer: line_source.consumer(line),
         },
         io::ErrorKind::PermissionDenied => LineError::Forbidden { name, line, chip },
         io::ErrorKind::NotFound => LineError::NoChip { name, chip },
@@ -254,7 +259,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn a_line_that_another_program_holds_is_refused_with_its_name() {
-        for (at, role) in [
+        for (line_number, role) in [
             (5, "encoder A"),
             (6, "encoder B"),
             (17, "e-stop"),
@@ -262,7 +267,7 @@ mod tests {
             (23, "amplifier enable"),
             (24, "heartbeat"),
         ] {
-            let refused = error(at, EBUSY, Some("w1-gpio"));
+            let refused = error(line_number, EBUSY, Some("w1-gpio"));
             let LineError::Busy {
                 name,
                 line,
@@ -272,7 +277,10 @@ mod tests {
             else {
                 panic!("{refused}");
             };
-            assert_eq!((name, line, chip.as_str()), (role, at, "/dev/gpiochip9"));
+            assert_eq!(
+                (name, line, chip.as_str()),
+                (role, line_number, "/dev/gpiochip9")
+            );
             assert_eq!(consumer.as_deref(), Some("w1-gpio"));
             let text = refused.to_string();
             assert!(
@@ -307,8 +315,8 @@ mod tests {
             matches!(out_of_range, LineError::NoLine { line: 23, .. }),
             "{out_of_range}"
         );
-        let other = error(23, EIO, None);
-        assert!(matches!(other, LineError::Failed { .. }), "{other}");
+        let unknown = error(23, EIO, None);
+        assert!(matches!(unknown, LineError::Failed { .. }), "{unknown}");
     }
 
     #[test]

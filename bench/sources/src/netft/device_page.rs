@@ -63,11 +63,11 @@ impl DevicePage {
             .map_err(|source| PageError::Unreachable { address, source })?;
         let answer = String::from_utf8_lossy(&answer);
         let first = answer.lines().next().unwrap_or_default();
-        let found = first
+        let is_page = first
             .strip_prefix("HTTP/")
             .and_then(|rest| rest.split_whitespace().nth(1))
             .is_some_and(|code| code == "200");
-        let body = answer.find('<').filter(|_| found);
+        let body = answer.find('<').filter(|_| is_page);
         let Some(body) = body else {
             let answer = first.chars().take(80).collect();
             return Err(PageError::NoPage { address, answer });
@@ -114,8 +114,8 @@ fn fetch(address: SocketAddr, patience: Duration) -> std::io::Result<Vec<u8>> {
     stream.write_all(request.as_bytes())?;
     let (mut answer, mut piece) = (Vec::new(), [0; 4096]);
     while (answer.len() as u64) < LIMIT_BYTES {
-        let left = until.saturating_duration_since(Instant::now());
-        stream.set_read_timeout(Some(left.max(Duration::from_millis(1))))?;
+        let remaining = until.saturating_duration_since(Instant::now());
+        stream.set_read_timeout(Some(remaining.max(Duration::from_millis(1))))?;
         match stream.read(&mut piece)? {
             0 => break,
             read => answer.extend_from_slice(&piece[..read]),
@@ -157,11 +157,17 @@ mod tests {
 
     #[test]
     fn a_page_that_says_nothing_of_use_is_refused_by_what_is_wrong() {
-        let other = "HTTP/1.1 404 Not Found\r\n\r\n<html>404</html>";
-        assert!(matches!(page_from(other), Err(PageError::NoPage { .. })));
+        let not_found = "HTTP/1.1 404 Not Found\r\n\r\n<html>404</html>";
+        assert!(matches!(
+            page_from(not_found),
+            Err(PageError::NoPage { .. })
+        ));
         assert!(matches!(page_from(""), Err(PageError::NoPage { .. })));
-        let torn = "HTTP/1.0 200 OK\r\n\r\n<netftapi2><cfgcpf>1";
-        assert!(matches!(page_from(torn), Err(PageError::NotXml { .. })));
+        let truncated = "HTTP/1.0 200 OK\r\n\r\n<netftapi2><cfgcpf>1";
+        assert!(matches!(
+            page_from(truncated),
+            Err(PageError::NotXml { .. })
+        ));
         for page in [
             "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>lbf</scfgfu><cfgcpf>1000</cfgcpf></a>",
             "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>N</scfgfu></a>",

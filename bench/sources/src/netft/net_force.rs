@@ -94,13 +94,13 @@ pub fn open_net(
             page.counts_per_n
         }
     };
-    let any: SocketAddr = if address.is_ipv4() {
+    let wildcard: SocketAddr = if address.is_ipv4() {
         ([0, 0, 0, 0], 0).into()
     } else {
         ([0u16; 8], 0).into()
     };
     let connect = || -> std::io::Result<UdpSocket> {
-        let socket = UdpSocket::bind(any)?;
+        let socket = UdpSocket::bind(wildcard)?;
         // A connected socket receives datagrams of this device only.
         socket.connect(address)?;
         socket.set_nonblocking(true)?;
@@ -181,10 +181,10 @@ impl NetForce {
 
     /// Returns whether a record can belong to the present stream.
     fn is_of_this_stream(&self, record: &Record, arrival_s: f64) -> bool {
-        let (Some(last), Some(heard_s)) = (self.stream.sample, self.stream.heard_s) else {
+        let (Some(last), Some(last_s)) = (self.stream.sample, self.stream.heard_s) else {
             return true;
         };
-        let most = MOST_AHEAD + 2.0 * self.sample_hz * (arrival_s - heard_s).max(0.0);
+        let most = MOST_AHEAD + 2.0 * self.sample_hz * (arrival_s - last_s).max(0.0);
         let ahead = self.stream.sequence.ahead(record.sequence);
         let samples = f64::from(record.sample.wrapping_sub(last).cast_signed());
         let follows = ahead > 0;
@@ -199,11 +199,11 @@ impl NetForce {
 
     /// Requests the stream again if the device has been silent for long.
     fn ask_again(&mut self, now_s: f64) -> std::io::Result<()> {
-        let asked_s = *self.asked_s.get_or_insert(now_s);
+        let request_s = *self.asked_s.get_or_insert(now_s);
         let since_s = self
             .stream
             .heard_s
-            .map_or(asked_s, |heard_s| heard_s.max(asked_s));
+            .map_or(request_s, |heard_s| heard_s.max(request_s));
         if now_s - since_s < ASK_AGAIN_S {
             return Ok(());
         }
@@ -422,15 +422,15 @@ mod tests {
             let words = [sequence, sequence, 0, 0, 0, 0, 0, 0, 0];
             device.send(&words.map(u32::to_be_bytes).concat()).unwrap();
         };
-        let mut sent = 2;
-        (1..=sent).for_each(record);
+        let mut sequence_sent = 2;
+        (1..=sequence_sent).for_each(record);
         let flood = (0..2000).find_map(|look| {
             now_s.set(1e-3 * f64::from(look));
             let mut record_count = 0;
             // Another datagram arrives for each one that is read.
             let polled = source.poll(&|| now_s.get(), &mut |_| {
-                (sent, record_count) = (sent + 1, record_count + 1);
-                record(sent);
+                (sequence_sent, record_count) = (sequence_sent + 1, record_count + 1);
+                record(sequence_sent);
                 assert!(record_count < 1000, "read without end");
             });
             polled.err()
@@ -488,9 +488,9 @@ mod tests {
             rig.poll().unwrap();
             rig.source.health().clock.unwrap().beyond(&card)
         });
-        let gone = rig.source.off_rate(excess_ppm.unwrap(), 0.0);
-        let SourceGone::Rate { counted_hz, .. } = gone else {
-            panic!("{gone:?}");
+        let loss = rig.source.off_rate(excess_ppm.unwrap(), 0.0);
+        let SourceGone::Rate { counted_hz, .. } = loss else {
+            panic!("{loss:?}");
         };
         assert!((counted_hz - 7812.0).abs() < 20.0, "{counted_hz}");
         assert!(rig.now_s.get() < 12.0, "{}", rig.now_s.get());

@@ -63,8 +63,13 @@ impl Record {
     pub(super) fn read(datagram: &[u8]) -> Option<Self> {
         let record: &[u8; RECORD_BYTES] = datagram.try_into().ok()?;
         let word = |index: usize| {
-            let at = 4 * index;
-            u32::from_be_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]])
+            let offset = 4 * index;
+            u32::from_be_bytes([
+                record[offset],
+                record[offset + 1],
+                record[offset + 2],
+                record[offset + 3],
+            ])
         };
         Some(Self {
             sequence: word(0),

@@ -47,10 +47,10 @@ impl Sequence {
                     self.came = self.came << ahead | 1;
                     ahead - u64::from(leaving.count_ones())
                 } else {
-                    let never = ahead - u64::from(WINDOW);
+                    let beyond_window = ahead - u64::from(WINDOW);
                     let in_window = u64::from(self.came.count_zeros());
                     self.came = 1;
-                    in_window + never
+                    in_window + beyond_window
                 };
                 self.lose(missing);
                 self.newest = Some(number);
@@ -153,27 +153,27 @@ mod tests {
             fates in prop::collection::vec(0u8..12, 1..2000),
         ) {
             // Each number is sent once, not at all, twice, or after its successor.
-            let (mut sent, mut counts, mut held) = (Vec::new(), (0, 0, 0), None);
+            let (mut numbers, mut counts, mut delayed) = (Vec::new(), (0, 0, 0), None);
             for (i, fate) in fates.iter().enumerate() {
                 let number = start.wrapping_add(i as u32);
                 match fate {
                     0 if i > 0 => counts.0 += 1,
-                    1 => { sent.extend([number; 2]); counts.2 += 1; }
-                    2 if held.is_none() && i > 0 => { held = Some(number); continue; }
-                    _ => sent.push(number),
+                    1 => { numbers.extend([number; 2]); counts.2 += 1; }
+                    2 if delayed.is_none() && i > 0 => { delayed = Some(number); continue; }
+                    _ => numbers.push(number),
                 }
-                if let Some(late) = held.take_if(|_| *fate != 0) {
-                    sent.push(late);
+                if let Some(late) = delayed.take_if(|_| *fate != 0) {
+                    numbers.push(late);
                     counts.1 += 1;
                 }
             }
             // A number still held is sent after its successors.
             let end = start.wrapping_add(fates.len() as u32);
-            sent.push(end);
-            if let Some(late) = held { sent.push(late); counts.1 += 1; }
-            sent.extend((1..=WINDOW).map(|k| end.wrapping_add(k)));
+            numbers.push(end);
+            if let Some(late) = delayed { numbers.push(late); counts.1 += 1; }
+            numbers.extend((1..=WINDOW).map(|k| end.wrapping_add(k)));
             let (mut sequence, mut late, mut repeated) = (Sequence::default(), 0, 0);
-            for number in sent {
+            for number in numbers {
                 match sequence.take(number) {
                     Place::Next => {}
                     Place::Late => late += 1,

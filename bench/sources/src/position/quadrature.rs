@@ -29,11 +29,11 @@ impl Quadrature {
     pub fn read(&mut self, a: bool, b: bool) -> i64 {
         // Gray code to position in the cycle.
         let phase = (u8::from(a) << 1 | u8::from(a ^ b)) & 3;
-        let moved = self
+        let step = self
             .phase
             .replace(phase)
             .map_or(0, |last| phase.wrapping_sub(last) & 3);
-        match moved {
+        match step {
             1 => {
                 self.forward = true;
                 self.count += 1;

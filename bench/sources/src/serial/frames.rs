@@ -203,11 +203,11 @@ pub(super) mod tests {
             for sequence in 0..50u16 {
                 bytes.extend(encode(sequence, u32::from(sequence) * 100, i32::from(sequence) * 1000, -7));
             }
-            let whole = decode(&mut FrameDecoder::default(), &bytes);
+            let samples = decode(&mut FrameDecoder::default(), &bytes);
             let mut decoder = FrameDecoder::default();
             let pieces: Vec<_> = bytes.chunks(cut).flat_map(|piece| decode(&mut decoder, piece)).collect();
-            prop_assert_eq!(&whole, &pieces);
-            prop_assert!(whole.len() >= 50);
+            prop_assert_eq!(&samples, &pieces);
+            prop_assert!(samples.len() >= 50);
         }
 
         /// Fault 21.

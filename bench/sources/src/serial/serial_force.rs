@@ -191,12 +191,12 @@ mod tests {
 
         fn poll(&mut self) {
             let now_s = self.now_s.get();
-            let (taken, worst_s) = (&mut self.taken, &mut self.worst_s);
+            let (count, worst_s) = (&mut self.taken, &mut self.worst_s);
             let mut take = |force: TimedForce| {
                 let Moment::Host(host_s) = force.at else {
                     panic!("not on the host's clock");
                 };
-                *taken += 1;
+                *count += 1;
                 *worst_s = worst_s.max((host_s - 1e3 * force.normal_n).abs());
             };
             self.source.poll(&|| now_s, &mut take).unwrap();

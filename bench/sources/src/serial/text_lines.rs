@@ -73,8 +73,9 @@ impl LineDecoder {
         if !std::mem::replace(&mut self.begun, true) || self.line.first() == Some(&b'#') {
             return None;
         }
-        let whole = self.line.len() <= LONGEST_LINE_BYTES;
-        let Some((device_us, normal_mn, lateral_mn)) = parse(&self.line).filter(|_| whole) else {
+        let is_complete = self.line.len() <= LONGEST_LINE_BYTES;
+        let Some((device_us, normal_mn, lateral_mn)) = parse(&self.line).filter(|_| is_complete)
+        else {
             self.faults.corrupt += 1;
             return None;
         };

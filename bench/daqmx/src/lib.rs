@@ -52,12 +52,12 @@ fn require_card(library: &Daqmx, device: &str) -> anyhow::Result<()> {
     let names = cards
         .iter()
         .map(|card| format!("{} ({})", card.name, card.product));
-    let there = match names.collect::<Vec<_>>().join(", ") {
-        none if none.is_empty() => "there is none".to_owned(),
+    let list = match names.collect::<Vec<_>>().join(", ") {
+        empty if empty.is_empty() => "there is none".to_owned(),
         names => format!("there is {names}"),
     };
     anyhow::bail!(
-        "there is no NI card {device}, {there}: plug it in, or name another as audio.output_device and audio.input_device in \
+        "there is no NI card {device}, {list}: plug it in, or name another as audio.output_device and audio.input_device in \
          bench.toml"
     )
 }

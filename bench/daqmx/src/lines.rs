@@ -97,7 +97,7 @@ fn system_error(error: DaqError) -> io::Error {
     }
 }
 
-fn gone(line: &str, error: &DaqError) -> GpioError {
+fn device_error(line: &str, error: &DaqError) -> GpioError {
     GpioError::Device {
         why: format!("the {line} on the NI card: {error}"),
     }
@@ -114,7 +114,7 @@ struct CardInput {
 impl InputLine for CardInput {
     fn is_high(&mut self) -> Result<bool, GpioError> {
         match self.input.is_high() {
-            Err(error) if self.is_stop => Err(gone(self.name, &error)),
+            Err(error) if self.is_stop => Err(device_error(self.name, &error)),
             read => Ok(read.unwrap_or(false)),
         }
     }
@@ -129,7 +129,7 @@ impl OutputLine for CardOutput {
     fn set(&mut self, high: bool) -> Result<(), GpioError> {
         self.output
             .set(high)
-            .map_err(|error| gone(self.name, &error))
+            .map_err(|error| device_error(self.name, &error))
     }
 }
 
@@ -158,7 +158,7 @@ impl PositionSource for CardCounter {
             SourceGone::Card(format!("the encoder's counter on the NI card: {error}"))
         })?;
         let host_s = now_s();
-        self.count += moved(self.before.replace(read), read);
+        self.count += movement(self.before.replace(read), read);
         take(Counted {
             host_s,
             own_s: host_s,
@@ -171,20 +171,20 @@ impl PositionSource for CardCounter {
 }
 
 /// Returns the movement of a 32-bit counter, which wraps, also below 0.
-fn moved(previous: Option<u32>, now: u32) -> i64 {
+fn movement(previous: Option<u32>, now: u32) -> i64 {
     let step = previous.map_or(0, |previous| now.wrapping_sub(previous));
     i64::from(step.cast_signed())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::moved;
+    use super::movement;
 
     #[test]
     fn a_counter_that_wraps_goes_on() {
-        assert_eq!(moved(None, 7), 0);
-        assert_eq!(moved(Some(7), 9), 2);
-        assert_eq!(moved(Some(1), u32::MAX), -2);
-        assert_eq!(moved(Some(u32::MAX), 1), 2);
+        assert_eq!(movement(None, 7), 0);
+        assert_eq!(movement(Some(7), 9), 2);
+        assert_eq!(movement(Some(1), u32::MAX), -2);
+        assert_eq!(movement(Some(u32::MAX), 1), 2);
     }
 }

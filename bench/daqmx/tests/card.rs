@@ -172,20 +172,20 @@ fn stream_of(channels: u16) -> StreamConfig {
 
 /// Streams until `enough` accepts the observations, for no longer than two minutes.
 fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
-    let seen = Arc::new(Seen::default());
+    let observations = Arc::new(Seen::default());
     let (host, lines) = card(clock);
     assert!(lines.estop.is_some() && lines.counter.is_some());
     let device = host.devices().unwrap().next().unwrap();
-    let mut sent = LEAD;
-    let log = Arc::clone(&seen);
+    let mut frames_sent = LEAD;
+    let log = Arc::clone(&observations);
     let output = device
         .build_output_stream_raw(
             stream_of(1),
             SampleFormat::F32,
             move |data: &mut cpal::Data, _: &cpal::OutputCallbackInfo| {
                 for sample in data.as_slice_mut::<f32>().unwrap() {
-                    *sample = pattern(sent);
-                    sent += 1;
+                    *sample = pattern(frames_sent);
+                    frames_sent += 1;
                 }
             },
             move |error: cpal::Error| log.tell("output", error.kind()),
@@ -193,22 +193,23 @@ fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
         )
         .unwrap();
     let mut base = None;
-    let (mut frame, account, log) = (0, Arc::clone(&seen), Arc::clone(&seen));
+    let (mut frame, account, log) = (0, Arc::clone(&observations), Arc::clone(&observations));
     let input = device
         .build_input_stream_raw(
             stream_of(2),
             SampleFormat::F32,
             move |data: &cpal::Data, info: &cpal::InputCallbackInfo| {
                 let at_ns = (1e9 * frame as f64 / f64::from(RATE_HZ)) as u128;
-                let mut wrong = u64::from(info.timestamp().capture.as_nanos().abs_diff(at_ns) > 1);
+                let mut mismatches =
+                    u64::from(info.timestamp().capture.as_nanos().abs_diff(at_ns) > 1);
                 for pair in data.as_slice::<f32>().unwrap().chunks_exact(2) {
                     let played = if frame < LEAD { 0.0 } else { pattern(frame) };
                     // The apparatus counts from the opening of its converters.
                     let base = *base.get_or_insert((pair[1] * 1_048_576.0).round() as u64);
-                    wrong += u64::from(pair != [played, pattern(base + frame)]);
+                    mismatches += u64::from(pair != [played, pattern(base + frame)]);
                     frame += 1;
                 }
-                account.wrong.fetch_add(wrong, Ordering::SeqCst);
+                account.wrong.fetch_add(mismatches, Ordering::SeqCst);
                 account.frames.store(frame, Ordering::SeqCst);
             },
             move |error: cpal::Error| log.tell("input", error.kind()),
@@ -217,12 +218,12 @@ fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
         .unwrap();
     output.play().unwrap();
     input.play().unwrap();
-    let began = Instant::now();
-    while !enough(&seen) && began.elapsed() < PATIENCE {
+    let start = Instant::now();
+    while !enough(&observations) && start.elapsed() < PATIENCE {
         std::thread::sleep(Duration::from_millis(5));
     }
     drop((output, input));
-    seen
+    observations
 }
 
 fn alone() -> std::sync::MutexGuard<'static, ()> {
@@ -233,13 +234,13 @@ fn alone() -> std::sync::MutexGuard<'static, ()> {
 #[test]
 fn an_hour_of_samples_comes_back_whole_and_in_order() {
     let _alone = alone();
-    let seen = stream("ao-sample-clock", |seen| {
-        seen.frames.load(Ordering::SeqCst) >= HOUR
+    let observations = stream("ao-sample-clock", |observations| {
+        observations.frames.load(Ordering::SeqCst) >= HOUR
     });
-    let frames = seen.frames.load(Ordering::SeqCst);
+    let frames = observations.frames.load(Ordering::SeqCst);
     assert!(frames >= HOUR, "{frames} frames");
-    assert_eq!(seen.wrong.load(Ordering::SeqCst), 0);
-    assert_eq!(*seen.errors.lock().unwrap(), []);
+    assert_eq!(observations.wrong.load(Ordering::SeqCst), 0);
+    assert_eq!(*observations.errors.lock().unwrap(), []);
 }
 
 /// Fault 47.
@@ -252,26 +253,27 @@ fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
             (direction, ErrorKind::StreamInvalidated),
         ]
     };
-    let gone = ["output", "input"].map(|direction| (direction, ErrorKind::DeviceNotAvailable));
+    let unavailable =
+        ["output", "input"].map(|direction| (direction, ErrorKind::DeviceNotAvailable));
     for (output, kind, expected) in [
         (0, XRUN, stopped("input")),
         (1, XRUN, stopped("output")),
-        (0, GONE, gone),
+        (0, GONE, unavailable),
     ] {
         // On the outputs' clock, the inputs stand still with the outputs, without reporting an error.
         for clock in ["start-trigger", "ao-sample-clock"] {
             FAULT[1].store(kind, Ordering::SeqCst);
             let injected = AtomicBool::new(false);
-            let seen = stream(clock, |seen| {
-                let running = seen.frames.load(Ordering::SeqCst) >= 20_000;
+            let observations = stream(clock, |observations| {
+                let running = observations.frames.load(Ordering::SeqCst) >= 20_000;
                 if running && !injected.swap(true, Ordering::SeqCst) {
                     FAULT[0].store(output + 1, Ordering::SeqCst);
                 }
-                seen.errors.lock().unwrap().len() >= expected.len()
+                observations.errors.lock().unwrap().len() >= expected.len()
             });
-            assert_eq!(*seen.errors.lock().unwrap(), expected, "{clock}");
+            assert_eq!(*observations.errors.lock().unwrap(), expected, "{clock}");
             // All samples before it arrived whole.
-            assert_eq!(seen.wrong.load(Ordering::SeqCst), 0);
+            assert_eq!(observations.wrong.load(Ordering::SeqCst), 0);
         }
     }
 }
@@ -315,8 +317,8 @@ fn a_callback_that_panics_leaves_no_voltage_on_the_output() {
         let (output, input) = (output.unwrap(), input.unwrap());
         output.play().unwrap();
         input.play().unwrap();
-        let began = Instant::now();
-        while !panicking.load(Ordering::SeqCst) && began.elapsed() < PATIENCE {
+        let start = Instant::now();
+        while !panicking.load(Ordering::SeqCst) && start.elapsed() < PATIENCE {
             std::thread::sleep(Duration::from_millis(5));
         }
         drop((output, input));
@@ -333,11 +335,11 @@ fn lines_and_counter_are_those_of_the_card_and_an_output_ends_low() {
     let (_, mut lines) = daqmx::open(&config, Some(&library()), Lines::default()).unwrap();
     assert!(lines.estop.as_mut().unwrap().is_high().unwrap());
     assert!(!lines.button.as_mut().unwrap().is_high().unwrap());
-    let again = daqmx::open(&config, Some(&library()), Lines::default());
-    let refused = again.err().unwrap().to_string();
+    let second = daqmx::open(&config, Some(&library()), Lines::default());
+    let message = second.err().unwrap().to_string();
     assert!(
-        refused.contains("GPIO line 0 of Dev1") && refused.contains("in use"),
-        "{refused}"
+        message.contains("GPIO line 0 of Dev1") && message.contains("in use"),
+        "{message}"
     );
     let enable = lines.enable.as_mut().unwrap();
     enable.set(true).unwrap();

@@ -295,8 +295,8 @@ impl FromStr for FaultKind {
     type Err = UnknownFault;
 
     fn from_str(name: &str) -> Result<Self, UnknownFault> {
-        let found = Self::ALL.iter().find(|kind| kind.name() == name);
-        found.copied().ok_or_else(|| UnknownFault {
+        let kind = Self::ALL.iter().find(|kind| kind.name() == name);
+        kind.copied().ok_or_else(|| UnknownFault {
             name: name.to_owned(),
             nearest: strict::nearest(name, &names()),
         })
@@ -310,9 +310,9 @@ impl schemars::JsonSchema for FaultKind {
     }
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let one = |kind: &Self| schemars::json_schema!({ "const": kind.name(), "description": kind.help() });
-        let all: Vec<schemars::Schema> = Self::ALL.iter().map(one).collect();
-        schemars::json_schema!({ "description": "A fault that can be rehearsed.", "oneOf": all })
+        let variant = |kind: &Self| schemars::json_schema!({ "const": kind.name(), "description": kind.help() });
+        let variants: Vec<schemars::Schema> = Self::ALL.iter().map(variant).collect();
+        schemars::json_schema!({ "description": "A fault that can be rehearsed.", "oneOf": variants })
     }
 }
 
@@ -322,7 +322,7 @@ mod tests {
 
     #[test]
     fn names_are_those_of_scenario_files_and_each_is_its_own() {
-        for (at, kind) in FaultKind::ALL.iter().enumerate() {
+        for (index, kind) in FaultKind::ALL.iter().enumerate() {
             assert_eq!(kind.name().parse(), Ok(*kind));
             let quoted = format!("fault = \"{kind}\"");
             #[derive(Deserialize)]
@@ -331,7 +331,7 @@ mod tests {
             }
             let read: Table = strict::parse(&quoted, "test").unwrap();
             assert_eq!(read.fault, *kind, "serde has another name for {kind}");
-            assert!(!names()[..at].contains(&kind.name()), "{kind} twice");
+            assert!(!names()[..index].contains(&kind.name()), "{kind} twice");
         }
     }
 

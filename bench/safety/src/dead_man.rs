@@ -61,7 +61,7 @@ impl DeadMan {
     }
 
     /// Takes the level, and whether the plate is driven; returns the reason for which it must not be.
-    pub(crate) fn poll(&mut self, closed: bool, driven: bool, now_ns: u64) -> Option<LetGo> {
+    pub(crate) fn poll(&mut self, closed: bool, is_driven: bool, now_ns: u64) -> Option<LetGo> {
         if closed {
             self.open_ns = None;
             let since_ns = *self.closed_ns.get_or_insert(now_ns);
@@ -74,7 +74,7 @@ impl DeadMan {
             let since_ns = *self.open_ns.get_or_insert(now_ns);
             self.opened |= self.driven_ns.is_none() && now_ns - since_ns >= OPEN_NS;
         }
-        if !driven {
+        if !is_driven {
             if self
                 .driven_ns
                 .is_some_and(|last_ns| now_ns - last_ns >= OVER_NS)
@@ -127,11 +127,11 @@ mod tests {
         }
 
         /// Lets time pass; returns the first stop, and the time to it, ms.
-        fn pass(&mut self, ms: u64, closed: bool, driven: bool) -> Option<(u64, LetGo)> {
+        fn pass(&mut self, ms: u64, closed: bool, is_driven: bool) -> Option<(u64, LetGo)> {
             let mut first = None;
             for step in 1..=ms / 2 {
                 self.now_ns += 2 * MS;
-                let stop = self.switch.poll(closed, driven, self.now_ns);
+                let stop = self.switch.poll(closed, is_driven, self.now_ns);
                 first = first.or(stop.map(|why| (2 * step, why)));
             }
             first
@@ -166,8 +166,8 @@ mod tests {
         let mut stuck = Rig::new();
         stuck.pass(5000, true, false);
         assert_eq!(stuck.switch.hold(), Hold::Release);
-        let began = stuck.pass(2, true, true);
-        assert_eq!(began, Some((2, LetGo::NotHeld(Hold::Release))));
+        let stop = stuck.pass(2, true, true);
+        assert_eq!(stop, Some((2, LetGo::NotHeld(Hold::Release))));
         // A contact that opens for a moment proves nothing.
         let mut bounces = Rig::new();
         bounces.pass(1000, true, false);

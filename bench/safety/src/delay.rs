@@ -72,9 +72,9 @@ mod tests {
     use super::*;
 
     fn voted(votes: &[bool]) -> Votes {
-        let mut all = Votes::default();
-        votes.iter().for_each(|&vote| all.push(vote));
-        all
+        let mut count = Votes::default();
+        votes.iter().for_each(|&vote| count.push(vote));
+        count
     }
 
     #[test]
@@ -91,8 +91,8 @@ mod tests {
     #[test]
     fn a_delay_fails_by_its_telling_readings_alone() {
         let mut delay = Delay::new(0);
-        for at in 0..64 {
-            let tells = at % 10 == 0;
+        for index in 0..64 {
+            let tells = index % 10 == 0;
             delay.vote(Comparison {
                 fits: !tells,
                 tells,

@@ -105,9 +105,9 @@ impl DelayMeter {
     /// when its block arrived. Returns the delay once this rise has shown it.
     pub(crate) fn reading(&mut self, sample: u64, ahead: i64, volts: f64) -> Option<LoopDelay> {
         let look = self.next_look?;
-        let (&(began, _), &(rendered, _)) = (self.commands.first()?, self.commands.last()?);
+        let (&(first_frame, _), &(rendered, _)) = (self.commands.first()?, self.commands.last()?);
         let sample = sample as i64;
-        if rendered == began
+        if rendered == first_frame
             || self
                 .readings
                 .last()
@@ -120,13 +120,13 @@ impl DelayMeter {
             ahead,
             volts,
         });
-        if rendered - began < look {
+        if rendered - first_frame < look {
             return None;
         }
-        let found = self.look();
-        let given_up = rendered - began > self.frames(GIVE_UP_S);
-        self.next_look = (found.is_none() && !given_up).then_some(look + self.frames(LOOK_S));
-        found
+        let delay = self.look();
+        let is_given_up = rendered - first_frame > self.frames(GIVE_UP_S);
+        self.next_look = (delay.is_none() && !is_given_up).then_some(look + self.frames(LOOK_S));
+        delay
     }
 
     /// Returns the delay, if the readings so far show it.
@@ -146,11 +146,11 @@ impl DelayMeter {
             return None;
         }
         // A parabola through the least residual and its neighbours.
-        let (before, after) = (residual(best - 1), residual(best + 1));
-        let curvature = 0.5 * (before + after) - least;
+        let (lower, upper) = (residual(best - 1), residual(best + 1));
+        let curvature = 0.5 * (lower + upper) - least;
         let variance_v2 = least / (self.readings.len() - 2) as f64;
         let error_steps = SHARED * (variance_v2 / curvature).sqrt();
-        let steps = best as f64 + 0.25 * (before - after) / curvature;
+        let steps = best as f64 + 0.25 * (lower - upper) / curvature;
         let step_s = self.step as f64 / self.rate_hz;
         (error_steps * step_s < KNOWN_S).then_some(LoopDelay {
             seconds: steps * step_s,
@@ -237,14 +237,14 @@ mod tests {
 
     impl Bench {
         fn commanded_v(&self, frame: i64) -> f64 {
-            let on_s = frame as f64 / RATE_HZ - SILENCE_S;
-            let ramp = 0.5 * (1.0 - (PI * (on_s / self.ramp_s).clamp(0.0, 1.0)).cos());
-            let phase = TAU * self.modulation_hz * on_s;
+            let elapsed_s = frame as f64 / RATE_HZ - SILENCE_S;
+            let ramp = 0.5 * (1.0 - (PI * (elapsed_s / self.ramp_s).clamp(0.0, 1.0)).cos());
+            let phase = TAU * self.modulation_hz * elapsed_s;
             ramp * self.mean_v * (1.0 + self.index * phase.sin())
         }
 
         /// Returns the delay found, and the time at which it is found, s after the beginning of the rise.
-        fn found(&self) -> Option<(LoopDelay, f64)> {
+        fn measured(&self) -> Option<(LoopDelay, f64)> {
             let mut meter = DelayMeter::new(RATE_HZ, 0.1);
             // Rendered frames wait in buffers for the whole delay; a block arrives once it is complete.
             let lead = HEAD_START;
@@ -287,13 +287,13 @@ mod tests {
                             mean_v: 24.0,
                             ..TONE
                         };
-                        let Some((found, after_s)) = bench.found() else {
+                        let Some((delay, after_s)) = bench.measured() else {
                             panic!("{delay_s} s, {block} frames, {gain}, {modulation_hz} Hz")
                         };
-                        let off_s = found.seconds - delay_s;
+                        let error_s = delay.seconds - delay_s;
                         assert!(
-                            off_s.abs() < 1e-3 && after_s < 0.25,
-                            "{delay_s} s, {block} frames, {gain}, {modulation_hz} Hz: {off_s} s off after {after_s} s"
+                            error_s.abs() < 1e-3 && after_s < 0.25,
+                            "{delay_s} s, {block} frames, {gain}, {modulation_hz} Hz: {error_s} s off after {after_s} s"
                         );
                     }
                 }
@@ -307,27 +307,27 @@ mod tests {
             ramp_s: 0.5,
             ..TONE
         };
-        let (found, _) = slow.found().unwrap();
-        assert!((found.seconds - 0.012).abs() < 1e-3, "{found:?}");
+        let (delay, _) = slow.measured().unwrap();
+        assert!((delay.seconds - 0.012).abs() < 1e-3, "{delay:?}");
         let starved = Bench {
             late: (5, 8_000),
             ..TONE
         };
-        let (found, _) = starved.found().unwrap();
-        assert!((found.seconds - 0.012).abs() < 1e-3, "{found:?}");
+        let (delay, _) = starved.measured().unwrap();
+        assert!((delay.seconds - 0.012).abs() < 1e-3, "{delay:?}");
     }
 
     #[test]
     fn what_does_not_come_back_or_drowns_shows_no_delay() {
         let silent = Bench { gain: 0.0, ..TONE };
-        assert_eq!(silent.found(), None);
-        let drowned = Bench { hum_v: 2.0, ..TONE };
-        assert_eq!(drowned.found(), None);
+        assert_eq!(silent.measured(), None);
+        let noisy = Bench { hum_v: 2.0, ..TONE };
+        assert_eq!(noisy.measured(), None);
         // Longer than all delays tried.
         let long = Bench {
             delay_s: 0.15,
             ..TONE
         };
-        assert_eq!(long.found(), None);
+        assert_eq!(long.measured(), None);
     }
 }

@@ -236,8 +236,8 @@ impl Readback {
     /// Returns the least and the greatest lead of a possible delay: around the measured one, for any time of the latest
     /// callbacks, or up to the loop's latency before `newest`, the frames rendered less the sample read.
     fn possible_leads(&self, newest: i64) -> (i64, i64) {
-        let usual = (self.aheads.iter().min(), self.aheads.iter().max());
-        match (self.measured.filter(|_| !self.rising), usual) {
+        let range = (self.aheads.iter().min(), self.aheads.iter().max());
+        match (self.measured.filter(|_| !self.rising), range) {
             (Some((shortest, longest)), (Some(&least), Some(&most))) => {
                 (least - longest, most - shortest)
             }
@@ -255,9 +255,10 @@ impl Readback {
     }
 
     fn compare(&self, frame: i64, volts: f64) -> Comparison {
-        let about = [-self.step / 2, 0, self.step / 2].map(|off| self.commanded_v(frame + off));
-        let low_v = about.into_iter().fold(f64::INFINITY, f64::min);
-        let high_v = about.into_iter().fold(0.0, f64::max);
+        let levels_v =
+            [-self.step / 2, 0, self.step / 2].map(|offset| self.commanded_v(frame + offset));
+        let low_v = levels_v.into_iter().fold(f64::INFINITY, f64::min);
+        let high_v = levels_v.into_iter().fold(0.0, f64::max);
         let least_v = low_v * (1.0 - self.tolerance) - self.floor_v;
         let most_v = high_v * (1.0 + self.tolerance) + self.floor_v;
         Comparison {
@@ -350,15 +351,19 @@ mod tests {
         for commanded_v in [published_v, tone_v] {
             for delay_s in [0.0, 0.02, 0.06] {
                 for phase in 0..40 {
-                    let off_s = 1.0 + f64::from(phase) / 240.0;
+                    let fault_s = 1.0 + f64::from(phase) / 240.0;
                     let path = |time_s: f64, sent_v: &dyn Fn(f64) -> f64| {
-                        if time_s < off_s { sent_v(time_s) } else { 0.0 }
+                        if time_s < fault_s {
+                            sent_v(time_s)
+                        } else {
+                            0.0
+                        }
                     };
-                    let seen_s = first_misfit_s(commanded_v, delay_s, 2.0, path).unwrap();
+                    let misfit_s = first_misfit_s(commanded_v, delay_s, 2.0, path).unwrap();
                     assert!(
-                        (0.0..0.045).contains(&(seen_s - off_s)),
+                        (0.0..0.045).contains(&(misfit_s - fault_s)),
                         "{delay_s} s, {phase}: {}",
-                        seen_s - off_s
+                        misfit_s - fault_s
                     );
                 }
             }
@@ -371,18 +376,21 @@ mod tests {
     fn a_changed_gain_is_seen_at_the_next_crest() {
         for gain in [0.5, 2.0] {
             for phase in 0..40 {
-                let off_s = 1.0 + f64::from(phase) / 240.0;
+                let fault_s = 1.0 + f64::from(phase) / 240.0;
                 let path = |time_s: f64, sent_v: &dyn Fn(f64) -> f64| {
-                    sent_v(time_s) * if time_s < off_s { 1.0 } else { gain }
+                    sent_v(time_s) * if time_s < fault_s { 1.0 } else { gain }
                 };
-                let seen_s = first_misfit_s(published_v, 0.02, 3.0, path).unwrap();
-                assert!(seen_s > off_s && seen_s - off_s < 0.21, "{gain}, {phase}");
+                let misfit_s = first_misfit_s(published_v, 0.02, 3.0, path).unwrap();
+                assert!(
+                    misfit_s > fault_s && misfit_s - fault_s < 0.21,
+                    "{gain}, {phase}"
+                );
             }
             let path = |time_s: f64, sent_v: &dyn Fn(f64) -> f64| {
                 sent_v(time_s) * if time_s < 1.0 { 1.0 } else { gain }
             };
-            let seen_s = first_misfit_s(tone_v, 0.02, 3.0, path).unwrap();
-            assert!(seen_s - 1.0 < 0.045, "{gain}");
+            let misfit_s = first_misfit_s(tone_v, 0.02, 3.0, path).unwrap();
+            assert!(misfit_s - 1.0 < 0.045, "{gain}");
         }
     }
 
@@ -412,14 +420,14 @@ mod tests {
             24.0 * (1.0 + 0.95 * (TAU * 20.0 * time_s).sin())
         };
         for phase in 0..40 {
-            let off_s = 1.0 + f64::from(phase) / 800.0;
+            let fault_s = 1.0 + f64::from(phase) / 800.0;
             let path = |time_s: f64, sent_v: &dyn Fn(f64) -> f64| {
-                sent_v(time_s) * if time_s < off_s { 1.0 } else { 0.5 }
+                sent_v(time_s) * if time_s < fault_s { 1.0 } else { 0.5 }
             };
-            let seen_s = first_misfit_s(commanded_v, 0.02, 2.0, path);
+            let misfit_s = first_misfit_s(commanded_v, 0.02, 2.0, path);
             assert!(
-                seen_s.is_some_and(|s| s > off_s && s - off_s < 0.11),
-                "{phase}: {seen_s:?}"
+                misfit_s.is_some_and(|s| s > fault_s && s - fault_s < 0.11),
+                "{phase}: {misfit_s:?}"
             );
         }
     }

@@ -44,10 +44,10 @@ impl SlidingHour {
         let first = self
             .spans
             .partition_point(|known| known.end_ns < merged.start_ns);
-        let past = self
+        let end = self
             .spans
             .partition_point(|known| known.start_ns <= merged.end_ns);
-        for known in self.spans.drain(first..past.max(first)) {
+        for known in self.spans.drain(first..end.max(first)) {
             merged.start_ns = merged.start_ns.min(known.start_ns);
             merged.end_ns = merged.end_ns.max(known.end_ns);
         }

@@ -51,7 +51,7 @@ impl<T: Clone> Slot<T> {
             .clone()
     }
 
-    /// Updates `seen` to the latest value, unless another thread uses the slot at this moment: for a thread of high
+    /// Updates `reading` to the latest value, unless another thread uses the slot at this moment: for a thread of high
     /// priority, which must not wait for one of lower priority.
     ///
     /// ```
@@ -60,9 +60,9 @@ impl<T: Clone> Slot<T> {
     /// force_n.look(&mut seen);
     /// assert_eq!(seen, Some(0.4));
     /// ```
-    pub fn look(&self, seen: &mut Option<T>) {
+    pub fn look(&self, reading: &mut Option<T>) {
         if let Some(latest) = self.without_waiting() {
-            seen.clone_from(&latest);
+            reading.clone_from(&latest);
         }
     }
 

@@ -89,12 +89,12 @@ fn the_heartbeat_passes_while_the_enable_is_on_and_stands_still_otherwise() {
         guard.hear(2_000 * k, beat(true, k % 2 == 0), true);
         assert_eq!(guard.outputs().heartbeat, k % 2 == 0);
     }
-    let stood = guard.outputs().heartbeat;
+    let level = guard.outputs().heartbeat;
     guard.look(500_000, true);
     for k in 0..100 {
         let order = beat(k % 3 == 0, k % 2 == 0);
         guard.hear(500_000 + 2_000 * k, order, false);
-        assert_eq!(guard.outputs().heartbeat, stood);
+        assert_eq!(guard.outputs().heartbeat, level);
     }
 }
 

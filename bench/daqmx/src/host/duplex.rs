@@ -94,7 +94,7 @@ pub(super) fn start(
     let mut streaming = Streaming::new(library, plan, callbacks)?;
     streaming.begin(plan)?;
     let stop = Arc::new(AtomicBool::new(false));
-    let (asked, library, plan) = (Arc::clone(&stop), library.clone(), plan.clone());
+    let (stop_request, library, plan) = (Arc::clone(&stop), library.clone(), plan.clone());
     let thread = std::thread::Builder::new()
         .name("ni-card".to_owned())
         .spawn(move || {
@@ -104,7 +104,7 @@ pub(super) fn start(
                 plan: &plan,
             };
             let mut streaming = streaming;
-            streaming.run(&plan, &asked);
+            streaming.run(&plan, &stop_request);
         })
         .map_err(NotStarted::Thread)?;
     Ok(Running {
@@ -223,11 +223,11 @@ impl Streaming {
     }
 
     /// Streams until a stop is requested and the drive is at rest, or until the card stops.
-    fn run(&mut self, plan: &Plan, asked: &AtomicBool) {
+    fn run(&mut self, plan: &Plan, stop_request: &AtomicBool) {
         let block_s = f64::from(plan.block_frames) / self.rate_hz;
         let mut last = ((plan.table.lead_s + REST_S) / block_s).ceil() as u32;
         loop {
-            match self.read(asked) {
+            match self.read(stop_request) {
                 Ok(true) => {}
                 Ok(false) => return,
                 Err(error) => return self.fail(&error),
@@ -236,7 +236,7 @@ impl Streaming {
                 return self.fail(&error);
             }
             self.hand_on();
-            if asked.load(Ordering::Acquire) {
+            if stop_request.load(Ordering::Acquire) {
                 last = last.saturating_sub(1);
                 if last == 0 {
                     return;
@@ -246,7 +246,7 @@ impl Streaming {
     }
 
     /// Reads a block; `false` if no block came and the stream is to end.
-    fn read(&mut self, asked: &AtomicBool) -> Result<bool, DaqError> {
+    fn read(&mut self, stop_request: &AtomicBool) -> Result<bool, DaqError> {
         let channels = self.ranges_v.len();
         let mut filled = 0;
         while filled < self.inputs_v.len() {
@@ -254,7 +254,7 @@ impl Streaming {
             filled += frames * channels;
             match result {
                 Err(error) if error.fault() != DaqFault::TimedOut => return Err(error),
-                Err(_) if asked.load(Ordering::Acquire) => return Ok(false),
+                Err(_) if stop_request.load(Ordering::Acquire) => return Ok(false),
                 Err(_) => self.output.require_running()?,
                 Ok(()) => {}
             }

@@ -33,7 +33,7 @@ pub fn look() -> Scheduling {
     if !system::SUPPORTED {
         return Scheduling::Unsupported;
     }
-    granted::found(system::real_time_priority())
+    granted::inherited(system::real_time_priority())
 }
 
 /// Keeps all memory of this program, present and future, from being paged out.
@@ -66,14 +66,14 @@ mod tests {
     fn what_the_system_grants_is_what_a_thread_has_and_what_it_starts_has_not() {
         let scheduling = on_a_thread(|| (ask(7), look(), on_a_thread(look)));
         match scheduling {
-            (Scheduling::RealTime { priority }, looked, started) => {
+            (Scheduling::RealTime { priority }, own_scheduling, child_scheduling) => {
                 assert!((1..=7).contains(&priority), "{priority}");
-                assert_eq!(looked, Scheduling::Found { priority });
-                assert_eq!(started, Scheduling::Normal);
+                assert_eq!(own_scheduling, Scheduling::Found { priority });
+                assert_eq!(child_scheduling, Scheduling::Normal);
             }
-            (refused, looked, started) => {
+            (refused, own_scheduling, child_scheduling) => {
                 assert!(matches!(refused, Scheduling::Refused { .. }), "{refused:?}");
-                assert_eq!([looked, started], [Scheduling::Normal; 2]);
+                assert_eq!([own_scheduling, child_scheduling], [Scheduling::Normal; 2]);
             }
         }
     }

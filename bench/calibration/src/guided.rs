@@ -108,7 +108,7 @@ impl<F: Front> Guided<F> {
             steps: progress.steps as u32,
             instruction,
             note: progress.note.clone().filter(|_| self.failed.is_none()),
-            asked: self.asked.as_ref().map(asked),
+            asked: self.asked.as_ref().map(question),
             watched: self.watched,
             points: progress
                 .points

@@ -7,19 +7,19 @@ use anyhow::Context;
 
 use crate::broken_off::EndedEarly;
 
-/// Writes the points of `what`, and their figure if given, next to the calibration at `path`.
+/// Writes the points of `part`, and their figure if given, next to the calibration at `path`.
 ///
 /// # Errors
 /// If a file cannot be written.
 pub fn write_beside(
     path: &Path,
-    what: &str,
+    part: &str,
     points: &str,
     figure: Option<&Figure>,
 ) -> anyhow::Result<Vec<PathBuf>> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let figure_path = path.with_file_name(format!("{stem}-{what}"));
-    let table = path.with_file_name(format!("{stem}-{what}.csv"));
+    let figure_path = path.with_file_name(format!("{stem}-{part}"));
+    let table = path.with_file_name(format!("{stem}-{part}.csv"));
     std::fs::write(&table, points).with_context(|| format!("cannot write {}", table.display()))?;
     let mut written = vec![table];
     if let Some(figure) = figure {
@@ -29,9 +29,9 @@ pub fn write_beside(
 }
 
 /// Returns the error of a calibration that ended early, with advice on how to continue; the points of an unattended calibration
-/// are written to the table `what` next to the calibration at `path`.
+/// are written to the table `part` next to the calibration at `path`.
 #[must_use]
-pub fn ended_early(error: anyhow::Error, path: &Path, what: &str) -> anyhow::Error {
+pub fn ended_early(error: anyhow::Error, path: &Path, part: &str) -> anyhow::Error {
     let Some(early) = error.downcast_ref::<EndedEarly>() else {
         return error;
     };
@@ -39,7 +39,7 @@ pub fn ended_early(error: anyhow::Error, path: &Path, what: &str) -> anyhow::Err
         0 => "nothing was measured yet".to_owned(),
         points => match early
             .table()
-            .and_then(|table| write_beside(path, what, &table, None))
+            .and_then(|table| write_beside(path, part, &table, None))
         {
             Ok(written) => format!("points so far: {points}, kept in {}", written[0].display()),
             Err(why) => format!("points so far: {points}, lost: {why:#}"),

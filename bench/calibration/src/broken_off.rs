@@ -42,7 +42,7 @@ pub struct EndedEarly {
 
 impl EndedEarly {
     /// Creates the error of a measurement with this progress.
-    pub(super) fn after(progress: Option<CalibrationProgress>, why: anyhow::Error) -> Self {
+    pub(super) fn from_progress(progress: Option<CalibrationProgress>, why: anyhow::Error) -> Self {
         let points = progress.map_or_else(Vec::new, |progress| progress.points);
         Self { why, points }
     }

@@ -188,7 +188,7 @@ pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> 
         (Ink::Green, Marker::Triangle),
     ];
     let input_series =
-        |curve: &dyn Fn(&InputCurves) -> Vec<(f64, f64)>, named: bool| -> Vec<Series> {
+        |curve: &dyn Fn(&InputCurves) -> Vec<(f64, f64)>, has_names: bool| -> Vec<Series> {
             let looks = LOOKS.into_iter().cycle();
             let series_by_input = inputs
                 .iter()
@@ -196,7 +196,7 @@ pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> 
                 .filter_map(|(input, (ink, marker))| {
                     let points = curve(input);
                     let series = Series::points(ink, marker, points.clone());
-                    let series = if named {
+                    let series = if has_names {
                         series.named(format!("input {}", input.index))
                     } else {
                         series

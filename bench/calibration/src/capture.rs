@@ -121,7 +121,7 @@ const LEAST_RISE: f64 = 4.0;
 const MISPLACED: f64 = 0.01;
 
 /// Returns the last `frames` frames of a held tone.
-pub(super) fn held_tone(capture: &Capture, waveform: &Waveform, frames: usize) -> Vec<Dwell> {
+pub(super) fn last_tone(capture: &Capture, waveform: &Waveform, frames: usize) -> Vec<Dwell> {
     let Waveform::Tone { carrier_hz, .. } = *waveform else {
         return Vec::new();
     };

@@ -19,7 +19,7 @@ pub struct ClearPlate<P> {
     zero_n: f64,
     attended: bool,
     step: NextStep,
-    asked: Option<Asked>,
+    reason: Option<Asked>,
 }
 
 /// Reason why the operator was asked to clear the plate.
@@ -39,7 +39,7 @@ impl<P> ClearPlate<P> {
             zero_n: config.calibration.zero_n,
             attended,
             step: NextStep::Listen(LISTEN_S),
-            asked: None,
+            reason: None,
         }
     }
 
@@ -65,10 +65,10 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
         };
         if self.attended && matches!(outcome, StepOutcome::Began) {
             self.step = self.procedure.next(outcome)?;
-            self.asked = Some(Asked::Beginning);
+            self.reason = Some(Asked::Beginning);
             return Ok(NextStep::Ask(Request::Unload));
         }
-        let is_asking = self.asked.is_some();
+        let is_asking = self.reason.is_some();
         match (resting_n, &outcome) {
             (Some(normal_n), _) if !self.attended => bail!(
                 "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {} N; remove the finger and everything else, or run `friction-bench calibrate force`",
@@ -77,11 +77,11 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
             // The force sensor decides whether the plate is clear.
             (_, StepOutcome::Answered(..)) if is_asking => return Ok(NextStep::Listen(LISTEN_S)),
             (Some(normal_n), _) => {
-                self.asked = Some(Asked::Resting(normal_n));
+                self.reason = Some(Asked::Resting(normal_n));
                 return Ok(NextStep::Ask(Request::Unload));
             }
             (None, StepOutcome::Captured(_)) if is_asking => {
-                self.asked = None;
+                self.reason = None;
                 return Ok(self.step.clone());
             }
             (None, _) => {}
@@ -92,7 +92,7 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
 
     fn progress(&self) -> CalibrationProgress {
         let mut progress = self.procedure.progress();
-        progress.note = match self.asked {
+        progress.note = match self.reason {
             None => progress.note,
             Some(Asked::Beginning) => Some(
                 "The plate is driven next: do not touch it until the measurement is over."

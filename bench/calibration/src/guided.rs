@@ -20,7 +20,7 @@ const SAFETY_S: f64 = 0.5;
 pub struct Guided<F> {
     front: F,
     title: String,
-    asked: Option<Request>,
+    request: Option<Request>,
     progress: CalibrationProgress,
     watched: MainReading,
     failed: Option<String>,
@@ -69,7 +69,7 @@ impl<F: Front> Guided<F> {
         let mut guided = Self {
             front,
             title,
-            asked: None,
+            request: None,
             progress: CalibrationProgress {
                 doing: "Waiting for the bench to settle.".to_owned(),
                 ..CalibrationProgress::default()
@@ -93,7 +93,7 @@ impl<F: Front> Guided<F> {
 
     fn show_page(&mut self) {
         let progress = &self.progress;
-        let instruction = match (&self.failed, &self.asked) {
+        let instruction = match (&self.failed, &self.request) {
             (Some(why), _) => format!("{why}. Nothing was written."),
             (None, Some(Request::GoOn)) => {
                 let why = self.broken_off.as_deref().unwrap_or_default();
@@ -108,7 +108,7 @@ impl<F: Front> Guided<F> {
             steps: progress.steps as u32,
             instruction,
             note: progress.note.clone().filter(|_| self.failed.is_none()),
-            asked: self.asked.as_ref().map(question),
+            asked: self.request.as_ref().map(question),
             watched: self.watched,
             points: progress
                 .points
@@ -136,7 +136,7 @@ impl<F: Front> Guided<F> {
 
     fn answered(&mut self, answer: Reply) -> Answer {
         let si_per_unit = self
-            .asked
+            .request
             .and_then(|request| request.input())
             .map_or(1.0, |input| input.si_per_unit);
         match answer {
@@ -197,7 +197,7 @@ fn watched(request: &Request) -> Option<MainReading> {
 
 impl<F: Front> Operator for Guided<F> {
     fn ask(&mut self, request: Option<&Request>) {
-        self.asked = request.copied();
+        self.request = request.copied();
         self.broken_off = None;
         if let Some(watched) = request.and_then(watched) {
             self.watched = watched;
@@ -216,7 +216,7 @@ impl<F: Front> Operator for Guided<F> {
             self.log(LogLevel::Warning, note.clone());
         }
         self.progress = progress.clone();
-        self.asked = None;
+        self.request = None;
         self.show_page();
     }
 
@@ -248,10 +248,10 @@ impl<F: Front> Operator for Guided<F> {
     fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>> {
         while let Some(action) = self.front.action() {
             match action {
-                Action::Answer(answer) if self.asked.is_some() => {
+                Action::Answer(answer) if self.request.is_some() => {
                     let answer = self.answered(answer);
                     // A second answer before the next request is ignored.
-                    self.asked = None;
+                    self.request = None;
                     return Ok(Some(OperatorInput::Answer(answer)));
                 }
                 Action::Rearm => return Ok(Some(OperatorInput::Rearm)),
@@ -270,7 +270,7 @@ impl<F: Front> Operator for Guided<F> {
         self.progress.note =
             too_early.then(|| "The bench is still stopped: press x to re-arm it first.".to_owned());
         self.broken_off = Some(why.to_owned());
-        self.asked = Some(Request::GoOn);
+        self.request = Some(Request::GoOn);
         self.show_page();
         true
     }
@@ -278,7 +278,7 @@ impl<F: Front> Operator for Guided<F> {
     fn failed(&mut self, why: &str) -> bool {
         self.log(LogLevel::Error, why.to_owned());
         self.failed = Some(why.to_owned());
-        self.asked = None;
+        self.request = None;
         self.show_page();
         true
     }

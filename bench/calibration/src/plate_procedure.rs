@@ -48,13 +48,13 @@ pub struct PlateSetup {
 }
 
 impl PlateSetup {
-    /// Checks and collects the setup on the bench of `config`; `held` is the present calibration.
+    /// Checks and collects the setup on the bench of `config`; `calibration` is the present one.
     ///
     /// # Errors
     /// If the level is out of its range.
     pub fn new(
         config: &Config,
-        held: &config::CalibrationFile,
+        calibration: &config::CalibrationFile,
         drive_v: f64,
     ) -> anyhow::Result<Self> {
         if !(drive_v > 0.0 && drive_v <= config.limits.drive_v) {
@@ -63,7 +63,7 @@ impl PlateSetup {
                 config.limits.drive_v
             );
         }
-        let metres_per_unit = held.pickup.as_ref().map_or_else(
+        let metres_per_unit = calibration.pickup.as_ref().map_or_else(
             || {
                 Quantity::new(
                     config.channels.pickup.metres_per_unit,
@@ -74,17 +74,20 @@ impl PlateSetup {
             },
             |pickup| pickup.metres_per_unit.clone(),
         );
-        let previous_hz = held.plate.as_ref().map(|plate| plate.resonance_hz.value);
+        let previous_hz = calibration
+            .plate
+            .as_ref()
+            .map(|plate| plate.resonance_hz.value);
         Ok(Self {
             about_hz: previous_hz.unwrap_or(config.plate.resonance_hz),
             drive_v,
             metres_per_unit,
             before_hz: previous_hz,
-            pickup_phase: held
+            pickup_phase: calibration
                 .pickup
                 .as_ref()
                 .and_then(|pickup| Some((pickup.phase_rad.clone()?, pickup.carrier_hz))),
-            channel_match: held.channel_match().unwrap_or(CHANNEL_MATCH),
+            channel_match: calibration.channel_match().unwrap_or(CHANNEL_MATCH),
             config: config.clone(),
         })
     }

@@ -54,7 +54,7 @@ pub(crate) struct Displacement {
 }
 
 impl Reference {
-    /// Checks an instrument on input `channel` of the bench of `config`, with the inputs as compared in `held`, if at all;
+    /// Checks an instrument on input `channel` of the bench of `config`, with the inputs as compared in `calibration`, if at all;
     /// `volts_per_unit` is the voltage of a full-scale sample of that input.
     ///
     /// # Errors
@@ -64,7 +64,7 @@ impl Reference {
         follows: Follows,
         delay: Option<StatedDelay>,
         config: &Config,
-        held: &CalibrationFile,
+        calibration: &CalibrationFile,
     ) -> anyhow::Result<Self> {
         let inputs = config.audio.input_channels;
         if channel >= inputs {
@@ -106,7 +106,7 @@ impl Reference {
                 }
             }
         }
-        let input = held.channels.as_ref().and_then(|channels| {
+        let input = calibration.channels.as_ref().and_then(|channels| {
             let input = channels.input(channel)?;
             let (phase, at_hz) = (&input.phase_rad, channels.carrier_hz);
             Some((phase.value, phase.standard_error, at_hz))

@@ -56,7 +56,7 @@ pub struct ReferenceOptions {
 }
 
 impl ReferenceOptions {
-    /// Returns the instrument on the bench of `config`, with the inputs as compared in `held`, if at all; `None` without an
+    /// Returns the instrument on the bench of `config`, with the inputs as compared in `calibration`, if at all; `None` without an
     /// instrument.
     ///
     /// # Errors
@@ -64,7 +64,7 @@ impl ReferenceOptions {
     pub fn instrument(
         &self,
         config: &Config,
-        held: &CalibrationFile,
+        calibration: &CalibrationFile,
     ) -> anyhow::Result<Option<Reference>> {
         let (Some(channel), Some(volts_per_unit)) = (self.channel, self.volts_per_unit) else {
             return Ok(None);
@@ -78,6 +78,6 @@ impl ReferenceOptions {
             error_s: self.delay_error_us * 1e-6,
         });
         let input = (channel, volts_per_unit);
-        Reference::new(input, follows, delay, config, held).map(Some)
+        Reference::new(input, follows, delay, config, calibration).map(Some)
     }
 }

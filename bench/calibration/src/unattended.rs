@@ -24,8 +24,8 @@ const REQUEST_TIMEOUT_S: f64 = 120.0;
 
 /// An operator replaced by the force sensor's readings.
 pub struct Unattended<W> {
-    out: W,
-    asked: Option<Asked>,
+    output: W,
+    pending: Option<Asked>,
     /// Time, s, and normal and lateral force, N, over the length of a plateau.
     recent: VecDeque<(f64, [f64; 2])>,
     now_s: f64,
@@ -38,15 +38,15 @@ struct Asked {
     request: Request,
     since_s: f64,
     /// Forces at the time of the request, N.
-    before_n: [f64; 2],
+    previous_n: [f64; 2],
 }
 
 impl<W: Write> Unattended<W> {
-    /// Creates an operator that prints progress to `out`.
-    pub fn new(out: W) -> Self {
+    /// Creates an operator that prints progress to `output`.
+    pub fn new(output: W) -> Self {
         Self {
-            out,
-            asked: None,
+            output,
+            pending: None,
             recent: VecDeque::new(),
             now_s: 0.0,
             loaded: None,
@@ -57,7 +57,7 @@ impl<W: Write> Unattended<W> {
 
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
         // A closed output does not end a calibration.
-        let _ = writeln!(self.out, "{}", tui::escaped(&text.to_string()));
+        let _ = writeln!(self.output, "{}", tui::escaped(&text.to_string()));
     }
 
     fn mean_n(readings: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
@@ -104,17 +104,17 @@ impl<W: Write> Unattended<W> {
             Self::mean_n(half.map(|(_, forces)| *forces))[axis.index()]
         };
         let (early, late) = (half(false), half(true));
-        let changed = (late - request.before_n[axis.index()]).abs() >= SEEN_SHARE * expected_n;
+        let changed = (late - request.previous_n[axis.index()]).abs() >= SEEN_SHARE * expected_n;
         changed && (late - early).abs() <= STEADY_N + STEADY_SHARE * expected_n
     }
 }
 
 impl<W: Write + Send> Operator for Unattended<W> {
     fn ask(&mut self, request: Option<&Request>) {
-        self.asked = request.map(|request| Asked {
+        self.pending = request.map(|request| Asked {
             request: *request,
             since_s: self.now_s,
-            before_n: Self::mean_n(self.recent.iter().map(|(_, forces)| *forces)),
+            previous_n: Self::mean_n(self.recent.iter().map(|(_, forces)| *forces)),
         });
         if let Some(
             Request::Load { .. }
@@ -163,7 +163,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
     }
 
     fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>> {
-        let Some(pending) = &self.asked else {
+        let Some(pending) = &self.pending else {
             return Ok(None);
         };
         let done = match pending.request {
@@ -197,7 +197,7 @@ impl<W: Write + Send> Operator for Unattended<W> {
             Request::Unload => self.loaded = None,
             _ => {}
         }
-        self.asked = None;
+        self.pending = None;
         Ok(Some(OperatorInput::Answer(Answer::Ready)))
     }
 
@@ -311,7 +311,7 @@ mod tests {
                 ..CalibrationProgress::default()
             });
         }
-        let text = String::from_utf8(operator.out).unwrap();
+        let text = String::from_utf8(operator.output).unwrap();
         assert_eq!(text, "step 1 of 2: Driving.\n  5 V  1 µm\n  5 V  1 µm\n");
     }
 }

@@ -10,7 +10,7 @@ use sources::{LineSource, Lines, SourceGone, take_lines};
 
 use crate::library::{CounterInput, DaqError, DaqFault, Daqmx, LineInput, LineOutput};
 
-/// Takes the lines and the counter of the card that `table` and `config` name, and the others from `beside`.
+/// Takes the lines and the counter of the card that `table` and `config` name, and the others from `other_lines`.
 ///
 /// # Errors
 /// The line that is unavailable, and the reason.
@@ -18,10 +18,10 @@ pub(crate) fn take(
     library: &Daqmx,
     config: &Config,
     table: &Nidaqmx,
-    beside: Lines,
+    other_lines: Lines,
 ) -> anyhow::Result<Lines> {
     let device = &config.audio.output_device;
-    let mut lines = beside;
+    let mut lines = other_lines;
     if config.gpio.backend == GpioBackend::Nidaqmx {
         let ports = Ports {
             library,
@@ -43,7 +43,7 @@ pub(crate) fn take(
         })?;
         lines.counter = Some(Box::new(CardCounter {
             input,
-            before: None,
+            previous: None,
             count: 0,
             due_ns: 0,
         }));
@@ -136,7 +136,7 @@ impl OutputLine for CardOutput {
 /// Encoder on a counter of the card, which misses no edge between two readings.
 struct CardCounter {
     input: CounterInput,
-    before: Option<u32>,
+    previous: Option<u32>,
     count: i64,
     due_ns: u64,
 }
@@ -158,7 +158,7 @@ impl PositionSource for CardCounter {
             SourceGone::Card(format!("the encoder's counter on the NI card: {error}"))
         })?;
         let host_s = now_s();
-        self.count += movement(self.before.replace(read), read);
+        self.count += movement(self.previous.replace(read), read);
         take(Counted {
             host_s,
             own_s: host_s,

@@ -132,7 +132,7 @@ fn connect() {
 #[derive(Default)]
 struct Seen {
     frames: AtomicU64,
-    wrong: AtomicU64,
+    mismatches: AtomicU64,
     errors: Mutex<Vec<(&'static str, ErrorKind)>>,
 }
 
@@ -209,7 +209,7 @@ fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
                     mismatches += u64::from(pair != [played, pattern(base + frame)]);
                     frame += 1;
                 }
-                account.wrong.fetch_add(mismatches, Ordering::SeqCst);
+                account.mismatches.fetch_add(mismatches, Ordering::SeqCst);
                 account.frames.store(frame, Ordering::SeqCst);
             },
             move |error: cpal::Error| log.tell("input", error.kind()),
@@ -226,27 +226,27 @@ fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
     observations
 }
 
-fn alone() -> std::sync::MutexGuard<'static, ()> {
+fn exclusive() -> std::sync::MutexGuard<'static, ()> {
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Fault 47.
 #[test]
 fn an_hour_of_samples_comes_back_whole_and_in_order() {
-    let _alone = alone();
+    let _alone = exclusive();
     let observations = stream("ao-sample-clock", |observations| {
         observations.frames.load(Ordering::SeqCst) >= HOUR
     });
     let frames = observations.frames.load(Ordering::SeqCst);
     assert!(frames >= HOUR, "{frames} frames");
-    assert_eq!(observations.wrong.load(Ordering::SeqCst), 0);
+    assert_eq!(observations.mismatches.load(Ordering::SeqCst), 0);
     assert_eq!(*observations.errors.lock().unwrap(), []);
 }
 
 /// Fault 47.
 #[test]
 fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
-    let _alone = alone();
+    let _alone = exclusive();
     let stopped = |direction| {
         [
             (direction, ErrorKind::Xrun),
@@ -273,7 +273,7 @@ fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
             });
             assert_eq!(*observations.errors.lock().unwrap(), expected, "{clock}");
             // All samples before it arrived whole.
-            assert_eq!(observations.wrong.load(Ordering::SeqCst), 0);
+            assert_eq!(observations.mismatches.load(Ordering::SeqCst), 0);
         }
     }
 }
@@ -281,7 +281,7 @@ fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
 /// Fault 47.
 #[test]
 fn a_callback_that_panics_leaves_no_voltage_on_the_output() {
-    let _alone = alone();
+    let _alone = exclusive();
     for in_output in [true, false] {
         let (host, _lines) = card("ao-sample-clock");
         let device = host.devices().unwrap().next().unwrap();
@@ -329,7 +329,7 @@ fn a_callback_that_panics_leaves_no_voltage_on_the_output() {
 
 #[test]
 fn lines_and_counter_are_those_of_the_card_and_an_output_ends_low() {
-    let _alone = alone();
+    let _alone = exclusive();
     connect();
     let config = Config::parse(CONFIG, "bench.toml").unwrap();
     let (_, mut lines) = daqmx::open(&config, Some(&library()), Lines::default()).unwrap();
@@ -361,7 +361,7 @@ fn lines_and_counter_are_those_of_the_card_and_an_output_ends_low() {
 /// Fault 47.
 #[test]
 fn a_library_that_is_missing_or_another_one_is_refused_with_what_to_do() {
-    let _alone = alone();
+    let _alone = exclusive();
     let config = Config::parse(CONFIG, "bench.toml").unwrap();
     let absent = std::path::Path::new("/no/libnidaqmx.so");
     let refused = daqmx::open(&config, Some(absent), Lines::default());

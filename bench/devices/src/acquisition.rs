@@ -543,7 +543,7 @@ impl Task for Acquisition {
             let Some(header) = self.input.pop_block(&mut self.block) else {
                 break;
             };
-            self.silence.ended();
+            self.silence.end();
             // Read only now: the block may have arrived after `now_ns`, and no arrival may be stated early.
             let arrival_ns = self.host.now_ns();
             self.pace.take(&header, arrival_ns)?;

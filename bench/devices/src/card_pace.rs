@@ -13,7 +13,7 @@ const BACKLOG_S: f64 = 5.0;
 pub struct CardPace {
     rate_hz: f64,
     /// First frame, and its arrival, ns.
-    began: Option<(u64, u64)>,
+    start: Option<(u64, u64)>,
 }
 
 impl CardPace {
@@ -22,7 +22,7 @@ impl CardPace {
     pub fn new(rate_hz: f64) -> Self {
         Self {
             rate_hz,
-            began: None,
+            start: None,
         }
     }
 
@@ -31,7 +31,7 @@ impl CardPace {
     /// # Errors
     /// If the card has delivered far more than its rate allows.
     pub fn take(&mut self, header: &BlockHeader, now_ns: u64) -> anyhow::Result<()> {
-        let (frame, began_ns) = *self.began.get_or_insert((header.first_frame, now_ns));
+        let (frame, began_ns) = *self.start.get_or_insert((header.first_frame, now_ns));
         let passed_s = now_ns.saturating_sub(began_ns) as f64 * 1e-9;
         let delivered_s = header.first_frame.saturating_sub(frame) as f64 / self.rate_hz;
         if delivered_s > FACTOR * passed_s + BACKLOG_S {

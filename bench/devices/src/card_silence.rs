@@ -32,7 +32,7 @@ impl CardSilence {
     }
 
     /// Notes that a block has arrived.
-    pub(crate) fn ended(&mut self) {
+    pub(crate) fn end(&mut self) {
         self.lasts_ns = 0;
     }
 }

@@ -194,8 +194,8 @@ mod tests {
             );
         }
         // A refused claim holds no lock, and other benches are unaffected.
-        let other = Claim::take(&bench_with("B", "ttyB", &gpio("chipA", 8))).unwrap();
-        drop((claim, other));
+        let second_claim = Claim::take(&bench_with("B", "ttyB", &gpio("chipA", 8))).unwrap();
+        drop((claim, second_claim));
         drop(Claim::take(&bench_with("A", "ttyB", &gpio("chipA", 7))).unwrap());
         for entry in fs::read_dir(lock_folder().unwrap()).unwrap() {
             let path = entry.unwrap().path();

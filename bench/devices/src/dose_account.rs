@@ -185,7 +185,7 @@ impl DoseAccount {
         let (sender, spans) = safety::span_reports();
         let mut books = self.books;
         for book in &mut books {
-            book.spans = dose_record::kept(&book.spans, &boot, now);
+            book.spans = dose_record::recent_spans(&book.spans, &boot, now);
         }
         let task = (!books.is_empty()).then(|| -> Box<dyn Task> {
             Box::new(DoseKeeper {

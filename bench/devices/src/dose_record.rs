@@ -259,7 +259,7 @@ fn age_s(span: &Driven, now: Timestamp) -> f64 {
 }
 
 /// Returns the spans that a record still needs.
-pub fn kept(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<Driven> {
+pub fn recent_spans(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<Driven> {
     let is_needed = |span: &&Driven| {
         let in_this_run = span.boot.is_some() && span.boot == boot.id;
         if in_this_run {
@@ -280,7 +280,7 @@ mod tests {
         text.parse().unwrap()
     }
 
-    fn driven(boot: &str, up_s: f64, driven_s: f64, date: &str) -> Driven {
+    fn span_of(boot: &str, up_s: f64, driven_s: f64, date: &str) -> Driven {
         Driven {
             boot: Some(boot.to_owned()),
             up_s,
@@ -311,7 +311,7 @@ mod tests {
     /// Fault 39.
     #[test]
     fn on_the_same_run_the_wall_clock_is_not_asked() {
-        let spans = [driven("a", 1000.0, 60.0, NOON)];
+        let spans = [span_of("a", 1000.0, 60.0, NOON)];
         for now in [
             "2026-05-04T12:10:00Z",
             "2027-01-01T00:00:00Z",
@@ -319,7 +319,10 @@ mod tests {
         ] {
             let placed = on_this_run(&spans, &run("a", 1700.0), timestamp(now));
             assert_eq!(placed, [(1000.0, 1060.0)], "{now}");
-            assert_eq!(kept(&spans, &run("a", 1700.0), timestamp(now)), spans);
+            assert_eq!(
+                recent_spans(&spans, &run("a", 1700.0), timestamp(now)),
+                spans
+            );
         }
     }
 
@@ -327,8 +330,8 @@ mod tests {
     #[test]
     fn over_a_restart_hours_of_the_wall_clock_free_nothing_and_days_do() {
         let spans = [
-            driven("a", 1000.0, 60.0, "2026-05-04T11:00:00Z"),
-            driven("a", 2000.0, 40.0, "2026-05-04T11:16:40Z"),
+            span_of("a", 1000.0, 60.0, "2026-05-04T11:00:00Z"),
+            span_of("a", 2000.0, 40.0, "2026-05-04T11:16:40Z"),
         ];
         for now in [
             "2026-05-04T11:20:00Z",
@@ -340,12 +343,15 @@ mod tests {
         }
         let a_week_later = timestamp("2026-05-11T12:00:00Z");
         assert!(on_this_run(&spans, &run("b", 30.0), a_week_later).is_empty());
-        assert!(kept(&spans, &run("b", 30.0), a_week_later).is_empty());
+        assert!(recent_spans(&spans, &run("b", 30.0), a_week_later).is_empty());
     }
 
     #[test]
     fn several_runs_lie_one_before_the_other() {
-        let spans = [driven("a", 10.0, 60.0, NOON), driven("b", 5.0, 20.0, NOON)];
+        let spans = [
+            span_of("a", 10.0, 60.0, NOON),
+            span_of("b", 5.0, 20.0, NOON),
+        ];
         let placed = on_this_run(&spans, &run("c", 3.0), timestamp(NOON));
         assert_eq!(placed, [(-20.0, 0.0), (-80.0, -20.0)]);
     }
@@ -354,7 +360,7 @@ mod tests {
     fn a_computer_that_tells_no_runs_apart_goes_by_the_wall_clock() {
         let spans = [Driven {
             boot: None,
-            ..driven("a", 0.0, 60.0, "2026-05-04T11:50:00Z")
+            ..span_of("a", 0.0, 60.0, "2026-05-04T11:50:00Z")
         }];
         let anonymous = Boot {
             id: None,
@@ -377,7 +383,7 @@ mod tests {
         let now = timestamp("2026-05-04T12:11:00Z");
         let five_hours = run("b", 18_000.0);
         for machine in [Some("2"), None] {
-            let spans = [driven_by(machine, driven("a", 500.0, 600.0, NOON))];
+            let spans = [driven_by(machine, span_of("a", 500.0, 600.0, NOON))];
             let placed = on_this_run(&spans, &five_hours, now);
             assert_eq!(placed, [(17_340.0, 17_940.0)], "{machine:?}");
             // A slow wall clock cannot date the span: it may have ended just now.
@@ -386,9 +392,9 @@ mod tests {
             // A fast wall clock does not make the span older than the start of this run.
             let placed = on_this_run(&spans, &five_hours, timestamp("2026-05-05T11:00:00Z"));
             assert_eq!(placed, [(-600.0, 0.0)], "{machine:?}");
-            assert_eq!(kept(&spans, &five_hours, now), spans);
+            assert_eq!(recent_spans(&spans, &five_hours, now), spans);
         }
-        let local = [driven("a", 500.0, 600.0, NOON)];
+        let local = [span_of("a", 500.0, 600.0, NOON)];
         assert_eq!(on_this_run(&local, &five_hours, now), [(-600.0, 0.0)]);
     }
 
@@ -396,13 +402,13 @@ mod tests {
     #[test]
     fn spans_of_several_computers_keep_their_order_and_share_no_time() {
         let remote =
-            |boot: &str, up_s, driven_s| driven_by(Some("2"), driven(boot, up_s, driven_s, NOON));
+            |boot: &str, up_s, driven_s| driven_by(Some("2"), span_of(boot, up_s, driven_s, NOON));
         let (boot, late) = (run("b", 9_000.0), timestamp("2026-05-04T20:00:00Z"));
         // A span on another computer after one of this run is placed after it, regardless of the wall clock.
-        let spans = [driven("b", 8_000.0, 100.0, NOON), remote("a", 1.0, 50.0)];
+        let spans = [span_of("b", 8_000.0, 100.0, NOON), remote("a", 1.0, 50.0)];
         let placed = on_this_run(&spans, &boot, late);
         assert_eq!(placed, [(8_100.0, 8_150.0), (8_000.0, 8_100.0)]);
-        let spans = [remote("a", 1.0, 50.0), driven("b", 8_000.0, 100.0, NOON)];
+        let spans = [remote("a", 1.0, 50.0), span_of("b", 8_000.0, 100.0, NOON)];
         let placed = on_this_run(&spans, &boot, timestamp(NOON));
         assert_eq!(placed, [(8_000.0, 8_100.0), (7_950.0, 8_000.0)]);
         // Two runs with impossible dates; within a run its own clock counts.
@@ -417,14 +423,14 @@ mod tests {
             [(8_970.0, 9_000.0), (8_877.0, 8_897.0), (8_827.0, 8_877.0)]
         );
         // An earlier run of this computer lies before all of that, and before this run.
-        let spans = [driven("d", 5.0, 60.0, NOON), remote("a", 1.0, 50.0)];
+        let spans = [span_of("d", 5.0, 60.0, NOON), remote("a", 1.0, 50.0)];
         let placed = on_this_run(&spans, &boot, timestamp(NOON));
         assert_eq!(placed, [(8_950.0, 9_000.0), (-60.0, 0.0)]);
     }
 
     #[test]
     fn a_damaged_line_is_named() {
-        let text_read = to_text(&[driven("a", 1.0, 2.0, NOON)]);
+        let text_read = to_text(&[span_of("a", 1.0, 2.0, NOON)]);
         assert_eq!(parse(&text_read).unwrap().len(), 1);
         for (text, line) in [
             (String::new(), 1),
@@ -448,7 +454,7 @@ mod tests {
     fn a_benchs_record_says_whose_each_span_was_and_an_older_one_that_nobody_was_named() {
         let spans = Whose::ALL.map(|(whose, _)| Driven {
             whose,
-            ..driven("a", 1.0, 2.0, NOON)
+            ..span_of("a", 1.0, 2.0, NOON)
         });
         let text = to_bench_text(&spans);
         assert_eq!(parse(&text).unwrap(), spans);
@@ -465,7 +471,7 @@ mod tests {
         let older: String = older.map(|line| format!("{line}\n")).collect();
         assert_eq!(
             parse(&older).unwrap(),
-            [driven_by(None, driven("a", 1.0, 2.0, NOON))]
+            [driven_by(None, span_of("a", 1.0, 2.0, NOON))]
         );
         for (from, to) in [
             ("\tnamed", "\tsomebody"),
@@ -506,7 +512,7 @@ mod tests {
         /// Fault 39.
         #[test]
         fn within_a_day_the_wall_clock_changes_nothing(wrong_s in -80_000i64..80_000, up_s in 0.0..4000.0) {
-            let spans = [driven("a", 100.0, 50.0, NOON), driven("b", 20.0, 30.0, "2026-05-04T12:05:00Z")];
+            let spans = [span_of("a", 100.0, 50.0, NOON), span_of("b", 20.0, 30.0, "2026-05-04T12:05:00Z")];
             let now = timestamp("2026-05-04T12:10:00Z");
             let wrong_now = now.checked_add(SignedDuration::from_secs(wrong_s)).unwrap();
             let boot = run("c", up_s);

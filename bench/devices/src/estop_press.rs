@@ -35,7 +35,7 @@ pub enum PressStep {
 pub struct PressTest {
     step: PressStep,
     /// Start of the wait for the step, and since when the line has had the level that ends it, s.
-    asked_s: f64,
+    request_s: f64,
     reached_s: Option<f64>,
 }
 
@@ -49,7 +49,7 @@ impl PressTest {
             } else {
                 PressStep::ReleaseFirst
             },
-            asked_s: now_s,
+            request_s: now_s,
             reached_s: None,
         }
     }
@@ -63,7 +63,7 @@ impl PressTest {
             last @ (PressStep::Done | PressStep::TimedOut) => return last,
             waiting => {
                 self.reached_s = None;
-                if now_s - self.asked_s > PATIENCE_S {
+                if now_s - self.request_s > PATIENCE_S {
                     self.step = PressStep::TimedOut;
                     return self.step;
                 }
@@ -73,7 +73,7 @@ impl PressTest {
         if now_s - *self.reached_s.get_or_insert(now_s) >= STEADY_S {
             *self = Self {
                 step: next,
-                asked_s: now_s,
+                request_s: now_s,
                 reached_s: None,
             };
         }

@@ -155,9 +155,9 @@ pub struct LossWatch {
     /// Newest drive samples passed on.
     tail: Vec<f32>,
     /// End of the last block on the card's clock, ns.
-    ended_ns: Option<u64>,
+    previous_end_ns: Option<u64>,
     xruns: u64,
-    held: Option<Vec<SampleBlock>>,
+    queue: Option<Vec<SampleBlock>>,
     /// Number of blocks to be held before the loss is counted.
     until: usize,
 }
@@ -180,9 +180,9 @@ impl LossWatch {
             channels,
             drive_channel,
             tail: Vec::new(),
-            ended_ns: None,
+            previous_end_ns: None,
             xruns: 0,
-            held: None,
+            queue: None,
             until: 0,
         }
     }
@@ -197,7 +197,7 @@ impl LossWatch {
         let unaccounted_s = self.unaccounted_s(&header);
         if header.input_xruns > self.xruns {
             self.xruns = header.input_xruns;
-            let count = self.held.get_or_insert_default().len();
+            let count = self.queue.get_or_insert_default().len();
             self.until = (count + HELD_BLOCKS).min(MOST_BLOCKS);
         }
         let block = SampleBlock {
@@ -205,7 +205,7 @@ impl LossWatch {
             samples,
             unaccounted_s,
         };
-        match &mut self.held {
+        match &mut self.queue {
             None => vec![self.let_through(block)],
             Some(blocks) => {
                 blocks.push(block);
@@ -230,7 +230,7 @@ impl LossWatch {
         let length_s = f64::from(header.frames) / f64::from(self.finder.sample_rate_hz);
         let begins_ns = header.time.capture_ns;
         let previous_ns = self
-            .ended_ns
+            .previous_end_ns
             .replace(begins_ns + (length_s * 1e9) as u64)
             .unwrap_or(begins_ns);
         begins_ns.saturating_sub(previous_ns) as f64 * 1e-9
@@ -251,7 +251,7 @@ impl LossWatch {
 
     /// Returns the blocks before the loss, the loss, and the blocks after it, once there are enough of them.
     fn resolve(&mut self) -> Vec<Piece> {
-        let queue = self.held.as_deref().unwrap_or_default();
+        let queue = self.queue.as_deref().unwrap_or_default();
         // The loss is at the block with the longest unaccounted time on the card's clock, the first of several, among
         // the blocks that are held in any case: otherwise each new block could become the place, and no block would
         // ever be passed on.
@@ -282,7 +282,7 @@ impl LossWatch {
             }
             loss => loss,
         };
-        let mut blocks = self.held.take().unwrap_or_default();
+        let mut blocks = self.queue.take().unwrap_or_default();
         let later_blocks = blocks.split_off(place);
         let mut pieces: Vec<Piece> = blocks
             .into_iter()
@@ -451,7 +451,7 @@ mod tests {
                 drive: DriveState::default(),
             };
             watch.pass(header, vec![0.0; 64]);
-            most = most.max(watch.held.as_ref().map_or(0, Vec::len));
+            most = most.max(watch.queue.as_ref().map_or(0, Vec::len));
         }
         let longest = MOST_BLOCKS + WINDOW / 64;
         assert!(most <= longest, "{most} blocks are held, {longest} may");

@@ -96,15 +96,15 @@ pub struct OutputGapWatch {
     drive_channel: usize,
     /// Window of [`SHORT`] samples, with the sum 2.
     short_window: Vec<f64>,
-    before: usize,
-    after: u64,
+    frames_before: usize,
+    frames_after: u64,
     search_every: u64,
     search_due: u64,
     /// Newest drive samples; the first is frame `begin` of the audio clock.
     recent: VecDeque<f32>,
     begin: u64,
     xruns: u64,
-    sought: Option<Sought>,
+    search: Option<Sought>,
     reported: bool,
 }
 
@@ -139,12 +139,12 @@ impl OutputGapWatch {
                 .collect(),
             search_every: (SEARCH_EVERY_S * rate_hz) as u64,
             search_due: 0,
-            before: (BEFORE_REPORT_S * rate_hz) as usize,
-            after: (AFTER_REPORT_S * rate_hz) as u64,
+            frames_before: (BEFORE_REPORT_S * rate_hz) as usize,
+            frames_after: (AFTER_REPORT_S * rate_hz) as u64,
             recent: VecDeque::new(),
             begin: 0,
             xruns: 0,
-            sought: None,
+            search: None,
             reported: false,
         }
     }
@@ -157,8 +157,8 @@ impl OutputGapWatch {
     /// Takes interleaved samples that begin at frame `first` of the audio clock, with the stream's count of output
     /// xruns. Returns the state of an xrun: once when it is reported, and once when its gap was found or given up.
     pub fn take(&mut self, first: u64, samples: &[f32], xruns: u64) -> Option<OutputXrun> {
-        if self.sought.is_none() {
-            self.forget_but(self.before);
+        if self.search.is_none() {
+            self.forget_but(self.frames_before);
         }
         if self.recent.is_empty() {
             self.begin = first;
@@ -174,12 +174,12 @@ impl OutputGapWatch {
             self.seek(first);
             self.reported = false;
         }
-        let search = self.sought?;
+        let search = self.search?;
         if self.end() >= self.search_due {
             self.search_due = self.end() + self.search_every;
             let report = self.search(search);
             if report.is_some() {
-                self.sought = None;
+                self.search = None;
                 return report;
             }
         }
@@ -188,21 +188,21 @@ impl OutputGapWatch {
 
     /// Searches for the gap of an xrun reported at a frame, together with that of an xrun already under search.
     fn seek(&mut self, reported: u64) {
-        let (number, since) = self.sought.map_or((self.xruns, reported), |search| {
+        let (number, since) = self.search.map_or((self.xruns, reported), |search| {
             (search.number, search.since)
         });
-        let latest = reported + self.after;
-        self.sought = Some(Sought {
+        let latest = reported + self.frames_after;
+        self.search = Some(Sought {
             number,
             since,
             latest,
-            until: latest.min(since + MOST_RENEWALS * self.after),
+            until: latest.min(since + MOST_RENEWALS * self.frames_after),
         });
     }
 
     /// Gives up a search, as when a recording ends.
     pub fn give_up(&mut self) -> Option<OutputXrun> {
-        let search = self.sought.take();
+        let search = self.search.take();
         search.map(|search| self.xrun(search, Gap::Unknown))
     }
 
@@ -228,7 +228,7 @@ impl OutputGapWatch {
         OutputXrun {
             number: search.number,
             last: self.xruns,
-            from: search.since.saturating_sub(self.before as u64),
+            from: search.since.saturating_sub(self.frames_before as u64),
             to: self.end().max(search.latest),
             gap,
         }
@@ -449,7 +449,8 @@ mod tests {
             }
         }
         settled.extend(watch.give_up());
-        let longest = watch.before + (MOST_RENEWALS * watch.after) as usize + 2 * BLOCK_FRAMES;
+        let longest =
+            watch.frames_before + (MOST_RENEWALS * watch.frames_after) as usize + 2 * BLOCK_FRAMES;
         assert!(most <= longest, "{most} samples are kept, {longest} do");
         assert!(settled.len() >= 4, "{} in 2 s", settled.len());
         for first in reported {

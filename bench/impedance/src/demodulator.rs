@@ -142,7 +142,7 @@ pub struct Demodulator<const N: usize> {
     inputs: [InputChannel; N],
     channels: [ChannelState; N],
     /// Samples taken so far.
-    taken: u64,
+    sample_count: u64,
     /// First-stage outputs computed so far; output j is centred on sample j·decimation.
     mixed: u64,
     /// The next frame, in hops.
@@ -217,7 +217,7 @@ impl<const N: usize> Demodulator<N> {
             stream_channels,
             inputs,
             channels: std::array::from_fn(|_| channel.clone()),
-            taken: 0,
+            sample_count: 0,
             mixed: 0,
             next_frame: filter.half_support().div_ceil(filter.hop()),
             filter,
@@ -233,7 +233,7 @@ impl<const N: usize> Demodulator<N> {
     /// Returns the number of samples per channel taken so far: the index of the next block's first sample.
     #[must_use]
     pub fn samples_taken(&self) -> u64 {
-        self.taken
+        self.sample_count
     }
 
     /// Returns the flawed samples taken since the last call, in the order of the inputs.
@@ -260,9 +260,9 @@ impl<const N: usize> Demodulator<N> {
         }
         for chunk in interleaved.chunks(CHUNK * self.stream_channels) {
             for (channel, input) in self.channels.iter_mut().zip(self.inputs) {
-                channel.take(chunk, self.stream_channels, input, self.taken);
+                channel.take(chunk, self.stream_channels, input, self.sample_count);
             }
-            self.taken += (chunk.len() / self.stream_channels) as u64;
+            self.sample_count += (chunk.len() / self.stream_channels) as u64;
             self.mix();
             self.emit_frames(&mut emit);
         }
@@ -297,7 +297,7 @@ impl<const N: usize> Demodulator<N> {
         let mut j = 0;
         while j < outputs {
             let index = self.mixed + j as u64;
-            let turned = self.filter.phase.at(index / per_hop * hop).conj();
+            let turned = self.filter.phase.rotation_at(index / per_hop * hop).conj();
             let offset = (index % per_hop) as usize;
             let run = (outputs - j).min(per_hop as usize - offset);
             let fine = offset..offset + run;
@@ -361,7 +361,7 @@ impl ChannelState {
             stride,
             channel: input.channel,
             level: input.clip_level,
-            out: &mut self.samples,
+            column: &mut self.samples,
         }
         .run();
         if sound {

@@ -268,15 +268,15 @@ impl FirstStage {
         // Peak amplitude: the other half of a real signal's power sits at −ω and is rejected.
         let taps: Vec<Complex64> = centred(window)
             .map(|(n, h)| {
-                let turned = phase.at(n.abs() as u64);
+                let turned = phase.rotation_at(n.abs() as u64);
                 2.0 * h * if n < 0.0 { turned } else { turned.conj() }
             })
             .collect();
         let half = window.len() / 2;
         let part = |part: fn(&Complex64) -> f64| taps.iter().map(part).collect();
         let [re, im] = [part(|c| c.re), part(|c| c.im)].map(filled);
-        let rotation =
-            (0..u64::from(hop / decimation)).map(|j| phase.at(j * u64::from(decimation)).conj());
+        let rotation = (0..u64::from(hop / decimation))
+            .map(|j| phase.rotation_at(j * u64::from(decimation)).conj());
         let (rotation_re, rotation_im) = rotation.map(|c| (c.re, c.im)).unzip();
         Self {
             decimation: decimation as usize,
@@ -310,7 +310,7 @@ impl SecondStage {
         for m in -(half as i64)..=half as i64 {
             // Tap m weighs the sample at t = m·step; the output is Σ h(T − t)·z(t), so its derivative takes h′(−t).
             let t = -(m as f64) * step_s;
-            let [s, ds, dds] = ideal.at(t);
+            let [s, ds, dds] = ideal.derivatives_at(t);
             let scale = 1.0 / (edge * step_s);
             let [w, dw, ddw] = kaiser.at(t * scale);
             let (dw, ddw) = (dw * scale, ddw * scale * scale);
@@ -373,7 +373,7 @@ impl Ideal {
         }
     }
 
-    fn at(&self, t: f64) -> [f64; 3] {
+    fn derivatives_at(&self, t: f64) -> [f64; 3] {
         let mut derivatives = [0.0; 3];
         for &(omega, weight) in &self.nodes {
             let (sin, cos) = (omega * t).sin_cos();

@@ -137,7 +137,7 @@ pub(crate) struct Deinterleave<'a> {
     pub(crate) stride: usize,
     pub(crate) channel: usize,
     pub(crate) level: f32,
-    pub(crate) out: &'a mut Vec<f64>,
+    pub(crate) column: &'a mut Vec<f64>,
 }
 
 impl Deinterleave<'_> {
@@ -156,17 +156,17 @@ impl WithSimd for Deinterleave<'_> {
             stride,
             channel,
             level,
-            out,
+            column,
         } = self;
         // Common layouts are handled separately, because the compiler shuffles them instead of gathering.
         let (pairs, _) = interleaved.as_chunks::<2>();
         match (stride, channel) {
-            (1, _) => take_column(interleaved.iter().copied(), level, out),
-            (2, 0) => take_column(pairs.iter().map(|pair| pair[0]), level, out),
-            (2, _) => take_column(pairs.iter().map(|pair| pair[1]), level, out),
+            (1, _) => take_column(interleaved.iter().copied(), level, column),
+            (2, 0) => take_column(pairs.iter().map(|pair| pair[0]), level, column),
+            (2, _) => take_column(pairs.iter().map(|pair| pair[1]), level, column),
             _ => {
                 let frames = interleaved.chunks_exact(stride);
-                take_column(frames.map(|frame| frame[channel]), level, out)
+                take_column(frames.map(|frame| frame[channel]), level, column)
             }
         }
     }
@@ -176,9 +176,9 @@ impl WithSimd for Deinterleave<'_> {
 fn take_column(
     column: impl ExactSizeIterator<Item = f32> + Clone,
     level: f32,
-    out: &mut Vec<f64>,
+    values: &mut Vec<f64>,
 ) -> bool {
-    out.extend(column.clone().map(f64::from));
+    values.extend(column.clone().map(f64::from));
     // Magnitudes have the order of their bits, with infinity and NaN at the top.
     column.fold(0, |most, x| x.abs().to_bits().max(most)) < level.to_bits()
 }
@@ -227,7 +227,7 @@ mod tests {
                     stride,
                     channel,
                     level,
-                    out: column,
+                    column,
                 }
                 .run()
             };

@@ -134,7 +134,7 @@ pub fn lost_frames(
     let phase = CarrierPhase::new(carrier_hz, sample_rate_hz);
     let mut nearest_rad = PI;
     let mut fitting = (lowest..=highest).filter(|&k| {
-        let residual_rad = wrap(jump_rad - phase.at(k).arg()).abs();
+        let residual_rad = wrap(jump_rad - phase.rotation_at(k).arg()).abs();
         nearest_rad = nearest_rad.min(residual_rad);
         residual_rad <= tolerance_rad
     });

@@ -380,20 +380,20 @@ impl ForceProcedure {
 
     /// Returns the zero at a time, interpolated between the zeros measured before and after.
     fn zero_at(&self, at_s: f64) -> Option<Zero> {
-        let after = self.zeros.partition_point(|zero| zero.at_s <= at_s);
-        let before = self.zeros.get(after.checked_sub(1)?)?;
-        let Some(after) = self.zeros.get(after) else {
+        let next_index = self.zeros.partition_point(|zero| zero.at_s <= at_s);
+        let previous = self.zeros.get(next_index.checked_sub(1)?)?;
+        let Some(next) = self.zeros.get(next_index) else {
             return Some(Zero {
-                mean: before.mean,
-                error: before.error,
+                mean: previous.mean,
+                error: previous.error,
                 bridge_s: 0.0,
             });
         };
-        let span_s = after.at_s - before.at_s;
-        let share = (at_s - before.at_s) / span_s;
+        let span_s = next.at_s - previous.at_s;
+        let share = (at_s - previous.at_s) / span_s;
         Some(Zero {
-            mean: [0, 1].map(|k| before.mean[k] + share * (after.mean[k] - before.mean[k])),
-            error: [0, 1].map(|k| ((1.0 - share) * before.error[k]).hypot(share * after.error[k])),
+            mean: [0, 1].map(|k| previous.mean[k] + share * (next.mean[k] - previous.mean[k])),
+            error: [0, 1].map(|k| ((1.0 - share) * previous.error[k]).hypot(share * next.error[k])),
             bridge_s: share * (1.0 - share) * span_s,
         })
     }

@@ -334,15 +334,15 @@ impl PlateProblem<'_> {
         // dr/d(detuning)
         let dr = -r / (1.0 + detuning);
         let d_detuning = (main * (-i * phase + (2.0 * r - i * loss) * mode) + c1) * dr;
-        let one = Complex64::ONE;
+        let unity = Complex64::ONE;
         let slopes = [
             d_detuning,
             main * mode * i * r * loss,
             main,
             -i * r * main,
-            one,
+            unity,
             i,
-            one * offset,
+            unity * offset,
             i * offset,
         ];
         (main + c0 + c1 * offset, slopes)

@@ -14,7 +14,7 @@ pub(crate) struct Comparison {
 pub(crate) struct Delay {
     /// Rendered frames less samples: sample s shows the command at frame s + lead.
     pub(crate) lead: i64,
-    all: Votes,
+    total: Votes,
     telling: Votes,
 }
 
@@ -33,13 +33,13 @@ impl Delay {
     pub(crate) fn new(lead: i64) -> Self {
         Self {
             lead,
-            all: Votes::default(),
+            total: Votes::default(),
             telling: Votes::default(),
         }
     }
 
     pub(crate) fn vote(&mut self, comparison: Comparison) {
-        self.all.push(comparison.fits);
+        self.total.push(comparison.fits);
         if comparison.tells {
             self.telling.push(comparison.fits);
         }
@@ -48,7 +48,7 @@ impl Delay {
     /// Returns whether at least half of the latest `readings` fit, and at least half of as many telling ones: otherwise
     /// half the gain would pass under a drive that is low most of the time.
     pub(crate) fn explains(&self, readings: u32) -> bool {
-        self.all.for_it(readings)
+        self.total.for_it(readings)
             && (self.telling.count < FEWEST_TELLING || self.telling.for_it(readings))
     }
 }

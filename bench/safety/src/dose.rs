@@ -95,11 +95,11 @@ pub(crate) struct Dose {
     /// The span that may still grow.
     open: Option<Span>,
     /// Whether the plate was driven at the last poll.
-    driven: bool,
+    is_driven: bool,
     reported_ns: i64,
     spans: Option<Sender<Span>>,
     /// Whether the last report found no room, because the task that keeps the account hangs.
-    unkept: bool,
+    is_unrecorded: bool,
 }
 
 impl Dose {
@@ -111,10 +111,10 @@ impl Dose {
             need_ns: ns(allowance.need_s),
             hour: allowance.before,
             open: None,
-            driven: false,
+            is_driven: false,
             reported_ns: 0,
             spans: allowance.spans,
-            unkept: false,
+            is_unrecorded: false,
         }
     }
 
@@ -130,12 +130,12 @@ impl Dose {
     /// Counts the time up to `now_ns`, with the latest command and the latest read-back of the plate, V peak.
     pub(crate) fn count(&mut self, now_ns: i64, commanded_v: f64, read_back_v: f64) {
         let is_driven = commanded_v.abs() > FAINT_V || read_back_v > FAINT_READ_V;
-        if self.unkept {
+        if self.is_unrecorded {
             self.report(now_ns);
         }
         let goes_on = self
             .open
-            .is_some_and(|open| self.driven || now_ns - open.end_ns < PAUSE_NS);
+            .is_some_and(|open| self.is_driven || now_ns - open.end_ns < PAUSE_NS);
         match &mut self.open {
             Some(open) if goes_on => {
                 if is_driven {
@@ -143,7 +143,7 @@ impl Dose {
                     if now_ns - self.reported_ns >= REPORT_NS {
                         self.report(now_ns);
                     }
-                } else if self.driven {
+                } else if self.is_driven {
                     self.report(now_ns);
                 }
             }
@@ -161,14 +161,14 @@ impl Dose {
                 }
             }
         }
-        self.driven = is_driven;
+        self.is_driven = is_driven;
     }
 
     fn report(&mut self, now_ns: i64) {
         self.reported_ns = now_ns;
         if let (Some(spans), Some(open)) = (&self.spans, self.open) {
             // The task that keeps the account ends before the watch only if it failed, which stops the bench.
-            self.unkept = matches!(spans.try_send(open), Err(TrySendError::Full(_)));
+            self.is_unrecorded = matches!(spans.try_send(open), Err(TrySendError::Full(_)));
         }
     }
 
@@ -194,12 +194,14 @@ impl Dose {
     /// Returns the trip of a driven plate that must not be driven any longer.
     pub(crate) fn spent_trip(&self, remaining: &DoseLeft) -> Option<Trip> {
         let dose_trip = (remaining.left_s <= 0.0).then(|| trip(remaining));
-        dose_trip.or(self.record_failure()).filter(|_| self.driven)
+        dose_trip
+            .or(self.record_failure())
+            .filter(|_| self.is_driven)
     }
 
     /// Returns the trip of driving time that is not kept.
     pub(crate) fn record_failure(&self) -> Option<Trip> {
-        self.unkept.then(|| Trip::Fault {
+        self.is_unrecorded.then(|| Trip::Fault {
             message: UNKEPT.to_owned(),
         })
     }

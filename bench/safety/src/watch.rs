@@ -66,7 +66,7 @@ pub struct Watch {
 struct Progress {
     frames: (u64, u64),
     moved_ns: (u64, u64),
-    begun: bool,
+    has_begun: bool,
 }
 
 /// Real-time priority of the watch's thread: below the sound card's callbacks, which have closer deadlines, and far
@@ -398,11 +398,11 @@ impl Watch {
     fn audio_silent(&mut self, now_ns: u64) -> Option<Trip> {
         let frames = self.drive.callbacks();
         let progress = &mut self.progress;
-        if !progress.begun {
+        if !progress.has_begun {
             *progress = Progress {
                 frames,
                 moved_ns: (now_ns, now_ns),
-                begun: frames.0 > 0 && frames.1 > 0,
+                has_begun: frames.0 > 0 && frames.1 > 0,
             };
             return None;
         }

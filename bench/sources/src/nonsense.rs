@@ -13,7 +13,7 @@ const PAUSE_NS: u64 = 250_000_000;
 #[derive(Debug, Default)]
 pub(crate) struct NonsenseWatch {
     /// Arrival of the first and the last byte without a reading, ns.
-    heard_ns: Option<(u64, u64)>,
+    bytes_ns: Option<(u64, u64)>,
     bytes: u64,
 }
 
@@ -25,19 +25,19 @@ impl NonsenseWatch {
             *self = Self::default();
         } else if bytes > 0 {
             let (first_ns, _) = self
-                .heard_ns
+                .bytes_ns
                 .filter(|(_, last_ns)| now_ns.saturating_sub(*last_ns) < PAUSE_NS)
                 .unwrap_or_else(|| {
                     self.bytes = 0;
                     (now_ns, now_ns)
                 });
-            self.heard_ns = Some((first_ns, now_ns));
+            self.bytes_ns = Some((first_ns, now_ns));
             self.bytes += bytes;
         }
-        let lasts = |(first_ns, last_ns): (u64, u64)| last_ns - first_ns >= NONSENSE_NS;
+        let is_long = |(first_ns, last_ns): (u64, u64)| last_ns - first_ns >= NONSENSE_NS;
         Nonsense {
             bytes: self.bytes,
-            lasts: self.bytes >= LEAST_BYTES && self.heard_ns.is_some_and(lasts),
+            lasts: self.bytes >= LEAST_BYTES && self.bytes_ns.is_some_and(is_long),
         }
     }
 }

@@ -142,8 +142,9 @@ fn csv(pairs: &[Pair]) -> String {
 /// Draws the response under the finger next to the bare one.
 fn draw(figure: &mut Figure, pairs: &[Pair], finger: &MeasuredFinger) {
     let over_frequency = |value: &dyn Fn(&Pair) -> f64| -> Vec<(f64, f64)> {
-        let at = pairs.iter();
-        at.map(|pair| (pair.frequency_hz * 1e-3, value(pair)))
+        let points = pairs.iter();
+        points
+            .map(|pair| (pair.frequency_hz * 1e-3, value(pair)))
             .collect()
     };
     let values: [&dyn Fn(&Pair) -> f64; 2] = [&|pair| pair.loaded.norm(), &|pair| {

@@ -45,7 +45,7 @@ pub struct ProfileProcedure {
     places_m: Vec<f64>,
     pub(crate) places: Vec<Place>,
     /// Index of the place being measured, from 0.
-    at: usize,
+    place_index: usize,
     stage: Stage,
     pub(crate) level_v: f64,
     note: Option<String>,
@@ -97,7 +97,7 @@ impl ProfileProcedure {
                 .map(|i| MARGIN_M + f64::from(i) * step_m)
                 .collect(),
             places: Vec::new(),
-            at: 0,
+            place_index: 0,
             stage: Stage::Plate,
             level_v: LEVEL_V,
             note: None,
@@ -112,7 +112,7 @@ impl ProfileProcedure {
     }
 
     fn step(&mut self) -> NextStep {
-        let Some(&position_m) = self.places_m.get(self.at) else {
+        let Some(&position_m) = self.places_m.get(self.place_index) else {
             self.stage = Stage::Review;
             return NextStep::Ask(Request::Review);
         };
@@ -185,15 +185,15 @@ impl ProfileProcedure {
     /// Stores the ratio, with this relative error, at the present place.
     fn keep(&mut self, ratio: f64, relative: f64) {
         let place = Place {
-            position_m: self.places_m[self.at],
+            position_m: self.places_m[self.place_index],
             ratio,
             error: relative * ratio,
         };
-        match self.places.get_mut(self.at) {
+        match self.places.get_mut(self.place_index) {
             Some(previous) => *previous = place,
             None => self.places.push(place),
         }
-        self.at = self.places.len();
+        self.place_index = self.places.len();
     }
 
     fn typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
@@ -270,7 +270,7 @@ impl Procedure for ProfileProcedure {
                 self.typed(known_m, &capture)
             }
             (Stage::Reading | Stage::Review, StepOutcome::Answered(Answer::Redo(place), _)) => {
-                self.at = place.min(self.places.len());
+                self.place_index = place.min(self.places.len());
                 Ok(self.step())
             }
             (Stage::Review, StepOutcome::Answered(Answer::Ready, _)) | (Stage::Done, _) => {
@@ -289,7 +289,7 @@ impl Procedure for ProfileProcedure {
             return CalibrationProgress { steps, ..plate };
         }
         CalibrationProgress {
-            step: plate.steps + (self.at + 1).min(self.places_m.len()),
+            step: plate.steps + (self.place_index + 1).min(self.places_m.len()),
             steps,
             doing: format!(
                 "Driving at {:.2} V and {:.1} Hz.",

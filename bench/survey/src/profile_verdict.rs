@@ -204,8 +204,9 @@ fn csv(places: &[Place]) -> String {
 fn draw(places: &[Place], profile: &MeasuredProfile) -> Figure {
     let mean = places.iter().map(|place| place.ratio).sum::<f64>() / places.len() as f64;
     let curve = |value: &dyn Fn(&Place) -> f64| -> Vec<(f64, f64)> {
-        let at = places.iter();
-        at.map(|place| (1e3 * place.position_m, value(place)))
+        let points = places.iter();
+        points
+            .map(|place| (1e3 * place.position_m, value(place)))
             .collect()
     };
     let error = |place: &Place| SURE * place.error;

@@ -61,7 +61,7 @@ pub struct ChannelsProcedure {
     faint: Vec<f64>,
     pub(super) tones_v: f64,
     pub(super) patched: Tones,
-    pub(super) alone: Tones,
+    pub(super) drive_alone: Tones,
     pub(super) latencies: Vec<f64>,
     pub(super) rows: Vec<ToneRow>,
     pub(super) warnings: Vec<String>,
@@ -80,7 +80,7 @@ impl ChannelsProcedure {
             ladders: Vec::new(),
             faint: Vec::new(),
             patched: Vec::new(),
-            alone: Vec::new(),
+            drive_alone: Vec::new(),
             latencies: Vec::new(),
             rows: Vec::new(),
             warnings: Vec::new(),
@@ -253,7 +253,7 @@ impl ChannelsProcedure {
                 self.tones()
             }
             ChannelsStage::SoundingAlone => {
-                self.alone = self.sound(capture, "drive only")?;
+                self.drive_alone = self.sound(capture, "drive only")?;
                 self.ask(ChannelsStage::PuttingBack, Cabling::Bench)
             }
             ChannelsStage::ListeningAtLast => {

@@ -98,7 +98,7 @@ impl ChannelsProcedure {
             return Ok((channel, None, curves));
         }
         let pair = [input, usize::from(self.setup.drive())];
-        let leaked = ratios(&self.alone, pair, &self.noise, None);
+        let leaked = ratios(&self.drive_alone, pair, &self.noise, None);
         let ratios = ratios(&self.patched, pair, &self.noise, Some(&leaked));
         let fit = ChannelFit::fit(&ratios, self.setup.carrier_hz)?;
         curves.departures = ratios

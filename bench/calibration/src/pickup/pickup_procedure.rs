@@ -35,7 +35,7 @@ pub struct PickupProcedure {
     stage: PickupStage,
     pub(super) carrier_hz: f64,
     /// Largest relative difference of the plate's amplitude at the frequencies of the known amplitudes.
-    pub(super) beside: f64,
+    pub(super) resonance_error: f64,
     settle_s: f64,
     levels_v: Vec<f64>,
     /// Measured points, in the order of the levels.
@@ -64,7 +64,7 @@ impl PickupProcedure {
             setup,
             stage: PickupStage::Listen,
             carrier_hz: 0.0,
-            beside: 0.0,
+            resonance_error: 0.0,
             settle_s: 0.0,
             rungs: Vec::new(),
             level: 0,
@@ -78,7 +78,7 @@ impl PickupProcedure {
         let look = look_responses(capture, config)?;
         let (resonance_hz, quality) = find_resonance(&look)?;
         self.carrier_hz = resonance_hz;
-        self.beside = self.setup.require_known_at(resonance_hz, quality)?;
+        self.resonance_error = self.setup.require_known_at(resonance_hz, quality)?;
         self.settle_s = settle_s(resonance_hz, quality);
         if self.setup.known == Known::Instrument {
             self.settle_s += INSTRUMENT_LAG_S;

@@ -25,13 +25,13 @@ pub struct PickupSetup {
 }
 
 impl PickupSetup {
-    /// Checks and collects the setup on the bench of `config`; `held` is the present calibration.
+    /// Checks and collects the setup on the bench of `config`; `calibration` is the present one.
     ///
     /// # Errors
     /// If the numbers of levels and amplitudes differ, or a value is out of its range.
     pub fn new(
         config: &Config,
-        held: &config::CalibrationFile,
+        calibration: &config::CalibrationFile,
         levels_v: Vec<f64>,
         known: Known,
         known_at_hz: Option<f64>,
@@ -95,7 +95,7 @@ impl PickupSetup {
         if !(0.0..0.5).contains(&accuracy) {
             bail!("--known-accuracy = {accuracy} is outside 0 to 0.5");
         }
-        let about_hz = held
+        let about_hz = calibration
             .plate
             .as_ref()
             .map_or(config.plate.resonance_hz, |plate| plate.resonance_hz.value);
@@ -104,7 +104,7 @@ impl PickupSetup {
             levels_v,
             known,
             accuracy,
-            channel_match: held.channel_match().unwrap_or(CHANNEL_MATCH),
+            channel_match: calibration.channel_match().unwrap_or(CHANNEL_MATCH),
             known_at_hz,
             config: config.clone(),
         })

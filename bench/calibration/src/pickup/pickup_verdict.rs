@@ -120,7 +120,7 @@ impl PickupProcedure {
         (line.slope_error / line.slope)
             .hypot(self.setup.accuracy)
             .hypot(self.setup.channel_match)
-            .hypot(self.beside)
+            .hypot(self.resonance_error)
     }
 
     /// Returns the pickup's phase against an instrument on an input, or the missing requirement; `None` without such an

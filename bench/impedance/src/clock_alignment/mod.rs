@@ -117,7 +117,7 @@ struct DelayLine {
 }
 
 impl DelayLine {
-    fn at(self, source_s: f64) -> f64 {
+    fn delay_at(self, source_s: f64) -> f64 {
         self.offset_s + self.slope * source_s
     }
 }
@@ -252,7 +252,7 @@ impl LowerEnvelope {
     }
 
     fn lateness(&self, point: Observation) -> f64 {
-        point.delay_s - self.line.at(point.source_s)
+        point.delay_s - self.line.delay_at(point.source_s)
     }
 
     fn bucket(&self, point: Observation) -> i64 {
@@ -345,7 +345,7 @@ impl LowerEnvelope {
 
     /// Bends the map towards the line, from `source_s` on.
     fn follow(&mut self, source_s: f64) {
-        let target = source_s + self.line.at(source_s);
+        let target = source_s + self.line.delay_at(source_s);
         let rate = 1.0 + self.line.slope;
         if !self.settled || self.corners.is_empty() {
             self.corners.clear();
@@ -376,7 +376,7 @@ impl LowerEnvelope {
         let joined_s = source_s + lasts_s;
         self.corners.push_back(ClockPair {
             source_s: joined_s,
-            host_s: joined_s + self.line.at(joined_s),
+            host_s: joined_s + self.line.delay_at(joined_s),
         });
         self.rate = rate;
         while self

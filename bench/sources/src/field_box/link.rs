@@ -33,7 +33,7 @@ pub(super) struct Link {
     writer: Mutex<Writer>,
     /// Newest report with its time of arrival, ns.
     latest: Slot<(Report, u64)>,
-    asked_ns: Slot<u64>,
+    request_ns: Slot<u64>,
     identity: OnceLock<Identity>,
     gone: OnceLock<FieldBoxGone>,
 }
@@ -59,7 +59,7 @@ impl Link {
             reader: Mutex::new(Reader::new(listening, table.latency_s)),
             writer: Mutex::new(Writer::new(speaking)),
             latest: Slot::default(),
-            asked_ns: Slot::default(),
+            request_ns: Slot::default(),
             identity: OnceLock::new(),
             gone: OnceLock::new(),
             clock,
@@ -177,8 +177,8 @@ impl Link {
                 }))
             }
             (None, None) => {
-                let asked_ns = self.asked_ns.get().unwrap_or(0);
-                if now_ns.saturating_sub(asked_ns) > ASK_AGAIN_NS {
+                let request_ns = self.request_ns.get().unwrap_or(0);
+                if now_ns.saturating_sub(request_ns) > ASK_AGAIN_NS {
                     self.ask(now_ns);
                 }
                 Ok(())
@@ -204,7 +204,7 @@ impl Link {
 
     /// Requests the identification; a lost request is repeated.
     fn ask(&self, now_ns: u64) {
-        self.asked_ns.set(now_ns);
+        self.request_ns.set(now_ns);
         let _ = lock(&self.writer).ask();
     }
 

@@ -19,7 +19,7 @@ pub(super) struct Writer {
     /// Whether the box has acknowledged that word; the number itself recurs after 2¹⁶ words.
     enable_heard: bool,
     /// Unacknowledged words with their times, ns.
-    unheard: VecDeque<(u16, u64)>,
+    unacknowledged: VecDeque<(u16, u64)>,
 }
 
 impl Writer {
@@ -33,7 +33,7 @@ impl Writer {
             },
             enabled_by: None,
             enable_heard: false,
-            unheard: VecDeque::new(),
+            unacknowledged: VecDeque::new(),
         }
     }
 
@@ -48,7 +48,7 @@ impl Writer {
         let previous = self.word;
         change(&mut self.word);
         if self.word.enable && !previous.enable {
-            self.unheard.clear();
+            self.unacknowledged.clear();
             let enable_word = std::mem::replace(&mut self.word, previous);
             self.send(now_ns)?;
             self.word = Word {
@@ -66,10 +66,10 @@ impl Writer {
     /// Sends the present word with the next number.
     fn send(&mut self, now_ns: u64) -> io::Result<()> {
         self.word.sequence = self.word.sequence.wrapping_add(1);
-        if self.unheard.len() == MOST_UNHEARD {
-            self.unheard.pop_front();
+        if self.unacknowledged.len() == MOST_UNHEARD {
+            self.unacknowledged.pop_front();
         }
-        self.unheard.push_back((self.word.sequence, now_ns));
+        self.unacknowledged.push_back((self.word.sequence, now_ns));
         self.port.write_all(&ToBox::Word(self.word).encode())
     }
 
@@ -78,10 +78,10 @@ impl Writer {
         // The acknowledged word is one of those sent since, or an earlier one.
         let includes =
             |number: u16, since: usize| usize::from(report.heard.wrapping_sub(number)) < since;
-        while let Some(&(number, _)) = self.unheard.front()
-            && includes(number, self.unheard.len())
+        while let Some(&(number, _)) = self.unacknowledged.front()
+            && includes(number, self.unacknowledged.len())
         {
-            self.unheard.pop_front();
+            self.unacknowledged.pop_front();
         }
         let Some(number) = self.enabled_by else {
             return false;
@@ -93,7 +93,10 @@ impl Writer {
 
     /// Returns the age of the oldest unacknowledged word while the enable is on, ns; 0 otherwise.
     pub(super) fn unheard_ns(&self, now_ns: u64) -> u64 {
-        let oldest = self.unheard.front().filter(|_| self.enabled_by.is_some());
+        let oldest = self
+            .unacknowledged
+            .front()
+            .filter(|_| self.enabled_by.is_some());
         oldest.map_or(0, |(_, said_ns)| now_ns.saturating_sub(*said_ns))
     }
 }

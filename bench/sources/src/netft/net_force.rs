@@ -52,7 +52,7 @@ pub struct NetForce {
     nonsense: NonsenseWatch,
     /// Bytes and readings of the latest poll.
     polled: (u64, u64),
-    asked_s: Option<f64>,
+    request_s: Option<f64>,
     backlog: Backlog,
 }
 
@@ -63,7 +63,7 @@ struct Stream {
     /// Sample number of the newest record, by the device's count.
     sample: Option<u32>,
     /// Arrival of the latest record on the host's clock, s.
-    heard_s: Option<f64>,
+    last_s: Option<f64>,
 }
 
 /// Requests the stream from the device of `netft`, at `address` instead of the configured one if given.
@@ -127,7 +127,7 @@ pub fn open_net(
         lost_before: 0,
         nonsense: NonsenseWatch::default(),
         polled: (0, 0),
-        asked_s: None,
+        request_s: None,
         backlog: Backlog::default(),
     })
 }
@@ -154,7 +154,7 @@ impl NetForce {
             return None;
         }
         self.stream.sample = Some(record.sample);
-        self.stream.heard_s = Some(arrival_s);
+        self.stream.last_s = Some(arrival_s);
         let place = self.count.place(record.sample, self.expected.as_ref());
         if matches!(place, CountPlace::Restarted(_)) {
             self.faults.restarted += 1;
@@ -181,7 +181,7 @@ impl NetForce {
 
     /// Returns whether a record can belong to the present stream.
     fn is_of_this_stream(&self, record: &Record, arrival_s: f64) -> bool {
-        let (Some(last), Some(last_s)) = (self.stream.sample, self.stream.heard_s) else {
+        let (Some(last), Some(last_s)) = (self.stream.sample, self.stream.last_s) else {
             return true;
         };
         let most = MOST_AHEAD + 2.0 * self.sample_hz * (arrival_s - last_s).max(0.0);
@@ -199,15 +199,15 @@ impl NetForce {
 
     /// Requests the stream again if the device has been silent for long.
     fn ask_again(&mut self, now_s: f64) -> std::io::Result<()> {
-        let request_s = *self.asked_s.get_or_insert(now_s);
+        let request_s = *self.request_s.get_or_insert(now_s);
         let since_s = self
             .stream
-            .heard_s
-            .map_or(request_s, |heard_s| heard_s.max(request_s));
+            .last_s
+            .map_or(request_s, |last_s| last_s.max(request_s));
         if now_s - since_s < ASK_AGAIN_S {
             return Ok(());
         }
-        self.asked_s = Some(now_s);
+        self.request_s = Some(now_s);
         // The device restarts its record numbers. If it was switched off, its sample count shows that.
         self.stream.sequence.restart();
         self.lost_before += self.stream.sequence.lost();

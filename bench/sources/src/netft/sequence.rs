@@ -19,7 +19,7 @@ pub(super) enum Place {
 pub(super) struct Sequence {
     newest: Option<u32>,
     /// Bit k: whether number newest − k was received.
-    came: u64,
+    arrivals: u64,
     /// Datagrams without a number since then, each of which may be a missing record.
     unnumbered: u64,
     lost: u64,
@@ -36,20 +36,20 @@ impl Sequence {
     /// Records the number of a record.
     pub(super) fn take(&mut self, number: u32) -> Place {
         if self.newest.is_none() {
-            (self.newest, self.came) = (Some(number), u64::MAX);
+            (self.newest, self.arrivals) = (Some(number), u64::MAX);
             return Place::Next;
         }
         match self.ahead(number) {
             ahead @ 1.. => {
                 let ahead = ahead.unsigned_abs();
                 let missing = if ahead < u64::from(WINDOW) {
-                    let leaving = self.came >> (u64::from(WINDOW) - ahead);
-                    self.came = self.came << ahead | 1;
+                    let leaving = self.arrivals >> (u64::from(WINDOW) - ahead);
+                    self.arrivals = self.arrivals << ahead | 1;
                     ahead - u64::from(leaving.count_ones())
                 } else {
                     let beyond_window = ahead - u64::from(WINDOW);
-                    let in_window = u64::from(self.came.count_zeros());
-                    self.came = 1;
+                    let in_window = u64::from(self.arrivals.count_zeros());
+                    self.arrivals = 1;
                     in_window + beyond_window
                 };
                 self.lose(missing);
@@ -59,8 +59,8 @@ impl Sequence {
             behind => {
                 let bit = 1u64.checked_shl((-behind).try_into().unwrap_or(WINDOW));
                 match bit {
-                    Some(bit) if self.came & bit == 0 => {
-                        self.came |= bit;
+                    Some(bit) if self.arrivals & bit == 0 => {
+                        self.arrivals |= bit;
                         Place::Late
                     }
                     _ => Place::Repeated,
@@ -78,7 +78,7 @@ impl Sequence {
         let forgiven = missing.min(self.unnumbered);
         self.unnumbered -= forgiven;
         self.lost += missing - forgiven;
-        if self.came == u64::MAX {
+        if self.arrivals == u64::MAX {
             // No number is missing, so the datagrams without a number were not records of the stream.
             self.unnumbered = 0;
         }
@@ -86,7 +86,7 @@ impl Sequence {
 
     /// Restarts with the next number; missing numbers count as lost.
     pub(super) fn restart(&mut self) {
-        self.lose(u64::from(self.came.count_zeros()) * u64::from(self.newest.is_some()));
+        self.lose(u64::from(self.arrivals.count_zeros()) * u64::from(self.newest.is_some()));
         (self.newest, self.unnumbered) = (None, 0);
     }
 

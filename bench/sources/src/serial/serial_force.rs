@@ -149,7 +149,7 @@ mod tests {
         fast: f64,
         sequence: u16,
         now_s: Cell<f64>,
-        taken: usize,
+        count: usize,
         /// Largest error of a time, s.
         worst_s: f64,
     }
@@ -172,7 +172,7 @@ mod tests {
                 fast,
                 sequence: 40_000,
                 now_s: Cell::new(0.0),
-                taken: 0,
+                count: 0,
                 worst_s: 0.0,
             }
         }
@@ -191,7 +191,7 @@ mod tests {
 
         fn poll(&mut self) {
             let now_s = self.now_s.get();
-            let (count, worst_s) = (&mut self.taken, &mut self.worst_s);
+            let (count, worst_s) = (&mut self.count, &mut self.worst_s);
             let mut take = |force: TimedForce| {
                 let Moment::Host(host_s) = force.at else {
                     panic!("not on the host's clock");
@@ -205,7 +205,7 @@ mod tests {
         /// Advances the time while the sensor sends or is silent.
         fn pass(&mut self, seconds: f64, sends: bool) {
             let end_s = self.now_s.get() + seconds;
-            (self.taken, self.worst_s) = (0, 0.0);
+            (self.count, self.worst_s) = (0, 0.0);
             while self.now_s.get() < end_s {
                 for k in 0..(BURST_S / PERIOD_S) as u32 {
                     if sends {
@@ -243,7 +243,7 @@ mod tests {
                 rig.reset();
                 rig.pass(0.5, true);
                 // With the text format, the first line serves only to detect the restart.
-                assert!(rig.taken > 495, "{protocol:?} {up_s}: {}", rig.taken);
+                assert!(rig.count > 495, "{protocol:?} {up_s}: {}", rig.count);
                 assert!(rig.worst_s < 3e-3, "{protocol:?} {up_s}: {}", rig.worst_s);
                 rig.pass(6.0, true);
                 assert!(rig.worst_s < 2e-3, "{protocol:?} {up_s}: {}", rig.worst_s);
@@ -270,7 +270,7 @@ mod tests {
             rig.pass(1.0, true);
             let faults = rig.source.health().faults;
             assert_eq!((faults.restarted, faults.repeated), (0, 0), "{protocol:?}");
-            assert!(rig.taken > 990 && rig.worst_s < 0.02, "{}", rig.worst_s);
+            assert!(rig.count > 990 && rig.worst_s < 0.02, "{}", rig.worst_s);
         }
     }
 
@@ -283,7 +283,7 @@ mod tests {
             rig.send(rig.now_s.get() + f64::from(k) * PERIOD_S);
         }
         rig.now_s.set(rig.now_s.get() + 4.0);
-        (rig.taken, rig.worst_s) = (0, 0.0);
+        (rig.count, rig.worst_s) = (0, 0.0);
         rig.poll();
         rig.pass(1.0, true);
         assert_eq!(rig.restarts(), 0);
@@ -314,7 +314,7 @@ mod tests {
         for garbled in ["3000000000,1,0\n", "17,1,0\n"] {
             rig.line.0.lock().unwrap().extend(garbled.as_bytes());
             rig.pass(0.5, true);
-            assert!(rig.taken >= 499 && rig.worst_s < 3e-3);
+            assert!(rig.count >= 499 && rig.worst_s < 3e-3);
         }
         let faults = rig.source.health().faults;
         assert_eq!((faults.corrupt, faults.restarted), (2, 0));

@@ -54,8 +54,8 @@ pub(crate) struct Displacement {
 }
 
 impl Reference {
-    /// Checks an instrument on input `channel` of the bench of `config`, with the inputs as compared in `calibration`, if at all;
-    /// `volts_per_unit` is the voltage of a full-scale sample of that input.
+    /// Checks an instrument on input `channel` of the bench of `config`, with the inputs as compared in `calibration`, if at
+    /// all; `volts_per_unit` is the voltage of a full-scale sample of that input.
     ///
     /// # Errors
     /// If the input is not spare, or a number is out of its range.

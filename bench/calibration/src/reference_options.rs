@@ -56,8 +56,8 @@ pub struct ReferenceOptions {
 }
 
 impl ReferenceOptions {
-    /// Returns the instrument on the bench of `config`, with the inputs as compared in `calibration`, if at all; `None` without an
-    /// instrument.
+    /// Returns the instrument on the bench of `config`, with the inputs as compared in `calibration`, if at all; `None` without
+    /// an instrument.
     ///
     /// # Errors
     /// If an option is out of its range, or the input is not spare.

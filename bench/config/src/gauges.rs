@@ -282,8 +282,8 @@ mod tests {
             two_gauges.newtons_per_unit(),
             [vec![20.0, 0.5], vec![0.0, -15.0]]
         );
-        let six_gauges = "inputs = [2, 3]\nnewtons_per_v = [[1.0, 0.0], [5.0, 5.0], [0.0, 4.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]";
-        let six_gauges = parsed(&format!("{six_gauges}\nvolts_per_unit = [2.0]")).unwrap();
+        let text = "inputs = [2, 3]\nnewtons_per_v = [[1.0, 0.0], [5.0, 5.0], [0.0, 4.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]";
+        let six_gauges = parsed(&format!("{text}\nvolts_per_unit = [2.0]")).unwrap();
         assert_eq!(
             six_gauges.newtons_per_unit(),
             [vec![-0.0, -8.0], vec![2.0, 0.0]]

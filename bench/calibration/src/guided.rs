@@ -177,7 +177,7 @@ fn question(request: &Request) -> Question {
 }
 
 /// Returns the reading to watch while `request` is carried out; `None` leaves it unchanged.
-fn watched(request: &Request) -> Option<MainReading> {
+fn main_reading(request: &Request) -> Option<MainReading> {
     match request {
         Request::Load {
             axis: ForceAxis::Lateral,
@@ -199,8 +199,8 @@ impl<F: Front> Operator for Guided<F> {
     fn ask(&mut self, request: Option<&Request>) {
         self.request = request.copied();
         self.broken_off = None;
-        if let Some(watched) = request.and_then(watched) {
-            self.watched = watched;
+        if let Some(reading) = request.and_then(main_reading) {
+            self.watched = reading;
         }
         self.show_page();
     }

@@ -256,11 +256,11 @@ impl Calibrates for PlateProcedure {
         let sensitivity = &setup.metres_per_unit;
         let force_factor = fit.static_ratio.value * stiffness * sensitivity.value
             / config.channels.drive.volts_per_unit;
-        let of_sensitivity = sensitivity.standard_error / sensitivity.value;
-        let of_mass = config.plate.modal_mass_relative_error;
-        let of_fit = relative(fit.static_ratio).hypot(2.0 * relative(f0));
+        let sensitivity_error = sensitivity.standard_error / sensitivity.value;
+        let mass_error = config.plate.modal_mass_relative_error;
+        let fit_error = relative(fit.static_ratio).hypot(2.0 * relative(f0));
         // If the sensitivity's error dominates, its smaller number of points determines the degrees of freedom.
-        let freedom = if of_sensitivity > of_fit {
+        let freedom = if sensitivity_error > fit_error {
             sensitivity.degrees_of_freedom
         } else {
             n
@@ -287,19 +287,19 @@ impl Calibrates for PlateProcedure {
             quality: quantity(quality, "1"),
             damping_n_s_per_m: Quantity::new(
                 damping,
-                damping * relative(quality).hypot(of_mass),
+                damping * relative(quality).hypot(mass_error),
                 n,
                 "N·s/m",
             ),
             stiffness_n_per_m: Quantity::new(
                 stiffness,
-                stiffness * (2.0 * relative(f0)).hypot(of_mass),
+                stiffness * (2.0 * relative(f0)).hypot(mass_error),
                 n,
                 "N/m",
             ),
             force_factor_n_per_v: Quantity::new(
                 force_factor,
-                force_factor * of_sensitivity.hypot(of_fit).hypot(of_mass),
+                force_factor * sensitivity_error.hypot(fit_error).hypot(mass_error),
                 freedom,
                 "N/V",
             ),

@@ -233,12 +233,12 @@ impl Effective {
         sound_card: Option<String>,
         (now, simulated_time): (Timestamp, bool),
     ) -> Result<(), CalibrationError> {
-        let Some(in_force) = &self.calibration else {
+        let Some(calibration) = &self.calibration else {
             return Ok(());
         };
         let present =
             Identity::of(&self.config, input_device, output_device).with_sound_card(sound_card);
-        in_force.require(
+        calibration.require(
             &present,
             (now, simulated_time),
             self.config.calibration.max_age_days,

@@ -335,7 +335,7 @@ mod tests {
         Config::parse(&text, "bench.toml")
     }
 
-    fn refused(lines: &str) -> String {
+    fn refusal(lines: &str) -> String {
         let line = |text: &str| text.lines().position(|line| line == "[force]").unwrap();
         let first = line(include_str!("../../mock-bench.toml"));
         let message = with_force(lines).unwrap_err().to_string();
@@ -428,7 +428,7 @@ mod tests {
                 "address",
             ),
         ] {
-            let message = refused(lines);
+            let message = refusal(lines);
             assert!(message.contains(word), "{message}");
         }
     }

@@ -61,7 +61,7 @@ impl Default for Gauges {
     }
 }
 
-fn refused(key: &str, why: String) -> Result<(), Refused> {
+fn refusal(key: &str, why: String) -> Result<(), Refused> {
     let key = format!("force.channels.{key}");
     let why = format!("{key} {why}");
     Err(Refused::new(&key, why))
@@ -78,11 +78,11 @@ impl Gauges {
                 "= \"{}\" and newtons_per_v say the same thing twice: remove one",
                 path.display()
             );
-            return refused("cal_file", why);
+            return refusal("cal_file", why);
         }
         let Some(folder) = folder else {
             let why = format!("= \"{}\" is read beside a bench.toml only", path.display());
-            return refused("cal_file", why);
+            return refusal("cal_file", why);
         };
         match MakersMatrix::read(&folder.join(&path)) {
             Ok(makers) => {
@@ -96,7 +96,7 @@ impl Gauges {
                     path.display(),
                     crate::cal_file::in_words(&error)
                 );
-                refused("cal_file", why)
+                refusal("cal_file", why)
             }
         }
     }
@@ -107,7 +107,7 @@ impl Gauges {
             let why = format!(
                 "names {count} inputs: name those of the gauges, 2 to {MOST_INPUTS}, such as inputs = [2, 3]"
             );
-            return refused("inputs", why);
+            return refusal("inputs", why);
         }
         for (i, &input) in self.inputs.iter().enumerate() {
             if input >= audio.input_channels {
@@ -115,16 +115,16 @@ impl Gauges {
                     "names input {input}, and audio.input_channels = {}, numbered from 0",
                     audio.input_channels
                 );
-                return refused("inputs", why);
+                return refusal("inputs", why);
             }
             if input == map.drive.index || input == map.pickup.index {
-                return refused(
+                return refusal(
                     "inputs",
                     format!("names input {input}, which [channels] reads as drive or pickup"),
                 );
             }
             if self.inputs[..i].contains(&input) {
-                return refused("inputs", format!("names input {input} twice"));
+                return refusal("inputs", format!("names input {input} twice"));
             }
         }
         if self.volts_per_unit.len() != 1 && self.volts_per_unit.len() != count {
@@ -132,7 +132,7 @@ impl Gauges {
                 "has {} numbers for {count} inputs: give one for all, or one for each",
                 self.volts_per_unit.len()
             );
-            return refused("volts_per_unit", why);
+            return refusal("volts_per_unit", why);
         }
         for &volts in &self.volts_per_unit {
             require_range("force.channels.volts_per_unit", volts, 1e-6, 1e3, "V")?;
@@ -158,7 +158,7 @@ impl Gauges {
                 f64::from(audio.rate_hz) / frames.ceil(),
                 f64::from(audio.rate_hz) / frames.floor()
             );
-            return refused("rate_hz", why);
+            return refusal("rate_hz", why);
         }
         Ok(())
     }
@@ -168,13 +168,13 @@ impl Gauges {
         if rows == 0 {
             let why = "is missing: type the sensor's matrix, or name the maker's file in cal_file"
                 .to_owned();
-            return refused("newtons_per_v", why);
+            return refusal("newtons_per_v", why);
         }
         if !ROWS.contains(&rows) {
             let why = format!(
                 "has {rows} rows: two (normal, lateral) or six (Fx, Fy, Fz, Tx, Ty, Tz) are needed"
             );
-            return refused("newtons_per_v", why);
+            return refusal("newtons_per_v", why);
         }
         for (row, values) in self.newtons_per_v.iter().enumerate() {
             if values.len() != count {
@@ -183,10 +183,10 @@ impl Gauges {
                     values.len(),
                     row + 1
                 );
-                return refused("newtons_per_v", why);
+                return refusal("newtons_per_v", why);
             }
             if let Some(outlier) = values.iter().find(|value| !(-1e6..=1e6).contains(*value)) {
-                return refused(
+                return refusal(
                     "newtons_per_v",
                     format!("holds {outlier} in row {}", row + 1),
                 );
@@ -197,7 +197,7 @@ impl Gauges {
                 "= \"{}\" and normal = \"{}\" lie along one axis: name two across each other",
                 self.lateral, self.normal
             );
-            return refused("lateral", why);
+            return refusal("lateral", why);
         }
         let [normal, lateral] = self.newtons_per_unit();
         let square = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -212,7 +212,7 @@ impl Gauges {
             let why =
                 "reads the same of normal and lateral force: two rows are alike, or one is zero"
                     .to_owned();
-            return refused("newtons_per_v", why);
+            return refusal("newtons_per_v", why);
         }
         Ok(())
     }

@@ -39,8 +39,8 @@ impl Plate {
     pub(super) fn check(&self) -> Result<(), Refused> {
         require_range("plate.resonance_hz", self.resonance_hz, 1e3, 2e5, "Hz")?;
         require_range("plate.modal_mass_kg", self.modal_mass_kg, 1e-5, 1.0, "kg")?;
-        let of_mass = self.modal_mass_relative_error;
-        require_range("plate.modal_mass_relative_error", of_mass, 0.0, 0.3, "")?;
+        let mass_error = self.modal_mass_relative_error;
+        require_range("plate.modal_mass_relative_error", mass_error, 0.0, 0.3, "")?;
         let force_factor = self.force_factor_n_per_v;
         require_range("plate.force_factor_n_per_v", force_factor, 1e-4, 1e2, "N/V")?;
         require_range("plate.length_m", self.length_m, 0.01, 1.0, "m")?;

@@ -75,8 +75,8 @@ fn a_force_matrix_that_could_hide_a_press_is_refused() {
         ("tare_n = [5.0, 0.0]", "safety.max_normal_n = 3"),
         ("tare_n = [0.0, -5.0]", "safety.max_lateral_n = 3"),
     ] {
-        let refused = format!("{:#}", with_force(keys).unwrap_err());
-        assert!(refused.contains(word), "{refused}");
+        let message = format!("{:#}", with_force(keys).unwrap_err());
+        assert!(message.contains(word), "{message}");
     }
 }
 

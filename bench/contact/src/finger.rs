@@ -133,8 +133,8 @@ impl FittedFinger {
             contact.asperity_force_n(gap_m),
             contact.squeeze_force_n(gap_m, amplitude_m),
         );
-        let by_gap = -asperity_n / sigma - 2.0 * squeeze_n / gap_m;
-        let at_gap = ContactSlopes {
+        let gap_slope = -asperity_n / sigma - 2.0 * squeeze_n / gap_m;
+        let contact_slopes = ContactSlopes {
             by_ln_sigma_t: asperity_n * (1.0 + gap_m / sigma),
             by_ln_area: asperity_n + squeeze_n,
             by_ln_q0: asperity_n,
@@ -143,8 +143,9 @@ impl FittedFinger {
         };
         Dependent {
             value: asperity_n + squeeze_n,
-            slopes: slopes * by_gap + SVector::from_fn(|i, _| at_gap.by(i, &LoadSlopes::default())),
-            noise: by_gap.abs() * variance.sqrt(),
+            slopes: slopes * gap_slope
+                + SVector::from_fn(|i, _| contact_slopes.by(i, &LoadSlopes::default())),
+            noise: gap_slope.abs() * variance.sqrt(),
         }
     }
 }

@@ -97,9 +97,9 @@ impl<const N: usize> Inversion<N> {
     /// Returns the gap from stiffness and amplitude, m.
     pub fn gap(&self, k_c: &Dependent<N>, amplitude_m: f64) -> Result<Dependent<N>, ModelError> {
         let gap_m = self.contact.gap_from_stiffness_m(k_c.value, amplitude_m)?;
-        let by_gap = self.contact.stiffness_slope_n_per_m2(gap_m, amplitude_m);
+        let gap_slope = self.contact.stiffness_slope_n_per_m2(gap_m, amplitude_m);
         let slopes = self.contact.stiffness_slopes_n_per_m(gap_m, amplitude_m);
-        Ok(self.implicit(gap_m, k_c, by_gap, &slopes))
+        Ok(self.implicit(gap_m, k_c, gap_slope, &slopes))
     }
 
     /// Returns the gap from stiffness in force balance, m.
@@ -111,14 +111,14 @@ impl<const N: usize> Inversion<N> {
         let inverted = self
             .contact
             .gap_from_balance_stiffness(k_c.value, normal_n)?;
-        let by_gap = self
+        let gap_slope = self
             .contact
             .balance_stiffness_slope_n_per_m2(inverted.gap_m, normal_n);
         let slopes = self
             .contact
             .balance_stiffness_slopes_n_per_m(inverted.gap_m);
         Ok((
-            self.implicit(inverted.gap_m, k_c, by_gap, &slopes),
+            self.implicit(inverted.gap_m, k_c, gap_slope, &slopes),
             inverted.branch,
         ))
     }
@@ -127,24 +127,24 @@ impl<const N: usize> Inversion<N> {
     pub fn friction_ratio(&self, gap: &Dependent<N>, normal_n: f64) -> Dependent<N> {
         let sigma = self.contact.sigma_t_m();
         let value = self.contact.friction_ratio(gap.value, normal_n);
-        let at_gap = self.contact.friction_ratio_slopes(gap.value, normal_n);
+        let contact_slopes = self.contact.friction_ratio_slopes(gap.value, normal_n);
         Dependent {
             value,
             slopes: gap.slopes * (-value / sigma)
-                + SVector::from_fn(|i, _| at_gap.by(i, &self.load)),
+                + SVector::from_fn(|i, _| contact_slopes.by(i, &self.load)),
             noise: value / sigma * gap.noise,
         }
     }
 
-    /// Returns the gap implied by a stiffness; `at_gap` gives the derivatives of the stiffness by the contact at a given gap.
+    /// Returns the gap implied by a stiffness; `contact_slopes` gives the derivatives of the stiffness by the contact at a given gap.
     fn implicit(
         &self,
         gap_m: f64,
         k_c: &Dependent<N>,
         by_gap: f64,
-        at_gap: &ContactSlopes,
+        contact_slopes: &ContactSlopes,
     ) -> Dependent<N> {
-        let by_parameters = SVector::from_fn(|i, _| at_gap.by(i, &self.load));
+        let by_parameters = SVector::from_fn(|i, _| contact_slopes.by(i, &self.load));
         Dependent {
             value: gap_m,
             slopes: (k_c.slopes - by_parameters) / by_gap,

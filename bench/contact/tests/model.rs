@@ -298,9 +298,9 @@ fn two_gaps_of_one_stiffness_are_both_reported() {
     );
 
     // The gap at rest, up to rounding, is the smaller of the two.
-    let at_rest = contact.balance_stiffness_n_per_m(rest_m, normal_n);
+    let balance_stiffness = contact.balance_stiffness_n_per_m(rest_m, normal_n);
     let inverted = contact
-        .gap_from_balance_stiffness(at_rest, normal_n)
+        .gap_from_balance_stiffness(balance_stiffness, normal_n)
         .unwrap();
     let StiffnessBranch::Ambiguous { smaller_gap_m } = inverted.branch else {
         panic!("{inverted:?}")

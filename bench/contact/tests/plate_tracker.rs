@@ -229,7 +229,7 @@ fn the_damping_is_read_before_and_after_the_finger_and_no_surer_meanwhile() {
     let free = tracker.resistance_n_s_per_m(8.0).unwrap();
     assert!((free.value - Z_P.re - 0.015).abs() < 0.005, "{free:?}");
     // A reading that is not of the plate's resonance does not update its damping.
-    let leant_on = PlateSample {
+    let loaded = PlateSample {
         time_s: 0.0,
         z_m_corrected_n_s_per_m: Z_P + Complex64::new(0.02, 1.0),
         z_m_std_n_s_per_m: 1e-4,
@@ -238,7 +238,7 @@ fn the_damping_is_read_before_and_after_the_finger_and_no_surer_meanwhile() {
     for i in 0..400 {
         tracker.take_free(&PlateSample {
             time_s: 8.0 + f64::from(i) * INTERVAL_S,
-            ..leant_on
+            ..loaded
         });
     }
     assert_eq!(tracker.resistance_n_s_per_m(8.0).unwrap().value, free.value);
@@ -308,8 +308,8 @@ fn a_finger_that_is_not_there_moves_nothing() {
 fn nothing_is_told_of_a_plate_that_was_not_seen_free() {
     let mut tracker = tracker();
     let frames = World::default().frames();
-    let under_finger = frames.iter().filter(|frame| frame.normal_n > 0.1);
-    for frame in under_finger {
+    let contact_frames = frames.iter().filter(|frame| frame.normal_n > 0.1);
+    for frame in contact_frames {
         take(&mut tracker, frame);
     }
     assert_eq!(tracker.drift_hz(LIFT_S), None);

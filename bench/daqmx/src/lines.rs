@@ -28,11 +28,11 @@ pub(crate) fn take(
             device,
             table,
         };
-        let of_card = take_lines(&config.gpio, &ports)?;
+        let card_lines = take_lines(&config.gpio, &ports)?;
         lines = Lines {
             // A simulated person holds a separate switch.
-            dead_man: lines.dead_man.or(of_card.dead_man),
-            ..of_card
+            dead_man: lines.dead_man.or(card_lines.dead_man),
+            ..card_lines
         };
     }
     let encoder = config.encoder.as_ref().map(|encoder| encoder.source);

@@ -282,7 +282,7 @@ fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
 #[test]
 fn a_callback_that_panics_leaves_no_voltage_on_the_output() {
     let _alone = exclusive();
-    for in_output in [true, false] {
+    for is_output in [true, false] {
         let (host, _lines) = card("ao-sample-clock");
         let device = host.devices().unwrap().next().unwrap();
         let panicking = Arc::new(AtomicBool::new(false));
@@ -293,7 +293,7 @@ fn a_callback_that_panics_leaves_no_voltage_on_the_output() {
             move |data: &mut cpal::Data, _: &cpal::OutputCallbackInfo| {
                 data.as_slice_mut::<f32>().unwrap().fill(0.5);
                 blocks += 1;
-                if in_output && blocks == 20 {
+                if is_output && blocks == 20 {
                     dead.store(true, Ordering::SeqCst);
                     panic!("in the output's callback, on purpose");
                 }
@@ -306,7 +306,7 @@ fn a_callback_that_panics_leaves_no_voltage_on_the_output() {
             stream_of(2),
             SampleFormat::F32,
             move |data: &cpal::Data, _: &cpal::InputCallbackInfo| {
-                if !in_output && data.as_slice::<f32>().unwrap()[0] == 0.5 {
+                if !is_output && data.as_slice::<f32>().unwrap()[0] == 0.5 {
                     dead.store(true, Ordering::SeqCst);
                     panic!("in the input's callback, on purpose");
                 }

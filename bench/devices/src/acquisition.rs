@@ -269,7 +269,7 @@ impl Acquisition {
         for piece in self.loss.pass(header, samples) {
             match piece {
                 Piece::Block(block) => self.accept(block, arrival_s, batch)?,
-                Piece::Lost(lost) => self.swallowed(lost, batch)?,
+                Piece::Lost(lost) => self.take_loss(lost, batch)?,
             }
         }
         Ok(())
@@ -319,7 +319,7 @@ impl Acquisition {
         Ok(())
     }
 
-    fn swallowed(&mut self, lost: Lost, batch: &mut Batch) -> anyhow::Result<()> {
+    fn take_loss(&mut self, lost: Lost, batch: &mut Batch) -> anyhow::Result<()> {
         let lossless = lost == Lost::Exactly(0);
         self.pipeline.settle_input_xruns(lossless);
         if lossless {
@@ -399,11 +399,12 @@ impl Acquisition {
                 .map(|time_s| (time_s.max(0.0) * self.pipeline.rate_hz()).round() as u64);
             let mut note = |fault, count| self.flags.note(fault, since..=until, count);
             // The estimate of the clocks may still move by more than the distance between two samples.
-            let in_order = |last_s: f64| time_s.max(last_s + LEAST_STEP_S);
-            let shift_count = |in_order_s: f64| u64::from(in_order_s - time_s > MISPLACED_S);
+            let ordered_s = |last_s: f64| time_s.max(last_s + LEAST_STEP_S);
+            let shift_count =
+                |ordered_time_s: f64| u64::from(ordered_time_s - time_s > MISPLACED_S);
             match reading {
                 FieldReading::Force(force) => {
-                    let placed_s = in_order(self.last_force_s);
+                    let placed_s = ordered_s(self.last_force_s);
                     note(InputFault::ReadingMoved, shift_count(placed_s));
                     let time_s = placed_s;
                     self.last_force_s = time_s;
@@ -449,7 +450,7 @@ impl Acquisition {
                     note(InputFault::EncoderStateMissed, missed);
                     note(InputFault::PositionJumped, u64::from(jumped));
                     note(InputFault::PositionUnknown, u64::from(position_m.is_nan()));
-                    let placed_s = in_order(self.last_position_s);
+                    let placed_s = ordered_s(self.last_position_s);
                     note(InputFault::ReadingMoved, shift_count(placed_s));
                     let time_s = placed_s;
                     self.last_position_s = time_s;
@@ -538,7 +539,7 @@ impl Task for Acquisition {
             self.execute(command);
         }
         let mut batch = Batch::default();
-        self.silence.passed(now_ns)?;
+        self.silence.require_alive(now_ns)?;
         for _ in 0..MOST_BLOCKS {
             let Some(header) = self.input.pop_block(&mut self.block) else {
                 break;

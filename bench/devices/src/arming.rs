@@ -128,7 +128,7 @@ pub fn require_watched(
         _ => return Ok(()),
     };
     config.limits.require_inaudible(carrier_hz)?;
-    let calibration = bench.calibration().map(|in_force| in_force.calibration());
+    let calibration = bench.calibration().map(|present| present.calibration());
     if let Some(plate) = calibration.and_then(|calibration| calibration.plate.as_ref()) {
         let amplitude_m = amplitude_m(&config.plate, plate.quality.value, carrier_hz, crest_v);
         let (amplitude_um, limit_um) = (1e6 * amplitude_m, config.limits.amplitude_um);
@@ -140,9 +140,9 @@ pub fn require_watched(
             });
         }
     }
-    let on_inputs = config.force.as_ref().is_some_and(Force::is_on_inputs);
+    let reads_inputs = config.force.as_ref().is_some_and(Force::is_on_inputs);
     let weighed = calibration.is_some_and(|calibration| calibration.force.is_some());
-    if pace == Pace::Card && on_inputs && !weighed {
+    if pace == Pace::Card && reads_inputs && !weighed {
         return Err(ArmingError::Unweighed);
     }
     if pace == Pace::Card && bench.checked_volts(now).is_none() {

@@ -19,7 +19,7 @@ impl CardSilence {
     ///
     /// # Errors
     /// If the card has been silent for too long.
-    pub(crate) fn passed(&mut self, now_ns: u64) -> anyhow::Result<()> {
+    pub(crate) fn require_alive(&mut self, now_ns: u64) -> anyhow::Result<()> {
         let previous_ns = self.looked_ns.replace(now_ns).unwrap_or(now_ns);
         self.lasts_ns += now_ns.saturating_sub(previous_ns).min(LONGEST_LOOK_NS);
         if self.lasts_ns >= CARD_TIMEOUT_NS {

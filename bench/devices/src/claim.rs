@@ -187,10 +187,10 @@ mod tests {
                 "GPIO line 7 of /dev/chipA",
             ),
         ] {
-            let refused = Claim::take(&shared).unwrap_err().to_string();
+            let message = Claim::take(&shared).unwrap_err().to_string();
             assert!(
-                refused.contains(word) && refused.contains(&holder),
-                "{refused}"
+                message.contains(word) && message.contains(&holder),
+                "{message}"
             );
         }
         // A refused claim holds no lock, and other benches are unaffected.

@@ -215,7 +215,7 @@ pub fn on_this_run(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<(f64, f
     let mut run: Option<(&str, f64)> = None;
     for (i, span) in spans.iter().enumerate().rev() {
         let wall_s = age_s(span, now);
-        let by_wall_s = boot.up_s - wall_s.max(0.0);
+        let wall_end_s = boot.up_s - wall_s.max(0.0);
         let (start_s, end_s) = (span.up_s, span.up_s + span.driven_s);
         let end_s = match (&span.boot, &boot.id) {
             (Some(span_boot), Some(this_boot)) if span_boot == this_boot => {
@@ -232,13 +232,13 @@ pub fn on_this_run(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<(f64, f
                     }
                     _ => {
                         let after_s = end_of_this_run(&spans[..i], boot) + span.driven_s;
-                        by_wall_s.max(after_s).max(0.0).min(until_s) - end_s
+                        wall_end_s.max(after_s).max(0.0).min(until_s) - end_s
                     }
                 };
                 run = Some((span_boot, shift_s));
                 until_s.min(end_s + shift_s)
             }
-            _ => until_s.min(by_wall_s),
+            _ => until_s.min(wall_end_s),
         };
         until_s = end_s - span.driven_s;
         placed.push((until_s, end_s));

@@ -218,9 +218,9 @@ mod tests {
     #[test]
     fn a_protocol_that_cannot_be_finished_is_refused_with_the_arithmetic() {
         assert!(require_finishable(&config("365.0"), &published()).is_ok());
-        let refused = require_finishable(&config("364.0"), &published()).unwrap_err();
+        let error = require_finishable(&config("364.0"), &published()).unwrap_err();
         assert_eq!(
-            refused.to_string(),
+            error.to_string(),
             "protocol huloux2021 drives the plate for 365 s within an hour (12 trials of 30.4 s), and the bench allows 364 s \
              (limits.driving_s_per_hour): make fewer or shorter trials or longer rests, or allow more"
         );

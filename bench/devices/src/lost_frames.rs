@@ -102,14 +102,14 @@ impl LossFinder {
     pub fn lost(&self, before: &[f32], after: &[f32], timestamps_s: f64) -> Lost {
         let rate_hz = f64::from(self.sample_rate_hz);
         // Timestamps cannot show a loss shorter than their own error.
-        let by_time = if timestamps_s > TIMESTAMP_S {
+        let time_frames = if timestamps_s > TIMESTAMP_S {
             (timestamps_s * rate_hz).round() as u64
         } else {
             0
         };
         let (before, after) = (self.phasor(before), self.phasor(after));
         if before.norm().min(after.norm()) < LEAST_AMPLITUDE {
-            return Lost::About(by_time);
+            return Lost::About(time_frames);
         }
         // Without a loss the second window would begin where the first one ended.
         let expected =
@@ -124,7 +124,7 @@ impl LossFinder {
         };
         match lost_frames(self.carrier_hz, self.sample_rate_hz, jump, estimate) {
             Ok(frames) => Lost::Exactly(frames),
-            Err(_) => Lost::About(by_time),
+            Err(_) => Lost::About(time_frames),
         }
     }
 }
@@ -206,7 +206,7 @@ impl LossWatch {
             unaccounted_s,
         };
         match &mut self.queue {
-            None => vec![self.let_through(block)],
+            None => vec![self.pass_block(block)],
             Some(blocks) => {
                 blocks.push(block);
                 self.resolve()
@@ -214,7 +214,7 @@ impl LossWatch {
         }
     }
 
-    fn let_through(&mut self, block: SampleBlock) -> Piece {
+    fn pass_block(&mut self, block: SampleBlock) -> Piece {
         self.tail.extend(
             block
                 .samples
@@ -286,14 +286,10 @@ impl LossWatch {
         let later_blocks = blocks.split_off(place);
         let mut pieces: Vec<Piece> = blocks
             .into_iter()
-            .map(|block| self.let_through(block))
+            .map(|block| self.pass_block(block))
             .collect();
         pieces.push(Piece::Lost(lost));
-        pieces.extend(
-            later_blocks
-                .into_iter()
-                .map(|block| self.let_through(block)),
-        );
+        pieces.extend(later_blocks.into_iter().map(|block| self.pass_block(block)));
         pieces
     }
 }
@@ -400,7 +396,11 @@ mod tests {
 
     /// Returns the losses that a watch reports for an xrun that lost `lost` frames before block 3; block n, of 1024
     /// frames, arrives `late_s[n]` too late, with a count of `xruns(n)`.
-    fn watched<const N: usize>(lost: u64, late_s: [f64; N], xruns: fn(u64) -> u64) -> Vec<Lost> {
+    fn reported_losses<const N: usize>(
+        lost: u64,
+        late_s: [f64; N],
+        xruns: fn(u64) -> u64,
+    ) -> Vec<Lost> {
         let mut watch = LossWatch::new(35_000.0, RATE_HZ, 1, 0);
         let mut losses = Vec::new();
         for (n, late_s) in (0u64..).zip(late_s) {
@@ -461,18 +461,24 @@ mod tests {
     #[test]
     fn an_xrun_is_taken_to_have_cost_nothing_only_where_the_carrier_goes_on_throughout() {
         let one_xrun = |n| u64::from(n >= 2);
-        assert_eq!(watched(0, [0.0; 8], one_xrun), [Lost::Exactly(0)]);
-        assert_eq!(watched(1024, [0.0; 8], one_xrun), [Lost::Exactly(1024)]);
+        assert_eq!(reported_losses(0, [0.0; 8], one_xrun), [Lost::Exactly(0)]);
+        assert_eq!(
+            reported_losses(1024, [0.0; 8], one_xrun),
+            [Lost::Exactly(1024)]
+        );
         // The timestamps point at a block other than the one after the three missing frames.
         let wrong_block = [0.0, 0.0, 0.0, 0.0, 1e-4, 1e-4, 1e-4, 1e-4];
-        assert_eq!(watched(3, wrong_block, one_xrun), [Lost::About(0)]);
-        assert_eq!(watched(0, wrong_block, one_xrun), [Lost::Exactly(0)]);
+        assert_eq!(reported_losses(3, wrong_block, one_xrun), [Lost::About(0)]);
+        assert_eq!(
+            reported_losses(0, wrong_block, one_xrun),
+            [Lost::Exactly(0)]
+        );
         // The watch waits for a second xrun as long as for the first; with an xrun at every block, the loss is unknown.
         let two_xruns = |n| u64::from(n >= 2) + u64::from(n >= 5);
-        assert_eq!(watched(0, [0.0; 8], two_xruns), []);
-        assert_eq!(watched(0, [0.0; 9], two_xruns), [Lost::Exactly(0)]);
+        assert_eq!(reported_losses(0, [0.0; 8], two_xruns), []);
+        assert_eq!(reported_losses(0, [0.0; 9], two_xruns), [Lost::Exactly(0)]);
         assert_eq!(
-            watched(0, [0.0; 18], |n| n.saturating_sub(1)),
+            reported_losses(0, [0.0; 18], |n| n.saturating_sub(1)),
             [Lost::About(0)]
         );
     }

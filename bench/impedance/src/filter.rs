@@ -274,7 +274,7 @@ impl FirstStage {
             .collect();
         let half = window.len() / 2;
         let part = |part: fn(&Complex64) -> f64| taps.iter().map(part).collect();
-        let [re, im] = [part(|c| c.re), part(|c| c.im)].map(filled);
+        let [re, im] = [part(|c| c.re), part(|c| c.im)].map(padded);
         let rotation = (0..u64::from(hop / decimation))
             .map(|j| phase.rotation_at(j * u64::from(decimation)).conj());
         let (rotation_re, rotation_im) = rotation.map(|c| (c.re, c.im)).unzip();
@@ -337,13 +337,13 @@ impl SecondStage {
             quadrature / (energy(&at_sample_rate(re)) + energy(&at_sample_rate(im)))
         });
 
-        let taps = taps.map(filled);
+        let taps = taps.map(padded);
         let second = Self {
             decimation: decimation as usize,
             half,
             lead: taps[0].len() - 1 - half,
             taps,
-            probes: probes.map(|probe| probe.map(filled)),
+            probes: probes.map(|probe| probe.map(padded)),
             probe_gain,
         };
         (second, impulse)
@@ -420,7 +420,7 @@ fn first_window(decimation: u32) -> Vec<f64> {
 }
 
 /// Prepends zeros to the taps up to a multiple of [`LANES`], as the kernel requires.
-fn filled(taps: Vec<f64>) -> Vec<f64> {
+fn padded(taps: Vec<f64>) -> Vec<f64> {
     let zeros = taps.len().next_multiple_of(LANES) - taps.len();
     [vec![0.0; zeros], taps].concat()
 }

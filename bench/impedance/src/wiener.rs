@@ -259,10 +259,10 @@ mod tests {
 
     #[test]
     fn a_record_that_does_not_show_its_noise_is_not_filtered() {
-        let refused = |rate_hz: f64, seconds: f64| {
+        let is_refused = |rate_hz: f64, seconds: f64| {
             filtered(&force(rate_hz, seconds, 0.01), rate_hz, 1).is_none()
         };
-        assert!(refused(150.0, 3.0), "too slow");
+        assert!(is_refused(150.0, 3.0), "too slow");
         for rate_hz in [f64::INFINITY, f64::NAN, -1.0] {
             assert_eq!(
                 filtered(&[0.5, 0.6], rate_hz, 1),
@@ -270,7 +270,7 @@ mod tests {
                 "all rows at one time"
             );
         }
-        assert!(refused(2000.0, 0.7), "too short");
+        assert!(is_refused(2000.0, 0.7), "too short");
         assert_eq!(filtered(&[0.5; 4000], 2000.0, 1), None, "no noise at all");
     }
 

@@ -23,11 +23,11 @@ pub(crate) fn force_figure(
     let mut residuals = vec![zero_line(&[(0.0, 0.0), (largest_n, 0.0)])];
     for (axis, (name, ink, disc, cross)) in AXES.into_iter().enumerate() {
         let other_axis = 1 - axis;
-        let on_axis: Vec<usize> = (0..loadings.len())
+        let axis_loadings: Vec<usize> = (0..loadings.len())
             .filter(|&i| loadings[i].force_n[axis] != 0.0)
             .collect();
         let points = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
-            on_axis
+            axis_loadings
                 .iter()
                 .map(|&i| (loadings[i].force_n[axis].abs(), value(i)))
                 .collect()

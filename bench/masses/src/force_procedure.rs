@@ -433,12 +433,12 @@ impl ForceProcedure {
                 let mut force_n = [0.0; 2];
                 force_n[mass.axis.index()] = self.setup.weight_n(mass.mass_kg);
                 let reading = [0, 1].map(|k| load.mean[k] - zero.mean[k]);
-                let of_mass = mass.sigma_kg / mass.mass_kg;
+                let mass_error = mass.sigma_kg / mass.mass_kg;
                 let sigma = [0, 1].map(|k| {
                     load.error[k]
                         .hypot(zero.error[k])
                         .hypot((wander[k] * zero.bridge_s).sqrt())
-                        .hypot(of_mass * reading[k])
+                        .hypot(mass_error * reading[k])
                         .max(LEAST_SIGMA_N)
                 });
                 Some(Loading {

@@ -256,7 +256,7 @@ impl Calibrates for ForceProcedure {
         let fit = Crosstalk::fit(&loadings)?;
         let n = fit.degrees_of_freedom;
         // An error of the pull behind the pulley acts as an error of the lateral force: it scales that row of the matrix.
-        let of_known = |row: usize| {
+        let known_error = |row: usize| {
             let pulley = if row == 1 { setup.accuracy.pulley } else { 0.0 };
             setup
                 .accuracy
@@ -266,7 +266,7 @@ impl Calibrates for ForceProcedure {
         };
         let entry = |i: usize, j: usize| {
             let entry = fit.matrix[i][j];
-            let known = of_known(i) * entry.value.abs();
+            let known = known_error(i) * entry.value.abs();
             let observed_errors = entry.errors.map(|error| (error, n));
             Quantity::of_parts(
                 entry.value,

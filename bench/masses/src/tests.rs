@@ -59,7 +59,7 @@ fn capture(sensor: &Sensor<'_>, load_n: [f64; 2], from_s: f64) -> Capture {
 }
 
 /// Runs a procedure with an operator who does everything as requested; the first review is answered with `redo`.
-fn measured(
+fn run_procedure(
     setup: ForceSetup,
     sensor: &Sensor<'_>,
     mut redo: Option<usize>,
@@ -93,7 +93,7 @@ fn setup() -> ForceSetup {
     ForceSetup::new(&config(), masses(), EXACT, Some(G)).unwrap()
 }
 
-fn judged(procedure: &ForceProcedure) -> (config::MeasuredForce, Vec<String>) {
+fn judgement(procedure: &ForceProcedure) -> (config::MeasuredForce, Vec<String>) {
     let judged = procedure.judge(jiff::Timestamp::UNIX_EPOCH, "A. Tester");
     let Judged { part, faults, .. } = judged.unwrap();
     match part {
@@ -119,8 +119,8 @@ fn matrix_tare_and_drift_of_a_linear_sensor_are_found() {
         let [n, l] = response(load_n);
         [n + 0.4 + 5e-5 * t, l - 0.2 - 1e-4 * t]
     };
-    let procedure = measured(setup(), &sensor, None).unwrap();
-    let (force, faults) = judged(&procedure);
+    let procedure = run_procedure(setup(), &sensor, None).unwrap();
+    let (force, faults) = judgement(&procedure);
     assert_eq!(faults, Vec::<String>::new());
     let last_s = procedure.zeros.last().unwrap().at_s;
     let correction = force.correction();
@@ -149,7 +149,7 @@ fn what_is_known_badly_widens_the_errors_and_the_pulley_only_its_row() {
         pulley: 5e-3,
     };
     let setup = ForceSetup::new(&config(), masses(), accuracy, None).unwrap();
-    let (force, _) = judged(&measured(setup, &sensor, None).unwrap());
+    let (force, _) = judgement(&run_procedure(setup, &sensor, None).unwrap());
     let relative = |quantity: &Quantity| quantity.standard_error / quantity.value.abs();
     let common = 1e-3f64.hypot(UNKNOWN_GRAVITY);
     assert!((relative(&force.normal_per_normal) / common - 1.0).abs() < 0.01);
@@ -201,10 +201,10 @@ fn a_mass_can_be_measured_again() {
         };
         [load_n[0] + slip, load_n[1]]
     };
-    let first_pass = judged(&measured(setup(), &sensor, None).unwrap());
+    let first_pass = judgement(&run_procedure(setup(), &sensor, None).unwrap());
     assert!(first_pass.1.iter().any(|fault| fault.contains("depart")));
     readings.set(0);
-    let second_pass = judged(&measured(setup(), &sensor, Some(2)).unwrap());
+    let second_pass = judgement(&run_procedure(setup(), &sensor, Some(2)).unwrap());
     assert_eq!(second_pass.1, Vec::<String>::new());
 }
 
@@ -293,7 +293,7 @@ fn where_somebody_is_there_a_slip_is_asked_for_again() {
         );
     }
     assert_eq!(notes.len(), words.len(), "{notes:?}");
-    let (force, faults) = judged(&procedure);
+    let (force, faults) = judgement(&procedure);
     assert_eq!(faults, Vec::<String>::new());
     assert!((force.normal_per_normal.value - 1.0).abs() < 1e-6);
 
@@ -370,7 +370,7 @@ fn every_way_to_go_wrong_has_its_words() {
         ),
     ];
     for (words, sensor) in wrongs {
-        let message = match measured(setup(), &*sensor, None) {
+        let message = match run_procedure(setup(), &*sensor, None) {
             Err(error) => format!("{error:#}"),
             Ok(_) => panic!("{words:?} was not refused"),
         };
@@ -389,7 +389,7 @@ fn every_way_to_go_wrong_has_its_words() {
             load_n[1],
         ]
     };
-    let message = measured(setup(), &forgotten_mass, None)
+    let message = run_procedure(setup(), &forgotten_mass, None)
         .err()
         .unwrap()
         .to_string();
@@ -423,7 +423,7 @@ fn what_is_beyond_a_limit_does_not_pass_and_says_so() {
         ),
     ];
     for (key, sensor) in poor {
-        let (_, faults) = judged(&measured(setup(), &*sensor, None).unwrap());
+        let (_, faults) = judgement(&run_procedure(setup(), &*sensor, None).unwrap());
         assert!(faults.iter().any(|fault| fault.contains(key)), "{faults:?}");
     }
     let mut strict = config();
@@ -434,7 +434,7 @@ fn what_is_beyond_a_limit_does_not_pass_and_says_so() {
         pulley: 0.0,
     };
     let setup = ForceSetup::new(&strict, masses(), accuracy, Some(G)).unwrap();
-    let (_, faults) = judged(&measured(setup, &|load_n, _| load_n, None).unwrap());
+    let (_, faults) = judgement(&run_procedure(setup, &|load_n, _| load_n, None).unwrap());
     for key in ["force_error", "force_noise_n_per_sqrt_hz"] {
         assert!(faults.iter().any(|fault| fault.contains(key)), "{faults:?}");
     }
@@ -478,7 +478,7 @@ fn what_cannot_be_asked_for_is_refused_before_anything_is_opened() {
 }
 
 /// Returns the setup of a bench with the gauges on inputs of the card.
-fn on_inputs() -> ForceSetup {
+fn inputs_setup() -> ForceSetup {
     let text = include_str!("../../mock-bench.toml");
     let channels = "source = \"channels\"\nchannels = { inputs = [2, 3], newtons_per_v = [[1.0, 0.0], [0.0, 1.0]] }";
     let text = text.replace("port = \"/dev/ttyUSB0\"", channels);
@@ -488,7 +488,7 @@ fn on_inputs() -> ForceSetup {
 
 /// Reads a load behind a capacitor with this time constant, s, while it is placed and while it rests.
 fn behind_a_capacitor(tau_s: f64) -> anyhow::Result<()> {
-    let mut procedure = ForceProcedure::new(on_inputs(), false);
+    let mut procedure = ForceProcedure::new(inputs_setup(), false);
     let (mut load_n, mut previous_n, mut changed_s, mut now_s) = ([0.0; 2], [0.0; 2], 0.0, 10.0);
     let mut outcome = StepOutcome::Began;
     loop {
@@ -531,17 +531,17 @@ fn an_input_behind_a_capacitor_is_found_by_a_constant_load_that_fades() {
     }
     // A load at rest still passes, and so does one that swings while it is placed.
     let swings = |load_n: [f64; 2], t: f64| load_n.map(|n| n * (1.0 + (-(t % 4.0) * 9.0).exp()));
-    measured(on_inputs(), &|load_n, _| load_n, None).unwrap();
-    measured(on_inputs(), &swings, None).unwrap();
+    run_procedure(inputs_setup(), &|load_n, _| load_n, None).unwrap();
+    run_procedure(inputs_setup(), &swings, None).unwrap();
 }
 
 #[test]
 fn a_new_tare_keeps_the_matrix() {
     let sensor = |load_n: [f64; 2], _: f64| response(load_n);
-    let (force, _) = judged(&measured(setup(), &sensor, None).unwrap());
+    let (force, _) = judgement(&run_procedure(setup(), &sensor, None).unwrap());
     let shifted_sensor = |load_n: [f64; 2], _: f64| response(load_n).map(|n| n + 0.12);
     let setup = ForceSetup::retare(&config(), force.clone()).unwrap();
-    let (tared, faults) = judged(&measured(setup, &shifted_sensor, None).unwrap());
+    let (tared, faults) = judgement(&run_procedure(setup, &shifted_sensor, None).unwrap());
     assert_eq!(faults, Vec::<String>::new());
     assert_eq!(tared.correction().matrix, force.correction().matrix);
     for tare_n in tared.correction().tare_n {

@@ -138,11 +138,11 @@ pub fn disturbances(spectrum: &Spectrum, carrier_hz: f64, sample_rate_hz: f64) -
 }
 
 fn sort(hz: f64, carrier_hz: f64) -> Sort {
-    let of_mains = |mains_hz: f64| {
+    let is_mains = |mains_hz: f64| {
         let multiple = (hz / mains_hz).round();
         multiple >= 1.0 && (hz - multiple * mains_hz).abs() < MAINS_WIDTH_HZ
     };
-    if hz < HUM_HZ && (of_mains(50.0) || of_mains(60.0)) {
+    if hz < HUM_HZ && (is_mains(50.0) || is_mains(60.0)) {
         Sort::Hum
     } else if (hz - carrier_hz).abs() < ENVELOPE_BAND_HZ {
         Sort::InBand

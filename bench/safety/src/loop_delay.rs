@@ -244,7 +244,7 @@ mod tests {
         }
 
         /// Returns the delay found, and the time at which it is found, s after the beginning of the rise.
-        fn measured(&self) -> Option<(LoopDelay, f64)> {
+        fn measurement(&self) -> Option<(LoopDelay, f64)> {
             let mut meter = DelayMeter::new(RATE_HZ, 0.1);
             // Rendered frames wait in buffers for the whole delay; a block arrives once it is complete.
             let lead = HEAD_START;
@@ -287,7 +287,7 @@ mod tests {
                             mean_v: 24.0,
                             ..TONE
                         };
-                        let Some((delay, after_s)) = bench.measured() else {
+                        let Some((delay, after_s)) = bench.measurement() else {
                             panic!("{delay_s} s, {block} frames, {gain}, {modulation_hz} Hz")
                         };
                         let error_s = delay.seconds - delay_s;
@@ -307,27 +307,27 @@ mod tests {
             ramp_s: 0.5,
             ..TONE
         };
-        let (delay, _) = slow.measured().unwrap();
+        let (delay, _) = slow.measurement().unwrap();
         assert!((delay.seconds - 0.012).abs() < 1e-3, "{delay:?}");
         let starved = Bench {
             late: (5, 8_000),
             ..TONE
         };
-        let (delay, _) = starved.measured().unwrap();
+        let (delay, _) = starved.measurement().unwrap();
         assert!((delay.seconds - 0.012).abs() < 1e-3, "{delay:?}");
     }
 
     #[test]
     fn what_does_not_come_back_or_drowns_shows_no_delay() {
         let silent = Bench { gain: 0.0, ..TONE };
-        assert_eq!(silent.measured(), None);
+        assert_eq!(silent.measurement(), None);
         let noisy = Bench { hum_v: 2.0, ..TONE };
-        assert_eq!(noisy.measured(), None);
+        assert_eq!(noisy.measurement(), None);
         // Longer than all delays tried.
         let long = Bench {
             delay_s: 0.15,
             ..TONE
         };
-        assert_eq!(long.measured(), None);
+        assert_eq!(long.measurement(), None);
     }
 }

@@ -211,7 +211,7 @@ impl Readback {
             }
             let (least, most) = self.possible_leads(rendered - sample);
             let possible = (0..=most - least).step_by(self.step as usize);
-            delays.extend(possible.map(|shorter| self.judged(most - shorter)));
+            delays.extend(possible.map(|shorter| self.voted_delay(most - shorter)));
             delays.retain(|delay| delay.explains(readings));
         }
         self.delays = delays;
@@ -227,8 +227,8 @@ impl Readback {
         {
             self.widened = sample;
             if delays.len() < count {
-                delays.insert(0, self.judged(shortest.lead + self.step));
-                delays.push(self.judged(longest.lead - self.step));
+                delays.insert(0, self.voted_delay(shortest.lead + self.step));
+                delays.push(self.voted_delay(longest.lead - self.step));
             }
         }
     }
@@ -246,7 +246,7 @@ impl Readback {
     }
 
     /// Returns the delay of `lead` frames with all readings judged.
-    fn judged(&self, lead: i64) -> Delay {
+    fn voted_delay(&self, lead: i64) -> Delay {
         let mut delay = Delay::new(lead);
         for &(reading_sample, volts) in &self.readings {
             delay.vote(self.compare(reading_sample + lead, volts));

@@ -213,11 +213,11 @@ proptest! {
         let state = pressed(limits.clone(), 0.9 * sign * max_normal_n, -0.9 * sign * max_lateral_n);
         prop_assert_eq!(state, SafetyState::Armed);
         let normal = pressed(limits.clone(), 1.2 * sign * max_normal_n, 0.0);
-        let by_normal = matches!(normal, SafetyState::Tripped { trip: Trip::ForceLimit { .. } });
-        prop_assert!(by_normal, "{:?}", normal);
+        let is_normal_trip = matches!(normal, SafetyState::Tripped { trip: Trip::ForceLimit { .. } });
+        prop_assert!(is_normal_trip, "{:?}", normal);
         let lateral = pressed(limits, 0.0, 1.2 * sign * max_lateral_n);
-        let by_lateral = matches!(lateral, SafetyState::Tripped { trip: Trip::LateralForceLimit { .. } });
-        prop_assert!(by_lateral, "{:?}", lateral);
+        let is_lateral_trip = matches!(lateral, SafetyState::Tripped { trip: Trip::LateralForceLimit { .. } });
+        prop_assert!(is_lateral_trip, "{:?}", lateral);
     }
 
     #[test]

@@ -196,7 +196,7 @@ impl ProfileProcedure {
         self.place_index = self.places.len();
     }
 
-    fn typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
+    fn take_typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
         let most_m = self.config.calibration.max_amplitude_m;
         if !(known_m > 0.0 && known_m <= most_m) {
             self.note = Some(format!(
@@ -267,7 +267,7 @@ impl Procedure for ProfileProcedure {
                 Ok(self.step())
             }
             (Stage::Reading, StepOutcome::Answered(Answer::Number(known_m), capture)) => {
-                self.typed(known_m, &capture)
+                self.take_typed(known_m, &capture)
             }
             (Stage::Reading | Stage::Review, StepOutcome::Answered(Answer::Redo(place), _)) => {
                 self.place_index = place.min(self.places.len());

@@ -23,7 +23,7 @@ const FEWEST_KEPT: usize = 3;
 /// Returns the relative deviation of the decisive place from the mean, with its standard error, and the verdict: uniform if no
 /// deviation can exceed the limit, not uniform if one certainly does. Of the certain deviations the most significant decides;
 /// otherwise the one with the largest upper bound.
-pub(crate) fn judged(places: &[Place]) -> (f64, f64, Uniformity) {
+pub(crate) fn judge_places(places: &[Place]) -> (f64, f64, Uniformity) {
     let departures = departures(places);
     let lower_bound = |&(departure, error): &(f64, f64)| departure.abs() - SURE * error;
     let upper_bound = |&(departure, error): &(f64, f64)| departure.abs() + SURE * error;
@@ -54,9 +54,9 @@ fn departures(places: &[Place]) -> Vec<(f64, f64)> {
     let variance: f64 = places.iter().map(|place| place.error.powi(2)).sum();
     let departure = |place: &Place| {
         // Weight of another place's error in the deviation, and additional weight of this place's variance.
-        let by_other = place.ratio / mean / n;
-        let by_own = 1.0 - 2.0 * by_other;
-        let squares = by_own * place.error.powi(2) + by_other.powi(2) * variance;
+        let other_weight = place.ratio / mean / n;
+        let own_weight = 1.0 - 2.0 * other_weight;
+        let squares = own_weight * place.error.powi(2) + other_weight.powi(2) * variance;
         (place.ratio / mean - 1.0, squares.max(0.0).sqrt() / mean)
     };
     places.iter().map(departure).collect()
@@ -65,7 +65,7 @@ fn departures(places: &[Place]) -> Vec<(f64, f64)> {
 /// Judges the length about `centre_m` from which the published rules cut instances: the places within it, and its two ends,
 /// interpolated linearly between the places on either side. Returns `None` if there are too few, or the places do not reach its
 /// ends.
-pub(crate) fn judged_kept(places: &[Place], centre_m: f64) -> Option<KeptLength> {
+pub(crate) fn judge_length(places: &[Place], centre_m: f64) -> Option<KeptLength> {
     let length_m = SelectionRules::published(centre_m).central_m;
     let ends_m = [centre_m - length_m / 2.0, centre_m + length_m / 2.0];
     let is_within = |place: &&Place| place.position_m > ends_m[0] && place.position_m < ends_m[1];
@@ -75,7 +75,7 @@ pub(crate) fn judged_kept(places: &[Place], centre_m: f64) -> Option<KeptLength>
         interpolated(places, ends_m[1])?,
     ]);
     (inner.len() >= FEWEST_KEPT).then(|| {
-        let (departure, error, verdict) = judged(&inner);
+        let (departure, error, verdict) = judge_places(&inner);
         KeptLength {
             length_m,
             verdict,
@@ -126,7 +126,7 @@ impl Calibrates for ProfileProcedure {
 
 impl ProfileProcedure {
     fn profile(&self, date: Timestamp, operator: &str) -> MeasuredProfile {
-        let (departure, error, verdict) = judged(&self.places);
+        let (departure, error, verdict) = judge_places(&self.places);
         let freedom = self.places.len() - 1;
         MeasuredProfile {
             measured: Provenance {
@@ -142,7 +142,7 @@ impl ProfileProcedure {
             drive_v: self.level_v,
             verdict,
             largest_departure: Quantity::new(departure, error, freedom, "1"),
-            kept: judged_kept(&self.places, self.config.plate.centre_m),
+            kept: judge_length(&self.places, self.config.plate.centre_m),
             places: self
                 .places
                 .iter()

@@ -244,7 +244,7 @@ impl OutputProcedure {
         })
     }
 
-    fn typed(&mut self, known_v: f64, capture: &Capture) -> anyhow::Result<NextStep> {
+    fn take_typed(&mut self, known_v: f64, capture: &Capture) -> anyhow::Result<NextStep> {
         self.note = self.refusal(known_v);
         if self.note.is_some() {
             self.queried_v = Some(known_v);
@@ -334,7 +334,7 @@ impl Procedure for OutputProcedure {
                 self.play()
             }
             (OutputStage::Ladder, StepOutcome::Answered(Answer::Number(known_v), capture)) => {
-                self.typed(known_v, &capture)
+                self.take_typed(known_v, &capture)
             }
             (
                 OutputStage::Ladder | OutputStage::Review,

@@ -60,7 +60,7 @@ fn capture(hz: f64, read_back_v: f64) -> Capture {
 }
 
 /// Runs a whole check with an operator who repeats each value until it is accepted; returns the number of queries too.
-fn checked(bench: True, reads: MeterReads, types: Typist) -> (Judged, usize) {
+fn check_volts(bench: True, reads: MeterReads, types: Typist) -> (Judged, usize) {
     let mut procedure = OutputProcedure::new(setup(reads, Known::Typed));
     let mut next = procedure.next(StepOutcome::Began).unwrap();
     let mut queried = 0;
@@ -114,7 +114,7 @@ fn right_constants_pass_in_each_unit() {
         (MeterReads::Peak, PEAK),
         (MeterReads::PeakToPeak, |v| 2.0 * v),
     ] {
-        let (judged, queried) = checked(RIGHT, reads, types);
+        let (judged, queried) = check_volts(RIGHT, reads, types);
         assert!(
             judged.faults.is_empty() && queried == 0,
             "{:?}",
@@ -137,7 +137,7 @@ fn one_wrong_constant_in_both_is_found_with_the_volts_that_the_plate_gets() {
         per_commanded: 58.8 / 55.0,
         per_read_back: 58.8 / 55.0,
     };
-    let (judged, queried) = checked(slightly, MeterReads::Rms, RMS);
+    let (judged, queried) = check_volts(slightly, MeterReads::Rms, RMS);
     let [fault] = &judged.faults[..] else {
         panic!("{:?}", judged.faults)
     };
@@ -150,7 +150,7 @@ fn one_wrong_constant_in_both_is_found_with_the_volts_that_the_plate_gets() {
             per_commanded: factor,
             per_read_back: factor,
         };
-        let (judged, queried) = checked(factors, MeterReads::Peak, PEAK);
+        let (judged, queried) = check_volts(factors, MeterReads::Peak, PEAK);
         let fault = judged.faults.concat();
         assert!(fault.contains("wrong together") && queried == 5, "{fault}");
         let proposed = format!("channels.drive.volts_per_unit = {:.2}", 60.0 * factor);
@@ -164,7 +164,7 @@ fn one_wrong_constant_alone_is_named() {
         per_commanded: 0.9,
         per_read_back: 1.0,
     };
-    let (judged, _) = checked(amplifier, MeterReads::Peak, PEAK);
+    let (judged, _) = check_volts(amplifier, MeterReads::Peak, PEAK);
     assert!(
         judged
             .faults
@@ -175,7 +175,7 @@ fn one_wrong_constant_alone_is_named() {
         per_commanded: 1.0,
         per_read_back: 0.9,
     };
-    let (judged, _) = checked(divider, MeterReads::Peak, PEAK);
+    let (judged, _) = check_volts(divider, MeterReads::Peak, PEAK);
     assert!(
         judged
             .faults
@@ -190,7 +190,7 @@ fn another_unit_than_the_one_asked_is_queried_and_named() {
         (MeterReads::Peak, RMS, "0.707 is that of RMS where peak"),
         (MeterReads::Rms, PEAK, "1.414 is that of peak where RMS"),
     ] {
-        let (judged, queried) = checked(RIGHT, reads, types);
+        let (judged, queried) = check_volts(RIGHT, reads, types);
         assert_eq!(queried, 5);
         let fault = judged.faults.concat();
         assert!(fault.contains(words), "{fault}");

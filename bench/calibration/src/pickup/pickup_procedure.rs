@@ -165,7 +165,7 @@ impl PickupProcedure {
     }
 
     /// Handles an amplitude typed while the plate moves.
-    fn typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
+    fn take_typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
         self.note = self.refusal(known_m);
         if self.note.is_some() {
             self.refused_m = Some(known_m);
@@ -281,7 +281,7 @@ impl Procedure for PickupProcedure {
                 self.play()
             }
             (PickupStage::Ladder, StepOutcome::Answered(Answer::Number(known_m), capture)) => {
-                self.typed(known_m, &capture)
+                self.take_typed(known_m, &capture)
             }
             (
                 PickupStage::Ladder | PickupStage::Review,

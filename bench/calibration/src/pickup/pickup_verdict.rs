@@ -31,7 +31,7 @@ impl Calibrates for PickupProcedure {
             Some(Err(missing)) => (None, Some(format!("phase            not kept: {missing}"))),
             None => (None, None),
         };
-        let (phase_rad, without_phase) = phase;
+        let (phase_rad, phase_remark) = phase;
         let n = line.degrees_of_freedom;
         let pickup = config::MeasuredPickup {
             measured: Provenance {
@@ -76,7 +76,7 @@ impl Calibrates for PickupProcedure {
                 ),
             ]
             .into_iter()
-            .chain(without_phase)
+            .chain(phase_remark)
             .collect(),
             faults,
             stem: Self::NAME,

@@ -104,12 +104,12 @@ impl FreeReading {
             return None;
         }
         let sums = std::mem::take(self).sums;
-        let (of_resistance, variance) = sums.variances();
+        let (resistance_variance, variance) = sums.variances();
         (sums.count >= FEWEST).then(|| PlateReading {
             time_s: since_s + elapsed_s / 2.0,
             reactance: sums.mean.im,
             variance,
-            resistance: Some((sums.mean.re, of_resistance)),
+            resistance: Some((sums.mean.re, resistance_variance)),
         })
     }
 }

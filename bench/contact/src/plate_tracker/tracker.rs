@@ -108,11 +108,11 @@ impl PlateTracker {
         }
     }
 
-    /// Changes to a carrier that is higher by `by_hz`: Im Z_p grows by 4π m_p times that, and drift is counted from the first
-    /// resonance plus `by_hz`.
-    pub fn retune(&mut self, by_hz: f64) {
+    /// Changes to a carrier that is higher by `shift_hz`: Im Z_p grows by 4π m_p times that, and drift is counted from the first
+    /// resonance plus `shift_hz`.
+    pub fn retune(&mut self, shift_hz: f64) {
         if let Some(plate) = &mut self.plate {
-            plate.reactance.value += self.tracking.n_s_per_m_and_hz() * by_hz;
+            plate.reactance.value += self.tracking.n_s_per_m_and_hz() * shift_hz;
         }
         self.interrupt();
     }

@@ -163,10 +163,10 @@ impl Streaming {
             card_timing(2 * (lead + plan.block_frames)),
         )?;
         let buffered = card_timing((INPUT_BUFFER_S * rate_hz) as u32);
-        let of_outputs = format!("/{device}/ao/SampleClock");
+        let output_clock = format!("/{device}/ao/SampleClock");
         let timing = match table.clock {
             CardClock::AoSampleClock => Timing {
-                source: &of_outputs,
+                source: &output_clock,
                 ..buffered
             },
             CardClock::StartTrigger => buffered,

@@ -128,11 +128,11 @@ mod tests {
         let mut now_ns = 0;
         let mut beat = |writer: &mut Writer, enable| {
             now_ns += BEAT_NS;
-            let turned = |word: &mut Word| {
+            let beat_word = |word: &mut Word| {
                 word.enable = enable;
                 word.heartbeat = !word.heartbeat;
             };
-            writer.say(now_ns, turned).unwrap();
+            writer.say(now_ns, beat_word).unwrap();
             now_ns
         };
         for armed in 0..2 {

@@ -115,11 +115,11 @@ fn user_text(consumer: &Option<String>) -> String {
 pub fn take_lines(gpio: &Gpio, source: &dyn LineSource) -> Result<Lines, LineError> {
     let input = |name, line| {
         let line_handle = source.input(name, line);
-        line_handle.map_err(|error| refused(error, name, line, source))
+        line_handle.map_err(|error| line_error(error, name, line, source))
     };
     let output = |name, line| {
         let line_handle = source.output(name, line);
-        line_handle.map_err(|error| refused(error, name, line, source))
+        line_handle.map_err(|error| line_error(error, name, line, source))
     };
     let encoder = match (gpio.encoder_a, gpio.encoder_b) {
         (Some(a), Some(b)) => Some([input("encoder A", a)?, input("encoder B", b)?]),
@@ -146,7 +146,7 @@ pub fn take_lines(gpio: &Gpio, source: &dyn LineSource) -> Result<Lines, LineErr
     })
 }
 
-fn refused(
+fn line_error(
     source: io::Error,
     name: &'static str,
     line: u8,
@@ -267,22 +267,22 @@ mod tests {
             (23, "amplifier enable"),
             (24, "heartbeat"),
         ] {
-            let refused = error(line_number, EBUSY, Some("w1-gpio"));
+            let busy = error(line_number, EBUSY, Some("w1-gpio"));
             let LineError::Busy {
                 name,
                 line,
                 ref chip,
                 ref consumer,
-            } = refused
+            } = busy
             else {
-                panic!("{refused}");
+                panic!("{busy}");
             };
             assert_eq!(
                 (name, line, chip.as_str()),
                 (role, line_number, "/dev/gpiochip9")
             );
             assert_eq!(consumer.as_deref(), Some("w1-gpio"));
-            let text = refused.to_string();
+            let text = busy.to_string();
             assert!(
                 text.contains("in use by `w1-gpio`") && text.contains("[gpio]"),
                 "{text}"
@@ -297,9 +297,9 @@ mod tests {
     #[test]
     fn a_chip_that_is_forbidden_or_missing_is_refused_with_what_to_do() {
         for errno in [EACCES, EPERM] {
-            let refused = error(24, errno, None);
-            let LineError::Forbidden { name, line, .. } = refused else {
-                panic!("{refused}");
+            let unavailable = error(24, errno, None);
+            let LineError::Forbidden { name, line, .. } = unavailable else {
+                panic!("{unavailable}");
             };
             assert_eq!((name, line), ("heartbeat", 24));
             let text = error(24, errno, None).to_string();
@@ -334,11 +334,11 @@ mod tests {
                 .estop
                 .is_none()
         );
-        let half = Gpio {
+        let half_encoder = Gpio {
             encoder_b: None,
             ..wired()
         };
-        let refused = take_lines(&half, &sound).err().unwrap();
-        assert!(matches!(refused, LineError::HalfEncoder), "{refused}");
+        let failure = take_lines(&half_encoder, &sound).err().unwrap();
+        assert!(matches!(failure, LineError::HalfEncoder), "{failure}");
     }
 }

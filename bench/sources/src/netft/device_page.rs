@@ -86,19 +86,19 @@ impl DevicePage {
             let element = elements.find(|element| element.has_tag_name(name))?;
             element.text().map(str::trim)
         };
-        let refused = |why: String| PageError::Setting { address, why };
+        let setting_error = |why: String| PageError::Setting { address, why };
         let unit = setting("scfgfu").unwrap_or("N");
         if unit != "N" {
-            return Err(refused(format!(
+            return Err(setting_error(format!(
                 "the device counts in {unit}: set its force unit to N on its page of configurations"
             )));
         }
         let counts = setting("cfgcpf")
             .or_else(|| setting("calcpf"))
-            .ok_or_else(|| refused("the counts per force, cfgcpf, are missing".to_owned()))?;
+            .ok_or_else(|| setting_error("the counts per force, cfgcpf, are missing".to_owned()))?;
         match counts.parse() {
             Ok(counts_per_n) if (1.0..=1e9).contains(&counts_per_n) => Ok(Self { counts_per_n }),
-            _ => Err(refused(format!(
+            _ => Err(setting_error(format!(
                 "{counts} counts per force are out of 1 to 1e9"
             ))),
         }

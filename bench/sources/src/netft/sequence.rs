@@ -48,9 +48,9 @@ impl Sequence {
                     ahead - u64::from(leaving.count_ones())
                 } else {
                     let beyond_window = ahead - u64::from(WINDOW);
-                    let in_window = u64::from(self.arrivals.count_zeros());
+                    let gap_count = u64::from(self.arrivals.count_zeros());
                     self.arrivals = 1;
-                    in_window + beyond_window
+                    gap_count + beyond_window
                 };
                 self.lose(missing);
                 self.newest = Some(number);

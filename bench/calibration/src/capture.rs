@@ -179,21 +179,21 @@ pub(super) fn dwells(
     let piece = (ONSET_S * capture.rate_hz) as usize;
     let levels = loud_levels(capture, drive_channel, piece);
     let full = levels.iter().copied().fold(0.0, f64::max);
-    let quiet = levels.iter().copied().fold(f64::INFINITY, f64::min);
-    if full.is_nan() || full < LEAST_RISE * quiet {
+    let lowest = levels.iter().copied().fold(f64::INFINITY, f64::min);
+    if full.is_nan() || full < LEAST_RISE * lowest {
         return Ok(Vec::new());
     }
-    let Some(half) = levels.iter().position(|&level| level >= 0.5 * full) else {
+    let Some(crossing_index) = levels.iter().position(|&level| level >= 0.5 * full) else {
         return Ok(Vec::new());
     };
     // The crossing lies between the centres of two pieces.
-    let lower = levels[half.saturating_sub(1)];
-    let share = if levels[half] > lower {
-        (0.5 * full - lower) / (levels[half] - lower)
+    let lower = levels[crossing_index.saturating_sub(1)];
+    let share = if levels[crossing_index] > lower {
+        (0.5 * full - lower) / (levels[crossing_index] - lower)
     } else {
         1.0
     };
-    let crossing = (half as f64 - 0.5 + share) * piece as f64;
+    let crossing = (crossing_index as f64 - 0.5 + share) * piece as f64;
     let first = (crossing + 0.5 * ramp_frames as f64).round() as usize;
     let length = (dwell_s * capture.rate_hz).round() as usize;
     let last = first + length * tones.as_slice().len();

@@ -80,12 +80,12 @@ mod tests {
 
     #[test]
     fn a_reading_in_volts_is_shown_as_no_amplitude() {
-        let read = Meter {
+        let meter = Meter {
             known_m: Some(2.5),
             ..Meter::default()
         };
         let instrument = Instrument::on(Box::new(empty()), Path::new("x"));
-        assert_eq!(read.known(Some(&instrument)), (Some(2.5), None));
-        assert_eq!(read.known(Some(&instrument.in_volts())), (None, Some(2.5)));
+        assert_eq!(meter.known(Some(&instrument)), (Some(2.5), None));
+        assert_eq!(meter.known(Some(&instrument.in_volts())), (None, Some(2.5)));
     }
 }

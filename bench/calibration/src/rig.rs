@@ -555,11 +555,11 @@ impl<P: Procedure> Task for RigTask<P> {
         if matches!(self.step, Step::Failed(_)) {
             return self.after_failure(&safety, now_ns);
         }
-        let worked = match self.step {
+        let result = match self.step {
             Step::BrokenOff { .. } => self.after_break(&safety, now_ns),
             _ => self.work(&safety, now_ns),
         };
-        let Err(error) = worked else {
+        let Err(error) = result else {
             return Ok(());
         };
         self.drive.disarm();

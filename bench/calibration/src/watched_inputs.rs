@@ -62,8 +62,8 @@ impl WatchedInputs {
     ) -> anyhow::Result<()> {
         self.pace.take(header, now_ns)?;
         self.frames += (block.len() / self.inputs) as u64;
-        let watched = self.channels();
-        for (recent, channel) in self.recent.iter_mut().zip(watched) {
+        let channels = self.channels();
+        for (recent, channel) in self.recent.iter_mut().zip(channels) {
             recent.take(block, self.inputs, channel);
         }
         let [drive, pickup] = &self.recent;

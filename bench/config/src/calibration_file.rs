@@ -504,7 +504,7 @@ impl CalibrationFile {
     }
 
     fn dates(&self) -> impl Iterator<Item = (&'static str, Timestamp)> {
-        let measured = [
+        let dates = [
             (
                 "pickup",
                 self.pickup.as_ref().map(|pickup| pickup.measured.date),
@@ -524,8 +524,8 @@ impl CalibrationFile {
                     .map(|channels| channels.measured.date),
             ),
         ];
-        let dated = |(part, date): (_, Option<Timestamp>)| Some((part, date?));
-        measured.into_iter().filter_map(dated)
+        let date_of = |(part, date): (_, Option<Timestamp>)| Some((part, date?));
+        dates.into_iter().filter_map(date_of)
     }
 }
 

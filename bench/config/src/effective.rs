@@ -386,8 +386,8 @@ pub fn unverified(config: &Config, file: Option<&CalibrationFile>, now: Timestam
             safety.loop_latency_s
         )
     });
-    let checked = file.and_then(|file| checked_volts(config, file, now));
-    let volts = checked.is_none().then(|| match file.and_then(|file| file.output.as_ref()) {
+    let check = file.and_then(|file| checked_volts(config, file, now));
+    let volts = check.is_none().then(|| match file.and_then(|file| file.output.as_ref()) {
         Some(output) => format!(
             "the volts were checked against a meter on {}, too long ago: run `friction-bench calibrate output --meter \
              NAME`",

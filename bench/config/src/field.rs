@@ -107,12 +107,12 @@ impl Gpio {
                 }
             }
         }
-        let mut used: Vec<_> = self
+        let mut lines: Vec<_> = self
             .lines_in_use()
             .map(|(key, line)| (self.port(key), line))
             .collect();
-        used.sort_unstable();
-        if let Some(duplicate) = used.windows(2).find(|pair| pair[0] == pair[1]) {
+        lines.sort_unstable();
+        if let Some(duplicate) = lines.windows(2).find(|pair| pair[0] == pair[1]) {
             let why = format!("GPIO line {} is used twice in [gpio]", duplicate[0].1);
             return Err(Refused::new("gpio", why));
         }

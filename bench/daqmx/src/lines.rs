@@ -154,11 +154,11 @@ impl PositionSource for CardCounter {
             return Ok(());
         }
         self.due_ns = now_ns + PERIOD_NS;
-        let read = self.input.count().map_err(|error| {
+        let count = self.input.count().map_err(|error| {
             SourceGone::Card(format!("the encoder's counter on the NI card: {error}"))
         })?;
         let host_s = now_s();
-        self.count += movement(self.previous.replace(read), read);
+        self.count += movement(self.previous.replace(count), count);
         take(Counted {
             host_s,
             own_s: host_s,

@@ -236,9 +236,9 @@ impl Acquisition {
     }
 
     fn end_flags(&mut self) {
-        let given_up = self.output_gaps.give_up();
+        let report = self.output_gaps.give_up();
         // The stretch was reported with the xrun.
-        self.output_xrun(given_up, &mut Batch::default());
+        self.output_xrun(report, &mut Batch::default());
         let updates = self.flags.end(self.pipeline.account().frames);
         self.report(updates);
     }
@@ -338,8 +338,8 @@ impl Acquisition {
         if frames == 0 {
             return Ok(());
         }
-        let given_up = self.output_gaps.lose();
-        self.output_xrun(given_up, batch);
+        let report = self.output_gaps.lose();
+        self.output_xrun(report, batch);
         self.pipeline.take_lost(frames, &mut batch.frames)?;
         if let Some(excerpt) = &mut self.excerpt {
             excerpt.start_over();

@@ -209,7 +209,7 @@ fn four_columns(span: &Driven) -> String {
 /// run, spans of another computer as late as possible before `now`; spans do not overlap and keep their order.
 #[must_use]
 pub fn on_this_run(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<(f64, f64)> {
-    let mut placed = Vec::new();
+    let mut places = Vec::new();
     // Start of the next later span, and the other run that is being placed: its name and its shift.
     let mut until_s = boot.up_s;
     let mut run: Option<(&str, f64)> = None;
@@ -219,7 +219,7 @@ pub fn on_this_run(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<(f64, f
         let (start_s, end_s) = (span.up_s, span.up_s + span.driven_s);
         let end_s = match (&span.boot, &boot.id) {
             (Some(span_boot), Some(this_boot)) if span_boot == this_boot => {
-                placed.push((start_s, end_s));
+                places.push((start_s, end_s));
                 until_s = until_s.min(start_s);
                 continue;
             }
@@ -241,9 +241,9 @@ pub fn on_this_run(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<(f64, f
             _ => until_s.min(wall_end_s),
         };
         until_s = end_s - span.driven_s;
-        placed.push((until_s, end_s));
+        places.push((until_s, end_s));
     }
-    placed
+    places
 }
 
 /// Returns the end of the last span of the present run, s; minus infinity without one.

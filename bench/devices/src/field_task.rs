@@ -102,7 +102,7 @@ impl Field {
             return;
         };
         let (since, mut last) = (self.force_at, self.force_at);
-        let (mut arrived, mut hardest) = (0, None::<Press>);
+        let (mut count, mut press_peak) = (0, None::<Press>);
         let clock = &self.clock;
         let polled = source.poll(&|| seconds(clock.now_ns()), &mut |force| {
             last = Some(force.at);
@@ -113,12 +113,12 @@ impl Field {
                 saturated: force.normal_saturated,
                 at_ns: now_ns,
             };
-            hardest = Some(hardest.map_or(press, |hardest| hardest.or_harder(press)));
-            arrived += 1;
+            press_peak = Some(press_peak.map_or(press, |press_peak| press_peak.or_harder(press)));
+            count += 1;
             self.readings.send(FieldReading::Force(force));
         });
         self.signals.force_polled_ns.set(now_ns);
-        if let Some(press) = hardest {
+        if let Some(press) = press_peak {
             self.signals.press.set(press);
         }
         let mut health = self.gauges.field.get().unwrap_or_default();
@@ -130,23 +130,23 @@ impl Field {
         // Bytes before the first sample are the end of a frame that began before the port was opened.
         if faults != LineFaults::default() && health.force_samples > 0 {
             let now = Moment::Host(seconds(now_ns));
-            let at = last.filter(|_| arrived > 0).unwrap_or(now);
+            let at = last.filter(|_| count > 0).unwrap_or(now);
             let since = since.unwrap_or(at);
             self.readings
                 .send(FieldReading::ForceFaults { since, at, faults });
         }
-        if arrived > 0 {
+        if count > 0 {
             let misplaced = force_clock.is_some_and(|clock| clock.misplaces());
             if let Some(at) = last.filter(|_| misplaced) {
                 self.readings.send(FieldReading::ClockFaults {
                     at,
                     position_restarts: 0,
-                    misplaced: arrived,
+                    misplaced: count,
                 });
             }
         }
         let [first_ns, _] = &mut self.first_ns;
-        let restarted = greeted(first_ns, now_ns, arrived > 0) && faults.restarted > 0;
+        let restarted = greeted(first_ns, now_ns, count > 0) && faults.restarted > 0;
         let card = self.gauges.card_clock.get().unwrap_or_default();
         let excess_ppm = force_clock
             .and_then(|clock| clock.beyond(&card))
@@ -158,7 +158,7 @@ impl Field {
         self.force_at = last;
         health.force = so_far;
         health.force_clock = force_clock;
-        health.force_samples += arrived;
+        health.force_samples += count;
         self.gauges.field.set(health);
         self.signals.nonsense.set(source.nonsense(now_ns));
         if restarted {
@@ -181,9 +181,9 @@ impl Field {
             return Ok(());
         };
         let clock = &self.clock;
-        let (mut placed, mut last) = (0, None);
+        let (mut count, mut last) = (0, None);
         let polled = encoder.poll(now_ns, &|| seconds(clock.now_ns()), &mut |position| {
-            placed += 1;
+            count += 1;
             last = Some(Moment::Host(position.host_s));
             let Placed {
                 host_s,
@@ -200,14 +200,14 @@ impl Field {
         let SourceHealth { faults, clock } = encoder.health();
         let previous = std::mem::replace(&mut self.position_restarts, faults.restarted);
         let position_restarts = faults.restarted - previous;
-        if placed > 0 {
+        if count > 0 {
             let mut health = self.gauges.field.get().unwrap_or_default();
             health.encoder_skipped = encoder.missed();
             health.position_clock = clock;
             self.gauges.field.set(health);
         }
         let misplaces = clock.is_some_and(|clock| clock.misplaces());
-        let misplaced = if misplaces { placed } else { 0 };
+        let misplaced = if misplaces { count } else { 0 };
         if position_restarts + misplaced > 0 {
             let at = last.unwrap_or(Moment::Host(seconds(now_ns)));
             self.readings.send(FieldReading::ClockFaults {
@@ -217,7 +217,7 @@ impl Field {
             });
         }
         let [_, first_ns] = &mut self.first_ns;
-        if greeted(first_ns, now_ns, placed > 0) && position_restarts > 0 {
+        if greeted(first_ns, now_ns, count > 0) && position_restarts > 0 {
             self.trip(&SensorRestarted("encoder's counter"));
         }
         let card = self.gauges.card_clock.get().unwrap_or_default();

@@ -106,7 +106,7 @@ impl Life {
         tasks: Vec<Box<dyn Task>>,
         close_screen: impl FnOnce() -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
-        let ran = match self.streams.play() {
+        let outcome = match self.streams.play() {
             Ok(()) => self.schedule.run(tasks, &self.clock, &self.stop),
             Err(error) => {
                 // Without its tasks the screen has nothing to show, and closes.
@@ -117,9 +117,9 @@ impl Life {
         self.kill.kill();
         drop(self.streams);
         drop(self.guard);
-        let closed = close_screen();
+        let screen_result = close_screen();
         drop(self.listening);
-        let result = ran.and(closed);
+        let result = outcome.and(screen_result);
         if self.panicked.load(Ordering::Acquire) {
             return Err(match result {
                 Err(error) if !error.is::<Panicked>() => error.context(EndedByPanic),

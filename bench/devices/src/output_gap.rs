@@ -208,9 +208,9 @@ impl OutputGapWatch {
 
     /// Gives up a search because input frames are lost too: the phase then has another reason to jump.
     pub fn lose(&mut self) -> Option<OutputXrun> {
-        let given_up = self.give_up();
+        let report = self.give_up();
         self.recent.clear();
-        given_up
+        report
     }
 
     fn end(&self) -> u64 {
@@ -454,9 +454,9 @@ mod tests {
         assert!(most <= longest, "{most} samples are kept, {longest} do");
         assert!(settled.len() >= 4, "{} in 2 s", settled.len());
         for first in reported {
-            let holds = |xrun: &OutputXrun| xrun.from <= first && first <= xrun.to;
+            let contains_first = |xrun: &OutputXrun| xrun.from <= first && first <= xrun.to;
             assert!(
-                settled.iter().any(holds),
+                settled.iter().any(contains_first),
                 "{first} is in none of {settled:?}"
             );
         }
@@ -471,9 +471,9 @@ mod tests {
             let xruns = u64::from(block >= 50) + u64::from(block >= 80);
             watch.take(1000 * block, &silence, xruns)
         });
-        let known: Vec<_> = reports.filter(|xrun| xrun.gap != Gap::Sought).collect();
-        let [xrun] = known[..] else {
-            panic!("{known:?}");
+        let final_reports: Vec<_> = reports.filter(|xrun| xrun.gap != Gap::Sought).collect();
+        let [xrun] = final_reports[..] else {
+            panic!("{final_reports:?}");
         };
         assert_eq!((xrun.gap, xrun.from), (Gap::Unknown, 30_800));
         assert_eq!((xrun.number, xrun.last), (1, 2));
@@ -504,9 +504,9 @@ mod tests {
                 .count();
             watch.take(first as u64, block, xruns as u64)
         });
-        let known: Vec<_> = reports.filter(|xrun| xrun.gap != Gap::Sought).collect();
-        let [xrun] = known[..] else {
-            panic!("{known:?}");
+        let final_reports: Vec<_> = reports.filter(|xrun| xrun.gap != Gap::Sought).collect();
+        let [xrun] = final_reports[..] else {
+            panic!("{final_reports:?}");
         };
         assert!(xrun.from <= 60_000 && 75_300 <= xrun.to, "{xrun:?}");
         assert_eq!(xrun.gap, Gap::Of(Lost::Exactly(800)));

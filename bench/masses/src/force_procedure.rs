@@ -569,16 +569,18 @@ impl Procedure for ForceProcedure {
                 ..CalibrationProgress::default()
             };
         }
-        let read = self.loads.iter().flatten().count();
+        let load_count = self.loads.iter().flatten().count();
         CalibrationProgress {
             step: 1 + match self.stage {
                 ForceStage::Naming(_)
                 | ForceStage::Begin
                 | ForceStage::Clearing
                 | ForceStage::Taring => 0,
-                ForceStage::Loading(_) => read + 1,
-                ForceStage::Resting(_) => read + 1,
-                ForceStage::Unloading(_) | ForceStage::Returning(_) | ForceStage::Reviewing => read,
+                ForceStage::Loading(_) => load_count + 1,
+                ForceStage::Resting(_) => load_count + 1,
+                ForceStage::Unloading(_) | ForceStage::Returning(_) | ForceStage::Reviewing => {
+                    load_count
+                }
             },
             steps: 1 + self.loads.len(),
             doing: self.doing(),

@@ -252,7 +252,7 @@ fn where_somebody_is_there_a_slip_is_asked_for_again() {
     let mut procedure = ForceProcedure::new(setup(), true);
     let (mut load_n, mut now_s) = ([0.0; 2], 10.0);
     let mut slips = vec![0.06, 0.0];
-    let mut leaves = true;
+    let mut forgets = true;
     let mut notes = Vec::new();
     let mut outcome = StepOutcome::Began;
     loop {
@@ -269,9 +269,9 @@ fn where_somebody_is_there_a_slip_is_asked_for_again() {
                 StepOutcome::Answered(Answer::Ready, Capture::default())
             }
             NextStep::Ask(request) => {
-                let is_forgotten = request == Request::Unload && load_n[0] > 0.0 && leaves;
+                let is_forgotten = request == Request::Unload && load_n[0] > 0.0 && forgets;
                 if is_forgotten {
-                    leaves = false;
+                    forgets = false;
                 } else {
                     load_n = [0.0; 2];
                 }

@@ -81,13 +81,13 @@ impl Exercise {
         if !reached && passed_s < PATIENCE_S {
             return Some(hold);
         }
-        let took_s = reached.then_some(passed_s);
+        let duration_s = reached.then_some(passed_s);
         match stage.off_s {
             None => {
                 self.stage = Some(Stage {
                     since_ns: now_ns,
                     after_sample: sample,
-                    off_s: Some(took_s),
+                    off_s: Some(duration_s),
                     ..stage
                 });
             }
@@ -95,7 +95,7 @@ impl Exercise {
                 self.done.push(StopTimes {
                     line: stage.line,
                     off_s,
-                    back_s: took_s,
+                    back_s: duration_s,
                 });
                 self.stage = None;
             }

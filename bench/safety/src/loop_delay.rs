@@ -132,7 +132,7 @@ impl DelayMeter {
     /// Returns the delay, if the readings so far show it.
     fn look(&self) -> Option<LoopDelay> {
         let most = |volts: &mut dyn Iterator<Item = f64>| volts.fold(0.0, f64::max);
-        let read_v = most(&mut self.readings.iter().map(|read| read.volts));
+        let read_v = most(&mut self.readings.iter().map(|reading| reading.volts));
         let commanded_v = most(&mut self.commands.iter().map(|command| command.1));
         if self.readings.len() < FEWEST || read_v < COME_BACK * commanded_v {
             return None;
@@ -160,9 +160,9 @@ impl DelayMeter {
 
     /// Returns the median of the frames rendered less those captured, which an occasional late callback does not move.
     fn usual_ahead(&self) -> i64 {
-        let mut aheads: Vec<i64> = self.readings.iter().map(|read| read.ahead).collect();
-        aheads.sort_unstable();
-        aheads[aheads.len() / 2]
+        let mut leads: Vec<i64> = self.readings.iter().map(|reading| reading.ahead).collect();
+        leads.sort_unstable();
+        leads[leads.len() / 2]
     }
 
     /// Returns the residual sum of squares at the best gain, with sample s showing the command at frame s + `lead`, V².
@@ -170,8 +170,8 @@ impl DelayMeter {
         let (mut read2, mut product, mut commanded2) = (0.0, 0.0, 0.0);
         // Readings and commands are both in order.
         let mut next = 0;
-        for read in &self.readings {
-            let frame = read.sample + lead;
+        for reading in &self.readings {
+            let frame = reading.sample + lead;
             while self
                 .commands
                 .get(next)
@@ -187,8 +187,8 @@ impl DelayMeter {
                 (Some(last), None) => self.commands[last].1,
                 (None, _) => 0.0,
             };
-            read2 += read.volts * read.volts;
-            product += read.volts * commanded_v;
+            read2 += reading.volts * reading.volts;
+            product += reading.volts * commanded_v;
             commanded2 += commanded_v * commanded_v;
         }
         if commanded2 > 0.0 {

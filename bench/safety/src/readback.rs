@@ -191,7 +191,7 @@ impl Readback {
     fn has_delay(&mut self, sample: i64, rendered: i64) -> bool {
         let mut delays = std::mem::take(&mut self.delays);
         let readings = self.readings.len() as u32;
-        let known = !delays.is_empty();
+        let has_candidates = !delays.is_empty();
         if let Some(&(reading_sample, volts)) = self.readings.back() {
             for delay in &mut delays {
                 delay.vote(self.compare(reading_sample + delay.lead, volts));
@@ -200,7 +200,7 @@ impl Readback {
         self.widen(&mut delays, sample);
         delays.retain(|delay| delay.explains(readings));
         if delays.is_empty() {
-            if known {
+            if has_candidates {
                 if self
                     .slipped
                     .is_some_and(|slip_sample| sample - slip_sample < self.slip)

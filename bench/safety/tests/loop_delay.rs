@@ -148,10 +148,10 @@ impl World {
             } else {
                 0.0
             };
-            let read = ((captured / RATE_HZ - late).max(0.0) * RATE_HZ / 256.0).floor() * 256.0;
+            let frame = ((captured / RATE_HZ - late).max(0.0) * RATE_HZ / 256.0).floor() * 256.0;
             signals.readback.set(DriveReading {
-                volts: gain * self.commanded_v(read / RATE_HZ - delay_s),
-                sample: read as u64,
+                volts: gain * self.commanded_v(frame / RATE_HZ - delay_s),
+                sample: frame as u64,
                 ahead: HEAD_START as i64,
                 at_ns: now_ns,
             });

@@ -70,8 +70,8 @@ pub fn compare(
     present: &Present,
 ) -> Result<(), ChannelsFault> {
     let level = |index: u16| present.levels.get(usize::from(index)).copied();
-    let read = level(drive).unwrap_or(0.0);
-    if read < ABSENT * commanded_units {
+    let drive_level = level(drive).unwrap_or(0.0);
+    if drive_level < ABSENT * commanded_units {
         // The pickup reads the plate's response, but the input with the drive's cable reads the drive itself and is the
         // loudest.
         let share = |input: &config::MeasuredInput| {
@@ -91,7 +91,7 @@ pub fn compare(
                 found: input.index,
             },
             None => ChannelsFault::Path(metrology::signal_path::PathFault::Silent {
-                share: read / commanded_units,
+                share: drive_level / commanded_units,
             }),
         });
     }

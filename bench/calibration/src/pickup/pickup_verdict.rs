@@ -133,8 +133,8 @@ impl PickupProcedure {
             .rungs
             .iter()
             .filter_map(|rung| {
-                let known = Complex64::from_polar(rung.known_m, rung.turn_rad?);
-                Some((Complex64::from(rung.reading), known))
+                let amplitude = Complex64::from_polar(rung.known_m, rung.turn_rad?);
+                Some((Complex64::from(rung.reading), amplitude))
             })
             .collect();
         let fit = match ComplexSlope::fit(&points) {

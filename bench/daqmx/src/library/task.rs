@@ -308,7 +308,7 @@ impl AnalogOutput {
     }
 
     fn write_frames(&self, volts: &[f64], start: bool, timeout_s: f64) -> Result<(), DaqError> {
-        let mut written = 0;
+        let mut count = 0;
         // SAFETY: the handle is of a task that exists; the buffer has as many frames as are named.
         let status = unsafe {
             (self.task.library.functions().write_analog)(
@@ -318,7 +318,7 @@ impl AnalogOutput {
                 timeout_s,
                 values::INTERLEAVED,
                 volts.as_ptr(),
-                &raw mut written,
+                &raw mut count,
                 ptr::null_mut(),
             )
         };
@@ -406,7 +406,7 @@ impl LineInput {
     /// # Errors
     /// [`DaqError`] of the library.
     pub fn is_high(&self) -> Result<bool, DaqError> {
-        let (mut level, mut read, mut bytes) = ([0_u8], 0, 0);
+        let (mut level, mut count, mut bytes) = ([0_u8], 0, 0);
         // SAFETY: the handle is of a task that exists, the buffer has the length that is named.
         let status = unsafe {
             (self.0.library.functions().read_lines)(
@@ -416,7 +416,7 @@ impl LineInput {
                 values::INTERLEAVED,
                 level.as_mut_ptr(),
                 level.len() as u32,
-                &raw mut read,
+                &raw mut count,
                 &raw mut bytes,
                 ptr::null_mut(),
             )
@@ -457,7 +457,7 @@ impl LineOutput {
     /// # Errors
     /// [`DaqError`] of the library.
     pub fn set(&self, high: bool) -> Result<(), DaqError> {
-        let (level, mut written) = ([u8::from(high)], 0);
+        let (level, mut count) = ([u8::from(high)], 0);
         // SAFETY: the handle is of a task that exists, the buffer has as many samples as are named.
         let status = unsafe {
             (self.0.library.functions().write_lines)(
@@ -467,7 +467,7 @@ impl LineOutput {
                 ON_DEMAND_S,
                 values::INTERLEAVED,
                 level.as_ptr(),
-                &raw mut written,
+                &raw mut count,
                 ptr::null_mut(),
             )
         };

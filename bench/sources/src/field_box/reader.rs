@@ -162,12 +162,12 @@ impl Reader {
                 restarts,
                 report,
             };
-            let placed = self.positions.add(dated);
+            let is_placed = self.positions.add(dated);
             if report.levels.converter_silent {
                 self.faults.failed += 1;
             } else {
                 self.since_poll.1 += 1;
-                self.faults.lost += u64::from(!(self.forces.add(dated) && placed));
+                self.faults.lost += u64::from(!(self.forces.add(dated) && is_placed));
             }
         }
         Ok(newest.map(|(.., report)| report))

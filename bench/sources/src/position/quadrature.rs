@@ -71,14 +71,14 @@ mod tests {
     fn the_gray_code_is_followed_both_ways() {
         let mut encoder = Quadrature::default();
         let path = [0, 1, 2, 3, 4, 5, 4, 3, 2, 1, 0, -1, -2];
-        let read: Vec<_> = path
+        let counts: Vec<_> = path
             .iter()
             .map(|&count| {
                 let (a, b) = levels(count);
                 encoder.read(a, b)
             })
             .collect();
-        assert_eq!(read, path);
+        assert_eq!(counts, path);
         assert_eq!(encoder.skipped(), 0);
     }
 

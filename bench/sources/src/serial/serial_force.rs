@@ -59,8 +59,8 @@ impl ForceSource for SerialForce {
         take: &mut dyn FnMut(TimedForce),
     ) -> Result<(), SourceGone> {
         self.bytes.clear();
-        let read = self.port.read_waiting(&mut self.bytes);
-        read.map_err(SourceGone::Port)?;
+        let result = self.port.read_waiting(&mut self.bytes);
+        result.map_err(SourceGone::Port)?;
         // The clock is read after the bytes: they may have arrived after the caller's reading, and no arrival may be stated too
         // early.
         let arrival_s = now_s();

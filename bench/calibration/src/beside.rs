@@ -7,46 +7,46 @@ use anyhow::Context;
 
 use crate::broken_off::EndedEarly;
 
-/// Writes the points of `what`, and their figure if given, next to the calibration at `path`.
+/// Writes the points of `part`, and their figure if given, next to the calibration at `path`.
 ///
 /// # Errors
 /// If a file cannot be written.
 pub fn write_beside(
     path: &Path,
-    what: &str,
+    part: &str,
     points: &str,
     figure: Option<&Figure>,
 ) -> anyhow::Result<Vec<PathBuf>> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let beside = path.with_file_name(format!("{stem}-{what}"));
-    let table = path.with_file_name(format!("{stem}-{what}.csv"));
+    let figure_path = path.with_file_name(format!("{stem}-{part}"));
+    let table = path.with_file_name(format!("{stem}-{part}.csv"));
     std::fs::write(&table, points).with_context(|| format!("cannot write {}", table.display()))?;
     let mut written = vec![table];
     if let Some(figure) = figure {
-        written.extend(::figures::write_one(figure, &beside)?);
+        written.extend(::figures::write_one(figure, &figure_path)?);
     }
     Ok(written)
 }
 
 /// Returns the error of a calibration that ended early, with advice on how to continue; the points of an unattended calibration
-/// are written to the table `what` next to the calibration at `path`.
+/// are written to the table `part` next to the calibration at `path`.
 #[must_use]
-pub fn ended_early(error: anyhow::Error, path: &Path, what: &str) -> anyhow::Error {
+pub fn ended_early(error: anyhow::Error, path: &Path, part: &str) -> anyhow::Error {
     let Some(early) = error.downcast_ref::<EndedEarly>() else {
         return error;
     };
-    let kept = match early.points.len() {
+    let summary = match early.points.len() {
         0 => "nothing was measured yet".to_owned(),
         points => match early
             .table()
-            .and_then(|table| write_beside(path, what, &table, None))
+            .and_then(|table| write_beside(path, part, &table, None))
         {
             Ok(written) => format!("points so far: {points}, kept in {}", written[0].display()),
             Err(why) => format!("points so far: {points}, lost: {why:#}"),
         },
     };
     anyhow::anyhow!(
-        "{early}; {kept}; nothing was put in force. Remove the cause and run the command again: without an operator it \
+        "{early}; {summary}; nothing was put in force. Remove the cause and run the command again: without an operator it \
          measures from the beginning, on a terminal it can be re-armed and goes on where it was stopped"
     )
 }
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
     use crate::operator::PointRead;
 
-    fn ended(points: usize, path: &Path) -> String {
+    fn ended_message(points: usize, path: &Path) -> String {
         let early = EndedEarly {
             why: anyhow::anyhow!("the safety watch stopped the calibration: it was pressed"),
             points: vec![PointRead::default(); points],
@@ -70,19 +70,22 @@ mod tests {
         let temp = tempfile::tempdir().unwrap();
         let path = temp.path().join("mine.toml");
         let table = temp.path().join("mine-pickup-unfinished.csv");
-        let said = ended(0, &path);
+        let message = ended_message(0, &path);
         assert!(
-            said.contains("nothing was measured yet") && !table.exists(),
-            "{said}"
+            message.contains("nothing was measured yet") && !table.exists(),
+            "{message}"
         );
-        let said = ended(2, &path);
-        let kept = format!("points so far: 2, kept in {}", table.display());
-        let wanted = ["it was pressed", &kept, "run the command again"];
-        assert!(wanted.iter().all(|words| said.contains(words)), "{said}");
+        let message = ended_message(2, &path);
+        let summary = format!("points so far: 2, kept in {}", table.display());
+        let phrases = ["it was pressed", &summary, "run the command again"];
+        assert!(
+            phrases.iter().all(|words| message.contains(words)),
+            "{message}"
+        );
         assert_eq!(std::fs::read_to_string(&table).unwrap().lines().count(), 3);
-        let said = ended(2, &temp.path().join("gone/mine.toml"));
-        assert!(said.contains("points so far: 2, lost"), "{said}");
-        let other = ended_early(anyhow::anyhow!("no card"), &path, "pickup-unfinished");
-        assert_eq!(other.to_string(), "no card");
+        let message = ended_message(2, &temp.path().join("gone/mine.toml"));
+        assert!(message.contains("points so far: 2, lost"), "{message}");
+        let unrelated = ended_early(anyhow::anyhow!("no card"), &path, "pickup-unfinished");
+        assert_eq!(unrelated.to_string(), "no card");
     }
 }

@@ -14,7 +14,7 @@ pub(super) struct BrokenOff(pub(super) String);
 
 impl BrokenOff {
     /// Returns the break caused by a trip of the safety watch, with a reason in terms of the calibration.
-    pub(super) fn by(trip: &Trip) -> Self {
+    pub(super) fn from_trip(trip: &Trip) -> Self {
         Self(match trip {
             Trip::Readback {
                 measured_v,
@@ -42,7 +42,7 @@ pub struct EndedEarly {
 
 impl EndedEarly {
     /// Creates the error of a measurement with this progress.
-    pub(super) fn after(progress: Option<CalibrationProgress>, why: anyhow::Error) -> Self {
+    pub(super) fn from_progress(progress: Option<CalibrationProgress>, why: anyhow::Error) -> Self {
         let points = progress.map_or_else(Vec::new, |progress| progress.points);
         Self { why, points }
     }
@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn a_busy_computer_and_a_carrier_that_is_gone_are_named() {
-        let words = BrokenOff::by(&Trip::ReadbackMissing).to_string();
+        let words = BrokenOff::from_trip(&Trip::ReadbackMissing).to_string();
         assert!(words.contains("too busy"), "{words}");
         let reads = |measured_v| {
             let commanded_v = (4.9, 5.0);
@@ -76,11 +76,11 @@ mod tests {
                 measured_v,
                 commanded_v,
             };
-            BrokenOff::by(&trip).to_string()
+            BrokenOff::from_trip(&trip).to_string()
         };
         assert!(reads(0.1).contains("does not come back"), "{}", reads(0.1));
         assert!(reads(4.0).starts_with("the safety watch"), "{}", reads(4.0));
-        let words = BrokenOff::by(&Trip::Operator).to_string();
+        let words = BrokenOff::from_trip(&Trip::Operator).to_string();
         assert!(words.starts_with("the safety watch stopped"), "{words}");
     }
 }

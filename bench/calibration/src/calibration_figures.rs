@@ -38,7 +38,7 @@ pub fn plate(response: &[Admittance], plate: &config::MeasuredPlate) -> Figure {
     let over_frequency = |value: &dyn Fn(&Admittance) -> f64| -> Vec<(f64, f64)> {
         response
             .iter()
-            .map(|at| (at.frequency_hz * 1e-3, value(at)))
+            .map(|admittance| (admittance.frequency_hz * 1e-3, value(admittance)))
             .collect()
     };
     let pair = |y: Axis, value: &dyn Fn(Complex64) -> f64| Panel {
@@ -46,13 +46,13 @@ pub fn plate(response: &[Admittance], plate: &config::MeasuredPlate) -> Figure {
             Series::line(
                 Ink::Vermillion,
                 Dash::Solid,
-                over_frequency(&|at| value(at.fitted)),
+                over_frequency(&|admittance| value(admittance.fitted)),
             )
             .named("fit"),
             Series::points(
                 Ink::Black,
                 Marker::Circle,
-                over_frequency(&|at| value(at.measured)),
+                over_frequency(&|admittance| value(admittance.measured)),
             )
             .named("measured"),
         ],
@@ -60,9 +60,11 @@ pub fn plate(response: &[Admittance], plate: &config::MeasuredPlate) -> Figure {
     };
     let largest = response
         .iter()
-        .map(|at| at.measured.norm())
+        .map(|admittance| admittance.measured.norm())
         .fold(f64::MIN_POSITIVE, f64::max);
-    let residual = over_frequency(&|at| 1e6 * (at.measured - at.fitted).norm() / largest);
+    let residual = over_frequency(&|admittance| {
+        1e6 * (admittance.measured - admittance.fitted).norm() / largest
+    });
     let residuals = Panel {
         series: vec![
             zero_line(&residual),
@@ -185,28 +187,30 @@ pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> 
         (Ink::Vermillion, Marker::Square),
         (Ink::Green, Marker::Triangle),
     ];
-    let of_each = |of: &dyn Fn(&InputCurves) -> Vec<(f64, f64)>, named: bool| -> Vec<Series> {
-        let looks = LOOKS.into_iter().cycle();
-        let each = inputs
-            .iter()
-            .zip(looks)
-            .filter_map(|(input, (ink, marker))| {
-                let points = of(input);
-                let series = Series::points(ink, marker, points.clone());
-                let series = if named {
-                    series.named(format!("input {}", input.index))
-                } else {
-                    series
-                };
-                (!points.is_empty()).then_some(series)
-            });
-        each.collect()
-    };
+    let input_series =
+        |curve: &dyn Fn(&InputCurves) -> Vec<(f64, f64)>, has_names: bool| -> Vec<Series> {
+            let looks = LOOKS.into_iter().cycle();
+            let series_by_input = inputs
+                .iter()
+                .zip(looks)
+                .filter_map(|(input, (ink, marker))| {
+                    let points = curve(input);
+                    let series = Series::points(ink, marker, points.clone());
+                    let series = if has_names {
+                        series.named(format!("input {}", input.index))
+                    } else {
+                        series
+                    };
+                    (!points.is_empty()).then_some(series)
+                });
+            series_by_input.collect()
+        };
     let over_frequency = |part: fn(&Complex64) -> f64| {
-        of_each(
+        input_series(
             &|input| {
-                let at = input.departures.iter();
-                at.map(|(hz, departure)| (hz * 1e-3, part(departure) * MICRO))
+                let departures = input.departures.iter();
+                departures
+                    .map(|(hz, departure)| (hz * 1e-3, part(departure) * MICRO))
                     .collect()
             },
             false,
@@ -244,15 +248,16 @@ pub fn channels(inputs: &[InputCurves], channels: &config::MeasuredChannels) -> 
                 Axis::linear("Phase error (µrad)"),
             ),
             panel(
-                of_each(&|input| input.levels.clone(), true),
+                input_series(&|input| input.levels.clone(), true),
                 level().unwritten(),
                 Axis::logarithmic("Reading (full scale)"),
             ),
             panel(
-                of_each(
+                input_series(
                     &|input| {
-                        let at = input.off_the_line.iter();
-                        at.map(|(drive_v, share)| (*drive_v, share * MICRO))
+                        let departures = input.off_the_line.iter();
+                        departures
+                            .map(|(drive_v, share)| (*drive_v, share * MICRO))
                             .collect()
                     },
                     false,

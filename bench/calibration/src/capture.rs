@@ -86,16 +86,16 @@ impl Capture {
 
     /// Drops the first `frames` frames, and an equal share of the forces.
     pub(super) fn forget(&mut self, frames: usize) {
-        let whole = self.samples.len() / self.channels;
-        let share = |len: usize| len * frames / whole.max(1);
+        let length = self.samples.len() / self.channels;
+        let share = |len: usize| len * frames / length.max(1);
         self.from_s += frames as f64 / self.rate_hz;
         self.samples.drain(..frames * self.channels);
         self.normal_n.drain(..share(self.normal_n.len()));
         self.lateral_n.drain(..share(self.lateral_n.len()));
         self.known_m.retain_mut(|(frame, _)| {
-            let kept = *frame >= frames;
+            let is_kept = *frame >= frames;
             *frame = frame.saturating_sub(frames);
-            kept
+            is_kept
         });
     }
 
@@ -121,14 +121,14 @@ const LEAST_RISE: f64 = 4.0;
 const MISPLACED: f64 = 0.01;
 
 /// Returns the last `frames` frames of a held tone.
-pub(super) fn held_tone(capture: &Capture, waveform: &Waveform, frames: usize) -> Vec<Dwell> {
+pub(super) fn last_tone(capture: &Capture, waveform: &Waveform, frames: usize) -> Vec<Dwell> {
     let Waveform::Tone { carrier_hz, .. } = *waveform else {
         return Vec::new();
     };
-    let whole = capture.samples.len() / capture.channels;
+    let length = capture.samples.len() / capture.channels;
     vec![Dwell {
         carrier_hz,
-        frames: whole.saturating_sub(frames)..whole,
+        frames: length.saturating_sub(frames)..length,
     }]
 }
 
@@ -179,21 +179,21 @@ pub(super) fn dwells(
     let piece = (ONSET_S * capture.rate_hz) as usize;
     let levels = loud_levels(capture, drive_channel, piece);
     let full = levels.iter().copied().fold(0.0, f64::max);
-    let quiet = levels.iter().copied().fold(f64::INFINITY, f64::min);
-    if full.is_nan() || full < LEAST_RISE * quiet {
+    let lowest = levels.iter().copied().fold(f64::INFINITY, f64::min);
+    if full.is_nan() || full < LEAST_RISE * lowest {
         return Ok(Vec::new());
     }
-    let Some(half) = levels.iter().position(|&level| level >= 0.5 * full) else {
+    let Some(crossing_index) = levels.iter().position(|&level| level >= 0.5 * full) else {
         return Ok(Vec::new());
     };
     // The crossing lies between the centres of two pieces.
-    let before = levels[half.saturating_sub(1)];
-    let share = if levels[half] > before {
-        (0.5 * full - before) / (levels[half] - before)
+    let lower = levels[crossing_index.saturating_sub(1)];
+    let share = if levels[crossing_index] > lower {
+        (0.5 * full - lower) / (levels[crossing_index] - lower)
     } else {
         1.0
     };
-    let crossing = (half as f64 - 0.5 + share) * piece as f64;
+    let crossing = (crossing_index as f64 - 0.5 + share) * piece as f64;
     let first = (crossing + 0.5 * ramp_frames as f64).round() as usize;
     let length = (dwell_s * capture.rate_hz).round() as usize;
     let last = first + length * tones.as_slice().len();
@@ -247,10 +247,10 @@ mod tests {
             rate_hz: rate,
             ..Capture::default()
         };
-        let found = dwells(&capture, &waveform, 0, ramp).unwrap();
-        assert_eq!(found.len(), 2);
-        let error = found[0].frames.start.abs_diff(start + ramp);
+        let segments = dwells(&capture, &waveform, 0, ramp).unwrap();
+        assert_eq!(segments.len(), 2);
+        let error = segments[0].frames.start.abs_diff(start + ramp);
         assert!(error < 96, "{error}");
-        assert_eq!(found[1].frames.start, found[0].frames.end);
+        assert_eq!(segments[1].frames.start, segments[0].frames.end);
     }
 }

@@ -105,19 +105,19 @@ pub fn compare(measured: Complex64, expected: Expected) -> Result<(), ChannelFau
         let fault = ChannelFault::Slipped { samples, phase_rad };
         (distance(relative * Complex64::cis(-phase_rad)), fault)
     });
-    let others = [
+    let alternatives = [
         (
             distance(measured.inv() / expected.ratio),
             ChannelFault::Swapped,
         ),
         (distance(-relative), ChannelFault::Inverted),
     ];
-    let likeliest = others
+    let likeliest = alternatives
         .into_iter()
         .chain(slipped)
         .min_by(|a, b| a.0.total_cmp(&b.0));
-    if let Some((apart, fault)) = likeliest
-        && apart <= 1.0
+    if let Some((misfit, fault)) = likeliest
+        && misfit <= 1.0
     {
         return Err(fault);
     }

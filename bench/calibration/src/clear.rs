@@ -19,7 +19,7 @@ pub struct ClearPlate<P> {
     zero_n: f64,
     attended: bool,
     step: NextStep,
-    asked: Option<Asked>,
+    reason: Option<Asked>,
 }
 
 /// Reason why the operator was asked to clear the plate.
@@ -39,7 +39,7 @@ impl<P> ClearPlate<P> {
             zero_n: config.calibration.zero_n,
             attended,
             step: NextStep::Listen(LISTEN_S),
-            asked: None,
+            reason: None,
         }
     }
 
@@ -65,23 +65,23 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
         };
         if self.attended && matches!(outcome, StepOutcome::Began) {
             self.step = self.procedure.next(outcome)?;
-            self.asked = Some(Asked::Beginning);
+            self.reason = Some(Asked::Beginning);
             return Ok(NextStep::Ask(Request::Unload));
         }
-        let asked = self.asked.is_some();
+        let is_asking = self.reason.is_some();
         match (resting_n, &outcome) {
             (Some(normal_n), _) if !self.attended => bail!(
                 "something rests on the plate: the force sensor reads {normal_n:.3} N, more than calibration.zero_n = {} N; remove the finger and everything else, or run `friction-bench calibrate force`",
                 self.zero_n
             ),
             // The force sensor decides whether the plate is clear.
-            (_, StepOutcome::Answered(..)) if asked => return Ok(NextStep::Listen(LISTEN_S)),
+            (_, StepOutcome::Answered(..)) if is_asking => return Ok(NextStep::Listen(LISTEN_S)),
             (Some(normal_n), _) => {
-                self.asked = Some(Asked::Resting(normal_n));
+                self.reason = Some(Asked::Resting(normal_n));
                 return Ok(NextStep::Ask(Request::Unload));
             }
-            (None, StepOutcome::Captured(_)) if asked => {
-                self.asked = None;
+            (None, StepOutcome::Captured(_)) if is_asking => {
+                self.reason = None;
                 return Ok(self.step.clone());
             }
             (None, _) => {}
@@ -92,7 +92,7 @@ impl<P: Procedure> Procedure for ClearPlate<P> {
 
     fn progress(&self) -> CalibrationProgress {
         let mut progress = self.procedure.progress();
-        progress.note = match self.asked {
+        progress.note = match self.reason {
             None => progress.note,
             Some(Asked::Beginning) => Some(
                 "The plate is driven next: do not touch it until the measurement is over."
@@ -135,7 +135,7 @@ mod tests {
         }
     }
 
-    fn under(normal_n: f64) -> Capture {
+    fn capture_under(normal_n: f64) -> Capture {
         Capture {
             normal_n: vec![normal_n],
             lateral_n: vec![0.0],
@@ -150,9 +150,11 @@ mod tests {
         if attended {
             assert!(matches!(next, NextStep::Ask(Request::Unload)), "{next:?}");
             assert!(clear.progress().note.unwrap().contains("driven"));
-            let done = StepOutcome::Answered(Answer::Ready, under(0.5));
+            let done = StepOutcome::Answered(Answer::Ready, capture_under(0.5));
             assert!(matches!(clear.next(done).unwrap(), NextStep::Listen(s) if s == LISTEN_S));
-            clear.next(StepOutcome::Captured(under(0.0))).unwrap();
+            clear
+                .next(StepOutcome::Captured(capture_under(0.0)))
+                .unwrap();
         }
         clear
     }
@@ -160,22 +162,30 @@ mod tests {
     #[test]
     fn a_step_under_a_finger_is_made_again_once_the_plate_is_clear() {
         let mut clear = clear(true);
-        let next = clear.next(StepOutcome::Captured(under(0.5))).unwrap();
+        let next = clear
+            .next(StepOutcome::Captured(capture_under(0.5)))
+            .unwrap();
         assert!(matches!(next, NextStep::Ask(Request::Unload)), "{next:?}");
         assert!(clear.progress().note.unwrap().contains("0.500 N"));
-        let done = || StepOutcome::Answered(Answer::Ready, under(0.5));
+        let done = || StepOutcome::Answered(Answer::Ready, capture_under(0.5));
         let next = clear.next(done()).unwrap();
         assert!(
             matches!(next, NextStep::Listen(s) if s == LISTEN_S),
             "{next:?}"
         );
-        let next = clear.next(StepOutcome::Captured(under(0.4))).unwrap();
+        let next = clear
+            .next(StepOutcome::Captured(capture_under(0.4)))
+            .unwrap();
         assert!(matches!(next, NextStep::Ask(Request::Unload)), "{next:?}");
         clear.next(done()).unwrap();
-        let next = clear.next(StepOutcome::Captured(under(0.0))).unwrap();
+        let next = clear
+            .next(StepOutcome::Captured(capture_under(0.0)))
+            .unwrap();
         assert!(matches!(next, NextStep::Listen(s) if s == 7.0), "{next:?}");
         assert_eq!(clear.procedure.0, 0, "nothing of it was used");
-        clear.next(StepOutcome::Captured(under(0.0))).unwrap();
+        clear
+            .next(StepOutcome::Captured(capture_under(0.0)))
+            .unwrap();
         assert_eq!(clear.procedure.0, 1);
         assert!(clear.progress().note.is_none());
     }
@@ -183,7 +193,7 @@ mod tests {
     #[test]
     fn where_nobody_can_be_asked_it_ends() {
         let error = clear(false)
-            .next(StepOutcome::Captured(under(0.5)))
+            .next(StepOutcome::Captured(capture_under(0.5)))
             .unwrap_err()
             .to_string();
         assert!(error.contains("something rests on the plate"), "{error}");

@@ -123,12 +123,12 @@ fn goes_on(capture: &Capture, channel: usize) -> bool {
             let Some(first) = phasors.next() else {
                 return false;
             };
-            let mut before = first;
+            let mut previous = first;
             first.norm() > 0.0
-                && phasors.all(|now| {
-                    let turned = (now * before.conj()).arg().abs();
-                    before = now;
-                    turned < TURN_RAD && (now.norm() / first.norm() - 1.0).abs() < CHANGE
+                && phasors.all(|phasor_now| {
+                    let turn_rad = (phasor_now * previous.conj()).arg().abs();
+                    previous = phasor_now;
+                    turn_rad < TURN_RAD && (phasor_now.norm() / first.norm() - 1.0).abs() < CHANGE
                 })
         })
 }
@@ -157,13 +157,13 @@ mod tests {
 
     const RATE_HZ: f64 = 192_000.0;
 
-    /// Returns two tones of 0.1 s on channel 1 of 2, with a gap of `lost` frames at frame `at`.
-    fn capture(at: usize, lost: usize) -> Capture {
+    /// Returns two tones of 0.1 s on channel 1 of 2, with a gap of `lost` frames at frame `start`.
+    fn capture(start: usize, lost: usize) -> Capture {
         let tones = [(34_987.0, 0..19_200), (35_013.0, 19_200..38_400)];
         let mut samples = Vec::new();
         for (carrier_hz, frames) in tones.clone() {
             for frame in frames {
-                if (at..at + lost).contains(&frame) {
+                if (start..start + lost).contains(&frame) {
                     continue;
                 }
                 let turns: f64 = carrier_hz / RATE_HZ * frame as f64;
@@ -205,9 +205,11 @@ mod tests {
         assert!(drop_outs.take(&header(256, (1, 1))).unwrap());
         drop_outs.require_whole(&capture(0, 0), 1).unwrap();
         assert_eq!(drop_outs.xruns(), 2);
-        for at in [500, 5_000, 18_900, 19_600, 30_000] {
+        for start in [500, 5_000, 18_900, 19_600, 30_000] {
             for lost in [1, 2, 7, 64, 191, 192, 1_024, 4_096] {
-                let error = drop_outs.require_whole(&capture(at, lost), 1).unwrap_err();
+                let error = drop_outs
+                    .require_whole(&capture(start, lost), 1)
+                    .unwrap_err();
                 let error = error.to_string();
                 assert!(error.contains("audio.buffer_frames"), "{error}");
             }

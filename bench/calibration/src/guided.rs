@@ -20,7 +20,7 @@ const SAFETY_S: f64 = 0.5;
 pub struct Guided<F> {
     front: F,
     title: String,
-    asked: Option<Request>,
+    request: Option<Request>,
     progress: CalibrationProgress,
     watched: MainReading,
     failed: Option<String>,
@@ -69,7 +69,7 @@ impl<F: Front> Guided<F> {
         let mut guided = Self {
             front,
             title,
-            asked: None,
+            request: None,
             progress: CalibrationProgress {
                 doing: "Waiting for the bench to settle.".to_owned(),
                 ..CalibrationProgress::default()
@@ -93,7 +93,7 @@ impl<F: Front> Guided<F> {
 
     fn show_page(&mut self) {
         let progress = &self.progress;
-        let instruction = match (&self.failed, &self.asked) {
+        let instruction = match (&self.failed, &self.request) {
             (Some(why), _) => format!("{why}. Nothing was written."),
             (None, Some(Request::GoOn)) => {
                 let why = self.broken_off.as_deref().unwrap_or_default();
@@ -108,7 +108,7 @@ impl<F: Front> Guided<F> {
             steps: progress.steps as u32,
             instruction,
             note: progress.note.clone().filter(|_| self.failed.is_none()),
-            asked: self.asked.as_ref().map(asked),
+            asked: self.request.as_ref().map(question),
             watched: self.watched,
             points: progress
                 .points
@@ -136,7 +136,7 @@ impl<F: Front> Guided<F> {
 
     fn answered(&mut self, answer: Reply) -> Answer {
         let si_per_unit = self
-            .asked
+            .request
             .and_then(|request| request.input())
             .map_or(1.0, |input| input.si_per_unit);
         match answer {
@@ -159,7 +159,7 @@ fn sentence(words: &str) -> String {
         .collect()
 }
 
-fn asked(request: &Request) -> Question {
+fn question(request: &Request) -> Question {
     match (request, request.input()) {
         (_, Some(input)) => Question::Number {
             unit: input.unit.to_owned(),
@@ -177,7 +177,7 @@ fn asked(request: &Request) -> Question {
 }
 
 /// Returns the reading to watch while `request` is carried out; `None` leaves it unchanged.
-fn watched(request: &Request) -> Option<MainReading> {
+fn main_reading(request: &Request) -> Option<MainReading> {
     match request {
         Request::Load {
             axis: ForceAxis::Lateral,
@@ -197,10 +197,10 @@ fn watched(request: &Request) -> Option<MainReading> {
 
 impl<F: Front> Operator for Guided<F> {
     fn ask(&mut self, request: Option<&Request>) {
-        self.asked = request.copied();
+        self.request = request.copied();
         self.broken_off = None;
-        if let Some(watched) = request.and_then(watched) {
-            self.watched = watched;
+        if let Some(reading) = request.and_then(main_reading) {
+            self.watched = reading;
         }
         self.show_page();
     }
@@ -216,7 +216,7 @@ impl<F: Front> Operator for Guided<F> {
             self.log(LogLevel::Warning, note.clone());
         }
         self.progress = progress.clone();
-        self.asked = None;
+        self.request = None;
         self.show_page();
     }
 
@@ -248,10 +248,10 @@ impl<F: Front> Operator for Guided<F> {
     fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>> {
         while let Some(action) = self.front.action() {
             match action {
-                Action::Answer(answer) if self.asked.is_some() => {
+                Action::Answer(answer) if self.request.is_some() => {
                     let answer = self.answered(answer);
                     // A second answer before the next request is ignored.
-                    self.asked = None;
+                    self.request = None;
                     return Ok(Some(OperatorInput::Answer(answer)));
                 }
                 Action::Rearm => return Ok(Some(OperatorInput::Rearm)),
@@ -270,7 +270,7 @@ impl<F: Front> Operator for Guided<F> {
         self.progress.note =
             too_early.then(|| "The bench is still stopped: press x to re-arm it first.".to_owned());
         self.broken_off = Some(why.to_owned());
-        self.asked = Some(Request::GoOn);
+        self.request = Some(Request::GoOn);
         self.show_page();
         true
     }
@@ -278,7 +278,7 @@ impl<F: Front> Operator for Guided<F> {
     fn failed(&mut self, why: &str) -> bool {
         self.log(LogLevel::Error, why.to_owned());
         self.failed = Some(why.to_owned());
-        self.asked = None;
+        self.request = None;
         self.show_page();
         true
     }
@@ -323,8 +323,8 @@ mod tests {
     }
 
     fn logged(guided: &Guided<Shown>) -> Vec<(LogLevel, &str)> {
-        let shown = guided.front.0.iter();
-        let lines = shown.filter_map(|event| match event {
+        let events = guided.front.0.iter();
+        let lines = events.filter_map(|event| match event {
             Event::Log { level, text } => Some((*level, text.as_str())),
             _ => None,
         });
@@ -353,7 +353,7 @@ mod tests {
     #[test]
     fn each_step_each_note_and_each_stop_is_logged_once() {
         let mut guided = guided();
-        let before = logged(&guided).len();
+        let count = logged(&guided).len();
         let driving = CalibrationProgress {
             step: 2,
             steps: 3,
@@ -382,7 +382,7 @@ mod tests {
             stop,
             (LogLevel::Error, "no audio"),
         ];
-        assert_eq!(logged(&guided)[before..], expected);
+        assert_eq!(logged(&guided)[count..], expected);
     }
 
     #[test]

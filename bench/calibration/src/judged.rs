@@ -100,9 +100,9 @@ impl Part {
                 if let Some(profile) = profile {
                     calibration.profile = Some(*profile);
                 }
-                let lost = calibration.finger.is_some() && finger.is_none();
+                let is_removed = calibration.finger.is_some() && finger.is_none();
                 calibration.finger = finger.map(|finger| *finger);
-                lost.then(|| {
+                is_removed.then(|| {
                     "the response under a finger belonged to the plate's old constants and was taken out; --finger measures \
                      it again"
                         .to_owned()

@@ -226,9 +226,9 @@ mod tests {
 
     fn read(text: &[u8]) -> anyhow::Result<Vec<f64>> {
         let mut instrument = Instrument::on(Box::new(Cursor::new(text.to_vec())), Path::new("x"));
-        let mut out = Vec::new();
-        instrument.poll(|m| out.push(m))?;
-        Ok(out)
+        let mut amplitudes_m = Vec::new();
+        instrument.poll(|m| amplitudes_m.push(m))?;
+        Ok(amplitudes_m)
     }
 
     #[test]
@@ -259,10 +259,10 @@ mod tests {
         }
         let mut instrument = Instrument::on(Box::new(Endless), Path::new("x"));
         let error = (0..1000).find_map(|_| {
-            let mut taken = 0;
+            let mut lines = 0;
             let polled = instrument.poll(|_| {
-                taken += 1;
-                assert!(taken < 1_000_000, "read without end");
+                lines += 1;
+                assert!(lines < 1_000_000, "read without end");
             });
             polled.err()
         });

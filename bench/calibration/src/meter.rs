@@ -28,16 +28,16 @@ impl Meter {
         self.frames += block.len() / channels;
     }
 
-    /// Returns the means since the last reading, and the latest reading of the instrument `of`; restarts the sums.
+    /// Returns the means since the last reading, and the latest reading of `instrument`; restarts the sums.
     pub(super) fn reading(
         &mut self,
         watched: &WatchedInputs,
-        of: Option<&Instrument>,
+        instrument: Option<&Instrument>,
     ) -> LiveReading {
         let [drive, pickup] = self.amplitudes();
         let (normal, lateral, count) = self.force;
         let mean = |sum: f64| (count > 0).then(|| sum / f64::from(count));
-        let (known_m, known_v) = self.known(of);
+        let (known_m, known_v) = self.known(instrument);
         let reading = LiveReading {
             normal_n: mean(normal),
             lateral_n: mean(lateral),
@@ -62,9 +62,9 @@ impl Meter {
             .map(|(sum, squares)| (2.0 * (squares / n - (sum / n).powi(2)).max(0.0)).sqrt())
     }
 
-    /// Returns the latest reading of the instrument `of`, in metres or in volts.
-    fn known(&self, of: Option<&Instrument>) -> (Option<f64>, Option<f64>) {
-        match of {
+    /// Returns the latest reading of `instrument`, in metres or in volts.
+    fn known(&self, instrument: Option<&Instrument>) -> (Option<f64>, Option<f64>) {
+        match instrument {
             Some(meter) if meter.reads_volts() => (None, self.known_m),
             _ => (self.known_m, None),
         }
@@ -80,12 +80,12 @@ mod tests {
 
     #[test]
     fn a_reading_in_volts_is_shown_as_no_amplitude() {
-        let read = Meter {
+        let meter = Meter {
             known_m: Some(2.5),
             ..Meter::default()
         };
         let instrument = Instrument::on(Box::new(empty()), Path::new("x"));
-        assert_eq!(read.known(Some(&instrument)), (Some(2.5), None));
-        assert_eq!(read.known(Some(&instrument.in_volts())), (None, Some(2.5)));
+        assert_eq!(meter.known(Some(&instrument)), (Some(2.5), None));
+        assert_eq!(meter.known(Some(&instrument.in_volts())), (None, Some(2.5)));
     }
 }

@@ -39,7 +39,7 @@ pub(super) fn look(about_hz: f64, config: &Config) -> anyhow::Result<NextStep> {
 }
 
 /// Returns the responses of the coarse scan.
-pub(super) fn looked(capture: &Capture, config: &Config) -> anyhow::Result<Vec<Response>> {
+pub(super) fn look_responses(capture: &Capture, config: &Config) -> anyhow::Result<Vec<Response>> {
     responses(capture, config, LOOK_SETTLE_S)
 }
 
@@ -56,9 +56,12 @@ pub(super) fn peak_units_per_v(look: &[Response], config: &Config) -> f64 {
 /// Returns the highest level at which the amplitude, the pickup's range and the drive stay within their limits, V peak.
 #[must_use]
 pub fn highest_level_v(units_per_v: f64, metres_per_unit: f64, config: &Config) -> f64 {
-    let by_amplitude = 0.9 * config.calibration.max_amplitude_m / (units_per_v * metres_per_unit);
-    let by_range = FULLEST / units_per_v;
-    by_amplitude.min(by_range).min(config.limits.drive_v)
+    let amplitude_limit_v =
+        0.9 * config.calibration.max_amplitude_m / (units_per_v * metres_per_unit);
+    let range_limit_v = FULLEST / units_per_v;
+    amplitude_limit_v
+        .min(range_limit_v)
+        .min(config.limits.drive_v)
 }
 
 /// Requires that neither input is saturated.

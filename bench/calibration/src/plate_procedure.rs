@@ -14,7 +14,7 @@ use crate::clear::LISTEN_S;
 use crate::judged::{Calibrates, Judged, Part};
 use crate::operator::{Answer, CalibrationProgress, Curve, PointRead, Request};
 use crate::plate_look::{
-    LOOK_STEP_HZ, LOOK_TONES, SETTLE_TIME_CONSTANTS, highest_level_v, look, looked,
+    LOOK_STEP_HZ, LOOK_TONES, SETTLE_TIME_CONSTANTS, highest_level_v, look, look_responses,
     peak_units_per_v, responses, settle_s,
 };
 use crate::points::Admittance;
@@ -48,13 +48,13 @@ pub struct PlateSetup {
 }
 
 impl PlateSetup {
-    /// Checks and collects the setup on the bench of `config`; `held` is the present calibration.
+    /// Checks and collects the setup on the bench of `config`; `calibration` is the present one.
     ///
     /// # Errors
     /// If the level is out of its range.
     pub fn new(
         config: &Config,
-        held: &config::CalibrationFile,
+        calibration: &config::CalibrationFile,
         drive_v: f64,
     ) -> anyhow::Result<Self> {
         if !(drive_v > 0.0 && drive_v <= config.limits.drive_v) {
@@ -63,7 +63,7 @@ impl PlateSetup {
                 config.limits.drive_v
             );
         }
-        let metres_per_unit = held.pickup.as_ref().map_or_else(
+        let metres_per_unit = calibration.pickup.as_ref().map_or_else(
             || {
                 Quantity::new(
                     config.channels.pickup.metres_per_unit,
@@ -74,17 +74,20 @@ impl PlateSetup {
             },
             |pickup| pickup.metres_per_unit.clone(),
         );
-        let before_hz = held.plate.as_ref().map(|plate| plate.resonance_hz.value);
+        let previous_hz = calibration
+            .plate
+            .as_ref()
+            .map(|plate| plate.resonance_hz.value);
         Ok(Self {
-            about_hz: before_hz.unwrap_or(config.plate.resonance_hz),
+            about_hz: previous_hz.unwrap_or(config.plate.resonance_hz),
             drive_v,
             metres_per_unit,
-            before_hz,
-            pickup_phase: held
+            before_hz: previous_hz,
+            pickup_phase: calibration
                 .pickup
                 .as_ref()
                 .and_then(|pickup| Some((pickup.phase_rad.clone()?, pickup.carrier_hz))),
-            channel_match: held.channel_match().unwrap_or(CHANNEL_MATCH),
+            channel_match: calibration.channel_match().unwrap_or(CHANNEL_MATCH),
             config: config.clone(),
         })
     }
@@ -161,7 +164,7 @@ impl Procedure for PlateProcedure {
                 look(self.setup.about_hz, config)
             }
             (PlateStage::Look, StepOutcome::Captured(capture)) => {
-                let look = looked(&capture, config)?;
+                let look = look_responses(&capture, config)?;
                 self.stage = PlateStage::Close;
                 self.close_look(&look)
             }
@@ -253,11 +256,11 @@ impl Calibrates for PlateProcedure {
         let sensitivity = &setup.metres_per_unit;
         let force_factor = fit.static_ratio.value * stiffness * sensitivity.value
             / config.channels.drive.volts_per_unit;
-        let of_sensitivity = sensitivity.standard_error / sensitivity.value;
-        let of_mass = config.plate.modal_mass_relative_error;
-        let of_fit = relative(fit.static_ratio).hypot(2.0 * relative(f0));
+        let sensitivity_error = sensitivity.standard_error / sensitivity.value;
+        let mass_error = config.plate.modal_mass_relative_error;
+        let fit_error = relative(fit.static_ratio).hypot(2.0 * relative(f0));
         // If the sensitivity's error dominates, its smaller number of points determines the degrees of freedom.
-        let freedom = if of_sensitivity > of_fit {
+        let freedom = if sensitivity_error > fit_error {
             sensitivity.degrees_of_freedom
         } else {
             n
@@ -284,19 +287,19 @@ impl Calibrates for PlateProcedure {
             quality: quantity(quality, "1"),
             damping_n_s_per_m: Quantity::new(
                 damping,
-                damping * relative(quality).hypot(of_mass),
+                damping * relative(quality).hypot(mass_error),
                 n,
                 "N·s/m",
             ),
             stiffness_n_per_m: Quantity::new(
                 stiffness,
-                stiffness * (2.0 * relative(f0)).hypot(of_mass),
+                stiffness * (2.0 * relative(f0)).hypot(mass_error),
                 n,
                 "N/m",
             ),
             force_factor_n_per_v: Quantity::new(
                 force_factor,
-                force_factor * of_sensitivity.hypot(of_fit).hypot(of_mass),
+                force_factor * sensitivity_error.hypot(fit_error).hypot(mass_error),
                 freedom,
                 "N/V",
             ),
@@ -367,14 +370,14 @@ fn turned_force(phase: &Quantity) -> Option<String> {
 impl PlateProcedure {
     /// Returns the phase lead of the force over the voltage read back; `None` if the pickup's own phase was not measured.
     fn force_phase(&self, fit: &PlateFit) -> Option<Quantity> {
-        let (own, at_hz) = self.setup.pickup_phase.as_ref()?;
+        let (pickup_phase, at_hz) = self.setup.pickup_phase.as_ref()?;
         // The pickup's phase comes from a delay, so it is proportional to the frequency.
-        let own_rad = own.value * fit.resonance_hz.value / at_hz;
-        let ahead_rad = Complex64::cis(own_rad - fit.pickup_phase_rad.value).arg();
-        let error = own
+        let pickup_rad = pickup_phase.value * fit.resonance_hz.value / at_hz;
+        let ahead_rad = Complex64::cis(pickup_rad - fit.pickup_phase_rad.value).arg();
+        let error = pickup_phase
             .standard_error
             .hypot(fit.pickup_phase_rad.standard_error);
-        let freedom = own.degrees_of_freedom;
+        let freedom = pickup_phase.degrees_of_freedom;
         Some(Quantity::new(ahead_rad, error, freedom, "rad"))
     }
 
@@ -382,7 +385,7 @@ impl PlateProcedure {
     fn drift_hz(&self, fit: &PlateFit) -> Option<f64> {
         self.setup
             .before_hz
-            .map(|before_hz| fit.resonance_hz.value - before_hz)
+            .map(|previous_hz| fit.resonance_hz.value - previous_hz)
     }
 
     /// Returns the reasons to reject the fit.
@@ -424,18 +427,18 @@ impl PlateProcedure {
     fn curve(&self, fit: &PlateFit) -> Curve {
         let centre_hz = fit.resonance_hz.value;
         let largest = fit.model.iter().map(|z| z.norm()).fold(0.0, f64::max);
-        let along = |of: &dyn Fn(usize) -> f64| {
+        let line_with = |value: &dyn Fn(usize) -> f64| {
             self.responses
                 .iter()
                 .enumerate()
-                .map(|(i, response)| (response.frequency_hz - centre_hz, of(i) / largest))
+                .map(|(i, response)| (response.frequency_hz - centre_hz, value(i) / largest))
                 .collect()
         };
         Curve {
             x: "Hz from the resonance".to_owned(),
             y: "response".to_owned(),
-            points: along(&|i| self.responses[i].ratio.norm()),
-            fit: along(&|i| fit.model.get(i).map_or(f64::NAN, |z| z.norm())),
+            points: line_with(&|i| self.responses[i].ratio.norm()),
+            fit: line_with(&|i| fit.model.get(i).map_or(f64::NAN, |z| z.norm())),
         }
     }
 
@@ -484,11 +487,15 @@ fn admittance_csv(response: &[Admittance]) -> String {
     let mut text = String::from(
         "frequency_hz,re_admittance_m_per_s_per_n,im_admittance_m_per_s_per_n,re_fit_m_per_s_per_n,im_fit_m_per_s_per_n\n",
     );
-    for at in response {
+    for admittance in response {
         let _ = writeln!(
             text,
             "{},{},{},{},{}",
-            at.frequency_hz, at.measured.re, at.measured.im, at.fitted.re, at.fitted.im
+            admittance.frequency_hz,
+            admittance.measured.re,
+            admittance.measured.im,
+            admittance.fitted.re,
+            admittance.fitted.im
         );
     }
     text

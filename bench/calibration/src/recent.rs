@@ -62,8 +62,11 @@ mod tests {
         };
         for amplitude in [0.5, 0.02] {
             recent.take(&tone(amplitude), 2, 1);
-            let found = recent.amplitude().unwrap();
-            assert!((found - f64::from(amplitude)).abs() < 1e-5, "{found}");
+            let amplitude_read = recent.amplitude().unwrap();
+            assert!(
+                (amplitude_read - f64::from(amplitude)).abs() < 1e-5,
+                "{amplitude_read}"
+            );
         }
         assert_eq!(recent.len(), 192);
         recent.take(&[0.0, f32::NAN], 2, 1);

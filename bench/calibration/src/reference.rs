@@ -54,8 +54,8 @@ pub(crate) struct Displacement {
 }
 
 impl Reference {
-    /// Checks an instrument on input `channel` of the bench of `config`, with the inputs as compared in `held`, if at all;
-    /// `volts_per_unit` is the voltage of a full-scale sample of that input.
+    /// Checks an instrument on input `channel` of the bench of `config`, with the inputs as compared in `calibration`, if at
+    /// all; `volts_per_unit` is the voltage of a full-scale sample of that input.
     ///
     /// # Errors
     /// If the input is not spare, or a number is out of its range.
@@ -64,7 +64,7 @@ impl Reference {
         follows: Follows,
         delay: Option<StatedDelay>,
         config: &Config,
-        held: &CalibrationFile,
+        calibration: &CalibrationFile,
     ) -> anyhow::Result<Self> {
         let inputs = config.audio.input_channels;
         if channel >= inputs {
@@ -106,7 +106,7 @@ impl Reference {
                 }
             }
         }
-        let input = held.channels.as_ref().and_then(|channels| {
+        let input = calibration.channels.as_ref().and_then(|channels| {
             let input = channels.input(channel)?;
             let (phase, at_hz) = (&input.phase_rad, channels.carrier_hz);
             Some((phase.value, phase.standard_error, at_hz))
@@ -206,14 +206,14 @@ mod tests {
         CalibrationFile::of(identity)
     }
 
-    fn on(
+    fn instrument_on(
         channel: u16,
         follows: Follows,
         volts_per_unit: f64,
         delay: Option<StatedDelay>,
     ) -> Result<Reference, String> {
-        let of = (channel, volts_per_unit);
-        Reference::new(of, follows, delay, &config(), &none_held()).map_err(|e| e.to_string())
+        let input = (channel, volts_per_unit);
+        Reference::new(input, follows, delay, &config(), &none_held()).map_err(|e| e.to_string())
     }
 
     const UM: Follows = Follows::Displacement(1e-6);
@@ -221,30 +221,42 @@ mod tests {
     #[test]
     fn what_is_refused_names_the_option_or_the_line() {
         let late = |delay_s, error_s| Some(StatedDelay { delay_s, error_s });
-        for (made, words) in [
-            (on(0, UM, 1.0, None), "channels.drive.index"),
-            (on(1, UM, 1.0, None), "channels.pickup.index"),
-            (on(4, UM, 1.0, None), "audio.input_channels"),
-            (on(3, UM, 0.0, None), "--reference-volts-per-unit"),
-            (on(3, UM, f64::NAN, None), "--reference-volts-per-unit"),
+        for (result, words) in [
+            (instrument_on(0, UM, 1.0, None), "channels.drive.index"),
+            (instrument_on(1, UM, 1.0, None), "channels.pickup.index"),
+            (instrument_on(4, UM, 1.0, None), "audio.input_channels"),
             (
-                on(3, Follows::Displacement(-1e-6), 1.0, None),
+                instrument_on(3, UM, 0.0, None),
+                "--reference-volts-per-unit",
+            ),
+            (
+                instrument_on(3, UM, f64::NAN, None),
+                "--reference-volts-per-unit",
+            ),
+            (
+                instrument_on(3, Follows::Displacement(-1e-6), 1.0, None),
                 "--reference-um-per-v",
             ),
             (
-                on(3, Follows::Velocity(0.0), 1.0, None),
+                instrument_on(3, Follows::Velocity(0.0), 1.0, None),
                 "--reference-m-per-s-per-v",
             ),
-            (on(3, UM, 1.0, late(-1e-6, 0.0)), "--reference-delay-us"),
             (
-                on(3, UM, 1.0, late(0.0, f64::NAN)),
+                instrument_on(3, UM, 1.0, late(-1e-6, 0.0)),
+                "--reference-delay-us",
+            ),
+            (
+                instrument_on(3, UM, 1.0, late(0.0, f64::NAN)),
                 "--reference-delay-error-us",
             ),
         ] {
-            let error = made.unwrap_err();
+            let error = result.unwrap_err();
             assert!(error.contains(words), "{error}");
         }
-        assert!(on(3, UM, 1.0, late(0.0, 0.0)).is_ok() && on(2, UM, 1e3, None).is_ok());
+        assert!(
+            instrument_on(3, UM, 1.0, late(0.0, 0.0)).is_ok()
+                && instrument_on(2, UM, 1e3, None).is_ok()
+        );
     }
 
     fn tone(value: Complex64, peak: f64, rest_rms: f64) -> SteadyTone {
@@ -263,17 +275,17 @@ mod tests {
             delay_s: 2e-6,
             error_s: 1e-7,
         });
-        let displacement = on(3, UM, 4.0, late).unwrap();
-        let velocity = on(3, Follows::Velocity(0.1), 4.0, late).unwrap();
+        let displacement = instrument_on(3, UM, 4.0, late).unwrap();
+        let velocity = instrument_on(3, Follows::Velocity(0.1), 4.0, late).unwrap();
         // A displacement of 1 µm with a phase of 0.5 rad.
-        let moved = Complex64::from_polar(1e-6, 0.5);
-        let seen = moved * Complex64::cis(-omega * 2e-6) / 4.0;
+        let displacement_m = Complex64::from_polar(1e-6, 0.5);
+        let reading = displacement_m * Complex64::cis(-omega * 2e-6) / 4.0;
         for (instrument, value) in [
-            (&displacement, seen / 1e-6),
-            (&velocity, seen * Complex64::new(0.0, omega) / 0.1),
+            (&displacement, reading / 1e-6),
+            (&velocity, reading * Complex64::new(0.0, omega) / 0.1),
         ] {
-            let read = instrument.displacement(&tone(value, 0.6, 1e-4), hz, frames);
-            assert!((read.unwrap().value_m - moved).norm() < 1e-15);
+            let result = instrument.displacement(&tone(value, 0.6, 1e-4), hz, frames);
+            assert!((result.unwrap().value_m - displacement_m).norm() < 1e-15);
         }
         assert!(
             displacement
@@ -281,20 +293,22 @@ mod tests {
                 .unwrap_err()
                 .contains("calibrate channels")
         );
-        let unknown = on(3, UM, 4.0, None).unwrap();
+        let unknown = instrument_on(3, UM, 4.0, None).unwrap();
         assert!(
             unknown
                 .phase_error_rad(hz)
                 .unwrap_err()
                 .contains("--reference-delay-us")
         );
-        for (bad, words) in [
+        for (faulty_tone, words) in [
             (tone(Complex64::ONE, 0.99, 0.0), "cut off"),
             (tone(Complex64::ZERO, 0.0, 0.0), "no tone"),
             (tone(Complex64::from(1e-3), 0.01, 1e-3), "no tone"),
         ] {
-            let read = displacement.displacement(&bad, hz, frames).map(|_| ());
-            assert!(read.unwrap_err().to_string().contains(words));
+            let result = displacement
+                .displacement(&faulty_tone, hz, frames)
+                .map(|_| ());
+            assert!(result.unwrap_err().to_string().contains(words));
         }
     }
 }

@@ -56,15 +56,15 @@ pub struct ReferenceOptions {
 }
 
 impl ReferenceOptions {
-    /// Returns the instrument on the bench of `config`, with the inputs as compared in `held`, if at all; `None` without an
-    /// instrument.
+    /// Returns the instrument on the bench of `config`, with the inputs as compared in `calibration`, if at all; `None` without
+    /// an instrument.
     ///
     /// # Errors
     /// If an option is out of its range, or the input is not spare.
     pub fn instrument(
         &self,
         config: &Config,
-        held: &CalibrationFile,
+        calibration: &CalibrationFile,
     ) -> anyhow::Result<Option<Reference>> {
         let (Some(channel), Some(volts_per_unit)) = (self.channel, self.volts_per_unit) else {
             return Ok(None);
@@ -77,7 +77,7 @@ impl ReferenceOptions {
             delay_s: delay_us * 1e-6,
             error_s: self.delay_error_us * 1e-6,
         });
-        let on = (channel, volts_per_unit);
-        Reference::new(on, follows, delay, config, held).map(Some)
+        let input = (channel, volts_per_unit);
+        Reference::new(input, follows, delay, config, calibration).map(Some)
     }
 }

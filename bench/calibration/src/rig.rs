@@ -19,7 +19,7 @@ use tasks::{StopFlag, Task};
 
 use crate::admission::Admission;
 use crate::broken_off::{BrokenOff, EndedEarly};
-use crate::capture::{Capture, dwells, held_tone};
+use crate::capture::{Capture, dwells, last_tone};
 use crate::drop_outs::DropOuts;
 use crate::known::Instrument;
 use crate::meter::Meter;
@@ -98,8 +98,8 @@ pub fn run<P: Procedure>(
         stop: stop.clone(),
         procedure: Some(procedure),
         step: Step::Settling,
-        begun: None,
-        held: None,
+        last_step: None,
+        tone: None,
         capture: Capture::default(),
         block: Vec::new(),
         meter: Meter::default(),
@@ -160,8 +160,8 @@ struct RigTask<P> {
     procedure: Option<P>,
     step: Step,
     /// Step begun last, for a repetition.
-    begun: Option<NextStep>,
-    held: Option<HeldTone>,
+    last_step: Option<NextStep>,
+    tone: Option<HeldTone>,
     capture: Capture,
     block: Vec<f32>,
     meter: Meter,
@@ -187,16 +187,16 @@ impl<P: Procedure> RigTask<P> {
         match &mut self.step {
             Step::Playing {
                 started,
-                after,
-                ended,
+                programs_before,
+                end_frame,
                 ..
             } => {
-                if header.drive.programs != *after && !silent && !*started {
+                if header.drive.programs != *programs_before && !silent && !*started {
                     *started = true;
                     self.capture.began = Some(frames - header.frames as usize);
                 }
-                if *started && silent && ended.is_none() {
-                    *ended = Some(frames);
+                if *started && silent && end_frame.is_none() {
+                    *end_frame = Some(frames);
                 }
             }
             Step::SilencingTone { quiet_frames, .. } if silent => {
@@ -212,12 +212,12 @@ impl<P: Procedure> RigTask<P> {
             }
             _ => {}
         }
-        if let Some(held) = &mut self.held {
-            let steady =
-                header.drive.programs != held.after && header.drive.phase == DrivePhase::Steady;
+        if let Some(tone) = &mut self.tone {
+            let steady = header.drive.programs != tone.programs_before
+                && header.drive.phase == DrivePhase::Steady;
             // The reading of the tone restarts after an xrun.
-            held.steady_frames = if steady && !xrun {
-                held.steady_frames + header.frames as usize
+            tone.steady_frames = if steady && !xrun {
+                tone.steady_frames + header.frames as usize
             } else {
                 0
             };
@@ -231,16 +231,16 @@ impl<P: Procedure> RigTask<P> {
 
     /// Begins a step once the previous tone is silent.
     fn begin(&mut self, next: NextStep) -> anyhow::Result<()> {
-        self.begun = Some(next.clone());
-        let goes_on = match (&self.held, &next) {
+        self.last_step = Some(next.clone());
+        let goes_on = match (&self.tone, &next) {
             (None, _) => true,
-            (Some(held), NextStep::Sound(waveform, _)) => held.waveform == **waveform,
+            (Some(tone), NextStep::Sound(waveform, _)) => tone.waveform == **waveform,
             _ => false,
         };
         if goes_on {
             return self.begin_now(next);
         }
-        self.held = None;
+        self.tone = None;
         self.drive.stop();
         self.step = Step::SilencingTone {
             next: Some(next),
@@ -257,7 +257,7 @@ impl<P: Procedure> RigTask<P> {
             ..Capture::default()
         };
         self.drop_outs.begin();
-        let asked = match &next {
+        let question = match &next {
             NextStep::Ask(request) | NextStep::Sound(_, request) => Some(*request),
             NextStep::Listen(_) | NextStep::Play(_) | NextStep::Done => None,
         };
@@ -270,15 +270,15 @@ impl<P: Procedure> RigTask<P> {
                 Step::Playing {
                     waveform,
                     started: false,
-                    after: self.drive.programs(),
-                    ended: None,
+                    programs_before: self.drive.programs(),
+                    end_frame: None,
                 }
             }
-            NextStep::Sound(waveform, _) if self.held.is_none() => {
+            NextStep::Sound(waveform, _) if self.tone.is_none() => {
                 self.drive.start(self.admission.admit(*waveform)?);
-                self.held = Some(HeldTone {
+                self.tone = Some(HeldTone {
                     waveform: *waveform,
-                    after: self.drive.programs(),
+                    programs_before: self.drive.programs(),
                     steady_frames: 0,
                 });
                 Step::Asking { answer: None }
@@ -291,8 +291,8 @@ impl<P: Procedure> RigTask<P> {
             }
             NextStep::Done => Step::Done,
         };
-        self.operator.ask(asked.as_ref());
-        if let (Some(hands), Some(request)) = (&mut self.hands, &asked) {
+        self.operator.ask(question.as_ref());
+        if let (Some(hands), Some(request)) = (&mut self.hands, &question) {
             hands(request);
         }
         Ok(())
@@ -301,8 +301,8 @@ impl<P: Procedure> RigTask<P> {
     /// Returns the outcome of the present step; `None` until it is finished.
     fn finished(&mut self) -> anyhow::Result<Option<StepOutcome>> {
         let frames = self.frames();
-        if let (Some(held), Step::Asking { answer: None }) = (&self.held, &self.step)
-            && held.steady_frames as f64 > HELD_MOST_S * self.rate_hz
+        if let (Some(tone), Step::Asking { answer: None }) = (&self.tone, &self.step)
+            && tone.steady_frames as f64 > HELD_MOST_S * self.rate_hz
         {
             let why = format!(
                 "timed out waiting {:.0} minutes for the operator's answer while the plate moved; the drive was stopped",
@@ -317,9 +317,9 @@ impl<P: Procedure> RigTask<P> {
             Step::Listening { until } if frames >= *until => self.captured().map(Some),
             Step::Playing {
                 waveform,
-                ended: Some(ended),
+                end_frame: Some(end_frame),
                 ..
-            } if frames >= ended + self.tail_frames => {
+            } if frames >= end_frame + self.tail_frames => {
                 let waveform = **waveform;
                 self.capture.dwells = dwells(
                     &self.capture,
@@ -335,15 +335,15 @@ impl<P: Procedure> RigTask<P> {
                 answer: Some(answer),
             } => {
                 let answer = *answer;
-                if let Some(held) = &self.held {
+                if let Some(tone) = &self.tone {
                     // The read-back and the pickup lag behind the drive.
-                    if held.steady_frames < self.tail_frames + self.held_frames
+                    if tone.steady_frames < self.tail_frames + self.held_frames
                         || frames < self.held_frames
                     {
                         return Ok(None);
                     }
                     self.capture.dwells =
-                        held_tone(&self.capture, &held.waveform, self.held_frames);
+                        last_tone(&self.capture, &tone.waveform, self.held_frames);
                     self.require_force()?;
                 }
                 let capture = std::mem::take(&mut self.capture);
@@ -387,9 +387,9 @@ impl<P: Procedure> RigTask<P> {
     }
 
     fn take_inputs(&mut self) -> anyhow::Result<()> {
-        while let Some(wish) = self.operator.next_input()? {
-            match (wish, &mut self.step) {
-                (OperatorInput::Answer(given), Step::Asking { answer }) => *answer = Some(given),
+        while let Some(input) = self.operator.next_input()? {
+            match (input, &mut self.step) {
+                (OperatorInput::Answer(reply), Step::Asking { answer }) => *answer = Some(reply),
                 // A late answer belongs to an earlier request.
                 (OperatorInput::Answer(_), _) => {}
                 (OperatorInput::Leave, _) => self.stop.raise(),
@@ -451,7 +451,7 @@ impl<P: Procedure> RigTask<P> {
 
     fn work(&mut self, safety: &SafetyState, now_ns: u64) -> anyhow::Result<()> {
         if let SafetyState::Tripped { trip } = safety {
-            return Err(BrokenOff::by(trip).into());
+            return Err(BrokenOff::from_trip(trip).into());
         }
         self.drive.poll(safety);
         self.take_in(now_ns)?;
@@ -467,10 +467,10 @@ impl<P: Procedure> RigTask<P> {
         if !self.operator.broken_off(&why, false) {
             return false;
         }
-        self.held = None;
+        self.tone = None;
         self.step = Step::BrokenOff {
             why,
-            again: self.begun.clone(),
+            next_step: self.last_step.clone(),
         };
         true
     }
@@ -491,7 +491,7 @@ impl<P: Procedure> RigTask<P> {
         };
         self.show(safety);
         while let Some(wish) = self.operator.next_input()? {
-            let Step::BrokenOff { why, again } = &mut self.step else {
+            let Step::BrokenOff { why, next_step } = &mut self.step else {
                 return Ok(());
             };
             let tripped = matches!(safety, SafetyState::Tripped { .. });
@@ -505,7 +505,7 @@ impl<P: Procedure> RigTask<P> {
                 OperatorInput::Answer(_) if tripped || self.drive.sounds() => {
                     self.operator.broken_off(why, true);
                 }
-                OperatorInput::Answer(_) => match again.take() {
+                OperatorInput::Answer(_) => match next_step.take() {
                     Some(next) => self.begin(next)?,
                     None => self.step = Step::Settling,
                 },
@@ -555,11 +555,11 @@ impl<P: Procedure> Task for RigTask<P> {
         if matches!(self.step, Step::Failed(_)) {
             return self.after_failure(&safety, now_ns);
         }
-        let worked = match self.step {
+        let result = match self.step {
             Step::BrokenOff { .. } => self.after_break(&safety, now_ns),
             _ => self.work(&safety, now_ns),
         };
-        let Err(error) = worked else {
+        let Err(error) = result else {
             return Ok(());
         };
         self.drive.disarm();
@@ -570,7 +570,7 @@ impl<P: Procedure> Task for RigTask<P> {
         }
         if !self.operator.failed(&format!("{error:#}")) {
             let progress = self.procedure.as_ref().map(P::progress);
-            return Err(EndedEarly::after(progress, error).into());
+            return Err(EndedEarly::from_progress(progress, error).into());
         }
         self.step = Step::Failed(error);
         Ok(())

@@ -19,8 +19,8 @@ pub(super) enum Step {
     Playing {
         waveform: Box<Waveform>,
         started: bool,
-        after: u32,
-        ended: Option<usize>,
+        programs_before: u32,
+        end_frame: Option<usize>,
     },
     Asking {
         answer: Option<Answer>,
@@ -28,7 +28,7 @@ pub(super) enum Step {
     /// The step was broken off; the operator removes the cause and restarts it.
     BrokenOff {
         why: String,
-        again: Option<NextStep>,
+        next_step: Option<NextStep>,
     },
     /// The measurement has failed; the operator reads the reason.
     Failed(anyhow::Error),
@@ -38,6 +38,6 @@ pub(super) enum Step {
 /// A tone that sounds until a step needs another signal.
 pub(super) struct HeldTone {
     pub(super) waveform: Waveform,
-    pub(super) after: u32,
+    pub(super) programs_before: u32,
     pub(super) steady_frames: usize,
 }

@@ -24,8 +24,8 @@ const REQUEST_TIMEOUT_S: f64 = 120.0;
 
 /// An operator replaced by the force sensor's readings.
 pub struct Unattended<W> {
-    out: W,
-    asked: Option<Asked>,
+    output: W,
+    pending: Option<Asked>,
     /// Time, s, and normal and lateral force, N, over the length of a plateau.
     recent: VecDeque<(f64, [f64; 2])>,
     now_s: f64,
@@ -38,15 +38,15 @@ struct Asked {
     request: Request,
     since_s: f64,
     /// Forces at the time of the request, N.
-    before_n: [f64; 2],
+    previous_n: [f64; 2],
 }
 
 impl<W: Write> Unattended<W> {
-    /// Creates an operator that prints progress to `out`.
-    pub fn new(out: W) -> Self {
+    /// Creates an operator that prints progress to `output`.
+    pub fn new(output: W) -> Self {
         Self {
-            out,
-            asked: None,
+            output,
+            pending: None,
             recent: VecDeque::new(),
             now_s: 0.0,
             loaded: None,
@@ -57,7 +57,7 @@ impl<W: Write> Unattended<W> {
 
     fn line(&mut self, text: std::fmt::Arguments<'_>) {
         // A closed output does not end a calibration.
-        let _ = writeln!(self.out, "{}", tui::escaped(&text.to_string()));
+        let _ = writeln!(self.output, "{}", tui::escaped(&text.to_string()));
     }
 
     fn mean_n(readings: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
@@ -70,31 +70,31 @@ impl<W: Write> Unattended<W> {
     }
 
     /// Returns whether a finger has pressed with `least_n` to `most_n` throughout a plateau.
-    fn rests(&self, asked: &Asked, least_n: f64, most_n: f64) -> bool {
-        let within = |(_, [normal_n, _]): &(f64, [f64; 2])| (least_n..=most_n).contains(normal_n);
-        let long = self.now_s - asked.since_s >= PLATEAU_S;
-        long && !self.recent.is_empty() && self.recent.iter().all(within)
+    fn rests(&self, request: &Asked, least_n: f64, most_n: f64) -> bool {
+        let in_range = |(_, [normal_n, _]): &(f64, [f64; 2])| (least_n..=most_n).contains(normal_n);
+        let long = self.now_s - request.since_s >= PLATEAU_S;
+        long && !self.recent.is_empty() && self.recent.iter().all(in_range)
     }
 
-    /// Returns whether the forces have settled at the level that `asked` should produce.
-    fn settled(&self, asked: &Asked) -> bool {
+    /// Returns whether the forces have settled at the level that `request` should produce.
+    fn settled(&self, request: &Asked) -> bool {
         let (Some(first), Some(last)) = (self.recent.front(), self.recent.back()) else {
             return false;
         };
         let span_s = last.0 - first.0;
-        if last.0 - asked.since_s < PLATEAU_S || span_s < 0.8 * PLATEAU_S {
+        if last.0 - request.since_s < PLATEAU_S || span_s < 0.8 * PLATEAU_S {
             return false;
         }
-        let (axis, wanted_kg) = match (asked.request, self.loaded) {
+        let (axis, requested_kg) = match (request.request, self.loaded) {
             (Request::Load { axis, mass_kg }, _) => (axis, mass_kg),
             (_, Some((axis, _))) => (axis, 0.0),
             _ => (ForceAxis::Normal, 0.0),
         };
-        let there_kg = match self.loaded {
+        let present_kg = match self.loaded {
             Some((loaded, mass_kg)) if loaded == axis => mass_kg,
             _ => 0.0,
         };
-        let expected_n = (wanted_kg - there_kg).abs() * GRAVITY_M_PER_S2;
+        let expected_n = (requested_kg - present_kg).abs() * GRAVITY_M_PER_S2;
         let middle_s = first.0 + 0.5 * span_s;
         let half = |late: bool| {
             let half = self
@@ -104,17 +104,17 @@ impl<W: Write> Unattended<W> {
             Self::mean_n(half.map(|(_, forces)| *forces))[axis.index()]
         };
         let (early, late) = (half(false), half(true));
-        let changed = (late - asked.before_n[axis.index()]).abs() >= SEEN_SHARE * expected_n;
+        let changed = (late - request.previous_n[axis.index()]).abs() >= SEEN_SHARE * expected_n;
         changed && (late - early).abs() <= STEADY_N + STEADY_SHARE * expected_n
     }
 }
 
 impl<W: Write + Send> Operator for Unattended<W> {
     fn ask(&mut self, request: Option<&Request>) {
-        self.asked = request.map(|request| Asked {
+        self.pending = request.map(|request| Asked {
             request: *request,
             since_s: self.now_s,
-            before_n: Self::mean_n(self.recent.iter().map(|(_, forces)| *forces)),
+            previous_n: Self::mean_n(self.recent.iter().map(|(_, forces)| *forces)),
         });
         if let Some(
             Request::Load { .. }
@@ -163,15 +163,15 @@ impl<W: Write + Send> Operator for Unattended<W> {
     }
 
     fn next_input(&mut self) -> anyhow::Result<Option<OperatorInput>> {
-        let Some(asked) = &self.asked else {
+        let Some(pending) = &self.pending else {
             return Ok(None);
         };
-        let done = match asked.request {
+        let done = match pending.request {
             Request::Connect(_) | Request::Review | Request::GoOn => true,
             // The move cannot be confirmed: only a simulated instrument moves automatically.
             Request::MoveVibrometer { .. } => true,
-            Request::Load { .. } | Request::Unload => self.settled(asked),
-            Request::RestFinger { least_n, most_n } => self.rests(asked, least_n, most_n),
+            Request::Load { .. } | Request::Unload => self.settled(pending),
+            Request::RestFinger { least_n, most_n } => self.rests(pending, least_n, most_n),
             Request::NameMass { axis } => bail!(
                 "no operator to type the masses of the {} axis: give --normal-g and --lateral-g, or --masses-csv",
                 axis.name()
@@ -184,20 +184,20 @@ impl<W: Write + Send> Operator for Unattended<W> {
             ),
         };
         if !done {
-            if self.now_s - asked.since_s > REQUEST_TIMEOUT_S {
+            if self.now_s - pending.since_s > REQUEST_TIMEOUT_S {
                 bail!(
                     "timed out after {REQUEST_TIMEOUT_S} s: \"{}\" was requested, but the force sensor read no new, steady load; do what is requested while the command waits, and check the sensor's cable and axes",
-                    asked.request.words()
+                    pending.request.words()
                 );
             }
             return Ok(None);
         }
-        match asked.request {
+        match pending.request {
             Request::Load { axis, mass_kg } => self.loaded = Some((axis, mass_kg)),
             Request::Unload => self.loaded = None,
             _ => {}
         }
-        self.asked = None;
+        self.pending = None;
         Ok(Some(OperatorInput::Answer(Answer::Ready)))
     }
 
@@ -218,19 +218,19 @@ mod tests {
 
     /// Shows `normal_n` for `seconds`; returns the answer, if any.
     fn rest(
-        nobody: &mut Unattended<Vec<u8>>,
+        operator: &mut Unattended<Vec<u8>>,
         normal_n: f64,
         seconds: f64,
     ) -> Option<OperatorInput> {
-        let from_s = nobody.now_s;
+        let from_s = operator.now_s;
         for i in 1..=(seconds / 0.05).round() as u32 {
-            nobody.show(&LiveReading {
+            operator.show(&LiveReading {
                 t_s: from_s + 0.05 * f64::from(i),
                 normal_n: Some(normal_n),
                 lateral_n: Some(0.0),
                 ..LiveReading::default()
             });
-            if let Some(wish) = nobody.next_input().unwrap() {
+            if let Some(wish) = operator.next_input().unwrap() {
                 return Some(wish);
             }
         }
@@ -247,63 +247,63 @@ mod tests {
     #[test]
     fn a_load_is_there_once_the_force_rests_on_a_new_plateau() {
         let ready = Some(OperatorInput::Answer(Answer::Ready));
-        let mut nobody = Unattended::new(Vec::new());
-        rest(&mut nobody, 0.0, 1.0);
-        nobody.ask(Some(&load(0.1)));
-        assert_eq!(rest(&mut nobody, 0.0, 3.0), None, "nothing was put there");
+        let mut operator = Unattended::new(Vec::new());
+        rest(&mut operator, 0.0, 1.0);
+        operator.ask(Some(&load(0.1)));
+        assert_eq!(rest(&mut operator, 0.0, 3.0), None, "nothing was put there");
         // 100 g on a sensor that reads 20 % too little, swinging first.
         for normal_n in [0.3, 1.4, 0.5, 1.0, 0.7] {
-            assert_eq!(rest(&mut nobody, normal_n, 0.2), None, "it swings");
+            assert_eq!(rest(&mut operator, normal_n, 0.2), None, "it swings");
         }
-        assert_eq!(rest(&mut nobody, 0.78, 1.0), ready);
-        nobody.ask(Some(&load(0.2)));
-        assert_eq!(rest(&mut nobody, 0.78, 2.0), None, "still the first mass");
-        assert_eq!(rest(&mut nobody, 1.57, 1.0), ready);
-        nobody.ask(Some(&Request::Unload));
-        assert_eq!(rest(&mut nobody, 1.57, 2.0), None, "still loaded");
-        assert_eq!(rest(&mut nobody, 0.0, 1.0), ready);
-        assert_eq!(rest(&mut nobody, 0.0, 1.0), None, "nothing more is asked");
+        assert_eq!(rest(&mut operator, 0.78, 1.0), ready);
+        operator.ask(Some(&load(0.2)));
+        assert_eq!(rest(&mut operator, 0.78, 2.0), None, "still the first mass");
+        assert_eq!(rest(&mut operator, 1.57, 1.0), ready);
+        operator.ask(Some(&Request::Unload));
+        assert_eq!(rest(&mut operator, 1.57, 2.0), None, "still loaded");
+        assert_eq!(rest(&mut operator, 0.0, 1.0), ready);
+        assert_eq!(rest(&mut operator, 0.0, 1.0), None, "nothing more is asked");
     }
 
     #[test]
     fn an_unloaded_sensor_need_not_change() {
-        let mut nobody = Unattended::new(Vec::new());
-        nobody.ask(Some(&Request::Unload));
-        let answer = rest(&mut nobody, 0.01, 1.0);
+        let mut operator = Unattended::new(Vec::new());
+        operator.ask(Some(&Request::Unload));
+        let answer = rest(&mut operator, 0.01, 1.0);
         assert_eq!(answer, Some(OperatorInput::Answer(Answer::Ready)));
     }
 
     #[test]
     fn a_request_that_is_not_fulfilled_times_out() {
-        let mut nobody = Unattended::new(Vec::new());
-        nobody.ask(Some(&load(0.1)));
-        nobody.show(&LiveReading {
+        let mut operator = Unattended::new(Vec::new());
+        operator.ask(Some(&load(0.1)));
+        operator.show(&LiveReading {
             t_s: REQUEST_TIMEOUT_S + 1.0,
             ..LiveReading::default()
         });
-        let error = nobody.next_input().unwrap_err().to_string();
+        let error = operator.next_input().unwrap_err().to_string();
         assert!(
             error.contains("Put 100 g") && error.contains("force sensor"),
             "{error}"
         );
-        nobody.ask(Some(&Request::KnownAmplitude {
+        operator.ask(Some(&Request::KnownAmplitude {
             drive_v: 10.0,
             expected_m: None,
         }));
-        let error = nobody.next_input().unwrap_err().to_string();
+        let error = operator.next_input().unwrap_err().to_string();
         assert!(error.contains("--known-um"), "{error}");
     }
 
     #[test]
     fn each_step_and_point_is_a_line() {
-        let mut nobody = Unattended::new(Vec::new());
+        let mut operator = Unattended::new(Vec::new());
         let point = crate::operator::PointRead {
             at: "5 V".to_owned(),
             value: "1 µm".to_owned(),
             ..Default::default()
         };
         for count in [0, 1, 1, 2] {
-            nobody.progress(&CalibrationProgress {
+            operator.progress(&CalibrationProgress {
                 step: 1,
                 steps: 2,
                 doing: "Driving.".to_owned(),
@@ -311,7 +311,7 @@ mod tests {
                 ..CalibrationProgress::default()
             });
         }
-        let text = String::from_utf8(nobody.out).unwrap();
+        let text = String::from_utf8(operator.output).unwrap();
         assert_eq!(text, "step 1 of 2: Driving.\n  5 V  1 µm\n  5 V  1 µm\n");
     }
 }

@@ -25,7 +25,7 @@ pub(super) struct WatchedInputs {
     /// Drive and pickup.
     recent: [Recent; 2],
     /// Number of frames read so far.
-    taken: u64,
+    frames: u64,
 }
 
 impl WatchedInputs {
@@ -40,7 +40,7 @@ impl WatchedInputs {
             metres_per_unit: config.channels.pickup.metres_per_unit,
             pace: CardPace::new(f64::from(config.audio.rate_hz)),
             recent: [(); 2].map(|()| Recent::new(span)),
-            taken: 0,
+            frames: 0,
         }
     }
 
@@ -61,9 +61,9 @@ impl WatchedInputs {
         signals: &Signals,
     ) -> anyhow::Result<()> {
         self.pace.take(header, now_ns)?;
-        self.taken += (block.len() / self.inputs) as u64;
-        let watched = self.channels();
-        for (recent, channel) in self.recent.iter_mut().zip(watched) {
+        self.frames += (block.len() / self.inputs) as u64;
+        let channels = self.channels();
+        for (recent, channel) in self.recent.iter_mut().zip(channels) {
             recent.take(block, self.inputs, channel);
         }
         let [drive, pickup] = &self.recent;
@@ -75,8 +75,8 @@ impl WatchedInputs {
             signals.readback.set(DriveReading {
                 volts: amplitude * self.volts_per_unit,
                 // Middle of the averaged samples.
-                sample: self.taken - drive.len() as u64 / 2,
-                ahead: header.drive.frames as i64 - self.taken as i64,
+                sample: self.frames - drive.len() as u64 / 2,
+                ahead: header.drive.frames as i64 - self.frames as i64,
                 at_ns: now_ns,
             });
         }

@@ -113,24 +113,24 @@ mod tests {
 
     #[test]
     fn what_is_no_such_file_is_refused_by_what_is_wrong() {
-        let of = |from: &str, to: &str| {
+        let refusal = |from: &str, to: &str| {
             assert!(FILE.contains(from));
             MakersMatrix::parse(&FILE.replacen(from, to, 1)).unwrap_err()
         };
-        let no_row = of("UserAxis Name=\"Fz\"", "UserAxis Name=\"Fq\"");
+        let no_row = refusal("UserAxis Name=\"Fz\"", "UserAxis Name=\"Fq\"");
         assert!(matches!(no_row, CalFileError::NoRow("Fz")));
-        let word = of("1.88000", "1,88000");
+        let word = refusal("1.88000", "1,88000");
         assert!(matches!(word, CalFileError::NotANumber { axis: "Fz", .. }));
-        let infinite = of("1.88000", "inf");
+        let infinite = refusal("1.88000", "inf");
         assert!(matches!(infinite, CalFileError::NotANumber { .. }));
-        let unit = of("ForceUnits=\"N\"", "ForceUnits=\"kg\"");
+        let unit = refusal("ForceUnits=\"N\"", "ForceUnits=\"kg\"");
         assert!(matches!(unit, CalFileError::Unit(_)));
-        let unit = of("ForceUnits=\"N\"", "");
+        let unit = refusal("ForceUnits=\"N\"", "");
         assert!(matches!(unit, CalFileError::Unit(_)));
-        let gain = of("GainMultiplier=\"1\"", "GainMultiplier=\"4\"");
+        let gain = refusal("GainMultiplier=\"1\"", "GainMultiplier=\"4\"");
         assert!(matches!(gain, CalFileError::Gain(_)));
-        let torn = MakersMatrix::parse(&FILE[..900]).unwrap_err();
-        assert!(matches!(torn, CalFileError::NotXml(_)));
+        let truncated = MakersMatrix::parse(&FILE[..900]).unwrap_err();
+        assert!(matches!(truncated, CalFileError::NotXml(_)));
         let bomb = "<!DOCTYPE a [<!ENTITY b \"c\">]><a>&b;</a>";
         assert!(MakersMatrix::parse(bomb).is_err());
     }

@@ -476,12 +476,12 @@ impl CalibrationFile {
     /// Returns whether the date of a part, such as `pickup`, is in simulated time.
     #[must_use]
     pub fn is_in_simulated_time(&self, part: &str) -> bool {
-        self.simulated_time.iter().any(|named| named == part)
+        self.simulated_time.iter().any(|name| name == part)
     }
 
     /// Records whether a part, such as `pickup`, was measured in simulated time.
     pub fn set_simulated_time(&mut self, part: &str, simulated: bool) {
-        self.simulated_time.retain(|named| named != part);
+        self.simulated_time.retain(|name| name != part);
         if simulated {
             self.simulated_time.push(part.to_owned());
             self.simulated_time.sort();
@@ -504,17 +504,28 @@ impl CalibrationFile {
     }
 
     fn dates(&self) -> impl Iterator<Item = (&'static str, Timestamp)> {
-        let measured = [
-            ("pickup", self.pickup.as_ref().map(|of| of.measured.date)),
-            ("plate", self.plate.as_ref().map(|of| of.measured.date)),
-            ("force", self.force.as_ref().map(|of| of.measured.date)),
+        let dates = [
+            (
+                "pickup",
+                self.pickup.as_ref().map(|pickup| pickup.measured.date),
+            ),
+            (
+                "plate",
+                self.plate.as_ref().map(|plate| plate.measured.date),
+            ),
+            (
+                "force",
+                self.force.as_ref().map(|force| force.measured.date),
+            ),
             (
                 "channels",
-                self.channels.as_ref().map(|of| of.measured.date),
+                self.channels
+                    .as_ref()
+                    .map(|channels| channels.measured.date),
             ),
         ];
-        let dated = |(part, date): (_, Option<Timestamp>)| Some((part, date?));
-        measured.into_iter().filter_map(dated)
+        let date_of = |(part, date): (_, Option<Timestamp>)| Some((part, date?));
+        dates.into_iter().filter_map(date_of)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::refused::{Refused, within};
+use super::refused::{Refused, require_range};
 use crate::correction::MOST_CROSSTALK;
 
 /// `[calibration]`: limits on the results of a calibration, and the time for which it is valid.
@@ -98,70 +98,70 @@ pub const GRAVITY: [f64; 2] = [9.76, 9.84];
 
 impl CalibrationRules {
     pub(super) fn check(&self) -> Result<(), Refused> {
-        let within = |key: &str, value: f64, low: f64, high: f64, unit: &str| {
-            within(&format!("calibration.{key}"), value, low, high, unit)
+        let require_range = |key: &str, value: f64, low: f64, high: f64, unit: &str| {
+            require_range(&format!("calibration.{key}"), value, low, high, unit)
         };
-        within("max_age_days", self.max_age_days, 0.01, 3650.0, "days")?;
-        within("max_amplitude_m", self.max_amplitude_m, 1e-8, 2e-5, "m")?;
-        within(
+        require_range("max_age_days", self.max_age_days, 0.01, 3650.0, "days")?;
+        require_range("max_amplitude_m", self.max_amplitude_m, 1e-8, 2e-5, "m")?;
+        require_range(
             "pickup_nonlinearity",
             self.pickup_nonlinearity,
             1e-4,
             0.2,
             "",
         )?;
-        within("pickup_error", self.pickup_error, 1e-4, 0.2, "")?;
-        within("plate_residual", self.plate_residual, 1e-5, 0.2, "")?;
-        within("quality", self.quality[0], 1.0, self.quality[1], "")?;
-        within("drift_hz", self.drift_hz, 0.1, 5e3, "Hz")?;
-        within("zero_n", self.zero_n, 1e-3, 1.0, "N")?;
+        require_range("pickup_error", self.pickup_error, 1e-4, 0.2, "")?;
+        require_range("plate_residual", self.plate_residual, 1e-5, 0.2, "")?;
+        require_range("quality", self.quality[0], 1.0, self.quality[1], "")?;
+        require_range("drift_hz", self.drift_hz, 0.1, 5e3, "Hz")?;
+        require_range("zero_n", self.zero_n, 1e-3, 1.0, "N")?;
         if let Some(gravity) = self.gravity_m_per_s2 {
-            within("gravity_m_per_s2", gravity, GRAVITY[0], GRAVITY[1], "m/s²")?;
+            require_range("gravity_m_per_s2", gravity, GRAVITY[0], GRAVITY[1], "m/s²")?;
         }
-        within("force_rest_n", self.force_rest_n, 1e-6, 0.05, "N")?;
-        within("force_nonlinearity", self.force_nonlinearity, 1e-4, 0.2, "")?;
-        within("force_error", self.force_error, 1e-4, 0.2, "")?;
-        within(
+        require_range("force_rest_n", self.force_rest_n, 1e-6, 0.05, "N")?;
+        require_range("force_nonlinearity", self.force_nonlinearity, 1e-4, 0.2, "")?;
+        require_range("force_error", self.force_error, 1e-4, 0.2, "")?;
+        require_range(
             "force_crosstalk",
             self.force_crosstalk,
             1e-3,
             MOST_CROSSTALK,
             "N/N",
         )?;
-        within(
+        require_range(
             "force_noise_n_per_sqrt_hz",
             self.force_noise_n_per_sqrt_hz,
             1e-7,
             0.1,
             "N/√Hz",
         )?;
-        within(
+        require_range(
             "force_drift_n_per_min",
             self.force_drift_n_per_min,
             1e-5,
             1.0,
             "N/min",
         )?;
-        within(
+        require_range(
             "force_zero_return_n",
             self.force_zero_return_n,
             1e-5,
             1.0,
             "N",
         )?;
-        within(
+        require_range(
             "input_noise_units_per_sqrt_hz",
             self.input_noise_units_per_sqrt_hz,
             1e-10,
             1e-3,
             "/√Hz",
         )?;
-        within("crosstalk_db", self.crosstalk_db, -160.0, -10.0, "dB")?;
-        within("input_nonlinearity", self.input_nonlinearity, 1e-5, 0.2, "")?;
-        within("delay_samples", self.delay_samples, 0.01, 200.0, "samples")?;
-        within("input_error", self.input_error, 1e-7, 0.1, "")?;
-        within("meter_tolerance", self.meter_tolerance, 1e-3, 0.1, "")?;
+        require_range("crosstalk_db", self.crosstalk_db, -160.0, -10.0, "dB")?;
+        require_range("input_nonlinearity", self.input_nonlinearity, 1e-5, 0.2, "")?;
+        require_range("delay_samples", self.delay_samples, 0.01, 200.0, "samples")?;
+        require_range("input_error", self.input_error, 1e-7, 0.1, "")?;
+        require_range("meter_tolerance", self.meter_tolerance, 1e-3, 0.1, "")?;
         let days = self.meter_max_age_days;
-        within("meter_max_age_days", days, 0.01, 3650.0, "days")
+        require_range("meter_max_age_days", days, 0.01, 3650.0, "days")
     }
 }

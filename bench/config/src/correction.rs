@@ -137,8 +137,9 @@ mod tests {
     /// Hazard 19.
     #[test]
     fn what_could_hide_a_press_is_refused() {
-        let of = |matrix, tare_n| Correction { matrix, tare_n }.require_plausible([3.0, 2.0]);
-        assert_eq!(of([[0.5, 0.3], [-0.3, 2.0]], [3.0, -2.0]), Ok(()));
+        let plausibility =
+            |matrix, tare_n| Correction { matrix, tare_n }.require_plausible([3.0, 2.0]);
+        assert_eq!(plausibility([[0.5, 0.3], [-0.3, 2.0]], [3.0, -2.0]), Ok(()));
         for (matrix, tare_n, word) in [
             ([[0.49, 0.0], [0.0, 1.0]], [0.0; 2], "the normal axis reads"),
             ([[-1.0, 0.0], [0.0, 1.0]], [0.0; 2], "sign"),
@@ -148,8 +149,8 @@ mod tests {
             ([[1.0, 0.0], [0.0, 1.0]], [3.1, 0.0], "max_normal_n = 3 N"),
             ([[1.0, 0.0], [0.0, 1.0]], [0.0, 2.1], "max_lateral_n = 2 N"),
         ] {
-            let said = of(matrix, tare_n).unwrap_err().to_string();
-            assert!(said.contains(word), "{said}");
+            let message = plausibility(matrix, tare_n).unwrap_err().to_string();
+            assert!(message.contains(word), "{message}");
         }
     }
 }

@@ -209,9 +209,9 @@ impl Effective {
     /// Returns the bench with the plate's resonance moved to `resonance_hz` and all other constants unchanged.
     #[must_use]
     pub fn with_resonance(&self, resonance_hz: f64) -> Self {
-        let mut moved = self.clone();
-        moved.config.plate.resonance_hz = resonance_hz;
-        moved
+        let mut retuned = self.clone();
+        retuned.config.plate.resonance_hz = resonance_hz;
+        retuned
     }
 
     /// Returns the calibration in force; `None` for an uncalibrated bench.
@@ -233,12 +233,12 @@ impl Effective {
         sound_card: Option<String>,
         (now, simulated_time): (Timestamp, bool),
     ) -> Result<(), CalibrationError> {
-        let Some(in_force) = &self.calibration else {
+        let Some(calibration) = &self.calibration else {
             return Ok(());
         };
         let present =
             Identity::of(&self.config, input_device, output_device).with_sound_card(sound_card);
-        in_force.require(
+        calibration.require(
             &present,
             (now, simulated_time),
             self.config.calibration.max_age_days,
@@ -351,8 +351,12 @@ impl InForce {
     }
 }
 
-fn signed(of: &Provenance) -> String {
-    format!("{}, {}", of.date.strftime("%Y-%m-%d"), of.operator)
+fn signed(provenance: &Provenance) -> String {
+    format!(
+        "{}, {}",
+        provenance.date.strftime("%Y-%m-%d"),
+        provenance.operator
+    )
 }
 
 /// Returns the check of the volts in `file`, unless it is too old at `now` or dated in the future.
@@ -382,8 +386,8 @@ pub fn unverified(config: &Config, file: Option<&CalibrationFile>, now: Timestam
             safety.loop_latency_s
         )
     });
-    let checked = file.and_then(|file| checked_volts(config, file, now));
-    let volts = checked.is_none().then(|| match file.and_then(|file| file.output.as_ref()) {
+    let check = file.and_then(|file| checked_volts(config, file, now));
+    let volts = check.is_none().then(|| match file.and_then(|file| file.output.as_ref()) {
         Some(output) => format!(
             "the volts were checked against a meter on {}, too long ago: run `friction-bench calibrate output --meter \
              NAME`",
@@ -424,12 +428,12 @@ fn with_constants(mut config: Config, calibration: &CalibrationFile) -> Config {
             let clips_at = channels.input(index)?.clips_at.as_ref()?;
             Some((CLIPPED * clips_at.value).min(1.0))
         };
-        let of = &mut config.channels;
-        if let Some(clip_units) = clip_units(of.drive.index) {
-            of.drive.clip_units = clip_units;
+        let signals = &mut config.channels;
+        if let Some(clip_units) = clip_units(signals.drive.index) {
+            signals.drive.clip_units = clip_units;
         }
-        if let Some(clip_units) = clip_units(of.pickup.index) {
-            of.pickup.clip_units = clip_units;
+        if let Some(clip_units) = clip_units(signals.pickup.index) {
+            signals.pickup.clip_units = clip_units;
         }
     }
     config

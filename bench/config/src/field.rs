@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::refused::{Refused, within};
+use super::refused::{Refused, require_range};
 
 /// `encoder.source`: device that counts the encoder's signals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -37,8 +37,8 @@ pub struct Encoder {
 impl Encoder {
     pub(super) fn check(&self) -> Result<(), Refused> {
         let step_m = self.metres_per_count.abs();
-        within("encoder.metres_per_count", step_m, 1e-7, 1e-3, "m")?;
-        within("encoder.origin_m", self.origin_m, -10.0, 10.0, "m")
+        require_range("encoder.metres_per_count", step_m, 1e-7, 1e-3, "m")?;
+        require_range("encoder.origin_m", self.origin_m, -10.0, 10.0, "m")
     }
 }
 
@@ -87,7 +87,9 @@ pub struct Gpio {
 
 impl Gpio {
     pub(super) fn check(&self) -> Result<(), Refused> {
-        if let (GpioBackend::FieldBox, Some((key, line))) = (self.backend, self.named().next()) {
+        if let (GpioBackend::FieldBox, Some((key, line))) =
+            (self.backend, self.lines_in_use().next())
+        {
             let why = format!(
                 "gpio.{key} = {line} numbers a line of this computer, and gpio.backend = \"field-box\": the lines of a field \
                  box have their places on it; remove {key}"
@@ -105,13 +107,13 @@ impl Gpio {
                 }
             }
         }
-        let mut used: Vec<_> = self
-            .named()
+        let mut lines: Vec<_> = self
+            .lines_in_use()
             .map(|(key, line)| (self.port(key), line))
             .collect();
-        used.sort_unstable();
-        if let Some(twice) = used.windows(2).find(|pair| pair[0] == pair[1]) {
-            let why = format!("GPIO line {} is used twice in [gpio]", twice[0].1);
+        lines.sort_unstable();
+        if let Some(duplicate) = lines.windows(2).find(|pair| pair[0] == pair[1]) {
+            let why = format!("GPIO line {} is used twice in [gpio]", duplicate[0].1);
             return Err(Refused::new("gpio", why));
         }
         if self.backend == GpioBackend::Gpiocdev && self.chip.is_none() {
@@ -128,11 +130,11 @@ impl Gpio {
 
     /// Returns the numbers of the wired lines.
     pub fn lines(&self) -> impl Iterator<Item = u8> {
-        self.named().map(|(_, line)| line)
+        self.lines_in_use().map(|(_, line)| line)
     }
 
     /// Returns the keys and numbers of the wired lines.
-    fn named(&self) -> impl Iterator<Item = (&'static str, u8)> {
+    fn lines_in_use(&self) -> impl Iterator<Item = (&'static str, u8)> {
         let lines = [
             ("encoder_a", self.encoder_a),
             ("encoder_b", self.encoder_b),
@@ -188,6 +190,6 @@ impl Default for Sound {
 
 impl Sound {
     pub(super) fn check(&self) -> Result<(), Refused> {
-        within("sound.level", self.level, 0.0, 1.0, "")
+        require_range("sound.level", self.level, 0.0, 1.0, "")
     }
 }

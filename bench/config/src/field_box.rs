@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::refused::{Refused, within};
+use crate::refused::{Refused, require_range};
 
 /// Hexadecimal digits of a box's serial number.
 const SERIAL_DIGITS: usize = 16;
@@ -26,7 +26,7 @@ pub struct FieldBox {
 
 impl FieldBox {
     pub(super) fn check(&self) -> Result<(), Refused> {
-        within("field_box.latency_s", self.latency_s, 0.0, 0.1, "s")?;
+        require_range("field_box.latency_s", self.latency_s, 0.0, 0.1, "s")?;
         let digits = |serial: &String| {
             serial.len() == SERIAL_DIGITS && serial.bytes().all(|byte| byte.is_ascii_hexdigit())
         };
@@ -67,6 +67,6 @@ impl BoxForce {
         let checked = self.newtons_per_full_scale;
         checked
             .iter()
-            .try_for_each(|newtons| within(key, newtons.abs(), 0.1, 1e4, "N"))
+            .try_for_each(|newtons| require_range(key, newtons.abs(), 0.1, 1e4, "N"))
     }
 }

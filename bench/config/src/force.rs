@@ -10,7 +10,7 @@ use crate::force_protocol::ForceProtocol;
 use crate::gauges::Gauges;
 use crate::limits::Safety;
 use crate::netft::Netft;
-use crate::refused::{Refused, within};
+use crate::refused::{Refused, require_range};
 use crate::sound_card::{Audio, InputMap};
 
 /// `[force]`: source of the force sensor's readings, and their correction.
@@ -235,15 +235,15 @@ impl Force {
     ) -> Result<(), Refused> {
         match &self.sensor {
             Sensor::Serial(serial) => {
-                within("force.baud", f64::from(serial.baud), 1200.0, 2e7, "baud")?;
+                require_range("force.baud", f64::from(serial.baud), 1200.0, 2e7, "baud")?;
             }
             Sensor::Channels(gauges) => gauges.check(audio, inputs)?,
             Sensor::Netft(netft) => netft.check()?,
             Sensor::FieldBox(force) => force.check()?,
         }
-        within("force.latency_s", self.latency_s, 0.0, 0.1, "s")?;
+        require_range("force.latency_s", self.latency_s, 0.0, 0.1, "s")?;
         if let Some(range_n) = self.range_n {
-            within("force.range_n", range_n, 0.1, 1e3, "N")?;
+            require_range("force.range_n", range_n, 0.1, 1e3, "N")?;
         }
         self.correction()
             .require_plausible(safety.max_forces_n())
@@ -266,8 +266,8 @@ impl Force {
             Sensor::Netft(netft) => netft.identity(),
             Sensor::FieldBox(force) => {
                 let [normal, lateral] = force.newtons_per_full_scale;
-                let of = field_box.map(FieldBox::identity).unwrap_or_default();
-                format!("field box {of}, {normal} and {lateral} N at full scale")
+                let box_identity = field_box.map(FieldBox::identity).unwrap_or_default();
+                format!("field box {box_identity}, {normal} and {lateral} N at full scale")
             }
         }
     }
@@ -329,22 +329,22 @@ mod tests {
     /// Parses the simulated bench's description with other lines in its table `[force]`.
     fn with_force(lines: &str) -> Result<Config, ConfigError> {
         let text = include_str!("../../mock-bench.toml");
-        let (before, rest) = text.split_once("[force]\n").unwrap();
-        let (_, after) = rest.split_once("\n\n").unwrap();
-        let text = format!("{before}[force]\n{lines}\n\n{after}");
+        let (head, rest) = text.split_once("[force]\n").unwrap();
+        let (_, tail) = rest.split_once("\n\n").unwrap();
+        let text = format!("{head}[force]\n{lines}\n\n{tail}");
         Config::parse(&text, "bench.toml")
     }
 
-    fn refused(lines: &str) -> String {
+    fn refusal(lines: &str) -> String {
         let line = |text: &str| text.lines().position(|line| line == "[force]").unwrap();
         let first = line(include_str!("../../mock-bench.toml"));
-        let said = with_force(lines).unwrap_err().to_string();
-        let number = said.split_once("line ").unwrap().1;
+        let message = with_force(lines).unwrap_err().to_string();
+        let number = message.split_once("line ").unwrap().1;
         let end = number.find(|c: char| !c.is_ascii_digit()).unwrap();
         let number: usize = number[..end].parse().unwrap();
-        println!("{said}");
-        assert!((first..first + 8).contains(&number), "{said}");
-        said
+        println!("{message}");
+        assert!((first..first + 8).contains(&number), "{message}");
+        message
     }
 
     #[test]
@@ -428,8 +428,8 @@ mod tests {
                 "address",
             ),
         ] {
-            let said = refused(lines);
-            assert!(said.contains(word), "{said}");
+            let message = refusal(lines);
+            assert!(message.contains(word), "{message}");
         }
     }
 }

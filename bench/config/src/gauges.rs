@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::cal_file::MakersMatrix;
-use crate::refused::{Refused, within};
+use crate::refused::{Refused, require_range};
 use crate::six_axis::SixAxis;
 use crate::sound_card::{Audio, InputMap};
 
@@ -61,7 +61,7 @@ impl Default for Gauges {
     }
 }
 
-fn refused(key: &str, why: String) -> Result<(), Refused> {
+fn refusal(key: &str, why: String) -> Result<(), Refused> {
     let key = format!("force.channels.{key}");
     let why = format!("{key} {why}");
     Err(Refused::new(&key, why))
@@ -78,11 +78,11 @@ impl Gauges {
                 "= \"{}\" and newtons_per_v say the same thing twice: remove one",
                 path.display()
             );
-            return refused("cal_file", why);
+            return refusal("cal_file", why);
         }
         let Some(folder) = folder else {
             let why = format!("= \"{}\" is read beside a bench.toml only", path.display());
-            return refused("cal_file", why);
+            return refusal("cal_file", why);
         };
         match MakersMatrix::read(&folder.join(&path)) {
             Ok(makers) => {
@@ -96,7 +96,7 @@ impl Gauges {
                     path.display(),
                     crate::cal_file::in_words(&error)
                 );
-                refused("cal_file", why)
+                refusal("cal_file", why)
             }
         }
     }
@@ -107,7 +107,7 @@ impl Gauges {
             let why = format!(
                 "names {count} inputs: name those of the gauges, 2 to {MOST_INPUTS}, such as inputs = [2, 3]"
             );
-            return refused("inputs", why);
+            return refusal("inputs", why);
         }
         for (i, &input) in self.inputs.iter().enumerate() {
             if input >= audio.input_channels {
@@ -115,16 +115,16 @@ impl Gauges {
                     "names input {input}, and audio.input_channels = {}, numbered from 0",
                     audio.input_channels
                 );
-                return refused("inputs", why);
+                return refusal("inputs", why);
             }
             if input == map.drive.index || input == map.pickup.index {
-                return refused(
+                return refusal(
                     "inputs",
                     format!("names input {input}, which [channels] reads as drive or pickup"),
                 );
             }
             if self.inputs[..i].contains(&input) {
-                return refused("inputs", format!("names input {input} twice"));
+                return refusal("inputs", format!("names input {input} twice"));
             }
         }
         if self.volts_per_unit.len() != 1 && self.volts_per_unit.len() != count {
@@ -132,21 +132,21 @@ impl Gauges {
                 "has {} numbers for {count} inputs: give one for all, or one for each",
                 self.volts_per_unit.len()
             );
-            return refused("volts_per_unit", why);
+            return refusal("volts_per_unit", why);
         }
         for &volts in &self.volts_per_unit {
-            within("force.channels.volts_per_unit", volts, 1e-6, 1e3, "V")?;
+            require_range("force.channels.volts_per_unit", volts, 1e-6, 1e3, "V")?;
         }
         self.check_matrix()?;
-        within("force.channels.skew_s", self.skew_s, 0.0, 1e-4, "s")?;
-        within(
+        require_range("force.channels.skew_s", self.skew_s, 0.0, 1e-4, "s")?;
+        require_range(
             "force.channels.clip_units",
             self.clip_units,
             1e-3,
             1.0,
             "of full scale",
         )?;
-        within("force.channels.rate_hz", self.rate_hz, 1000.0, 20e3, "Hz")?;
+        require_range("force.channels.rate_hz", self.rate_hz, 1000.0, 20e3, "Hz")?;
         let frames = f64::from(audio.rate_hz) / self.rate_hz;
         if (frames - frames.round()).abs() > 1e-9 * frames {
             let why = format!(
@@ -158,7 +158,7 @@ impl Gauges {
                 f64::from(audio.rate_hz) / frames.ceil(),
                 f64::from(audio.rate_hz) / frames.floor()
             );
-            return refused("rate_hz", why);
+            return refusal("rate_hz", why);
         }
         Ok(())
     }
@@ -168,13 +168,13 @@ impl Gauges {
         if rows == 0 {
             let why = "is missing: type the sensor's matrix, or name the maker's file in cal_file"
                 .to_owned();
-            return refused("newtons_per_v", why);
+            return refusal("newtons_per_v", why);
         }
         if !ROWS.contains(&rows) {
             let why = format!(
                 "has {rows} rows: two (normal, lateral) or six (Fx, Fy, Fz, Tx, Ty, Tz) are needed"
             );
-            return refused("newtons_per_v", why);
+            return refusal("newtons_per_v", why);
         }
         for (row, values) in self.newtons_per_v.iter().enumerate() {
             if values.len() != count {
@@ -183,10 +183,13 @@ impl Gauges {
                     values.len(),
                     row + 1
                 );
-                return refused("newtons_per_v", why);
+                return refusal("newtons_per_v", why);
             }
-            if let Some(wrong) = values.iter().find(|value| !(-1e6..=1e6).contains(*value)) {
-                return refused("newtons_per_v", format!("holds {wrong} in row {}", row + 1));
+            if let Some(outlier) = values.iter().find(|value| !(-1e6..=1e6).contains(*value)) {
+                return refusal(
+                    "newtons_per_v",
+                    format!("holds {outlier} in row {}", row + 1),
+                );
             }
         }
         if rows == 6 && self.normal.is_along(self.lateral) {
@@ -194,7 +197,7 @@ impl Gauges {
                 "= \"{}\" and normal = \"{}\" lie along one axis: name two across each other",
                 self.lateral, self.normal
             );
-            return refused("lateral", why);
+            return refusal("lateral", why);
         }
         let [normal, lateral] = self.newtons_per_unit();
         let square = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -204,12 +207,12 @@ impl Gauges {
             square(&normal, &lateral),
         );
         // Two parallel rows read the same force.
-        let apart = nn * ll - nl * nl;
-        if apart.is_nan() || apart <= 1e-6 * nn * ll {
+        let determinant = nn * ll - nl * nl;
+        if determinant.is_nan() || determinant <= 1e-6 * nn * ll {
             let why =
                 "reads the same of normal and lateral force: two rows are alike, or one is zero"
                     .to_owned();
-            return refused("newtons_per_v", why);
+            return refusal("newtons_per_v", why);
         }
         Ok(())
     }
@@ -257,9 +260,9 @@ mod tests {
     /// Returns the simulated bench's description with gauges on its inputs.
     fn with_gauges(lines: &str) -> String {
         let text = include_str!("../../mock-bench.toml").replace("channels = 4 ", "channels = 8 ");
-        let (before, rest) = text.split_once("[force]\n").unwrap();
-        let (_, after) = rest.split_once("\n\n").unwrap();
-        format!("{before}[force]\nsource = \"channels\"\n[force.channels]\n{lines}\n\n{after}")
+        let (head, rest) = text.split_once("[force]\n").unwrap();
+        let (_, tail) = rest.split_once("\n\n").unwrap();
+        format!("{head}[force]\nsource = \"channels\"\n[force.channels]\n{lines}\n\n{tail}")
     }
 
     fn parsed(lines: &str) -> Result<Gauges, ConfigError> {
@@ -274,21 +277,28 @@ mod tests {
 
     #[test]
     fn newtons_per_sample_value_are_those_of_the_rows_or_of_the_axes() {
-        let two = parsed(&format!("{TWO}volts_per_unit = [10.0, 5.0]")).unwrap();
-        assert_eq!(two.newtons_per_unit(), [vec![20.0, 0.5], vec![0.0, -15.0]]);
-        let six = "inputs = [2, 3]\nnewtons_per_v = [[1.0, 0.0], [5.0, 5.0], [0.0, 4.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]";
-        let six = parsed(&format!("{six}\nvolts_per_unit = [2.0]")).unwrap();
-        assert_eq!(six.newtons_per_unit(), [vec![-0.0, -8.0], vec![2.0, 0.0]]);
+        let two_gauges = parsed(&format!("{TWO}volts_per_unit = [10.0, 5.0]")).unwrap();
+        assert_eq!(
+            two_gauges.newtons_per_unit(),
+            [vec![20.0, 0.5], vec![0.0, -15.0]]
+        );
+        let text = "inputs = [2, 3]\nnewtons_per_v = [[1.0, 0.0], [5.0, 5.0], [0.0, 4.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]";
+        let six_gauges = parsed(&format!("{text}\nvolts_per_unit = [2.0]")).unwrap();
+        assert_eq!(
+            six_gauges.newtons_per_unit(),
+            [vec![-0.0, -8.0], vec![2.0, 0.0]]
+        );
         assert!(
-            six.identity()
+            six_gauges
+                .identity()
                 .starts_with("a sensor on inputs [2, 3], matrix ")
         );
-        assert_ne!(six.identity(), two.identity());
+        assert_ne!(six_gauges.identity(), two_gauges.identity());
     }
 
     #[test]
     fn what_cannot_be_a_sensor_is_refused_with_its_line() {
-        let with = |line: &str| format!("{TWO}{line}");
+        let bench_with = |line: &str| format!("{TWO}{line}");
         for (lines, word) in [
             (String::new(), "names 0 inputs"),
             ("inputs = [2]".to_owned(), "names 1 inputs"),
@@ -304,26 +314,33 @@ mod tests {
                 "two rows are alike",
             ),
             (TWO.replace("[0.0, -3.0]", "[0.0, 0.0]"), "one is zero"),
-            (with("volts_per_unit = []"), "0 numbers for 2 inputs"),
-            (with("volts_per_unit = [1.0, 0.0]"), "volts_per_unit = 0"),
-            (with("skew_s = 1.0"), "skew_s = 1"),
-            (with("clip_units = 0.0"), "clip_units = 0"),
-            (with("rate_hz = 100.0"), "rate_hz = 100"),
-            (with("rate_hz = 5000.0"), "192000 / 5000 = 38.400"),
-            (with("rat_hz = 4000.0"), "rate_hz"),
-            (with("cal_file = \"FT1.cal\""), "say the same thing twice"),
+            (bench_with("volts_per_unit = []"), "0 numbers for 2 inputs"),
+            (
+                bench_with("volts_per_unit = [1.0, 0.0]"),
+                "volts_per_unit = 0",
+            ),
+            (bench_with("skew_s = 1.0"), "skew_s = 1"),
+            (bench_with("clip_units = 0.0"), "clip_units = 0"),
+            (bench_with("rate_hz = 100.0"), "rate_hz = 100"),
+            (bench_with("rate_hz = 5000.0"), "192000 / 5000 = 38.400"),
+            (bench_with("rat_hz = 4000.0"), "rate_hz"),
+            (
+                bench_with("cal_file = \"FT1.cal\""),
+                "say the same thing twice",
+            ),
             (
                 "inputs = [2, 3]\ncal_file = \"FT1.cal\"".to_owned(),
                 "beside a bench.toml only",
             ),
         ] {
-            let said = parsed(&lines).unwrap_err().to_string();
+            let message = parsed(&lines).unwrap_err().to_string();
             assert!(
-                said.contains(word) && said.contains("force.channels") || said.contains("rat_hz"),
-                "{said}"
+                message.contains(word) && message.contains("force.channels")
+                    || message.contains("rat_hz"),
+                "{message}"
             );
-            let stands = !said.contains("is missing") && !lines.is_empty();
-            assert_eq!(said.contains(", line "), stands, "{said}");
+            let has_line = !message.contains("is missing") && !lines.is_empty();
+            assert_eq!(message.contains(", line "), has_line, "{message}");
         }
     }
 

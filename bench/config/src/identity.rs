@@ -93,14 +93,14 @@ impl Identity {
     /// [`Mismatch`] with the first difference.
     pub fn require(&self, present: &Self) -> Result<(), Mismatch> {
         let number = |value: f64| value.to_string();
-        let channels = |of: &Self| {
+        let channels = |identity: &Self| {
             format!(
                 "drive on input {}, pickup on input {}, amplifier on output {}",
-                of.drive_channel, of.pickup_channel, of.output_channel
+                identity.drive_channel, identity.pickup_channel, identity.output_channel
             )
         };
         let quoted = |text: &str| format!("\"{text}\"");
-        let sensor = |named: &Option<String>| quoted(named.as_deref().unwrap_or("none"));
+        let sensor = |name: &Option<String>| quoted(name.as_deref().unwrap_or("none"));
         let cards = self.sound_card.as_ref().zip(present.sound_card.as_ref());
         let (card, present_card) =
             cards.map_or_else(Default::default, |(a, b)| (quoted(a), quoted(b)));
@@ -211,10 +211,10 @@ mod tests {
             assert_eq!(calibrated.require(&bench(present)), Ok(()));
         }
         assert_eq!(bench(None).require(&calibrated), Ok(()));
-        let other = calibrated.require(&bench(Some("serial number 23B")));
-        let other = other.map_err(|mismatch| (mismatch.what, mismatch.present));
+        let result = calibrated.require(&bench(Some("serial number 23B")));
+        let result = result.map_err(|mismatch| (mismatch.what, mismatch.present));
         assert_eq!(
-            other,
+            result,
             Err(("the sound card", "\"serial number 23B\"".to_owned()))
         );
     }

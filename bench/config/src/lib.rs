@@ -210,66 +210,66 @@ impl Config {
     pub fn loosened(&self) -> Vec<String> {
         let (safety, limits, plate) = (&self.safety, &self.limits, &self.plate);
         let default = Safety::default();
-        let over = |key, value: f64, default: f64| (key, value, default, value > default);
-        let under = |key, value: f64, default: f64| (key, value, default, value < default);
+        let above_default = |key, value: f64, default: f64| (key, value, default, value > default);
+        let below_default = |key, value: f64, default: f64| (key, value, default, value < default);
         [
-            over(
+            above_default(
                 "safety.max_normal_n",
                 safety.max_normal_n,
                 default.max_normal_n,
             ),
-            over(
+            above_default(
                 "safety.max_lateral_n",
                 safety.max_lateral_n,
                 default.max_lateral_n,
             ),
-            over(
+            above_default(
                 "safety.readback_tolerance",
                 safety.readback_tolerance,
                 default.readback_tolerance,
             ),
-            over(
+            above_default(
                 "safety.readback_floor_v",
                 safety.readback_floor_v,
                 default.readback_floor_v,
             ),
-            over(
+            above_default(
                 "safety.loop_latency_s",
                 safety.loop_latency_s,
                 default.loop_latency_s,
             ),
-            over("safety.silence_s", safety.silence_s, default.silence_s),
-            over(
+            above_default("safety.silence_s", safety.silence_s, default.silence_s),
+            above_default(
                 "safety.estop_test_hours",
                 safety.estop_test_hours,
                 default.estop_test_hours,
             ),
-            over(
+            above_default(
                 "limits.amplitude_um",
                 limits.amplitude_um,
                 Limits::default_amplitude_um(),
             ),
-            over(
+            above_default(
                 "limits.surface_c",
                 limits.surface_c,
                 Limits::default_surface_c(),
             ),
-            over(
+            above_default(
                 "limits.driving_s_per_hour",
                 limits.driving_s_per_hour(),
                 Limits::PUBLISHED_DRIVING_S_PER_HOUR,
             ),
-            over(
+            above_default(
                 "plate.heat_capacity_j_per_k",
                 plate.heat_capacity_j_per_k,
                 Plate::default_heat_capacity(),
             ),
-            over(
+            above_default(
                 "plate.heat_loss_w_per_k",
                 plate.heat_loss_w_per_k,
                 Plate::default_heat_loss(),
             ),
-            under("plate.room_c", plate.room_c, Plate::default_room()),
+            below_default("plate.room_c", plate.room_c, Plate::default_room()),
         ]
         .into_iter()
         .filter(|(_, _, _, loose)| *loose)

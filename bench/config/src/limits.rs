@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::refused::{Refused, within};
+use super::refused::{Refused, require_range};
 
 /// `[limits]`: limits of the drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -84,13 +84,13 @@ impl Limits {
 
     pub(super) fn check(&self) -> Result<(), Refused> {
         let most_v = signalgen::HARD_LIMIT_V;
-        within("limits.drive_v", self.drive_v, 0.0, most_v, "V")?;
-        within("limits.ramp_s", self.ramp_s, 0.005, 1.0, "s")?;
-        within("limits.amplitude_um", self.amplitude_um, 0.01, 20.0, "µm")?;
-        within("limits.surface_c", self.surface_c, 30.0, 43.0, "°C")?;
+        require_range("limits.drive_v", self.drive_v, 0.0, most_v, "V")?;
+        require_range("limits.ramp_s", self.ramp_s, 0.005, 1.0, "s")?;
+        require_range("limits.amplitude_um", self.amplitude_um, 0.01, 20.0, "µm")?;
+        require_range("limits.surface_c", self.surface_c, 30.0, 43.0, "°C")?;
         let driving_s = self.driving_s_per_hour;
-        within("limits.driving_s_per_hour", driving_s, 0.0, 3600.0, "s")?;
-        for (key, reason, what) in [
+        require_range("limits.driving_s_per_hour", driving_s, 0.0, 3600.0, "s")?;
+        for (key, reason, claim) in [
             (
                 "limits.audible_carrier_because",
                 &self.audible_carrier_because,
@@ -103,7 +103,7 @@ impl Limits {
             ),
         ] {
             if reason.as_ref().is_some_and(|why| why.trim().is_empty()) {
-                let why = format!("{key} is empty: state why {what}");
+                let why = format!("{key} is empty: state why {claim}");
                 return Err(Refused::new(key, why));
             }
         }
@@ -336,48 +336,49 @@ impl Safety {
             ("safety.max_normal_n", self.max_normal_n),
             ("safety.max_lateral_n", self.max_lateral_n),
         ] {
-            within(key, limit_n, least_n, most_n, "N")?;
+            require_range(key, limit_n, least_n, most_n, "N")?;
         }
-        within(
+        require_range(
             "safety.readback_tolerance",
             self.readback_tolerance,
             0.01,
             1.0,
             "",
         )?;
-        within(
+        require_range(
             "safety.readback_floor_v",
             self.readback_floor_v,
             0.0,
             20.0,
             "V",
         )?;
-        within(
+        require_range(
             "safety.loop_latency_s",
             self.loop_latency_s,
             0.005,
             1.0,
             "s",
         )?;
-        within("safety.silence_s", self.silence_s, 0.02, 1.0, "s")?;
+        require_range("safety.silence_s", self.silence_s, 0.02, 1.0, "s")?;
         let hours = self.estop_test_hours;
-        within("safety.estop_test_hours", hours, 0.1, 168.0, "h")?;
+        require_range("safety.estop_test_hours", hours, 0.1, 168.0, "h")?;
         let [least_s, most_s] = ::safety::DEAD_MAN_RELEASE_S;
         let release_s = self.dead_man_release_s;
-        within("safety.dead_man_release_s", release_s, least_s, most_s, "s")
+        require_range("safety.dead_man_release_s", release_s, least_s, most_s, "s")
     }
 
     fn check_waiver(&self) -> Result<(), Refused> {
-        let twice = |line: &HardwareStop| self.waived.iter().filter(|w| *w == line).count() > 1;
-        if let Some(line) = self.waived.iter().find(|line| twice(line)) {
+        let is_repeated =
+            |line: &HardwareStop| self.waived.iter().filter(|w| *w == line).count() > 1;
+        if let Some(line) = self.waived.iter().find(|line| is_repeated(line)) {
             let why = format!("safety.waived names {line} twice");
             return Err(Refused::new("safety.waived", why));
         }
-        let named = self
+        let has_name = self
             .waived_by
             .as_ref()
             .is_some_and(|name| !name.trim().is_empty());
-        if !self.waived.is_empty() && !named {
+        if !self.waived.is_empty() && !has_name {
             let why =
                 "safety.waived needs safety.waived_by, the name of the person who answers for it"
                     .to_owned();

@@ -4,7 +4,7 @@ use std::net::{IpAddr, SocketAddr};
 
 use serde::{Deserialize, Serialize};
 
-use crate::refused::{Refused, within};
+use crate::refused::{Refused, require_range};
 use crate::six_axis::SixAxis;
 
 /// UDP port on which a Net F/T serves raw data transfer (ATI 9620-05-NET FT, section 10).
@@ -51,9 +51,9 @@ impl Netft {
             return Err(Refused::new("force.netft.address", why));
         }
         if let Some(counts_per_n) = self.counts_per_n {
-            within("force.netft.counts_per_n", counts_per_n, 1.0, 1e9, "1/N")?;
+            require_range("force.netft.counts_per_n", counts_per_n, 1.0, 1e9, "1/N")?;
         }
-        within("force.netft.sample_hz", self.sample_hz, 500.0, 20e3, "Hz")?;
+        require_range("force.netft.sample_hz", self.sample_hz, 500.0, 20e3, "Hz")?;
         if self.normal.is_along(self.lateral) {
             let why = format!(
                 "force.netft.normal = \"{}\" and force.netft.lateral = \"{}\" lie along one axis: name two across each other",
@@ -67,11 +67,11 @@ impl Netft {
     /// Returns the socket address for requests; `None` if the address is invalid, which a checked configuration excludes.
     #[must_use]
     pub fn socket(&self) -> Option<SocketAddr> {
-        let alone = |text: &str| {
+        let bare_address = |text: &str| {
             let ip: IpAddr = text.parse().ok()?;
             Some(SocketAddr::new(ip, RDT_PORT))
         };
-        let address = alone(&self.address).or_else(|| self.address.parse().ok());
+        let address = bare_address(&self.address).or_else(|| self.address.parse().ok());
         address.filter(|address| address.port() != 0 && !address.ip().is_unspecified())
     }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::refused::{Refused, within};
+use crate::refused::{Refused, require_range};
 use crate::sound_card::{Audio, SampleFormat};
 
 /// Reference of the analogue inputs.
@@ -132,16 +132,16 @@ impl Nidaqmx {
             return Err(Refused::new("nidaqmx.input_ranges_v", why));
         }
         for range_v in &self.input_ranges_v {
-            within("nidaqmx.input_ranges_v", *range_v, 0.05, 10.0, "V")?;
+            require_range("nidaqmx.input_ranges_v", *range_v, 0.05, 10.0, "V")?;
         }
-        within(
+        require_range(
             "nidaqmx.output_range_v",
             self.output_range_v,
             0.1,
             10.0,
             "V",
         )?;
-        within("nidaqmx.lead_s", self.lead_s, 1e-3, 0.05, "s")?;
+        require_range("nidaqmx.lead_s", self.lead_s, 1e-3, 0.05, "s")?;
         let block = Self::block_frames(audio);
         let (block_s, least_s) = (
             f64::from(block) / f64::from(audio.rate_hz),
@@ -163,7 +163,7 @@ impl Nidaqmx {
         let Some(convert_hz) = self.convert_hz else {
             return Ok(());
         };
-        within("nidaqmx.convert_hz", convert_hz, 1e4, 1e7, "Hz")?;
+        require_range("nidaqmx.convert_hz", convert_hz, 1e4, 1e7, "Hz")?;
         let needed_hz = f64::from(audio.rate_hz) * self.inputs.len() as f64;
         if needed_hz > convert_hz {
             let why = format!(
@@ -210,7 +210,7 @@ mod tests {
     const BENCH: &str = include_str!("../../mock-bench-nidaqmx.toml");
 
     /// Parses the bench's description with the first text of each pair replaced by the second.
-    fn with(changes: &[(&str, &str)]) -> Result<Config, ConfigError> {
+    fn bench_with(changes: &[(&str, &str)]) -> Result<Config, ConfigError> {
         let text = changes.iter().fold(BENCH.to_owned(), |text, (from, to)| {
             assert!(text.contains(from), "no `{from}`");
             text.replacen(from, to, 1)
@@ -220,19 +220,19 @@ mod tests {
 
     #[test]
     fn the_published_rig_and_its_other_rate_are_accepted() {
-        with(&[]).unwrap();
-        with(&[("rate_hz = 100000", "rate_hz = 125000")]).unwrap();
+        bench_with(&[]).unwrap();
+        bench_with(&[("rate_hz = 100000", "rate_hz = 125000")]).unwrap();
         let simultaneous = [
             ("rate_hz = 100000", "rate_hz = 250000"),
             ("convert_hz = 250000", ""),
         ];
-        with(&simultaneous).unwrap();
+        bench_with(&simultaneous).unwrap();
     }
 
     /// Fault 47.
     #[test]
     fn each_value_is_refused_beyond_its_range_with_the_line_to_change() {
-        for (from, to, said) in [
+        for (from, to, words) in [
             (
                 "rate_hz = 100000",
                 "rate_hz = 192000",
@@ -310,10 +310,10 @@ mod tests {
             ("estop = 0", "encoder_a = 0", "too slow to count"),
             ("estop = 0", "estop = 1", "used twice"),
         ] {
-            let error = with(&[(from, to)]).unwrap_err();
+            let error = bench_with(&[(from, to)]).unwrap_err();
             let text = format!("{error:#}");
             assert!(
-                text.contains(said) && text.contains("bench.toml"),
+                text.contains(words) && text.contains("bench.toml"),
                 "{to}: {text}"
             );
         }
@@ -323,21 +323,21 @@ mod tests {
     #[test]
     fn a_card_that_is_half_described_is_refused() {
         let table = BENCH.find("[nidaqmx]").unwrap()..BENCH.find("[output]").unwrap();
-        let without = BENCH.replace(&BENCH[table], "");
-        let error = Config::parse(&without, "bench.toml").unwrap_err();
+        let untabled = BENCH.replace(&BENCH[table], "");
+        let error = Config::parse(&untabled, "bench.toml").unwrap_err();
         assert!(
             error.to_string().contains("add the table [nidaqmx]"),
             "{error}"
         );
         // The description uses lines of a card, but a sound card drives.
-        let error = with(&[("host = \"nidaqmx\"", "host = \"native\"")]).unwrap_err();
+        let error = bench_with(&[("host = \"nidaqmx\"", "host = \"native\"")]).unwrap_err();
         assert!(error.to_string().contains("needs audio.host"), "{error}");
     }
 
     /// An input and an output may share a number, because they are on different ports.
     #[test]
     fn inputs_and_outputs_are_numbered_apart() {
-        let config = with(&[]).unwrap();
+        let config = bench_with(&[]).unwrap();
         assert_eq!((config.gpio.estop, config.gpio.enable), (Some(0), Some(0)));
     }
 }

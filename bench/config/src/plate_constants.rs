@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::refused::{Refused, within};
+use super::refused::{Refused, require_range};
 
 /// `[plate]`: constants of the plate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,19 +37,19 @@ pub struct Plate {
 
 impl Plate {
     pub(super) fn check(&self) -> Result<(), Refused> {
-        within("plate.resonance_hz", self.resonance_hz, 1e3, 2e5, "Hz")?;
-        within("plate.modal_mass_kg", self.modal_mass_kg, 1e-5, 1.0, "kg")?;
-        let of_mass = self.modal_mass_relative_error;
-        within("plate.modal_mass_relative_error", of_mass, 0.0, 0.3, "")?;
+        require_range("plate.resonance_hz", self.resonance_hz, 1e3, 2e5, "Hz")?;
+        require_range("plate.modal_mass_kg", self.modal_mass_kg, 1e-5, 1.0, "kg")?;
+        let mass_error = self.modal_mass_relative_error;
+        require_range("plate.modal_mass_relative_error", mass_error, 0.0, 0.3, "")?;
         let force_factor = self.force_factor_n_per_v;
-        within("plate.force_factor_n_per_v", force_factor, 1e-4, 1e2, "N/V")?;
-        within("plate.length_m", self.length_m, 0.01, 1.0, "m")?;
-        within("plate.centre_m", self.centre_m, 0.0, self.length_m, "m")?;
+        require_range("plate.force_factor_n_per_v", force_factor, 1e-4, 1e2, "N/V")?;
+        require_range("plate.length_m", self.length_m, 0.01, 1.0, "m")?;
+        require_range("plate.centre_m", self.centre_m, 0.0, self.length_m, "m")?;
         let capacity = self.heat_capacity_j_per_k;
-        within("plate.heat_capacity_j_per_k", capacity, 0.1, 1e4, "J/K")?;
+        require_range("plate.heat_capacity_j_per_k", capacity, 0.1, 1e4, "J/K")?;
         let loss = self.heat_loss_w_per_k;
-        within("plate.heat_loss_w_per_k", loss, 1e-3, 10.0, "W/K")?;
-        within("plate.room_c", self.room_c, 5.0, 27.0, "°C")
+        require_range("plate.heat_loss_w_per_k", loss, 1e-3, 10.0, "W/K")?;
+        require_range("plate.room_c", self.room_c, 5.0, 27.0, "°C")
     }
 
     pub(crate) fn default_heat_capacity() -> f64 {

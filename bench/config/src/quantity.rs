@@ -59,11 +59,11 @@ impl Quantity {
         observed: &[(f64, usize)],
         unit: &str,
     ) -> Self {
-        let seen: f64 = observed
+        let sum: f64 = observed
             .iter()
             .map(|(part, freedom)| (part / standard_error).powi(4) / *freedom as f64)
             .sum();
-        Self::new(value, standard_error, seen.recip().min(MANY) as usize, unit)
+        Self::new(value, standard_error, sum.recip().min(MANY) as usize, unit)
     }
 
     /// Returns the half-width of the 95 % interval by Student's t.
@@ -125,33 +125,36 @@ mod tests {
 
     #[test]
     fn a_quantity_is_stated_to_two_digits_of_its_interval() {
-        let stated = |value, error, unit| Quantity::new(value, error, 1_000_000, unit).to_string();
-        assert_eq!(stated(5.449_791e-6, 5.6e-9, "m"), "(5.450 ± 0.011)e-6 m");
-        assert_eq!(stated(35_162.72, 0.006, "Hz"), "35162.720 ± 0.012 Hz");
-        assert_eq!(stated(-0.63, 1e-4, "rad"), "-0.63000 ± 0.00020 rad");
-        assert_eq!(stated(292.35, 0.036, "1"), "292.350 ± 0.071");
-        assert_eq!(stated(0.0, 0.0, "V"), "0.000000 ± 0.000000 V");
-        assert_eq!(stated(-3e-8, 1e-4, "rad"), "(-0.0 ± 2.0)e-4 rad");
+        let text = |value, error, unit| Quantity::new(value, error, 1_000_000, unit).to_string();
+        assert_eq!(text(5.449_791e-6, 5.6e-9, "m"), "(5.450 ± 0.011)e-6 m");
+        assert_eq!(text(35_162.72, 0.006, "Hz"), "35162.720 ± 0.012 Hz");
+        assert_eq!(text(-0.63, 1e-4, "rad"), "-0.63000 ± 0.00020 rad");
+        assert_eq!(text(292.35, 0.036, "1"), "292.350 ± 0.071");
+        assert_eq!(text(0.0, 0.0, "V"), "0.000000 ± 0.000000 V");
+        assert_eq!(text(-3e-8, 1e-4, "rad"), "(-0.0 ± 2.0)e-4 rad");
     }
 
     #[test]
     fn parts_seen_apart_have_their_degrees_of_freedom_together() {
         // Two equal parts of 5 each: (2σ²)²/(2σ⁴/5) = 10.
         let sigma = 0.1;
-        let both = Quantity::of_parts(1.0, 2f64.sqrt() * sigma, &[(sigma, 5), (sigma, 5)], "N");
-        assert!((9..=10).contains(&both.degrees_of_freedom), "{both:?}");
-        let none_seen = Quantity::of_parts(1.0, 0.1, &[(0.0, 5)], "N");
-        assert_eq!(none_seen.degrees_of_freedom, 1000);
+        let combined = Quantity::of_parts(1.0, 2f64.sqrt() * sigma, &[(sigma, 5), (sigma, 5)], "N");
+        assert!(
+            (9..=10).contains(&combined.degrees_of_freedom),
+            "{combined:?}"
+        );
+        let unobserved = Quantity::of_parts(1.0, 0.1, &[(0.0, 5)], "N");
+        assert_eq!(unobserved.degrees_of_freedom, 1000);
     }
 
     #[test]
     fn effective_degrees_of_freedom_follow_what_was_seen() {
-        let all_seen = Quantity::combined(1.0, 0.1, 0.1, 5, "m");
-        assert_eq!(all_seen.degrees_of_freedom, 5);
+        let observed = Quantity::combined(1.0, 0.1, 0.1, 5, "m");
+        assert_eq!(observed.degrees_of_freedom, 5);
         // Student's t for 5 degrees of freedom.
-        assert!((all_seen.half_width_95() - 0.2571).abs() < 1e-4);
-        let hardly_seen = Quantity::combined(1.0, 0.1, 0.001, 5, "m");
-        assert_eq!(hardly_seen.degrees_of_freedom, 1000);
-        assert!((hardly_seen.half_width_95() - 0.1962).abs() < 1e-4);
+        assert!((observed.half_width_95() - 0.2571).abs() < 1e-4);
+        let scarce = Quantity::combined(1.0, 0.1, 0.001, 5, "m");
+        assert_eq!(scarce.degrees_of_freedom, 1000);
+        assert!((scarce.half_width_95() - 0.1962).abs() < 1e-4);
     }
 }

@@ -24,17 +24,17 @@ impl Refused {
 }
 
 impl From<OutOfRange> for Refused {
-    fn from(out: OutOfRange) -> Self {
+    fn from(error: OutOfRange) -> Self {
         Self {
-            key: Some(out.key.clone()),
-            why: out.to_string(),
-            range: Some(Box::new(out)),
+            key: Some(error.key.clone()),
+            why: error.to_string(),
+            range: Some(Box::new(error)),
         }
     }
 }
 
 /// Requires that `value` is in the range from `low` to `high`; NaN is rejected.
-pub(super) fn within(
+pub(super) fn require_range(
     key: &str,
     value: f64,
     low: f64,

@@ -120,8 +120,8 @@ mod tests {
             let axis = SixAxis::try_from(name.to_owned()).unwrap();
             assert_eq!(axis.to_string(), name);
         }
-        for wrong in ["", "-", "tz", "--fz", "f", "fzz"] {
-            assert!(SixAxis::try_from(wrong.to_owned()).is_err(), "{wrong}");
+        for text in ["", "-", "tz", "--fz", "f", "fzz"] {
+            assert!(SixAxis::try_from(text.to_owned()).is_err(), "{text}");
         }
         assert_eq!(SixAxis::PRESS.of([0.0, 0.0, -0.65]), 0.65);
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::refused::{Refused, within};
+use super::refused::{Refused, require_range};
 
 /// Sound layer on which streams are opened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -61,8 +61,8 @@ pub struct Audio {
 impl Audio {
     pub(super) fn check(&self) -> Result<(), Refused> {
         let rate_hz = f64::from(self.rate_hz);
-        within("audio.rate_hz", rate_hz, 44_100.0, 768_000.0, "Hz")?;
-        within("audio.ring_s", self.ring_s, 1.0, 60.0, "s")
+        require_range("audio.rate_hz", rate_hz, 44_100.0, 768_000.0, "Hz")?;
+        require_range("audio.ring_s", self.ring_s, 1.0, 60.0, "s")
     }
 
     fn default_ring_s() -> f64 {
@@ -85,7 +85,7 @@ impl OutputChannel {
     pub(super) fn check(&self, audio: &Audio) -> Result<(), Refused> {
         numbered("output.channel", self.channel, audio.output_channels)?;
         let volts_per_unit = self.volts_per_unit;
-        within("output.volts_per_unit", volts_per_unit, 1e-3, 1e4, "V")
+        require_range("output.volts_per_unit", volts_per_unit, 1e-3, 1e4, "V")
     }
 }
 
@@ -115,16 +115,16 @@ impl InputMap {
             ));
         }
         let (volts, metres) = (drive.volts_per_unit, pickup.metres_per_unit);
-        within("channels.drive.volts_per_unit", volts, 1e-3, 1e4, "V")?;
-        within("channels.pickup.metres_per_unit", metres, 1e-9, 1e-3, "m")?;
+        require_range("channels.drive.volts_per_unit", volts, 1e-3, 1e4, "V")?;
+        require_range("channels.pickup.metres_per_unit", metres, 1e-9, 1e-3, "m")?;
         for (key, clip_units) in [
             ("channels.drive.clip_units", drive.clip_units),
             ("channels.pickup.clip_units", pickup.clip_units),
         ] {
-            within(key, clip_units, 1e-3, 1.0, "of full scale")?;
+            require_range(key, clip_units, 1e-3, 1.0, "of full scale")?;
         }
         let phase_rad = pickup.phase_rad;
-        within("channels.pickup.phase_rad", phase_rad, -7.0, 7.0, "rad")
+        require_range("channels.pickup.phase_rad", phase_rad, -7.0, 7.0, "rad")
     }
 }
 

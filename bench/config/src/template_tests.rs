@@ -7,9 +7,9 @@ fn the_template_parses_with_its_optional_keys_and_without() {
     let config = Config::parse(TEMPLATE, "template").unwrap();
     assert_eq!(config.safety, Safety::default());
     assert!(config.safety.waived.is_empty());
-    let whole = Config::parse(&whole_template(), "template").unwrap();
+    let full = Config::parse(&whole_template(), "template").unwrap();
     assert_eq!(
-        whole.safety.waived,
+        full.safety.waived,
         [HardwareStop::Estop, HardwareStop::Heartbeat]
     );
 }
@@ -17,38 +17,38 @@ fn the_template_parses_with_its_optional_keys_and_without() {
 #[test]
 fn an_optional_key_stands_there_with_its_default() {
     let config = Config::parse(TEMPLATE, "template").unwrap();
-    let whole = Config::parse(&whole_template(), "template").unwrap();
+    let full = Config::parse(&whole_template(), "template").unwrap();
     // Examples for keys without a default.
     let expected = Config {
         audio: Audio {
-            buffer_frames: whole.audio.buffer_frames,
+            buffer_frames: full.audio.buffer_frames,
             ..config.audio
         },
         safety: Safety {
-            waived: whole.safety.waived.clone(),
-            waived_by: whole.safety.waived_by.clone(),
-            dead_man: whole.safety.dead_man,
+            waived: full.safety.waived.clone(),
+            waived_by: full.safety.waived_by.clone(),
+            dead_man: full.safety.dead_man,
             ..config.safety
         },
         limits: Limits {
-            audible_carrier_because: whole.limits.audible_carrier_because.clone(),
-            unchecked_volts_because: whole.limits.unchecked_volts_because.clone(),
+            audible_carrier_because: full.limits.audible_carrier_because.clone(),
+            unchecked_volts_because: full.limits.unchecked_volts_because.clone(),
             ..config.limits
         },
         force: config.force.clone().map(|force| Force {
-            range_n: whole.force.as_ref().and_then(|force| force.range_n),
+            range_n: full.force.as_ref().and_then(|force| force.range_n),
             ..force
         }),
-        gpio: whole.gpio.clone(),
-        field_box: whole.field_box.clone(),
-        nidaqmx: whole.nidaqmx.clone(),
+        gpio: full.gpio.clone(),
+        field_box: full.field_box.clone(),
+        nidaqmx: full.nidaqmx.clone(),
         calibration: CalibrationRules {
-            gravity_m_per_s2: whole.calibration.gravity_m_per_s2,
+            gravity_m_per_s2: full.calibration.gravity_m_per_s2,
             ..config.calibration
         },
         ..config
     };
-    assert_eq!(whole, expected);
+    assert_eq!(full, expected);
 }
 
 #[test]
@@ -79,8 +79,8 @@ fn every_key_stands_in_the_template() {
             .lines()
             .find(|line| line.starts_with(&format!("[{table}]")))
             .unwrap_or_else(|| panic!("no [{table}]"));
-        let wrong = text.replacen(header, &format!("{header}\nunknown_key = 0"), 1);
-        let error = Config::parse(&wrong, "template").unwrap_err();
+        let unknown_key = text.replacen(header, &format!("{header}\nunknown_key = 0"), 1);
+        let error = Config::parse(&unknown_key, "template").unwrap_err();
         let ConfigError::Toml(strict::TomlError::UnknownKey { known, .. }) = error else {
             panic!("[{table}]: {error:?}");
         };
@@ -90,8 +90,8 @@ fn every_key_stands_in_the_template() {
             keys += 1;
         }
     }
-    let wrong = format!("unknown_key = 0\n{text}");
-    let error = Config::parse(&wrong, "template").unwrap_err();
+    let unknown_key = format!("unknown_key = 0\n{text}");
+    let error = Config::parse(&unknown_key, "template").unwrap_err();
     let ConfigError::Toml(strict::TomlError::UnknownKey { known, .. }) = error else {
         panic!("{error:?}");
     };

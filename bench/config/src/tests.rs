@@ -12,7 +12,7 @@ fn with_force(keys: &str) -> Result<Config, ConfigError> {
 
 #[test]
 fn every_limit_of_a_force_calibration_has_a_range() {
-    for (key, good, bad) in [
+    for (key, accepted, rejected) in [
         ("gravity_m_per_s2", "9.8128", "9.9"),
         ("force_rest_n", "0.001", "0.1"),
         ("force_nonlinearity", "0.02", "0.3"),
@@ -22,17 +22,17 @@ fn every_limit_of_a_force_calibration_has_a_range() {
         ("force_drift_n_per_min", "0.1", "2.0"),
         ("force_zero_return_n", "0.02", "0.0"),
     ] {
-        let of = |value: &str| {
+        let bench_with = |value: &str| {
             Config::parse(
                 &format!("{BENCH}\n[calibration]\n{key} = {value}\n"),
                 "bench.toml",
             )
         };
-        assert!(of(good).is_ok(), "{key}");
-        let refused = format!("{:#}", of(bad).unwrap_err());
+        assert!(bench_with(accepted).is_ok(), "{key}");
+        let message = format!("{:#}", bench_with(rejected).unwrap_err());
         assert!(
-            refused.contains(&format!("calibration.{key}")) && refused.contains("range"),
-            "{refused}"
+            message.contains(&format!("calibration.{key}")) && message.contains("range"),
+            "{message}"
         );
     }
 }
@@ -42,20 +42,20 @@ fn every_limit_of_a_force_calibration_has_a_range() {
 fn each_force_limit_has_its_range_and_a_default() {
     for key in ["max_normal_n", "max_lateral_n"] {
         let line = BENCH.lines().find(|line| line.starts_with(key)).unwrap();
-        let of = |with: &str| Config::parse(&BENCH.replace(line, with), "bench.toml");
-        let said = |with: &str| format!("{:#}", of(with).unwrap_err());
-        assert_eq!(of("").unwrap().safety.max_forces_n(), [3.0, 3.0]);
+        let bench_with = |text: &str| Config::parse(&BENCH.replace(line, text), "bench.toml");
+        let refusal = |text: &str| format!("{:#}", bench_with(text).unwrap_err());
+        assert_eq!(bench_with("").unwrap().safety.max_forces_n(), [3.0, 3.0]);
         for value in ["0.1", "1.5", "20.0"] {
-            of(&format!("{key} = {value}")).unwrap();
+            bench_with(&format!("{key} = {value}")).unwrap();
         }
         for value in ["0.0", "-3.0", "20.1", "nan"] {
-            let said = said(&format!("{key} = {value}"));
+            let message = refusal(&format!("{key} = {value}"));
             assert!(
-                said.contains(&format!("safety.{key}")) && said.contains("0.1 to 20 N"),
-                "{said}"
+                message.contains(&format!("safety.{key}")) && message.contains("0.1 to 20 N"),
+                "{message}"
             );
         }
-        let typo = said(&format!("{} = 3.0", key.replace("max", "mx")));
+        let typo = refusal(&format!("{} = 3.0", key.replace("max", "mx")));
         assert!(typo.contains(&format!("`{key}`")), "{typo}");
     }
 }
@@ -75,8 +75,8 @@ fn a_force_matrix_that_could_hide_a_press_is_refused() {
         ("tare_n = [5.0, 0.0]", "safety.max_normal_n = 3"),
         ("tare_n = [0.0, -5.0]", "safety.max_lateral_n = 3"),
     ] {
-        let refused = format!("{:#}", with_force(keys).unwrap_err());
-        assert!(refused.contains(word), "{refused}");
+        let message = format!("{:#}", with_force(keys).unwrap_err());
+        assert!(message.contains(word), "{message}");
     }
 }
 
@@ -97,10 +97,10 @@ fn each_limit_of_the_channels_has_its_range() {
         ("delay_samples", "2.0", "0.0"),
         ("input_error", "1e-4", "0.2"),
     ] {
-        let with =
+        let bench_with =
             |value: &str| described(|text| format!("{text}\n[calibration]\n{key} = {value}\n"));
-        assert!(with(accepted).is_ok(), "{key} = {accepted}");
-        let error = format!("{:#}", with(rejected).unwrap_err());
+        assert!(bench_with(accepted).is_ok(), "{key} = {accepted}");
+        let error = format!("{:#}", bench_with(rejected).unwrap_err());
         assert!(error.contains(&format!("calibration.{key}")), "{error}");
         assert!(error.contains("outside the allowed range"), "{error}");
     }
@@ -109,7 +109,7 @@ fn each_limit_of_the_channels_has_its_range() {
 #[test]
 fn a_clip_level_is_a_part_of_full_scale() {
     for channel in ["drive", "pickup"] {
-        let with = |value: &str| {
+        let bench_with = |value: &str| {
             described(|text| {
                 text.replacen(
                     &format!("[channels.{channel}]"),
@@ -119,8 +119,8 @@ fn a_clip_level_is_a_part_of_full_scale() {
                 .replacen("   # voltage", "\n# voltage", 1)
             })
         };
-        assert!(with("0.5").is_ok(), "{channel}");
-        let error = format!("{:#}", with("1.5").unwrap_err());
+        assert!(bench_with("0.5").is_ok(), "{channel}");
+        let error = format!("{:#}", bench_with("1.5").unwrap_err());
         assert!(
             error.contains(&format!("channels.{channel}.clip_units")),
             "{error}"
@@ -137,12 +137,12 @@ fn what_is_refused_has_its_key_its_line_and_what_is_allowed() {
         .lines()
         .position(|line| line == "drive_v = 1000.0")
         .unwrap();
-    let said = Config::parse(&text, "bench.toml").unwrap_err().to_string();
+    let message = Config::parse(&text, "bench.toml").unwrap_err().to_string();
     for word in [
         &format!("bench.toml, line {line}: limits.drive_v = 1000 V"),
         "0 to 150 V",
     ] {
-        assert!(said.contains(word), "no {word:?} in {said}");
+        assert!(message.contains(word), "no {word:?} in {message}");
     }
     for (section, key, value) in [
         ("force", "latency_s", "1.0"),
@@ -159,9 +159,12 @@ fn what_is_refused_has_its_key_its_line_and_what_is_allowed() {
                 1,
             ),
         };
-        let said = Config::parse(&text, "bench.toml").unwrap_err().to_string();
+        let message = Config::parse(&text, "bench.toml").unwrap_err().to_string();
         let key = format!("{section}.{key} = ");
-        assert!(said.contains(", line ") && said.contains(&key), "{said}");
+        assert!(
+            message.contains(", line ") && message.contains(&key),
+            "{message}"
+        );
     }
 }
 
@@ -189,8 +192,8 @@ fn a_waiver_needs_a_name_and_known_lines() {
             panic!("{keys}");
         };
         let safety = 1 + BENCH.lines().position(|line| line == "[safety]").unwrap();
-        let at = safety + if line_of == "waived" { 1 } else { 2 };
-        assert_eq!(line, Some(at), "{keys}: {why}");
+        let expected_line = safety + if line_of == "waived" { 1 } else { 2 };
+        assert_eq!(line, Some(expected_line), "{keys}: {why}");
     }
     let unknown = with_safety("waived = [\"estopp\"]\nwaived_by = \"A. Tester\"").unwrap_err();
     let ConfigError::Toml(strict::TomlError::UnknownValue {
@@ -211,6 +214,6 @@ fn a_bench_without_a_waiver_is_written_as_before() {
         .unwrap();
     assert!(!text.contains("waived"), "{text}");
     let waived = with_safety("waived = [\"heartbeat\"]\nwaived_by = \"A. Tester\"").unwrap();
-    let again = Config::parse(&waived.to_toml().unwrap(), "bench.toml").unwrap();
-    assert_eq!(again, waived);
+    let reread = Config::parse(&waived.to_toml().unwrap(), "bench.toml").unwrap();
+    assert_eq!(reread, waived);
 }

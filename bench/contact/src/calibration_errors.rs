@@ -35,13 +35,13 @@ pub struct CalibrationErrors {
 impl CalibrationErrors {
     /// Returns the direct effect of each error on the parameters, before the fitted ones respond.
     pub fn by_parameter(&self) -> ByError<PARAMETERS> {
-        let mut by = ByError::zeros();
-        by[(LN_RATIO, 0)] = self.amplitude_relative;
+        let mut effect = ByError::zeros();
+        effect[(LN_RATIO, 0)] = self.amplitude_relative;
         // The amplitude ratio also scales the finger's part of Z_m, unlike an error of the amplitude alone.
-        by[(LN_FINGER, 0)] = -2.0 * self.amplitude_relative;
-        by[(LN_FINGER, 1)] = self.impedance_relative;
-        by[(FINGER_ANGLE, 2)] = self.phase_rad;
-        by[(LN_FORCE, 3)] = self.normal_force_relative;
-        by
+        effect[(LN_FINGER, 0)] = -2.0 * self.amplitude_relative;
+        effect[(LN_FINGER, 1)] = self.impedance_relative;
+        effect[(FINGER_ANGLE, 2)] = self.phase_rad;
+        effect[(LN_FORCE, 3)] = self.normal_force_relative;
+        effect
     }
 }

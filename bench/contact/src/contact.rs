@@ -7,7 +7,7 @@ use crate::root::{Jet, increasing_root};
 
 /// Just above (1 − 1/e)^(−1/2): if the asperities carry at most 1/e of the force, the gap is no larger than this times
 /// √load.
-const LIFTED: f64 = 1.257_767;
+const GAP_FACTOR: f64 = 1.257_767;
 
 /// A contact with known σ_t: the slow model of Huloux 2021, Eqs. 13–19.
 ///
@@ -47,14 +47,14 @@ pub fn equilibrium_gaps(
     gap_m: &mut [f64],
 ) -> Result<(), ModelError> {
     // Extrapolate from the two previous samples; NaN makes the solver choose its own start for the first.
-    let (mut last_m, mut before_m) = (f64::NAN, f64::NAN);
+    let (mut last_m, mut second_last_m) = (f64::NAN, f64::NAN);
     for (index, (gap, (contact, a, n))) in gap_m.iter_mut().zip(loads).enumerate() {
-        let solved = contact.equilibrium_gap_from(a, n, 2.0 * last_m - before_m);
+        let solved = contact.equilibrium_gap_from(a, n, 2.0 * last_m - second_last_m);
         *gap = solved.map_err(|source| ModelError::AtSample {
             index,
             source: Box::new(source),
         })?;
-        (last_m, before_m) = (*gap, last_m);
+        (last_m, second_last_m) = (*gap, last_m);
     }
     Ok(())
 }
@@ -246,7 +246,7 @@ impl Contact {
         let free = load.sqrt();
         let lo = rest.max(free);
         // One σ_t above rest the asperities carry 1/e of the force.
-        let hi = (rest + 1.0).max(free * LIFTED);
+        let hi = (rest + 1.0).max(free * GAP_FACTOR);
         let extrapolated = start_m / self.sigma_t_m;
         let start = if extrapolated.is_nan() {
             (rest.powi(4) + load * load).sqrt().sqrt()
@@ -254,13 +254,13 @@ impl Contact {
             extrapolated
         };
         let u = increasing_root(lo, hi, start, |u| {
-            let carried = (rest - u).exp();
-            let lifted = 1.0 - carried;
-            let slope = u * (2.0 * lifted + carried * u);
+            let asperity_share = (rest - u).exp();
+            let film_share = 1.0 - asperity_share;
+            let slope = u * (2.0 * film_share + asperity_share * u);
             (
-                lifted * u * u - load,
+                film_share * u * u - load,
                 slope,
-                2.0 * lifted + carried * u * (4.0 - u),
+                2.0 * film_share + asperity_share * u * (4.0 - u),
             )
         });
         Ok(u * self.sigma_t_m)
@@ -269,13 +269,13 @@ impl Contact {
     /// Returns the derivatives of [`equilibrium_gap_m`](Self::equilibrium_gap_m) by the contact at its solution `gap_m`, m.
     pub fn equilibrium_gap_slopes_m(&self, gap_m: f64, normal_n: f64) -> ContactSlopes {
         let u = gap_m / self.sigma_t_m;
-        let carried = self.asperity_force_n(gap_m) / normal_n;
-        let by_ln_area = self.sigma_t_m * u / (carried * u + 2.0 * (1.0 - carried));
+        let asperity_share = self.asperity_force_n(gap_m) / normal_n;
+        let by_ln_area = self.sigma_t_m * u / (asperity_share * u + 2.0 * (1.0 - asperity_share));
         ContactSlopes {
-            by_ln_sigma_t: by_ln_area * carried * (1.0 + u),
+            by_ln_sigma_t: by_ln_area * asperity_share * (1.0 + u),
             by_ln_area,
-            by_ln_q0: by_ln_area * carried,
-            by_ln_film: by_ln_area * (1.0 - carried),
+            by_ln_q0: by_ln_area * asperity_share,
+            by_ln_film: by_ln_area * (1.0 - asperity_share),
             by_ln_force: -by_ln_area,
         }
     }
@@ -355,11 +355,16 @@ impl Contact {
             });
         }
         let excess = |u: f64| -> Jet {
-            let carried = (rest - u).exp();
-            let lifted = 1.0 - carried;
-            let slope = carried * (2.0 / u - 1.0) - 2.0 * lifted / (u * u);
-            let curvature = carried * (1.0 - 2.0 / u - 4.0 / (u * u)) + 4.0 * lifted / (u * u * u);
-            (carried + 2.0 * lifted / u - relative, slope, curvature)
+            let asperity_share = (rest - u).exp();
+            let film_share = 1.0 - asperity_share;
+            let slope = asperity_share * (2.0 / u - 1.0) - 2.0 * film_share / (u * u);
+            let curvature =
+                asperity_share * (1.0 - 2.0 / u - 4.0 / (u * u)) + 4.0 * film_share / (u * u * u);
+            (
+                asperity_share + 2.0 * film_share / u - relative,
+                slope,
+                curvature,
+            )
         };
         let falling = |u: f64| {
             let (value, slope, curvature) = excess(u);
@@ -368,7 +373,7 @@ impl Contact {
         // Rounding error of a stiffness at rest or at the maximum, where f_s is a difference.
         let rounding = 4.0 * f64::EPSILON * (1.0 + 2.0 / rest);
         let peak = stiffest_gap(rest);
-        let found = |u: f64, branch| {
+        let inverted = |u: f64, branch| {
             Ok(InvertedGap {
                 gap_m: u * self.sigma_t_m,
                 branch,
@@ -380,7 +385,7 @@ impl Contact {
             } else {
                 StiffnessBranch::AboveMaximum
             };
-            return found(peak, branch);
+            return inverted(peak, branch);
         }
         // Beyond its own bound, each of the two terms is below half the target.
         let hi = (4.0 / relative)
@@ -390,14 +395,14 @@ impl Contact {
         let u = increasing_root(peak, hi, (2.0 / relative).max(rest), falling);
         if relative > 1.0 - rounding {
             let smaller = increasing_root(rest, peak, rest, excess);
-            return found(
+            return inverted(
                 u,
                 StiffnessBranch::Ambiguous {
                     smaller_gap_m: smaller * self.sigma_t_m,
                 },
             );
         }
-        found(u, StiffnessBranch::Unique)
+        inverted(u, StiffnessBranch::Unique)
     }
 
     /// Inverts each sample of a record at one normal force, like
@@ -453,12 +458,12 @@ impl Contact {
             });
         }
         // Either term alone gives a lower bound; each term at half the target gives an upper bound.
-        let alone = |target: f64| {
+        let single_term = |target: f64| {
             (self.asperity_n_per_m / target)
                 .ln()
                 .max((squeeze / target).cbrt())
         };
-        let (lo, hi) = (alone(k_c_n_per_m), alone(0.5 * k_c_n_per_m));
+        let (lo, hi) = (single_term(k_c_n_per_m), single_term(0.5 * k_c_n_per_m));
         let u = increasing_root(lo, hi, lo, |u| {
             let asperity = self.asperity_n_per_m * (-u).exp();
             let film = squeeze / (u * u * u);
@@ -501,11 +506,11 @@ fn stiffest_gap(rest: f64) -> f64 {
     }
     // −dk/du · u², increasing: 2 (1 − e) + e u (u − 2).
     increasing_root(rest, 2.0, 0.5 * (rest + 2.0), |u| {
-        let carried = (rest - u).exp();
+        let asperity_share = (rest - u).exp();
         (
-            2.0 * (1.0 - carried) + carried * u * (u - 2.0),
-            carried * u * (4.0 - u),
-            carried * (4.0 + u * (u - 6.0)),
+            2.0 * (1.0 - asperity_share) + asperity_share * u * (u - 2.0),
+            asperity_share * u * (4.0 - u),
+            asperity_share * (4.0 + u * (u - 6.0)),
         )
     })
 }

@@ -92,7 +92,7 @@ impl FittedFinger {
         ];
         self.inversion
             .covariance
-            .map(|c| units.map(|(i, unit)| units.map(|(j, other)| c[(i, j)] * unit * other)))
+            .map(|c| units.map(|(i, unit_i)| units.map(|(j, unit_j)| c[(i, j)] * unit_i * unit_j)))
     }
 
     pub(crate) fn read(
@@ -133,8 +133,8 @@ impl FittedFinger {
             contact.asperity_force_n(gap_m),
             contact.squeeze_force_n(gap_m, amplitude_m),
         );
-        let by_gap = -asperity_n / sigma - 2.0 * squeeze_n / gap_m;
-        let at_gap = ContactSlopes {
+        let gap_slope = -asperity_n / sigma - 2.0 * squeeze_n / gap_m;
+        let contact_slopes = ContactSlopes {
             by_ln_sigma_t: asperity_n * (1.0 + gap_m / sigma),
             by_ln_area: asperity_n + squeeze_n,
             by_ln_q0: asperity_n,
@@ -143,8 +143,9 @@ impl FittedFinger {
         };
         Dependent {
             value: asperity_n + squeeze_n,
-            slopes: slopes * by_gap + SVector::from_fn(|i, _| at_gap.by(i, &LoadSlopes::default())),
-            noise: by_gap.abs() * variance.sqrt(),
+            slopes: slopes * gap_slope
+                + SVector::from_fn(|i, _| contact_slopes.by(i, &LoadSlopes::default())),
+            noise: gap_slope.abs() * variance.sqrt(),
         }
     }
 }

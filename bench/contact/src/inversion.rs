@@ -70,9 +70,9 @@ impl<const N: usize> Inversion<N> {
 
     /// Returns k_c by Eq. 12, N/m; `z_m_std` is the standard deviation of one component of Z_m.
     pub fn stiffness(&self, z_m: Complex64, z_m_std: f64) -> Dependent<N> {
-        let seen = (z_m - self.z_p) / self.finger_scale;
-        let alone = (1.0 - self.residual_mobility * seen).inv();
-        let finger = seen * alone;
+        let z_observed = (z_m - self.z_p) / self.finger_scale;
+        let correction = (1.0 - self.residual_mobility * z_observed).inv();
+        let finger = z_observed * correction;
         let rest = self.z_t - finger;
         let by_z_t = -(finger / rest).powi(2);
         let by_z_m = (self.z_t / rest).powi(2);
@@ -82,12 +82,14 @@ impl<const N: usize> Inversion<N> {
                 self.carrier_rad_per_s,
             ),
             slopes: SVector::from_fn(|i, _| {
-                let by_seen = self.z_p_slopes[i] / self.finger_scale + seen * self.finger_slopes[i];
-                let by_finger = by_seen * alone * alone - finger * finger * self.residual_slopes[i];
+                let by_observed =
+                    self.z_p_slopes[i] / self.finger_scale + z_observed * self.finger_slopes[i];
+                let by_finger = by_observed * correction * correction
+                    - finger * finger * self.residual_slopes[i];
                 let slope = by_z_t * self.z_t_slopes[i] - by_z_m * by_finger;
                 -self.carrier_rad_per_s * slope.im
             }),
-            noise: self.carrier_rad_per_s * (by_z_m * alone * alone).norm() * z_m_std
+            noise: self.carrier_rad_per_s * (by_z_m * correction * correction).norm() * z_m_std
                 / self.finger_scale.norm(),
         }
     }
@@ -95,9 +97,9 @@ impl<const N: usize> Inversion<N> {
     /// Returns the gap from stiffness and amplitude, m.
     pub fn gap(&self, k_c: &Dependent<N>, amplitude_m: f64) -> Result<Dependent<N>, ModelError> {
         let gap_m = self.contact.gap_from_stiffness_m(k_c.value, amplitude_m)?;
-        let by_gap = self.contact.stiffness_slope_n_per_m2(gap_m, amplitude_m);
+        let gap_slope = self.contact.stiffness_slope_n_per_m2(gap_m, amplitude_m);
         let slopes = self.contact.stiffness_slopes_n_per_m(gap_m, amplitude_m);
-        Ok(self.implicit(gap_m, k_c, by_gap, &slopes))
+        Ok(self.implicit(gap_m, k_c, gap_slope, &slopes))
     }
 
     /// Returns the gap from stiffness in force balance, m.
@@ -109,14 +111,14 @@ impl<const N: usize> Inversion<N> {
         let inverted = self
             .contact
             .gap_from_balance_stiffness(k_c.value, normal_n)?;
-        let by_gap = self
+        let gap_slope = self
             .contact
             .balance_stiffness_slope_n_per_m2(inverted.gap_m, normal_n);
         let slopes = self
             .contact
             .balance_stiffness_slopes_n_per_m(inverted.gap_m);
         Ok((
-            self.implicit(inverted.gap_m, k_c, by_gap, &slopes),
+            self.implicit(inverted.gap_m, k_c, gap_slope, &slopes),
             inverted.branch,
         ))
     }
@@ -125,24 +127,24 @@ impl<const N: usize> Inversion<N> {
     pub fn friction_ratio(&self, gap: &Dependent<N>, normal_n: f64) -> Dependent<N> {
         let sigma = self.contact.sigma_t_m();
         let value = self.contact.friction_ratio(gap.value, normal_n);
-        let at_gap = self.contact.friction_ratio_slopes(gap.value, normal_n);
+        let contact_slopes = self.contact.friction_ratio_slopes(gap.value, normal_n);
         Dependent {
             value,
             slopes: gap.slopes * (-value / sigma)
-                + SVector::from_fn(|i, _| at_gap.by(i, &self.load)),
+                + SVector::from_fn(|i, _| contact_slopes.by(i, &self.load)),
             noise: value / sigma * gap.noise,
         }
     }
 
-    /// Returns the gap implied by a stiffness; `at_gap` gives the derivatives of the stiffness by the contact at a given gap.
+    /// Returns the gap implied by a stiffness; `contact_slopes` gives the derivatives of the stiffness by the contact at a given gap.
     fn implicit(
         &self,
         gap_m: f64,
         k_c: &Dependent<N>,
         by_gap: f64,
-        at_gap: &ContactSlopes,
+        contact_slopes: &ContactSlopes,
     ) -> Dependent<N> {
-        let by_parameters = SVector::from_fn(|i, _| at_gap.by(i, &self.load));
+        let by_parameters = SVector::from_fn(|i, _| contact_slopes.by(i, &self.load));
         Dependent {
             value: gap_m,
             slopes: (k_c.slopes - by_parameters) / by_gap,
@@ -163,13 +165,13 @@ mod tests {
     /// Real and imaginary parts of Z_p, of Z_t, of the scale's logarithm and of the residual mobility.
     const PARAMETERS: usize = 8;
 
-    fn inversion(at: [f64; PARAMETERS]) -> Inversion<PARAMETERS> {
+    fn inversion(parameters: [f64; PARAMETERS]) -> Inversion<PARAMETERS> {
         let unit = |index: usize| {
             let mut slopes = [Complex64::ZERO; PARAMETERS];
             (slopes[index], slopes[index + 1]) = (Complex64::ONE, Complex64::I);
             slopes
         };
-        let pair = |index: usize| Complex64::new(at[index], at[index + 1]);
+        let pair = |index: usize| Complex64::new(parameters[index], parameters[index + 1]);
         Inversion {
             contact: Contact::new(&AssumedConstants::default(), 1.7e-6).unwrap(),
             load: LoadSlopes::default(),
@@ -190,31 +192,36 @@ mod tests {
 
     #[test]
     fn slopes_of_the_stiffness_are_derivatives() {
-        let stiffness = |at: [f64; PARAMETERS]| inversion(at).stiffness(Z_M, 0.0);
-        let stated = stiffness(AT).slopes;
-        for (index, stated) in stated.iter().enumerate() {
-            let moved = |by: f64| {
-                let mut at = AT;
-                at[index] += by;
-                stiffness(at).value
+        let stiffness = |parameters: [f64; PARAMETERS]| inversion(parameters).stiffness(Z_M, 0.0);
+        let slopes = stiffness(AT).slopes;
+        for (index, expected) in slopes.iter().enumerate() {
+            let displaced = |step: f64| {
+                let mut parameters = AT;
+                parameters[index] += step;
+                stiffness(parameters).value
             };
-            let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
-            assert_relative_eq!(*stated, slope, max_relative = 1e-5);
+            let slope = (displaced(1e-6) - displaced(-1e-6)) / 2e-6;
+            assert_relative_eq!(*expected, slope, max_relative = 1e-5);
         }
     }
 
     /// A finger on a plate with another mode has 1/(1/Z + Y), which the inversion undoes.
     #[test]
     fn what_another_mode_adds_is_taken_off() {
-        let of = |mobility: Complex64| {
-            let alone = Z_M - Complex64::new(AT[0], AT[1]);
-            let mut at = AT;
-            (at[4], at[5], at[6], at[7]) = (0.0, 0.0, mobility.re, mobility.im);
-            let seen = (alone.inv() + mobility).inv();
-            let z_m = Complex64::new(AT[0], AT[1]) + seen;
-            inversion(at).stiffness(z_m, 0.0).value
+        let stiffness = |mobility: Complex64| {
+            let z_finger = Z_M - Complex64::new(AT[0], AT[1]);
+            let mut parameters = AT;
+            (parameters[4], parameters[5], parameters[6], parameters[7]) =
+                (0.0, 0.0, mobility.re, mobility.im);
+            let z_observed = (z_finger.inv() + mobility).inv();
+            let z_m = Complex64::new(AT[0], AT[1]) + z_observed;
+            inversion(parameters).stiffness(z_m, 0.0).value
         };
-        let alone = of(Complex64::ZERO);
-        assert_relative_eq!(of(Complex64::new(0.001, 0.01)), alone, max_relative = 1e-12);
+        let expected = stiffness(Complex64::ZERO);
+        assert_relative_eq!(
+            stiffness(Complex64::new(0.001, 0.01)),
+            expected,
+            max_relative = 1e-12
+        );
     }
 }

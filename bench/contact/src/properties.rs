@@ -11,7 +11,7 @@ const CARRIER_RAD_PER_S: f64 = TAU * 35_000.0;
 /// A contact, an amplitude up to ten times the bench's, and a normal force of at most 99 % of the asperities'
 /// limit.
 fn physical() -> impl Strategy<Value = (Contact, f64, f64)> {
-    let logarithmic = |from: f64, to: f64| (from.ln()..to.ln()).prop_map(f64::exp);
+    let logarithmic = |low: f64, high: f64| (low.ln()..high.ln()).prop_map(f64::exp);
     let amplitude = prop_oneof![1 => Just(0.0), 9 => logarithmic(1e-10, 5e-5)];
     (
         logarithmic(0.2e-6, 20e-6),
@@ -120,11 +120,11 @@ proptest! {
         let gap_m = contact.rest_gap_m(normal_n).unwrap() + sigma_t_m * from_rest.abs();
         let k_c = contact.balance_stiffness_n_per_m(gap_m, normal_n);
         let inverted = contact.gap_from_balance_stiffness(k_c, normal_n).unwrap();
-        let again = |x| contact.balance_stiffness_n_per_m(x, normal_n) / k_c - 1.0;
-        prop_assert!(again(inverted.gap_m).abs() < 1e-14, "{inverted:?} for {gap_m}: {}", again(inverted.gap_m));
+        let error = |x| contact.balance_stiffness_n_per_m(x, normal_n) / k_c - 1.0;
+        prop_assert!(error(inverted.gap_m).abs() < 1e-14, "{inverted:?} for {gap_m}: {}", error(inverted.gap_m));
         if let StiffnessBranch::Ambiguous { smaller_gap_m } = inverted.branch {
             prop_assert!(smaller_gap_m <= inverted.gap_m);
-            prop_assert!(again(smaller_gap_m).abs() < 1e-14, "{inverted:?} for {gap_m}: {}", again(smaller_gap_m));
+            prop_assert!(error(smaller_gap_m).abs() < 1e-14, "{inverted:?} for {gap_m}: {}", error(smaller_gap_m));
         }
     }
 
@@ -140,9 +140,9 @@ proptest! {
         // are lost.
         let digits_left = (z_c.norm() / z_p.re).min(z_t.norm() / z_c.norm()).min(1.0);
         prop_assume!(digits_left > 1e-4);
-        let back = harmonic::stiffness_n_per_m(harmonic::contact_from_observed(z_m, z_p, z_t), CARRIER_RAD_PER_S);
-        prop_assert!((back / k_c - 1.0).abs() < 1e-9);
-        prop_assert!((contact.gap_from_stiffness_m(back, amplitude_m).unwrap() / gap_m - 1.0).abs() < 1e-9);
+        let k_c_back = harmonic::stiffness_n_per_m(harmonic::contact_from_observed(z_m, z_p, z_t), CARRIER_RAD_PER_S);
+        prop_assert!((k_c_back / k_c - 1.0).abs() < 1e-9);
+        prop_assert!((contact.gap_from_stiffness_m(k_c_back, amplitude_m).unwrap() / gap_m - 1.0).abs() < 1e-9);
     }
 
     /// Passive parts make a passive whole: Re Z_m ≥ Re Z_p.

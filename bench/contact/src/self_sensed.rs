@@ -62,12 +62,19 @@ pub fn normal_force(
         mu_ratio: vec![f64::NAN; n],
     };
     for (start, window) in gaps.windows(CENTRAL_SLOPE.len()).enumerate() {
-        let at = start + MIDDLE;
-        let force =
-            finger.normal_force(window, &CENTRAL_SLOPE, interval_s, MIDDLE, amplitude_m[at]);
-        sensed.normal_n[at] = force.value;
-        sensed.normal_std_n[at] = finger.inversion.std(&force);
-        sensed.mu_ratio[at] = finger.contact().friction_ratio(gaps[at].value, force.value);
+        let middle = start + MIDDLE;
+        let force = finger.normal_force(
+            window,
+            &CENTRAL_SLOPE,
+            interval_s,
+            MIDDLE,
+            amplitude_m[middle],
+        );
+        sensed.normal_n[middle] = force.value;
+        sensed.normal_std_n[middle] = finger.inversion.std(&force);
+        sensed.mu_ratio[middle] = finger
+            .contact()
+            .friction_ratio(gaps[middle].value, force.value);
     }
     Ok(sensed)
 }

@@ -17,7 +17,7 @@ use sources::Lines;
 pub use library::Card;
 use library::Daqmx;
 
-/// Opens the card of `config`: the host of its streams, and its lines and counter; the other lines come from `beside`.
+/// Opens the card of `config`: the host of its streams, and its lines and counter; the other lines come from `other_lines`.
 /// The library is the one at `library` if it is given, or else the configured one.
 ///
 /// # Errors
@@ -25,7 +25,7 @@ use library::Daqmx;
 pub fn open(
     config: &Config,
     library: Option<&Path>,
-    beside: Lines,
+    other_lines: Lines,
 ) -> anyhow::Result<(Host, Lines)> {
     let table = config
         .nidaqmx
@@ -33,7 +33,7 @@ pub fn open(
         .context("bench.toml has no table [nidaqmx]")?;
     let library = Daqmx::load(library.or(table.library.as_deref()))?;
     require_card(&library, &config.audio.output_device)?;
-    let lines = lines::take(&library, config, table, beside)?;
+    let lines = lines::take(&library, config, table, other_lines)?;
     let block_frames = config::Nidaqmx::block_frames(&config.audio);
     Ok((
         host::host(&library, Some(table.clone()), block_frames),
@@ -52,12 +52,12 @@ fn require_card(library: &Daqmx, device: &str) -> anyhow::Result<()> {
     let names = cards
         .iter()
         .map(|card| format!("{} ({})", card.name, card.product));
-    let there = match names.collect::<Vec<_>>().join(", ") {
-        none if none.is_empty() => "there is none".to_owned(),
+    let list = match names.collect::<Vec<_>>().join(", ") {
+        empty if empty.is_empty() => "there is none".to_owned(),
         names => format!("there is {names}"),
     };
     anyhow::bail!(
-        "there is no NI card {device}, {there}: plug it in, or name another as audio.output_device and audio.input_device in \
+        "there is no NI card {device}, {list}: plug it in, or name another as audio.output_device and audio.input_device in \
          bench.toml"
     )
 }

@@ -10,7 +10,7 @@ use sources::{LineSource, Lines, SourceGone, take_lines};
 
 use crate::library::{CounterInput, DaqError, DaqFault, Daqmx, LineInput, LineOutput};
 
-/// Takes the lines and the counter of the card that `table` and `config` name, and the others from `beside`.
+/// Takes the lines and the counter of the card that `table` and `config` name, and the others from `other_lines`.
 ///
 /// # Errors
 /// The line that is unavailable, and the reason.
@@ -18,21 +18,21 @@ pub(crate) fn take(
     library: &Daqmx,
     config: &Config,
     table: &Nidaqmx,
-    beside: Lines,
+    other_lines: Lines,
 ) -> anyhow::Result<Lines> {
     let device = &config.audio.output_device;
-    let mut lines = beside;
+    let mut lines = other_lines;
     if config.gpio.backend == GpioBackend::Nidaqmx {
         let ports = Ports {
             library,
             device,
             table,
         };
-        let of_card = take_lines(&config.gpio, &ports)?;
+        let card_lines = take_lines(&config.gpio, &ports)?;
         lines = Lines {
             // A simulated person holds a separate switch.
-            dead_man: lines.dead_man.or(of_card.dead_man),
-            ..of_card
+            dead_man: lines.dead_man.or(card_lines.dead_man),
+            ..card_lines
         };
     }
     let encoder = config.encoder.as_ref().map(|encoder| encoder.source);
@@ -43,7 +43,7 @@ pub(crate) fn take(
         })?;
         lines.counter = Some(Box::new(CardCounter {
             input,
-            before: None,
+            previous: None,
             count: 0,
             due_ns: 0,
         }));
@@ -97,7 +97,7 @@ fn system_error(error: DaqError) -> io::Error {
     }
 }
 
-fn gone(line: &str, error: &DaqError) -> GpioError {
+fn device_error(line: &str, error: &DaqError) -> GpioError {
     GpioError::Device {
         why: format!("the {line} on the NI card: {error}"),
     }
@@ -114,7 +114,7 @@ struct CardInput {
 impl InputLine for CardInput {
     fn is_high(&mut self) -> Result<bool, GpioError> {
         match self.input.is_high() {
-            Err(error) if self.is_stop => Err(gone(self.name, &error)),
+            Err(error) if self.is_stop => Err(device_error(self.name, &error)),
             read => Ok(read.unwrap_or(false)),
         }
     }
@@ -129,14 +129,14 @@ impl OutputLine for CardOutput {
     fn set(&mut self, high: bool) -> Result<(), GpioError> {
         self.output
             .set(high)
-            .map_err(|error| gone(self.name, &error))
+            .map_err(|error| device_error(self.name, &error))
     }
 }
 
 /// Encoder on a counter of the card, which misses no edge between two readings.
 struct CardCounter {
     input: CounterInput,
-    before: Option<u32>,
+    previous: Option<u32>,
     count: i64,
     due_ns: u64,
 }
@@ -154,11 +154,11 @@ impl PositionSource for CardCounter {
             return Ok(());
         }
         self.due_ns = now_ns + PERIOD_NS;
-        let read = self.input.count().map_err(|error| {
+        let count = self.input.count().map_err(|error| {
             SourceGone::Card(format!("the encoder's counter on the NI card: {error}"))
         })?;
         let host_s = now_s();
-        self.count += moved(self.before.replace(read), read);
+        self.count += movement(self.previous.replace(count), count);
         take(Counted {
             host_s,
             own_s: host_s,
@@ -171,20 +171,20 @@ impl PositionSource for CardCounter {
 }
 
 /// Returns the movement of a 32-bit counter, which wraps, also below 0.
-fn moved(before: Option<u32>, now: u32) -> i64 {
-    let step = before.map_or(0, |before| now.wrapping_sub(before));
+fn movement(previous: Option<u32>, now: u32) -> i64 {
+    let step = previous.map_or(0, |previous| now.wrapping_sub(previous));
     i64::from(step.cast_signed())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::moved;
+    use super::movement;
 
     #[test]
     fn a_counter_that_wraps_goes_on() {
-        assert_eq!(moved(None, 7), 0);
-        assert_eq!(moved(Some(7), 9), 2);
-        assert_eq!(moved(Some(1), u32::MAX), -2);
-        assert_eq!(moved(Some(u32::MAX), 1), 2);
+        assert_eq!(movement(None, 7), 0);
+        assert_eq!(movement(Some(7), 9), 2);
+        assert_eq!(movement(Some(1), u32::MAX), -2);
+        assert_eq!(movement(Some(u32::MAX), 1), 2);
     }
 }

@@ -132,7 +132,7 @@ fn connect() {
 #[derive(Default)]
 struct Seen {
     frames: AtomicU64,
-    wrong: AtomicU64,
+    mismatches: AtomicU64,
     errors: Mutex<Vec<(&'static str, ErrorKind)>>,
 }
 
@@ -143,7 +143,7 @@ impl Seen {
 }
 
 /// Returns the level that the card's output holds once no stream runs, relative to full scale.
-fn held() -> f32 {
+fn output_level() -> f32 {
     let mut sample = [f32::NAN];
     let deck = DECK.lock().unwrap();
     (deck.as_ref().unwrap().play)(sample.as_mut_ptr(), 1);
@@ -172,106 +172,108 @@ fn stream_of(channels: u16) -> StreamConfig {
 
 /// Streams until `enough` accepts the observations, for no longer than two minutes.
 fn stream(clock: &str, enough: impl Fn(&Seen) -> bool) -> Arc<Seen> {
-    let seen = Arc::new(Seen::default());
+    let observations = Arc::new(Seen::default());
     let (host, lines) = card(clock);
     assert!(lines.estop.is_some() && lines.counter.is_some());
     let device = host.devices().unwrap().next().unwrap();
-    let mut sent = LEAD;
-    let told = Arc::clone(&seen);
+    let mut frames_sent = LEAD;
+    let log = Arc::clone(&observations);
     let output = device
         .build_output_stream_raw(
             stream_of(1),
             SampleFormat::F32,
             move |data: &mut cpal::Data, _: &cpal::OutputCallbackInfo| {
                 for sample in data.as_slice_mut::<f32>().unwrap() {
-                    *sample = pattern(sent);
-                    sent += 1;
+                    *sample = pattern(frames_sent);
+                    frames_sent += 1;
                 }
             },
-            move |error: cpal::Error| told.tell("output", error.kind()),
+            move |error: cpal::Error| log.tell("output", error.kind()),
             None,
         )
         .unwrap();
     let mut base = None;
-    let (mut frame, account, told) = (0, Arc::clone(&seen), Arc::clone(&seen));
+    let (mut frame, account, log) = (0, Arc::clone(&observations), Arc::clone(&observations));
     let input = device
         .build_input_stream_raw(
             stream_of(2),
             SampleFormat::F32,
             move |data: &cpal::Data, info: &cpal::InputCallbackInfo| {
                 let at_ns = (1e9 * frame as f64 / f64::from(RATE_HZ)) as u128;
-                let mut wrong = u64::from(info.timestamp().capture.as_nanos().abs_diff(at_ns) > 1);
+                let mut mismatches =
+                    u64::from(info.timestamp().capture.as_nanos().abs_diff(at_ns) > 1);
                 for pair in data.as_slice::<f32>().unwrap().chunks_exact(2) {
                     let played = if frame < LEAD { 0.0 } else { pattern(frame) };
                     // The apparatus counts from the opening of its converters.
                     let base = *base.get_or_insert((pair[1] * 1_048_576.0).round() as u64);
-                    wrong += u64::from(pair != [played, pattern(base + frame)]);
+                    mismatches += u64::from(pair != [played, pattern(base + frame)]);
                     frame += 1;
                 }
-                account.wrong.fetch_add(wrong, Ordering::SeqCst);
+                account.mismatches.fetch_add(mismatches, Ordering::SeqCst);
                 account.frames.store(frame, Ordering::SeqCst);
             },
-            move |error: cpal::Error| told.tell("input", error.kind()),
+            move |error: cpal::Error| log.tell("input", error.kind()),
             None,
         )
         .unwrap();
     output.play().unwrap();
     input.play().unwrap();
-    let began = Instant::now();
-    while !enough(&seen) && began.elapsed() < PATIENCE {
+    let start = Instant::now();
+    while !enough(&observations) && start.elapsed() < PATIENCE {
         std::thread::sleep(Duration::from_millis(5));
     }
     drop((output, input));
-    seen
+    observations
 }
 
-fn alone() -> std::sync::MutexGuard<'static, ()> {
+fn exclusive() -> std::sync::MutexGuard<'static, ()> {
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Fault 47.
 #[test]
 fn an_hour_of_samples_comes_back_whole_and_in_order() {
-    let _alone = alone();
-    let seen = stream("ao-sample-clock", |seen| {
-        seen.frames.load(Ordering::SeqCst) >= HOUR
+    let _alone = exclusive();
+    let observations = stream("ao-sample-clock", |observations| {
+        observations.frames.load(Ordering::SeqCst) >= HOUR
     });
-    let frames = seen.frames.load(Ordering::SeqCst);
+    let frames = observations.frames.load(Ordering::SeqCst);
     assert!(frames >= HOUR, "{frames} frames");
-    assert_eq!(seen.wrong.load(Ordering::SeqCst), 0);
-    assert_eq!(*seen.errors.lock().unwrap(), []);
+    assert_eq!(observations.mismatches.load(Ordering::SeqCst), 0);
+    assert_eq!(*observations.errors.lock().unwrap(), []);
 }
 
 /// Fault 47.
 #[test]
 fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
-    let _alone = alone();
+    let _alone = exclusive();
     let stopped = |direction| {
         [
             (direction, ErrorKind::Xrun),
             (direction, ErrorKind::StreamInvalidated),
         ]
     };
-    let gone = ["output", "input"].map(|direction| (direction, ErrorKind::DeviceNotAvailable));
+    let unavailable =
+        ["output", "input"].map(|direction| (direction, ErrorKind::DeviceNotAvailable));
     for (output, kind, expected) in [
         (0, XRUN, stopped("input")),
         (1, XRUN, stopped("output")),
-        (0, GONE, gone),
+        (0, GONE, unavailable),
     ] {
         // On the outputs' clock, the inputs stand still with the outputs, without reporting an error.
         for clock in ["start-trigger", "ao-sample-clock"] {
             FAULT[1].store(kind, Ordering::SeqCst);
             let injected = AtomicBool::new(false);
-            let seen = stream(clock, |seen| {
-                let running = seen.frames.load(Ordering::SeqCst) >= 20_000;
+            let observations = stream(clock, |observations| {
+                let running = observations.frames.load(Ordering::SeqCst) >= 20_000;
                 if running && !injected.swap(true, Ordering::SeqCst) {
                     FAULT[0].store(output + 1, Ordering::SeqCst);
                 }
-                seen.errors.lock().unwrap().len() >= expected.len()
+                observations.errors.lock().unwrap().len() >= expected.len()
             });
-            assert_eq!(*seen.errors.lock().unwrap(), expected, "{clock}");
+            assert_eq!(*observations.errors.lock().unwrap(), expected, "{clock}");
             // All samples before it arrived whole.
-            assert_eq!(seen.wrong.load(Ordering::SeqCst), 0);
+            assert_eq!(observations.mismatches.load(Ordering::SeqCst), 0);
         }
     }
 }
@@ -279,8 +281,8 @@ fn a_card_that_ran_over_or_dry_or_is_gone_stops_and_says_so_once() {
 /// Fault 47.
 #[test]
 fn a_callback_that_panics_leaves_no_voltage_on_the_output() {
-    let _alone = alone();
-    for in_output in [true, false] {
+    let _alone = exclusive();
+    for is_output in [true, false] {
         let (host, _lines) = card("ao-sample-clock");
         let device = host.devices().unwrap().next().unwrap();
         let panicking = Arc::new(AtomicBool::new(false));
@@ -291,7 +293,7 @@ fn a_callback_that_panics_leaves_no_voltage_on_the_output() {
             move |data: &mut cpal::Data, _: &cpal::OutputCallbackInfo| {
                 data.as_slice_mut::<f32>().unwrap().fill(0.5);
                 blocks += 1;
-                if in_output && blocks == 20 {
+                if is_output && blocks == 20 {
                     dead.store(true, Ordering::SeqCst);
                     panic!("in the output's callback, on purpose");
                 }
@@ -304,7 +306,7 @@ fn a_callback_that_panics_leaves_no_voltage_on_the_output() {
             stream_of(2),
             SampleFormat::F32,
             move |data: &cpal::Data, _: &cpal::InputCallbackInfo| {
-                if !in_output && data.as_slice::<f32>().unwrap()[0] == 0.5 {
+                if !is_output && data.as_slice::<f32>().unwrap()[0] == 0.5 {
                     dead.store(true, Ordering::SeqCst);
                     panic!("in the input's callback, on purpose");
                 }
@@ -315,29 +317,29 @@ fn a_callback_that_panics_leaves_no_voltage_on_the_output() {
         let (output, input) = (output.unwrap(), input.unwrap());
         output.play().unwrap();
         input.play().unwrap();
-        let began = Instant::now();
-        while !panicking.load(Ordering::SeqCst) && began.elapsed() < PATIENCE {
+        let start = Instant::now();
+        while !panicking.load(Ordering::SeqCst) && start.elapsed() < PATIENCE {
             std::thread::sleep(Duration::from_millis(5));
         }
         drop((output, input));
         assert!(panicking.load(Ordering::SeqCst));
-        assert_eq!(held(), 0.0, "of full scale");
+        assert_eq!(output_level(), 0.0, "of full scale");
     }
 }
 
 #[test]
 fn lines_and_counter_are_those_of_the_card_and_an_output_ends_low() {
-    let _alone = alone();
+    let _alone = exclusive();
     connect();
     let config = Config::parse(CONFIG, "bench.toml").unwrap();
     let (_, mut lines) = daqmx::open(&config, Some(&library()), Lines::default()).unwrap();
     assert!(lines.estop.as_mut().unwrap().is_high().unwrap());
     assert!(!lines.button.as_mut().unwrap().is_high().unwrap());
-    let again = daqmx::open(&config, Some(&library()), Lines::default());
-    let refused = again.err().unwrap().to_string();
+    let second = daqmx::open(&config, Some(&library()), Lines::default());
+    let message = second.err().unwrap().to_string();
     assert!(
-        refused.contains("GPIO line 0 of Dev1") && refused.contains("in use"),
-        "{refused}"
+        message.contains("GPIO line 0 of Dev1") && message.contains("in use"),
+        "{message}"
     );
     let enable = lines.enable.as_mut().unwrap();
     enable.set(true).unwrap();
@@ -359,7 +361,7 @@ fn lines_and_counter_are_those_of_the_card_and_an_output_ends_low() {
 /// Fault 47.
 #[test]
 fn a_library_that_is_missing_or_another_one_is_refused_with_what_to_do() {
-    let _alone = alone();
+    let _alone = exclusive();
     let config = Config::parse(CONFIG, "bench.toml").unwrap();
     let absent = std::path::Path::new("/no/libnidaqmx.so");
     let refused = daqmx::open(&config, Some(absent), Lines::default());

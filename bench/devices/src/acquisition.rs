@@ -236,9 +236,9 @@ impl Acquisition {
     }
 
     fn end_flags(&mut self) {
-        let given_up = self.output_gaps.give_up();
+        let report = self.output_gaps.give_up();
         // The stretch was reported with the xrun.
-        self.output_xrun(given_up, &mut Batch::default());
+        self.output_xrun(report, &mut Batch::default());
         let updates = self.flags.end(self.pipeline.account().frames);
         self.report(updates);
     }
@@ -269,16 +269,16 @@ impl Acquisition {
         for piece in self.loss.pass(header, samples) {
             match piece {
                 Piece::Block(block) => self.accept(block, arrival_s, batch)?,
-                Piece::Lost(lost) => self.swallowed(lost, batch)?,
+                Piece::Lost(lost) => self.take_loss(lost, batch)?,
             }
         }
         Ok(())
     }
 
     fn count_xruns(&mut self, input: u64, output: u64) {
-        let before = self.pipeline.account();
+        let account = self.pipeline.account();
         self.pipeline.count_xruns(input, output);
-        if input > before.input_xruns {
+        if input > account.input_xruns {
             self.event(EventKind::InputXrun, None, None);
             self.warnings.push(format!(
                 "input xrun at {:.3} s: the card or the computer was too slow; what was lost is marked in the recording",
@@ -319,7 +319,7 @@ impl Acquisition {
         Ok(())
     }
 
-    fn swallowed(&mut self, lost: Lost, batch: &mut Batch) -> anyhow::Result<()> {
+    fn take_loss(&mut self, lost: Lost, batch: &mut Batch) -> anyhow::Result<()> {
         let lossless = lost == Lost::Exactly(0);
         self.pipeline.settle_input_xruns(lossless);
         if lossless {
@@ -338,8 +338,8 @@ impl Acquisition {
         if frames == 0 {
             return Ok(());
         }
-        let given_up = self.output_gaps.lose();
-        self.output_xrun(given_up, batch);
+        let report = self.output_gaps.lose();
+        self.output_xrun(report, batch);
         self.pipeline.take_lost(frames, &mut batch.frames)?;
         if let Some(excerpt) = &mut self.excerpt {
             excerpt.start_over();
@@ -356,16 +356,16 @@ impl Acquisition {
         let Some(xrun) = xrun else { return };
         let time_s = |frame: u64| frame as f64 / self.pipeline.rate_hz();
         let (from_s, to_s) = (time_s(xrun.from), time_s(xrun.to));
-        let none = xrun.gap == Gap::Nowhere;
+        let no_gap = xrun.gap == Gap::Nowhere;
         batch.drive_gaps.push(DriveGap {
             xrun: xrun.number,
             from_s,
-            to_s: if none { from_s } else { to_s },
+            to_s: if no_gap { from_s } else { to_s },
         });
         if xrun.gap == Gap::Sought {
             return;
         }
-        self.pipeline.settle_output_xruns(xrun.last, none);
+        self.pipeline.settle_output_xruns(xrun.last, no_gap);
         let text = xrun.gap.to_string();
         self.warnings
             .push(format!("output xrun at {from_s:.3} s: {text}"));
@@ -399,12 +399,13 @@ impl Acquisition {
                 .map(|time_s| (time_s.max(0.0) * self.pipeline.rate_hz()).round() as u64);
             let mut note = |fault, count| self.flags.note(fault, since..=until, count);
             // The estimate of the clocks may still move by more than the distance between two samples.
-            let in_order = |last_s: f64| time_s.max(last_s + LEAST_STEP_S);
-            let moved = |in_order_s: f64| u64::from(in_order_s - time_s > MISPLACED_S);
+            let ordered_s = |last_s: f64| time_s.max(last_s + LEAST_STEP_S);
+            let shift_count =
+                |ordered_time_s: f64| u64::from(ordered_time_s - time_s > MISPLACED_S);
             match reading {
                 FieldReading::Force(force) => {
-                    let placed_s = in_order(self.last_force_s);
-                    note(InputFault::ReadingMoved, moved(placed_s));
+                    let placed_s = ordered_s(self.last_force_s);
+                    note(InputFault::ReadingMoved, shift_count(placed_s));
                     let time_s = placed_s;
                     self.last_force_s = time_s;
                     note(
@@ -449,8 +450,8 @@ impl Acquisition {
                     note(InputFault::EncoderStateMissed, missed);
                     note(InputFault::PositionJumped, u64::from(jumped));
                     note(InputFault::PositionUnknown, u64::from(position_m.is_nan()));
-                    let placed_s = in_order(self.last_position_s);
-                    note(InputFault::ReadingMoved, moved(placed_s));
+                    let placed_s = ordered_s(self.last_position_s);
+                    note(InputFault::ReadingMoved, shift_count(placed_s));
                     let time_s = placed_s;
                     self.last_position_s = time_s;
                     batch.position.push(PositionRow { time_s, position_m });
@@ -538,12 +539,12 @@ impl Task for Acquisition {
             self.execute(command);
         }
         let mut batch = Batch::default();
-        self.silence.passed(now_ns)?;
+        self.silence.require_alive(now_ns)?;
         for _ in 0..MOST_BLOCKS {
             let Some(header) = self.input.pop_block(&mut self.block) else {
                 break;
             };
-            self.silence.ended();
+            self.silence.end();
             // Read only now: the block may have arrived after `now_ns`, and no arrival may be stated early.
             let arrival_ns = self.host.now_ns();
             self.pace.take(&header, arrival_ns)?;

@@ -128,7 +128,7 @@ pub fn require_watched(
         _ => return Ok(()),
     };
     config.limits.require_inaudible(carrier_hz)?;
-    let calibration = bench.calibration().map(|in_force| in_force.calibration());
+    let calibration = bench.calibration().map(|present| present.calibration());
     if let Some(plate) = calibration.and_then(|calibration| calibration.plate.as_ref()) {
         let amplitude_m = amplitude_m(&config.plate, plate.quality.value, carrier_hz, crest_v);
         let (amplitude_um, limit_um) = (1e6 * amplitude_m, config.limits.amplitude_um);
@@ -140,9 +140,9 @@ pub fn require_watched(
             });
         }
     }
-    let on_inputs = config.force.as_ref().is_some_and(Force::is_on_inputs);
+    let reads_inputs = config.force.as_ref().is_some_and(Force::is_on_inputs);
     let weighed = calibration.is_some_and(|calibration| calibration.force.is_some());
-    if pace == Pace::Card && on_inputs && !weighed {
+    if pace == Pace::Card && reads_inputs && !weighed {
         return Err(ArmingError::Unweighed);
     }
     if pace == Pace::Card && bench.checked_volts(now).is_none() {
@@ -181,10 +181,18 @@ mod tests {
         let config = Config::parse(include_str!("../../mock-bench.toml"), "test").unwrap();
         // b_p = 7.01 N·s/m.
         let quality = 0.008 * TAU * 35e3 / 7.01;
-        let at = |hz| amplitude_m(&config.plate, quality, hz, 24.0);
-        assert!((at(35e3) - 2.024e-6).abs() < 1e-9, "{}", at(35e3));
+        let amplitude_at = |hz| amplitude_m(&config.plate, quality, hz, 24.0);
+        assert!(
+            (amplitude_at(35e3) - 2.024e-6).abs() < 1e-9,
+            "{}",
+            amplitude_at(35e3)
+        );
         // At half the width of the resonance it has fallen by √2.
-        assert!((at(35e3 * (1.0 + 0.5 / quality)) * 2f64.sqrt() / at(35e3) - 1.0).abs() < 5e-3);
+        assert!(
+            (amplitude_at(35e3 * (1.0 + 0.5 / quality)) * 2f64.sqrt() / amplitude_at(35e3) - 1.0)
+                .abs()
+                < 5e-3
+        );
     }
 
     /// Fault 46.
@@ -197,14 +205,14 @@ mod tests {
             carrier_hz: 35e3,
             amplitude_v: 20.0,
         };
-        let driven = |text: &str, pace| {
+        let permission = |text: &str, pace| {
             let config = Config::parse(text, "test").unwrap();
             let bench = Effective::uncalibrated(config);
             require_watched(&bench, &tone, pace, Timestamp::UNIX_EPOCH)
         };
         let gauges = text.replace(serial, channels);
-        assert_eq!(driven(&gauges, Pace::Card), Err(ArmingError::Unweighed));
-        assert_eq!(driven(&gauges, Pace::Simulated), Ok(()));
-        assert_eq!(driven(text, Pace::Card), Ok(()));
+        assert_eq!(permission(&gauges, Pace::Card), Err(ArmingError::Unweighed));
+        assert_eq!(permission(&gauges, Pace::Simulated), Ok(()));
+        assert_eq!(permission(text, Pace::Card), Ok(()));
     }
 }

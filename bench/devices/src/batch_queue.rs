@@ -83,10 +83,10 @@ mod tests {
         assert_eq!(batches.len(), MOST_WAITING);
         assert!(batches.try_iter().all(|batch| batch.dropped == 0));
         sender.send(Batch::default());
-        let told = batches.try_recv().unwrap();
-        assert_eq!(BatchesDropped::before(&told), Some(BatchesDropped(3)));
-        let kept = [most, most + 1, most + 2].map(|k| k.to_string());
-        assert_eq!(told.warnings, kept);
+        let first = batches.try_recv().unwrap();
+        assert_eq!(BatchesDropped::before(&first), Some(BatchesDropped(3)));
+        let warnings = [most, most + 1, most + 2].map(|k| k.to_string());
+        assert_eq!(first.warnings, warnings);
         sender.send(Batch::default());
         let next = batches.try_recv().unwrap();
         assert_eq!(

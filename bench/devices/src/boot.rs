@@ -51,9 +51,9 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn the_computer_has_been_on_for_a_while_and_goes_on() {
         let first = Boot::now();
-        let then = Boot::now();
+        let second = Boot::now();
         assert!(first.id.is_some());
-        assert_eq!(first.id, then.id);
-        assert!(first.up_s > 0.0 && then.up_s >= first.up_s);
+        assert_eq!(first.id, second.id);
+        assert!(first.up_s > 0.0 && second.up_s >= first.up_s);
     }
 }

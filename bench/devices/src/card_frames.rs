@@ -17,13 +17,13 @@ pub(crate) struct CardFrames {
 impl CardFrames {
     /// Notes that the `frames` frames from card frame `card` on are those from `audio` on.
     pub(crate) fn accept(&mut self, card: u64, frames: u64, audio: u64) {
-        let swallowed = audio.saturating_sub(card);
+        let lag = audio.saturating_sub(card);
         if self
             .stretches
             .back()
-            .is_none_or(|&(_, before)| before != swallowed)
+            .is_none_or(|&(_, previous)| previous != lag)
         {
-            self.stretches.push_back((card, swallowed));
+            self.stretches.push_back((card, lag));
             if self.stretches.len() > KEPT {
                 self.stretches.pop_front();
             }
@@ -40,8 +40,8 @@ impl CardFrames {
             .stretches
             .iter()
             .rfind(|(from, _)| *from as f64 <= card);
-        let (_, swallowed) = stretch.or(self.stretches.front())?;
-        Some(card + *swallowed as f64)
+        let (_, lag) = stretch.or(self.stretches.front())?;
+        Some(card + *lag as f64)
     }
 }
 

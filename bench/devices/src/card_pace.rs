@@ -13,7 +13,7 @@ const BACKLOG_S: f64 = 5.0;
 pub struct CardPace {
     rate_hz: f64,
     /// First frame, and its arrival, ns.
-    began: Option<(u64, u64)>,
+    start: Option<(u64, u64)>,
 }
 
 impl CardPace {
@@ -22,7 +22,7 @@ impl CardPace {
     pub fn new(rate_hz: f64) -> Self {
         Self {
             rate_hz,
-            began: None,
+            start: None,
         }
     }
 
@@ -31,7 +31,7 @@ impl CardPace {
     /// # Errors
     /// If the card has delivered far more than its rate allows.
     pub fn take(&mut self, header: &BlockHeader, now_ns: u64) -> anyhow::Result<()> {
-        let (frame, began_ns) = *self.began.get_or_insert((header.first_frame, now_ns));
+        let (frame, began_ns) = *self.start.get_or_insert((header.first_frame, now_ns));
         let passed_s = now_ns.saturating_sub(began_ns) as f64 * 1e-9;
         let delivered_s = header.first_frame.saturating_sub(frame) as f64 / self.rate_hz;
         if delivered_s > FACTOR * passed_s + BACKLOG_S {
@@ -66,12 +66,12 @@ mod tests {
         let rate_hz = 192_000.0;
         for (speed, keeps) in [(1.0, true), (1.0001, true), (2.0, true), (100.0, false)] {
             let mut pace = CardPace::new(rate_hz);
-            let kept = (0..100u64).all(|i| {
+            let is_kept = (0..100u64).all(|i| {
                 let now_ns = i * 100_000_000;
                 let frame = (now_ns as f64 * 1e-9 * rate_hz * speed) as u64;
                 pace.take(&header(frame), now_ns).is_ok()
             });
-            assert_eq!(kept, keeps, "{speed}");
+            assert_eq!(is_kept, keeps, "{speed}");
         }
         // Four seconds at once, after the computer stood still.
         let mut pace = CardPace::new(rate_hz);

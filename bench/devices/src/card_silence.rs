@@ -19,9 +19,9 @@ impl CardSilence {
     ///
     /// # Errors
     /// If the card has been silent for too long.
-    pub(crate) fn passed(&mut self, now_ns: u64) -> anyhow::Result<()> {
-        let before_ns = self.looked_ns.replace(now_ns).unwrap_or(now_ns);
-        self.lasts_ns += now_ns.saturating_sub(before_ns).min(LONGEST_LOOK_NS);
+    pub(crate) fn require_alive(&mut self, now_ns: u64) -> anyhow::Result<()> {
+        let previous_ns = self.looked_ns.replace(now_ns).unwrap_or(now_ns);
+        self.lasts_ns += now_ns.saturating_sub(previous_ns).min(LONGEST_LOOK_NS);
         if self.lasts_ns >= CARD_TIMEOUT_NS {
             bail!(
                 "the sound card has delivered nothing for {} s: is it still plugged in and switched on? `friction-bench devices` lists those that are there; what was recorded is kept",
@@ -32,7 +32,7 @@ impl CardSilence {
     }
 
     /// Notes that a block has arrived.
-    pub(crate) fn ended(&mut self) {
+    pub(crate) fn end(&mut self) {
         self.lasts_ns = 0;
     }
 }

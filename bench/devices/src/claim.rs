@@ -127,9 +127,9 @@ fn parts(config: &Config) -> Vec<String> {
 
 /// Returns the name of the lock file for `what`; characters that need escaping are written as bytes, so that no two
 /// parts share a file.
-fn file_name(what: &str) -> String {
+fn file_name(part: &str) -> String {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.=,".contains(&byte);
-    let escaped = what.bytes().map(|byte| match byte {
+    let escaped = part.bytes().map(|byte| match byte {
         b' ' => "_".to_owned(),
         byte if plain(byte) && byte != b'_' => char::from(byte).to_string(),
         byte => format!("%{byte:02x}"),
@@ -161,7 +161,7 @@ mod tests {
         let gpio = |chip: &str, line: u8| {
             format!("backend = \"gpiocdev\"\nchip = \"/dev/{chip}-{name}\"\nestop = {line}")
         };
-        let with = |card: &str, port: &str, gpio: &str| {
+        let bench_with = |card: &str, port: &str, gpio: &str| {
             let mut config = bench(&name, &[("backend = \"none\"", gpio)]);
             config.audio.output_device = format!("hw:CARD={card}{name}");
             config.audio.input_device = format!("hw:CARD={card}{name}");
@@ -171,29 +171,32 @@ mod tests {
             serial.port = format!("/dev/{port}-{name}").into();
             config
         };
-        let held = Claim::take(&with("A", "ttyA", &gpio("chipA", 7))).unwrap();
-        let me = format!("another friction-bench (process {})", std::process::id());
+        let claim = Claim::take(&bench_with("A", "ttyA", &gpio("chipA", 7))).unwrap();
+        let holder = format!("another friction-bench (process {})", std::process::id());
         for (shared, word) in [
             (
-                with("A", "ttyB", &gpio("chipB", 7)),
+                bench_with("A", "ttyB", &gpio("chipB", 7)),
                 "the sound card hw:CARD=A",
             ),
             (
-                with("B", "ttyA", &gpio("chipB", 7)),
+                bench_with("B", "ttyA", &gpio("chipB", 7)),
                 "the force sensor's port /dev/ttyA",
             ),
             (
-                with("B", "ttyB", &gpio("chipA", 7)),
+                bench_with("B", "ttyB", &gpio("chipA", 7)),
                 "GPIO line 7 of /dev/chipA",
             ),
         ] {
-            let refused = Claim::take(&shared).unwrap_err().to_string();
-            assert!(refused.contains(word) && refused.contains(&me), "{refused}");
+            let message = Claim::take(&shared).unwrap_err().to_string();
+            assert!(
+                message.contains(word) && message.contains(&holder),
+                "{message}"
+            );
         }
         // A refused claim holds no lock, and other benches are unaffected.
-        let other = Claim::take(&with("B", "ttyB", &gpio("chipA", 8))).unwrap();
-        drop((held, other));
-        drop(Claim::take(&with("A", "ttyB", &gpio("chipA", 7))).unwrap());
+        let second_claim = Claim::take(&bench_with("B", "ttyB", &gpio("chipA", 8))).unwrap();
+        drop((claim, second_claim));
+        drop(Claim::take(&bench_with("A", "ttyB", &gpio("chipA", 7))).unwrap());
         for entry in fs::read_dir(lock_folder().unwrap()).unwrap() {
             let path = entry.unwrap().path();
             if path.to_string_lossy().contains(&name) {

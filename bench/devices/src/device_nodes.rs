@@ -63,8 +63,11 @@ pub fn sound_card(config: &Config) -> Option<String> {
     if audio.host != AudioHost::Native {
         return None;
     }
-    let of = |device| usb_identity(device, Path::new(CARDS), Path::new(CLASSES));
-    let (output, input) = (of(&audio.output_device)?, of(&audio.input_device)?);
+    let identity = |device| usb_identity(device, Path::new(CARDS), Path::new(CLASSES));
+    let (output, input) = (
+        identity(&audio.output_device)?,
+        identity(&audio.input_device)?,
+    );
     Some(if output == input {
         output
     } else {
@@ -76,17 +79,17 @@ pub fn sound_card(config: &Config) -> Option<String> {
 fn usb_identity(device: &str, cards: &Path, classes: &Path) -> Option<String> {
     let card = format!("card{}", card_number(device, cards)?);
     let interface = classes.join(card).join("device").canonicalize().ok()?;
-    let mut above = interface.ancestors();
-    let usb = above.find(|folder| folder.join("idVendor").is_file())?;
+    let mut ancestors = interface.ancestors();
+    let usb = ancestors.find(|folder| folder.join("idVendor").is_file())?;
     let serial = fs::read_to_string(usb.join("serial")).unwrap_or_default();
     let serial = serial.trim();
     // Many manufacturers give all of their devices a number of zeros.
-    let tells = serial
+    let is_unique = serial
         .chars()
         .any(|c| c.is_ascii_alphanumeric() && c != '0');
-    Some(if tells {
-        let shown: String = serial.chars().filter(|c| !c.is_control()).collect();
-        format!("serial number {shown}")
+    Some(if is_unique {
+        let printable: String = serial.chars().filter(|c| !c.is_control()).collect();
+        format!("serial number {printable}")
     } else {
         format!("USB port {}", usb.file_name()?.to_string_lossy())
     })
@@ -174,10 +177,10 @@ mod tests {
         fs::create_dir_all(&built_in).unwrap();
         fs::create_dir_all(classes.join("card0")).unwrap();
         symlink(built_in, classes.join("card0/device")).unwrap();
-        let told = |device| identity(device).unwrap_or_default();
-        assert_eq!(told("hw:CARD=USB,DEV=0"), "serial number 23A");
-        assert_eq!(told("plughw:2,0"), "USB port 1-2");
-        assert_eq!(told("hw:3"), "USB port 1-3");
+        let identity_text = |device| identity(device).unwrap_or_default();
+        assert_eq!(identity_text("hw:CARD=USB,DEV=0"), "serial number 23A");
+        assert_eq!(identity_text("plughw:2,0"), "USB port 1-2");
+        assert_eq!(identity_text("hw:3"), "USB port 1-3");
         for device in ["hw:0", "hw:7", "default"] {
             assert_eq!(identity(device), None, "{device}");
         }
@@ -188,10 +191,10 @@ mod tests {
     #[test]
     fn a_node_is_one_programs_own() {
         let node = tempfile::NamedTempFile::new().unwrap();
-        let held = lock(node.path()).unwrap();
-        assert!(held.is_some());
+        let node_lock = lock(node.path()).unwrap();
+        assert!(node_lock.is_some());
         assert!(lock(node.path()).is_err());
-        drop(held);
+        drop(node_lock);
         assert!(lock(node.path()).unwrap().is_some());
         assert!(lock(Path::new("/dev/absent")).unwrap().is_none());
     }

@@ -129,7 +129,7 @@ impl DoseAccount {
 
     /// Returns the driving of the last hour, on a clock with its origin `origin_s` after the computer's start: all
     /// spans of a participant's own account, and the spans of the bench's account that count for them.
-    fn before(&self, boot: &Boot, origin_s: f64, now: Timestamp) -> SlidingHour {
+    fn earlier_driving(&self, boot: &Boot, origin_s: f64, now: Timestamp) -> SlidingHour {
         let mut hour = SlidingHour::default();
         for book in &self.books {
             let counts = |span: &&Driven| self.whose.counts(span.whose);
@@ -149,7 +149,7 @@ impl DoseAccount {
     #[must_use]
     pub fn wait_s(&self, need_s: f64, boot: &Boot, now: Timestamp) -> f64 {
         let ns = |seconds: f64| (seconds * 1e9) as i64;
-        let hour = self.before(boot, boot.up_s, now);
+        let hour = self.earlier_driving(boot, boot.up_s, now);
         hour.wait_ns(0, ns(need_s), ns(self.limit_s)) as f64 * 1e-9
     }
 
@@ -168,7 +168,7 @@ impl DoseAccount {
     /// Returns the driving time left, s.
     #[must_use]
     pub fn left_s(&self, boot: &Boot, now: Timestamp) -> f64 {
-        let used_s = self.before(boot, boot.up_s, now).used_ns(0) as f64 * 1e-9;
+        let used_s = self.earlier_driving(boot, boot.up_s, now).used_ns(0) as f64 * 1e-9;
         (self.limit_s - used_s).max(0.0)
     }
 
@@ -181,11 +181,11 @@ impl DoseAccount {
     ) -> (Allowance, Option<Box<dyn Task>>) {
         let now = clock.utc();
         let origin_s = boot.up_s - clock.since_origin_s();
-        let before = self.before(&boot, origin_s, now);
+        let earlier_driving = self.earlier_driving(&boot, origin_s, now);
         let (sender, spans) = safety::span_reports();
         let mut books = self.books;
         for book in &mut books {
-            book.spans = dose_record::kept(&book.spans, &boot, now);
+            book.spans = dose_record::recent_spans(&book.spans, &boot, now);
         }
         let task = (!books.is_empty()).then(|| -> Box<dyn Task> {
             Box::new(DoseKeeper {
@@ -202,7 +202,7 @@ impl DoseAccount {
         let allowance = Allowance {
             limit_s: self.limit_s,
             need_s: self.need_s,
-            before,
+            before: earlier_driving,
             spans: task.is_some().then_some(sender),
         };
         (allowance, task)
@@ -256,16 +256,16 @@ impl DoseKeeper {
 
     /// Returns `span` as a record. A suspension of the computer during or after the span places it later by the same
     /// time: the age of a span counts from its end.
-    fn driven(&self, span: Span, driven_s: f64) -> Driven {
+    fn driven_span(&self, span: Span, driven_s: f64) -> Driven {
         let start_s = span.start_ns as f64 * 1e-9;
         let ago_s = self.clock.now_ns() as f64 * 1e-9 - start_s;
-        let ago = SignedDuration::try_from_secs_f64(ago_s).unwrap_or_default();
+        let elapsed = SignedDuration::try_from_secs_f64(ago_s).unwrap_or_default();
         let now = self.clock.utc();
         Driven {
             boot: self.boot.id.clone(),
             up_s: (self.origin_s + self.clock.since_origin_s() - ago_s).max(0.0),
             driven_s,
-            date: now.saturating_sub(ago).unwrap_or(now),
+            date: now.saturating_sub(elapsed).unwrap_or(now),
             whose: self.whose,
             machine: self.boot.machine.clone(),
         }
@@ -273,10 +273,10 @@ impl DoseKeeper {
 
     /// Writes the records with the open span at a length of `driven_s`.
     fn write(&mut self, driven_s: f64) -> Result<(), DiskError> {
-        let open = self.open.map(|span| self.driven(span, driven_s));
+        let open = self.open.map(|span| self.driven_span(span, driven_s));
         for book in &self.books {
-            let all: Vec<Driven> = book.spans.iter().cloned().chain(open.clone()).collect();
-            replace_file(&book.path, (book.to_text)(&all).as_bytes())?;
+            let spans: Vec<Driven> = book.spans.iter().cloned().chain(open.clone()).collect();
+            replace_file(&book.path, (book.to_text)(&spans).as_bytes())?;
         }
         self.written_s = driven_s;
         Ok(())
@@ -286,9 +286,9 @@ impl DoseKeeper {
     fn end(&mut self) -> Result<(), DiskError> {
         if let Some(span) = self.open {
             self.write(length_s(span))?;
-            let driven = self.driven(span, length_s(span));
+            let last_span = self.driven_span(span, length_s(span));
             for book in &mut self.books {
-                book.spans.push(driven.clone());
+                book.spans.push(last_span.clone());
             }
             self.open = None;
         }
@@ -397,11 +397,11 @@ mod tests {
         }
 
         fn account_in(folder: &Path) -> DoseAccount {
-            Self::of(folder, Whose::Named)
+            Self::account_with(folder, Whose::Named)
         }
 
         /// Returns the account of a drive on the bench that has its files in `folder`, as has its only participant.
-        fn of(folder: &Path, whose: Whose) -> DoseAccount {
+        fn account_with(folder: &Path, whose: Whose) -> DoseAccount {
             let paths = AccountPaths {
                 participant: (whose == Whose::Named).then(|| participant_path(folder)),
                 bench: bench_path(&folder.join("calibration.toml")),
@@ -409,12 +409,12 @@ mod tests {
             DoseAccount::open(Some(paths), whose, 600.0, 10.0).unwrap()
         }
 
-        fn driven(&mut self, start_s: f64, end_s: f64) {
+        fn drive(&mut self, start_s: f64, end_s: f64) {
             self.spans.send(span(start_s, end_s)).unwrap();
-            self.at(end_s);
+            self.advance(end_s);
         }
 
-        fn at(&mut self, now_s: f64) {
+        fn advance(&mut self, now_s: f64) {
             let now_ns = (now_s * 1e9) as u64;
             self.clock
                 .0
@@ -433,11 +433,11 @@ mod tests {
     #[test]
     fn a_program_that_is_killed_while_it_drives_has_counted_more_than_it_drove() {
         let mut rig = Rig::new();
-        rig.driven(10.0, 10.0);
+        rig.drive(10.0, 10.0);
         for step in 0..=4000 {
             let now_s = 10.0 + 0.01 * f64::from(step);
             if step % 25 == 0 {
-                rig.driven(10.0, now_s);
+                rig.drive(10.0, now_s);
                 let counted_s = 600.0 - rig.left_s(now_s);
                 let driven_s = now_s - 10.0;
                 assert!(
@@ -446,7 +446,7 @@ mod tests {
                 );
             }
         }
-        rig.at(60.0);
+        rig.advance(60.0);
         assert!(
             (rig.left_s(60.0) - 560.0).abs() < 1e-3,
             "corrected at the end"
@@ -456,8 +456,8 @@ mod tests {
     #[test]
     fn the_end_of_the_program_writes_what_was_driven() {
         let mut rig = Rig::new();
-        rig.driven(1.0, 8.0);
-        rig.driven(20.0, 23.0);
+        rig.drive(1.0, 8.0);
+        rig.drive(20.0, 23.0);
         rig.task.finish().unwrap();
         assert!((rig.left_s(24.0) - 590.0).abs() < 1e-3);
         assert!((rig.left_s(24.0 + 3600.0) - 600.0).abs() < 1e-3);
@@ -475,17 +475,17 @@ mod tests {
     #[test]
     fn what_was_driven_after_a_suspension_is_not_older_for_it() {
         let mut rig = Rig::new();
-        rig.driven(1.0, 2.0);
-        rig.at(10.0);
+        rig.drive(1.0, 2.0);
+        rig.advance(10.0);
         rig.clock
             .1
             .store(3600, std::sync::atomic::Ordering::Relaxed);
-        rig.driven(20.0, 500.0);
+        rig.drive(20.0, 500.0);
         rig.task.finish().unwrap();
         let book = read(&participant_path(rig.folder.path())).unwrap();
-        let after = book.last().unwrap();
-        assert!((after.up_s - 4620.0).abs() < 1e-3, "{}", after.up_s);
-        let since = after.date.duration_since(Timestamp::UNIX_EPOCH);
+        let last = book.last().unwrap();
+        assert!((last.up_s - 4620.0).abs() < 1e-3, "{}", last.up_s);
+        let since = last.date.duration_since(Timestamp::UNIX_EPOCH);
         assert!((since.as_secs_f64() - 3620.0).abs() < 1e-3);
         // The next program, directly after this one.
         let left_s = rig.left_s(3600.0 + 500.0);
@@ -495,7 +495,7 @@ mod tests {
     #[test]
     fn nothing_is_written_for_a_bench_that_is_not_driven() {
         let mut rig = Rig::new();
-        rig.at(100.0);
+        rig.advance(100.0);
         rig.task.finish().unwrap();
         assert!(!participant_path(rig.folder.path()).exists());
     }
@@ -506,40 +506,41 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let clock = Arc::new(Hands::default());
         let shared: Arc<dyn Clock> = clock.clone();
-        let left_s = |of: &Path, whose| {
-            let left_s = Rig::of(of, whose).left_s(&boot(1100.0), clock.utc());
+        let left_s = |record_folder: &Path, owner| {
+            let left_s = Rig::account_with(record_folder, owner).left_s(&boot(1100.0), clock.utc());
             left_s.round()
         };
-        let drive = |whose, driven_s: f64, at_s: f64| {
-            let (allowance, task) = Rig::of(folder.path(), whose).begin(&shared, boot(1000.0));
-            let driven = span(at_s, at_s + driven_s);
-            allowance.spans.unwrap().send(driven).unwrap();
+        let drive = |owner, driven_s: f64, at_s: f64| {
+            let (allowance, task) =
+                Rig::account_with(folder.path(), owner).begin(&shared, boot(1000.0));
+            let driven_span = span(at_s, at_s + driven_s);
+            allowance.spans.unwrap().send(driven_span).unwrap();
             task.unwrap().finish().unwrap();
         };
         clock
             .0
             .store(100_000_000_000, std::sync::atomic::Ordering::Relaxed);
-        let left = || {
-            [Whose::Nobody, Whose::Unnamed, Whose::Named].map(|whose| left_s(folder.path(), whose))
+        let remaining_s = || {
+            [Whose::Nobody, Whose::Unnamed, Whose::Named].map(|owner| left_s(folder.path(), owner))
         };
         // A participant's session does not count for calibrations.
         drive(Whose::Named, 10.0, 0.0);
-        assert_eq!(left(), [600.0, 590.0, 590.0]);
+        assert_eq!(remaining_s(), [600.0, 590.0, 590.0]);
         drive(Whose::Unnamed, 5.0, 20.0);
-        assert_eq!(left(), [595.0, 585.0, 585.0]);
+        assert_eq!(remaining_s(), [595.0, 585.0, 585.0]);
         drive(Whose::Nobody, 7.0, 30.0);
-        assert_eq!(left(), [588.0, 578.0, 585.0]);
+        assert_eq!(remaining_s(), [588.0, 578.0, 585.0]);
         // The first participant's driving time does not count for another participant.
         std::fs::remove_file(participant_path(folder.path())).unwrap();
-        assert_eq!(left(), [588.0, 578.0, 595.0]);
+        assert_eq!(remaining_s(), [588.0, 578.0, 595.0]);
         let words =
             std::fs::read_to_string(bench_path(&folder.path().join("calibration.toml"))).unwrap();
-        let whose: Vec<_> = words
+        let owner: Vec<_> = words
             .lines()
             .skip(1)
             .map(|line| line.split('\t').nth(4).unwrap())
             .collect();
-        assert_eq!(whose, ["named", "unnamed", "nobody"]);
+        assert_eq!(owner, ["named", "unnamed", "nobody"]);
     }
 
     #[test]
@@ -555,7 +556,9 @@ mod tests {
         };
         std::fs::write(&path, "boot\tup_s\tdriven_s\tdate\nabc\t1.0\t2").unwrap();
         let error = open(&path).unwrap_err();
-        assert!(matches!(&error, DoseError::Damaged { path: of, .. } if *of == path));
+        assert!(
+            matches!(&error, DoseError::Damaged { path: damaged_path, .. } if *damaged_path == path)
+        );
         std::fs::remove_file(&path).unwrap();
         std::fs::create_dir(&path).unwrap();
         let error = open(&path).unwrap_err();

@@ -42,14 +42,14 @@ impl Whose {
         (Self::Named, "named"),
     ];
 
-    /// Returns whether a span of `of` on the bench's record counts for a drive of `self`, in addition to the drive's
+    /// Returns whether a span of `other` on the bench's record counts for a drive of `self`, in addition to the drive's
     /// own account: an unnamed person may be any person, including a named participant.
     #[must_use]
-    pub fn counts(self, of: Self) -> bool {
+    pub fn counts(self, other: Self) -> bool {
         match self {
-            Self::Nobody => of != Self::Named,
+            Self::Nobody => other != Self::Named,
             Self::Unnamed => true,
-            Self::Named => of == Self::Unnamed,
+            Self::Named => other == Self::Unnamed,
         }
     }
 
@@ -58,9 +58,9 @@ impl Whose {
         word
     }
 
-    fn named(word: &str) -> Option<Self> {
-        let found = Self::ALL.iter().find(|(_, known)| *known == word);
-        found.map(|(whose, _)| *whose)
+    fn from_word(word: &str) -> Option<Self> {
+        let entry = Self::ALL.iter().find(|(_, known)| *known == word);
+        entry.map(|(whose, _)| *whose)
     }
 }
 
@@ -89,7 +89,7 @@ struct Columns {
 }
 
 impl Columns {
-    fn of(header: &str) -> Option<Self> {
+    fn from_header(header: &str) -> Option<Self> {
         let (whose, machine) = match header {
             HEADER => (false, true),
             BENCH_HEADER => (true, true),
@@ -115,7 +115,9 @@ pub struct DamagedLine {
 /// The first line that cannot be read: the driving time is then unknown.
 pub fn parse(text: &str) -> Result<Vec<Driven>, DamagedLine> {
     let mut lines = text.split_inclusive('\n').enumerate();
-    let columns = lines.next().and_then(|(_, header)| Columns::of(header));
+    let columns = lines
+        .next()
+        .and_then(|(_, header)| Columns::from_header(header));
     let Some(columns) = columns else {
         return Err(DamagedLine { line: 1 });
     };
@@ -127,8 +129,8 @@ pub fn parse(text: &str) -> Result<Vec<Driven>, DamagedLine> {
 /// Returns the identifier of a run or a computer in a record: `Some(None)` for the word that stands for no identifier,
 /// `None` for an invalid word.
 pub fn id_named(word: &str) -> Option<Option<String>> {
-    let named = |c: char| c.is_ascii_hexdigit() || c == '-';
-    let is_name = !word.is_empty() && word.len() <= 64 && word.chars().all(named);
+    let is_name_char = |c: char| c.is_ascii_hexdigit() || c == '-';
+    let is_name = !word.is_empty() && word.len() <= 64 && word.chars().all(is_name_char);
     is_name.then(|| (word != UNNAMED).then(|| word.to_owned()))
 }
 
@@ -150,7 +152,7 @@ fn row(line: &str, columns: Columns) -> Option<Driven> {
     let driven_s = number(fields.next()?)?;
     let date = fields.next()?.parse().ok()?;
     let whose = if columns.whose {
-        Whose::named(fields.next()?)?
+        Whose::from_word(fields.next()?)?
     } else {
         Whose::Unnamed
     };
@@ -207,41 +209,41 @@ fn four_columns(span: &Driven) -> String {
 /// run, spans of another computer as late as possible before `now`; spans do not overlap and keep their order.
 #[must_use]
 pub fn on_this_run(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<(f64, f64)> {
-    let mut placed = Vec::new();
+    let mut places = Vec::new();
     // Start of the next later span, and the other run that is being placed: its name and its shift.
     let mut until_s = boot.up_s;
     let mut run: Option<(&str, f64)> = None;
     for (i, span) in spans.iter().enumerate().rev() {
         let wall_s = age_s(span, now);
-        let by_wall_s = boot.up_s - wall_s.max(0.0);
+        let wall_end_s = boot.up_s - wall_s.max(0.0);
         let (start_s, end_s) = (span.up_s, span.up_s + span.driven_s);
         let end_s = match (&span.boot, &boot.id) {
-            (Some(of), Some(this)) if of == this => {
-                placed.push((start_s, end_s));
+            (Some(span_boot), Some(this_boot)) if span_boot == this_boot => {
+                places.push((start_s, end_s));
                 until_s = until_s.min(start_s);
                 continue;
             }
             (Some(_), Some(_)) if wall_s > BELIEVED_S => continue,
-            (Some(of), Some(_)) => {
+            (Some(span_boot), Some(_)) => {
                 let shift_s = match run {
-                    Some((name, shift_s)) if name == of => shift_s,
+                    Some((name, shift_s)) if name == span_boot => shift_s,
                     _ if span.machine.is_some() && span.machine == boot.machine => {
                         until_s.min(0.0) - end_s
                     }
                     _ => {
                         let after_s = end_of_this_run(&spans[..i], boot) + span.driven_s;
-                        by_wall_s.max(after_s).max(0.0).min(until_s) - end_s
+                        wall_end_s.max(after_s).max(0.0).min(until_s) - end_s
                     }
                 };
-                run = Some((of, shift_s));
+                run = Some((span_boot, shift_s));
                 until_s.min(end_s + shift_s)
             }
-            _ => until_s.min(by_wall_s),
+            _ => until_s.min(wall_end_s),
         };
         until_s = end_s - span.driven_s;
-        placed.push((until_s, end_s));
+        places.push((until_s, end_s));
     }
-    placed
+    places
 }
 
 /// Returns the end of the last span of the present run, s; minus infinity without one.
@@ -257,16 +259,16 @@ fn age_s(span: &Driven, now: Timestamp) -> f64 {
 }
 
 /// Returns the spans that a record still needs.
-pub fn kept(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<Driven> {
-    let needed = |span: &&Driven| {
-        let this = span.boot.is_some() && span.boot == boot.id;
-        if this {
+pub fn recent_spans(spans: &[Driven], boot: &Boot, now: Timestamp) -> Vec<Driven> {
+    let is_needed = |span: &&Driven| {
+        let in_this_run = span.boot.is_some() && span.boot == boot.id;
+        if in_this_run {
             boot.up_s - span.up_s - span.driven_s < KEPT_S
         } else {
             age_s(span, now) <= BELIEVED_S
         }
     };
-    spans.iter().filter(needed).cloned().collect()
+    spans.iter().filter(is_needed).cloned().collect()
 }
 
 #[cfg(test)]
@@ -274,16 +276,16 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn at(text: &str) -> Timestamp {
+    fn timestamp(text: &str) -> Timestamp {
         text.parse().unwrap()
     }
 
-    fn driven(boot: &str, up_s: f64, driven_s: f64, date: &str) -> Driven {
+    fn span_of(boot: &str, up_s: f64, driven_s: f64, date: &str) -> Driven {
         Driven {
             boot: Some(boot.to_owned()),
             up_s,
             driven_s,
-            date: at(date),
+            date: timestamp(date),
             whose: Whose::Unnamed,
             machine: Some("1".to_owned()),
         }
@@ -297,7 +299,7 @@ mod tests {
         }
     }
 
-    fn on(machine: Option<&str>, span: Driven) -> Driven {
+    fn driven_by(machine: Option<&str>, span: Driven) -> Driven {
         Driven {
             machine: machine.map(str::to_owned),
             ..span
@@ -309,15 +311,18 @@ mod tests {
     /// Fault 39.
     #[test]
     fn on_the_same_run_the_wall_clock_is_not_asked() {
-        let spans = [driven("a", 1000.0, 60.0, NOON)];
+        let spans = [span_of("a", 1000.0, 60.0, NOON)];
         for now in [
             "2026-05-04T12:10:00Z",
             "2027-01-01T00:00:00Z",
             "1999-01-01T00:00:00Z",
         ] {
-            let placed = on_this_run(&spans, &run("a", 1700.0), at(now));
+            let placed = on_this_run(&spans, &run("a", 1700.0), timestamp(now));
             assert_eq!(placed, [(1000.0, 1060.0)], "{now}");
-            assert_eq!(kept(&spans, &run("a", 1700.0), at(now)), spans);
+            assert_eq!(
+                recent_spans(&spans, &run("a", 1700.0), timestamp(now)),
+                spans
+            );
         }
     }
 
@@ -325,26 +330,29 @@ mod tests {
     #[test]
     fn over_a_restart_hours_of_the_wall_clock_free_nothing_and_days_do() {
         let spans = [
-            driven("a", 1000.0, 60.0, "2026-05-04T11:00:00Z"),
-            driven("a", 2000.0, 40.0, "2026-05-04T11:16:40Z"),
+            span_of("a", 1000.0, 60.0, "2026-05-04T11:00:00Z"),
+            span_of("a", 2000.0, 40.0, "2026-05-04T11:16:40Z"),
         ];
         for now in [
             "2026-05-04T11:20:00Z",
             "2026-05-05T11:00:00Z",
             "2025-01-01T00:00:00Z",
         ] {
-            let placed = on_this_run(&spans, &run("b", 30.0), at(now));
+            let placed = on_this_run(&spans, &run("b", 30.0), timestamp(now));
             assert_eq!(placed, [(-40.0, 0.0), (-1040.0, -980.0)], "{now}");
         }
-        let a_week_later = at("2026-05-11T12:00:00Z");
+        let a_week_later = timestamp("2026-05-11T12:00:00Z");
         assert!(on_this_run(&spans, &run("b", 30.0), a_week_later).is_empty());
-        assert!(kept(&spans, &run("b", 30.0), a_week_later).is_empty());
+        assert!(recent_spans(&spans, &run("b", 30.0), a_week_later).is_empty());
     }
 
     #[test]
     fn several_runs_lie_one_before_the_other() {
-        let spans = [driven("a", 10.0, 60.0, NOON), driven("b", 5.0, 20.0, NOON)];
-        let placed = on_this_run(&spans, &run("c", 3.0), at(NOON));
+        let spans = [
+            span_of("a", 10.0, 60.0, NOON),
+            span_of("b", 5.0, 20.0, NOON),
+        ];
+        let placed = on_this_run(&spans, &run("c", 3.0), timestamp(NOON));
         assert_eq!(placed, [(-20.0, 0.0), (-80.0, -20.0)]);
     }
 
@@ -352,17 +360,17 @@ mod tests {
     fn a_computer_that_tells_no_runs_apart_goes_by_the_wall_clock() {
         let spans = [Driven {
             boot: None,
-            ..driven("a", 0.0, 60.0, "2026-05-04T11:50:00Z")
+            ..span_of("a", 0.0, 60.0, "2026-05-04T11:50:00Z")
         }];
-        let nowhere = Boot {
+        let anonymous = Boot {
             id: None,
             up_s: 0.0,
             machine: None,
         };
-        let placed = on_this_run(&spans, &nowhere, at(NOON));
+        let placed = on_this_run(&spans, &anonymous, timestamp(NOON));
         assert_eq!(placed, [(-600.0, -540.0)]);
         // A span dated in the future may have ended just now.
-        let early = on_this_run(&spans, &nowhere, at("2026-05-04T11:00:00Z"));
+        let early = on_this_run(&spans, &anonymous, timestamp("2026-05-04T11:00:00Z"));
         assert_eq!(early, [(-60.0, 0.0)]);
     }
 
@@ -372,70 +380,71 @@ mod tests {
     /// Hazard 5.
     #[test]
     fn what_was_driven_on_another_computer_counts() {
-        let now = at("2026-05-04T12:11:00Z");
+        let now = timestamp("2026-05-04T12:11:00Z");
         let five_hours = run("b", 18_000.0);
         for machine in [Some("2"), None] {
-            let spans = [on(machine, driven("a", 500.0, 600.0, NOON))];
+            let spans = [driven_by(machine, span_of("a", 500.0, 600.0, NOON))];
             let placed = on_this_run(&spans, &five_hours, now);
             assert_eq!(placed, [(17_340.0, 17_940.0)], "{machine:?}");
             // A slow wall clock cannot date the span: it may have ended just now.
-            let placed = on_this_run(&spans, &five_hours, at("2026-05-04T08:00:00Z"));
+            let placed = on_this_run(&spans, &five_hours, timestamp("2026-05-04T08:00:00Z"));
             assert_eq!(placed, [(17_400.0, 18_000.0)], "{machine:?}");
             // A fast wall clock does not make the span older than the start of this run.
-            let placed = on_this_run(&spans, &five_hours, at("2026-05-05T11:00:00Z"));
+            let placed = on_this_run(&spans, &five_hours, timestamp("2026-05-05T11:00:00Z"));
             assert_eq!(placed, [(-600.0, 0.0)], "{machine:?}");
-            assert_eq!(kept(&spans, &five_hours, now), spans);
+            assert_eq!(recent_spans(&spans, &five_hours, now), spans);
         }
-        let here = [driven("a", 500.0, 600.0, NOON)];
-        assert_eq!(on_this_run(&here, &five_hours, now), [(-600.0, 0.0)]);
+        let local = [span_of("a", 500.0, 600.0, NOON)];
+        assert_eq!(on_this_run(&local, &five_hours, now), [(-600.0, 0.0)]);
     }
 
     /// Fault 42.
     #[test]
     fn spans_of_several_computers_keep_their_order_and_share_no_time() {
-        let there = |boot: &str, up_s, driven_s| on(Some("2"), driven(boot, up_s, driven_s, NOON));
-        let (boot, late) = (run("b", 9_000.0), at("2026-05-04T20:00:00Z"));
+        let remote =
+            |boot: &str, up_s, driven_s| driven_by(Some("2"), span_of(boot, up_s, driven_s, NOON));
+        let (boot, late) = (run("b", 9_000.0), timestamp("2026-05-04T20:00:00Z"));
         // A span on another computer after one of this run is placed after it, regardless of the wall clock.
-        let spans = [driven("b", 8_000.0, 100.0, NOON), there("a", 1.0, 50.0)];
+        let spans = [span_of("b", 8_000.0, 100.0, NOON), remote("a", 1.0, 50.0)];
         let placed = on_this_run(&spans, &boot, late);
         assert_eq!(placed, [(8_100.0, 8_150.0), (8_000.0, 8_100.0)]);
-        let spans = [there("a", 1.0, 50.0), driven("b", 8_000.0, 100.0, NOON)];
-        let placed = on_this_run(&spans, &boot, at(NOON));
+        let spans = [remote("a", 1.0, 50.0), span_of("b", 8_000.0, 100.0, NOON)];
+        let placed = on_this_run(&spans, &boot, timestamp(NOON));
         assert_eq!(placed, [(8_000.0, 8_100.0), (7_950.0, 8_000.0)]);
         // Two runs with impossible dates; within a run its own clock counts.
         let spans = [
-            there("a", 1.0, 50.0),
-            there("c", 7.0, 20.0),
-            there("c", 100.0, 30.0),
+            remote("a", 1.0, 50.0),
+            remote("c", 7.0, 20.0),
+            remote("c", 100.0, 30.0),
         ];
-        let placed = on_this_run(&spans, &boot, at("2026-05-04T11:00:00Z"));
+        let placed = on_this_run(&spans, &boot, timestamp("2026-05-04T11:00:00Z"));
         assert_eq!(
             placed,
             [(8_970.0, 9_000.0), (8_877.0, 8_897.0), (8_827.0, 8_877.0)]
         );
         // An earlier run of this computer lies before all of that, and before this run.
-        let spans = [driven("d", 5.0, 60.0, NOON), there("a", 1.0, 50.0)];
-        let placed = on_this_run(&spans, &boot, at(NOON));
+        let spans = [span_of("d", 5.0, 60.0, NOON), remote("a", 1.0, 50.0)];
+        let placed = on_this_run(&spans, &boot, timestamp(NOON));
         assert_eq!(placed, [(8_950.0, 9_000.0), (-60.0, 0.0)]);
     }
 
     #[test]
     fn a_damaged_line_is_named() {
-        let good = to_text(&[driven("a", 1.0, 2.0, NOON)]);
-        assert_eq!(parse(&good).unwrap().len(), 1);
+        let text_read = to_text(&[span_of("a", 1.0, 2.0, NOON)]);
+        assert_eq!(parse(&text_read).unwrap().len(), 1);
         for (text, line) in [
             (String::new(), 1),
             ("boot\n".to_owned(), 1),
-            (good.trim_end().to_owned(), 2),
-            (format!("{good}a\t1\t2\n"), 3),
-            (format!("{good}a\t1\t-2\t{NOON}\t1\n"), 3),
-            (format!("{good}a\t1\tNaN\t{NOON}\t1\n"), 3),
-            (format!("{good}a\t1\t1e300\t{NOON}\t1\n"), 3),
-            (format!("{good}a b\t1\t1\t{NOON}\t1\n"), 3),
-            (format!("{good}a\t1\t1\tyesterday\t1\n"), 3),
-            (format!("{good}a\t1\t1\t{NOON}\n"), 3),
-            (format!("{good}a\t1\t1\t{NOON}\tmy machine\n"), 3),
-            (format!("{good}\n{good}"), 3),
+            (text_read.trim_end().to_owned(), 2),
+            (format!("{text_read}a\t1\t2\n"), 3),
+            (format!("{text_read}a\t1\t-2\t{NOON}\t1\n"), 3),
+            (format!("{text_read}a\t1\tNaN\t{NOON}\t1\n"), 3),
+            (format!("{text_read}a\t1\t1e300\t{NOON}\t1\n"), 3),
+            (format!("{text_read}a b\t1\t1\t{NOON}\t1\n"), 3),
+            (format!("{text_read}a\t1\t1\tyesterday\t1\n"), 3),
+            (format!("{text_read}a\t1\t1\t{NOON}\n"), 3),
+            (format!("{text_read}a\t1\t1\t{NOON}\tmy machine\n"), 3),
+            (format!("{text_read}\n{text_read}"), 3),
         ] {
             assert_eq!(parse(&text), Err(DamagedLine { line }), "{text:?}");
         }
@@ -445,14 +454,14 @@ mod tests {
     fn a_benchs_record_says_whose_each_span_was_and_an_older_one_that_nobody_was_named() {
         let spans = Whose::ALL.map(|(whose, _)| Driven {
             whose,
-            ..driven("a", 1.0, 2.0, NOON)
+            ..span_of("a", 1.0, 2.0, NOON)
         });
         let text = to_bench_text(&spans);
         assert_eq!(parse(&text).unwrap(), spans);
         let plain = parse(&to_text(&spans)).unwrap();
         assert!(plain.iter().all(|span| span.whose == Whose::Unnamed));
         let older = text.replace("\tmachine\n", "\n").replace("\t1\n", "\n");
-        let unknown = spans.clone().map(|span| on(None, span));
+        let unknown = spans.clone().map(|span| driven_by(None, span));
         assert_eq!(parse(&older).unwrap(), unknown);
         let older = older.replace("\twhose", "").replace("\tunnamed", "");
         let older = older
@@ -462,7 +471,7 @@ mod tests {
         let older: String = older.map(|line| format!("{line}\n")).collect();
         assert_eq!(
             parse(&older).unwrap(),
-            [on(None, driven("a", 1.0, 2.0, NOON))]
+            [driven_by(None, span_of("a", 1.0, 2.0, NOON))]
         );
         for (from, to) in [
             ("\tnamed", "\tsomebody"),
@@ -503,11 +512,11 @@ mod tests {
         /// Fault 39.
         #[test]
         fn within_a_day_the_wall_clock_changes_nothing(wrong_s in -80_000i64..80_000, up_s in 0.0..4000.0) {
-            let spans = [driven("a", 100.0, 50.0, NOON), driven("b", 20.0, 30.0, "2026-05-04T12:05:00Z")];
-            let now = at("2026-05-04T12:10:00Z");
-            let wrong = now.checked_add(SignedDuration::from_secs(wrong_s)).unwrap();
+            let spans = [span_of("a", 100.0, 50.0, NOON), span_of("b", 20.0, 30.0, "2026-05-04T12:05:00Z")];
+            let now = timestamp("2026-05-04T12:10:00Z");
+            let wrong_now = now.checked_add(SignedDuration::from_secs(wrong_s)).unwrap();
             let boot = run("c", up_s);
-            prop_assert_eq!(on_this_run(&spans, &boot, wrong), on_this_run(&spans, &boot, now));
+            prop_assert_eq!(on_this_run(&spans, &boot, wrong_now), on_this_run(&spans, &boot, now));
         }
     }
 }

@@ -57,7 +57,7 @@ pub struct DriveControl {
     signals: Arc<Signals>,
     /// Program that waits for the amplifier to be armed, with the number of kills at its request: later kills stay in
     /// effect.
-    wanted: Option<(Program, u64)>,
+    pending: Option<(Program, u64)>,
 }
 
 impl DriveControl {
@@ -67,7 +67,7 @@ impl DriveControl {
             handle,
             safety,
             signals,
-            wanted: None,
+            pending: None,
         }
     }
 
@@ -82,7 +82,7 @@ impl DriveControl {
 
     /// Requests a program; it begins as soon as the amplifier is armed.
     pub fn start(&mut self, program: Program) {
-        self.wanted = Some((program, self.handle.kill_switch().kills()));
+        self.pending = Some((program, self.handle.kill_switch().kills()));
         self.command(SafetyCommand::Arm);
     }
 
@@ -95,7 +95,7 @@ impl DriveControl {
 
     /// Ramps to silence.
     pub fn stop(&mut self) {
-        self.wanted = None;
+        self.pending = None;
         self.send(DriveCommand::Stop);
     }
 
@@ -136,12 +136,12 @@ impl DriveControl {
         self.signals.decisions.fetch_add(1, Ordering::Relaxed);
         match state {
             SafetyState::Armed => {
-                if let Some((program, kills_known)) = self.wanted.take() {
+                if let Some((program, kills_known)) = self.pending.take() {
                     let _ = self.handle.rearm_knowing(kills_known);
                     self.send(DriveCommand::Start(program));
                 }
             }
-            SafetyState::Tripped { .. } => self.wanted = None,
+            SafetyState::Tripped { .. } => self.pending = None,
             SafetyState::Disarmed => {}
         }
     }
@@ -173,7 +173,7 @@ pub struct WatchedDrive {
     health: StreamHealth,
     attendance: Attendance,
     /// State of the drive when it was last looked at.
-    seen: Cell<DriveState>,
+    last_state: Cell<DriveState>,
 }
 
 impl WatchedDrive {
@@ -187,7 +187,7 @@ impl WatchedDrive {
             kill: handle.kill_switch(),
             monitor: handle.monitor(),
             health,
-            seen: Cell::new(handle.published()),
+            last_state: Cell::new(handle.published()),
         }
     }
 
@@ -196,9 +196,9 @@ impl WatchedDrive {
     /// callbacks.
     fn state(&self) -> DriveState {
         if let Some(state) = self.monitor.try_published() {
-            self.seen.set(state);
+            self.last_state.set(state);
         }
-        self.seen.get()
+        self.last_state.get()
     }
 }
 
@@ -235,8 +235,10 @@ impl DriveGuard for WatchedDrive {
     fn lost(&self) -> Option<Trip> {
         let [output, input] = [StreamDirection::Output, StreamDirection::Input]
             .map(|direction| self.health.read(direction));
-        let stopped = |of: &DirectionHealth| {
-            of.device_lost && of.xruns > 0 && of.last_fault == Some(StreamFault::Invalidated)
+        let stopped = |health: &DirectionHealth| {
+            health.device_lost
+                && health.xruns > 0
+                && health.last_fault == Some(StreamFault::Invalidated)
         };
         if stopped(&output) {
             Some(Trip::AudioUnderrun)

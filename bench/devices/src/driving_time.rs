@@ -67,12 +67,12 @@ fn ledger(
     hardware: &Hardware,
     (limit_s, need_s): (f64, f64),
 ) -> anyhow::Result<DriveLedger> {
-    let kept = hardware.keeps_accounts;
-    let paths = kept.then(|| AccountPaths {
+    let is_recorded = hardware.keeps_accounts;
+    let paths = is_recorded.then(|| AccountPaths {
         participant: folder.map(participant_path),
         bench: bench_path(calibration),
     });
-    let warmth = kept.then(|| warmth_path(calibration));
+    let warmth = is_recorded.then(|| warmth_path(calibration));
     Ok(DriveLedger {
         dose: DoseAccount::open(paths, whose, limit_s, need_s)?,
         warmth: PlateWarmth::open(warmth, plate_heat(config))?,
@@ -151,19 +151,19 @@ pub fn require_left(
         account.left_s(&boot, now),
         account.wait_s(need_s, &boot, now),
     );
-    let left = format!(
+    let summary = format!(
         "driving time left this hour: {} of {}",
         at_most(left_s),
         at_most(account.limit_s())
     );
     if wait_s > 0.0 {
         bail!(
-            "{left}, and {} are needed (limits.driving_s_per_hour): begin in {}",
+            "{summary}, and {} are needed (limits.driving_s_per_hour): begin in {}",
             at_least(need_s),
             at_least(wait_s)
         );
     }
-    Ok(left)
+    Ok(summary)
 }
 
 /// Requires a plate that is cool enough to be driven.
@@ -210,17 +210,17 @@ mod tests {
         assert_eq!(limit_s(&config("0.0"), &hour(10.0)), 120.0);
         assert_eq!(limit_s(&config("0.0"), &hour(3000.0)), 3600.0);
         // Limit of a bench without a protocol.
-        let without = config("0").limits.driving_s_per_hour();
-        assert!((without - limit_s(&config("0"), &driving)).abs() < 1e-9);
+        let default_s = config("0").limits.driving_s_per_hour();
+        assert!((default_s - limit_s(&config("0"), &driving)).abs() < 1e-9);
     }
 
     /// Fault 42.
     #[test]
     fn a_protocol_that_cannot_be_finished_is_refused_with_the_arithmetic() {
         assert!(require_finishable(&config("365.0"), &published()).is_ok());
-        let refused = require_finishable(&config("364.0"), &published()).unwrap_err();
+        let error = require_finishable(&config("364.0"), &published()).unwrap_err();
         assert_eq!(
-            refused.to_string(),
+            error.to_string(),
             "protocol huloux2021 drives the plate for 365 s within an hour (12 trials of 30.4 s), and the bench allows 364 s \
              (limits.driving_s_per_hour): make fewer or shorter trials or longer rests, or allow more"
         );

@@ -41,12 +41,12 @@ impl JumpWatch {
             .replace((own_s, counted_m))
             .map(|(last_s, last_m)| (own_s - last_s, counted_m - last_m));
         let jump_m = step
-            .filter(|(in_s, step_m)| step_m.abs() > IMPOSSIBLE_M_PER_S * in_s)
+            .filter(|(interval_s, step_m)| step_m.abs() > IMPOSSIBLE_M_PER_S * interval_s)
             .map(|(_, step_m)| step_m);
         self.taken_out_m += jump_m.unwrap_or(0.0);
-        let believed = self.taken_out_m.abs() <= BELIEVED_M;
+        let is_plausible = self.taken_out_m.abs() <= BELIEVED_M;
         Watched {
-            position_m: if believed {
+            position_m: if is_plausible {
                 counted_m - self.taken_out_m
             } else {
                 f64::NAN
@@ -124,24 +124,27 @@ mod tests {
     use super::JumpWatch;
 
     /// Returns the watched positions of counted ones, a millisecond apart, and the indices of the jumps.
-    fn watched(counted_m: &[f64]) -> (Vec<f64>, Vec<usize>) {
+    fn positions_and_jumps(counted_m: &[f64]) -> (Vec<f64>, Vec<usize>) {
         let mut watch = JumpWatch::default();
         let times_s = (0..).map(|ms| f64::from(ms) * 1e-3);
-        let watched: Vec<_> = times_s
+        let samples: Vec<_> = times_s
             .zip(counted_m)
             .map(|(host_s, &counted_m)| watch.take(host_s, counted_m))
             .collect();
-        let jumps = (0..watched.len()).filter(|&i| watched[i].jumped).collect();
-        (watched.iter().map(|it| it.position_m).collect(), jumps)
+        let jumps = (0..samples.len()).filter(|&i| samples[i].jumped).collect();
+        (
+            samples.iter().map(|sample| sample.position_m).collect(),
+            jumps,
+        )
     }
 
-    fn agree(found_m: &[f64], expected_m: &[f64]) {
-        assert_eq!(found_m.len(), expected_m.len());
-        for (found, expected) in found_m.iter().zip(expected_m) {
-            let both_unknown = found.is_nan() && expected.is_nan();
+    fn agree(positions_m: &[f64], expected_m: &[f64]) {
+        assert_eq!(positions_m.len(), expected_m.len());
+        for (position, expected) in positions_m.iter().zip(expected_m) {
+            let both_unknown = position.is_nan() && expected.is_nan();
             assert!(
-                both_unknown || (found - expected).abs() < 1e-12,
-                "{found_m:?}"
+                both_unknown || (position - expected).abs() < 1e-12,
+                "{positions_m:?}"
             );
         }
     }
@@ -165,11 +168,11 @@ mod tests {
     /// Fault 20.
     #[test]
     fn a_jump_is_what_no_finger_does_and_is_taken_out() {
-        let (positions_m, jumps) = watched(&[0.0500, 0.0509, 0.0520, 0.0521, 0.0522]);
+        let (positions_m, jumps) = positions_and_jumps(&[0.0500, 0.0509, 0.0520, 0.0521, 0.0522]);
         assert_eq!(jumps, [2]);
         agree(&positions_m, &[0.0500, 0.0509, 0.0509, 0.0510, 0.0511]);
         // A jump and its reversal cancel.
-        let (positions_m, jumps) = watched(&[0.05, 0.0, 0.05, 0.0501]);
+        let (positions_m, jumps) = positions_and_jumps(&[0.05, 0.0, 0.05, 0.0501]);
         assert_eq!(jumps, [1, 2]);
         agree(&positions_m, &[0.05, f64::NAN, 0.05, 0.0501]);
     }
@@ -177,7 +180,7 @@ mod tests {
     #[test]
     fn after_a_jump_that_matters_the_position_is_not_known() {
         let jumps = [0.05, 0.0515, 0.0516, 0.0531, 0.0532, 0.0517, 0.0518];
-        let (positions_m, jumps) = watched(&jumps);
+        let (positions_m, jumps) = positions_and_jumps(&jumps);
         assert_eq!(jumps, [1, 3, 5]);
         let unknown = f64::NAN;
         // 1.5 mm, then 3 mm, then 1.5 mm again.

@@ -35,7 +35,7 @@ pub enum PressStep {
 pub struct PressTest {
     step: PressStep,
     /// Start of the wait for the step, and since when the line has had the level that ends it, s.
-    asked_s: f64,
+    request_s: f64,
     reached_s: Option<f64>,
 }
 
@@ -49,7 +49,7 @@ impl PressTest {
             } else {
                 PressStep::ReleaseFirst
             },
-            asked_s: now_s,
+            request_s: now_s,
             reached_s: None,
         }
     }
@@ -60,10 +60,10 @@ impl PressTest {
             PressStep::ReleaseFirst if high => PressStep::Press,
             PressStep::Press if !high => PressStep::Release,
             PressStep::Release if high => PressStep::Done,
-            ended @ (PressStep::Done | PressStep::TimedOut) => return ended,
+            last @ (PressStep::Done | PressStep::TimedOut) => return last,
             waiting => {
                 self.reached_s = None;
-                if now_s - self.asked_s > PATIENCE_S {
+                if now_s - self.request_s > PATIENCE_S {
                     self.step = PressStep::TimedOut;
                     return self.step;
                 }
@@ -73,7 +73,7 @@ impl PressTest {
         if now_s - *self.reached_s.get_or_insert(now_s) >= STEADY_S {
             *self = Self {
                 step: next,
-                asked_s: now_s,
+                request_s: now_s,
                 reached_s: None,
             };
         }
@@ -237,18 +237,18 @@ mod tests {
 
     fn steps(levels: &[(bool, f64)]) -> Vec<PressStep> {
         let mut test = PressTest::new(levels[0].0, 0.0);
-        let (mut now_s, mut seen) = (0.0, Vec::new());
+        let (mut now_s, mut sequence) = (0.0, Vec::new());
         for &(high, for_s) in levels {
             let until_s = now_s + for_s;
             while now_s < until_s {
                 let step = test.poll(high, now_s);
-                if seen.last() != Some(&step) {
-                    seen.push(step);
+                if sequence.last() != Some(&step) {
+                    sequence.push(step);
                 }
                 now_s += 0.01;
             }
         }
-        seen
+        sequence
     }
 
     #[test]
@@ -300,18 +300,21 @@ mod tests {
     fn only_a_fresh_press_of_this_line_counts() {
         let folder = tempfile::tempdir().unwrap();
         let path = record_path(&folder.path().join("calibration.toml"));
-        let at = |text: &str| text.parse::<Timestamp>().unwrap();
-        let now = at("2026-05-04T12:00:00Z");
+        let timestamp = |text: &str| text.parse::<Timestamp>().unwrap();
+        let now = timestamp("2026-05-04T12:00:00Z");
         let require = |line: &str, now| EstopPress::require(&path, line, now, 24.0);
         assert!(matches!(require("a", now), Err(EstopPressError::Never)));
         let press = EstopPress::record(&path, "a".to_owned(), now).unwrap();
-        assert_eq!(require("a", at("2026-05-05T11:59:00Z")).unwrap(), press);
-        let old = require("a", at("2026-05-05T12:01:00Z"));
+        assert_eq!(
+            require("a", timestamp("2026-05-05T11:59:00Z")).unwrap(),
+            press
+        );
+        let old = require("a", timestamp("2026-05-05T12:01:00Z"));
         assert!(matches!(old, Err(EstopPressError::TooOld { .. })));
-        let other = require("b", now);
-        assert!(matches!(other, Err(EstopPressError::OtherLine { .. })));
-        let before = require("a", at("2026-05-04T11:00:00Z"));
-        assert!(matches!(before, Err(EstopPressError::Future { .. })));
+        let other_line = require("b", now);
+        assert!(matches!(other_line, Err(EstopPressError::OtherLine { .. })));
+        let early = require("a", timestamp("2026-05-04T11:00:00Z"));
+        assert!(matches!(early, Err(EstopPressError::Future { .. })));
         // The same line on another computer, and a record of a version that did not name the computer.
         for text in ["", "machine = \"0123456789abcdef\"\n"] {
             if text.is_empty() && machine::id().is_none() {
@@ -319,8 +322,11 @@ mod tests {
             }
             let text = format!("pressed = \"{now}\"\nline = \"a\"\n{text}");
             std::fs::write(&path, text).unwrap();
-            let elsewhere = require("a", now);
-            assert!(matches!(elsewhere, Err(EstopPressError::OtherComputer)));
+            let other_computer = require("a", now);
+            assert!(matches!(
+                other_computer,
+                Err(EstopPressError::OtherComputer)
+            ));
         }
         std::fs::write(&path, "pressed = 1").unwrap();
         let damaged = require("a", now);

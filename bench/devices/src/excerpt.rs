@@ -29,14 +29,14 @@ impl Excerpt {
 
     /// Takes `samples`; returns whether the excerpt is complete and was sent.
     pub(crate) fn take(&mut self, samples: &[f32]) -> bool {
-        let wanted = self.values - self.samples.len();
+        let missing = self.values - self.samples.len();
         self.samples
-            .extend_from_slice(&samples[..wanted.min(samples.len())]);
-        let whole = self.samples.len() == self.values;
-        if whole {
+            .extend_from_slice(&samples[..missing.min(samples.len())]);
+        let is_complete = self.samples.len() == self.values;
+        if is_complete {
             // The receiver may be gone.
             let _ = self.to.send(std::mem::take(&mut self.samples));
         }
-        whole
+        is_complete
     }
 }

@@ -102,7 +102,7 @@ impl Field {
             return;
         };
         let (since, mut last) = (self.force_at, self.force_at);
-        let (mut arrived, mut hardest) = (0, None::<Press>);
+        let (mut count, mut press_peak) = (0, None::<Press>);
         let clock = &self.clock;
         let polled = source.poll(&|| seconds(clock.now_ns()), &mut |force| {
             last = Some(force.at);
@@ -113,12 +113,12 @@ impl Field {
                 saturated: force.normal_saturated,
                 at_ns: now_ns,
             };
-            hardest = Some(hardest.map_or(press, |hardest| hardest.or_harder(press)));
-            arrived += 1;
+            press_peak = Some(press_peak.map_or(press, |press_peak| press_peak.or_harder(press)));
+            count += 1;
             self.readings.send(FieldReading::Force(force));
         });
         self.signals.force_polled_ns.set(now_ns);
-        if let Some(press) = hardest {
+        if let Some(press) = press_peak {
             self.signals.press.set(press);
         }
         let mut health = self.gauges.field.get().unwrap_or_default();
@@ -130,35 +130,35 @@ impl Field {
         // Bytes before the first sample are the end of a frame that began before the port was opened.
         if faults != LineFaults::default() && health.force_samples > 0 {
             let now = Moment::Host(seconds(now_ns));
-            let at = last.filter(|_| arrived > 0).unwrap_or(now);
+            let at = last.filter(|_| count > 0).unwrap_or(now);
             let since = since.unwrap_or(at);
             self.readings
                 .send(FieldReading::ForceFaults { since, at, faults });
         }
-        if arrived > 0 {
+        if count > 0 {
             let misplaced = force_clock.is_some_and(|clock| clock.misplaces());
             if let Some(at) = last.filter(|_| misplaced) {
                 self.readings.send(FieldReading::ClockFaults {
                     at,
                     position_restarts: 0,
-                    misplaced: arrived,
+                    misplaced: count,
                 });
             }
         }
         let [first_ns, _] = &mut self.first_ns;
-        let restarted = greeted(first_ns, now_ns, arrived > 0) && faults.restarted > 0;
+        let restarted = greeted(first_ns, now_ns, count > 0) && faults.restarted > 0;
         let card = self.gauges.card_clock.get().unwrap_or_default();
-        let beyond = force_clock
+        let excess_ppm = force_clock
             .and_then(|clock| clock.beyond(&card))
             .filter(|_| now_ns >= self.judged_from_ns);
         let card_ppm = card.fast_ppm().unwrap_or_default();
         let polled = polled.and_then(|()| {
-            beyond.map_or(Ok(()), |fast_ppm| Err(source.off_rate(fast_ppm, card_ppm)))
+            excess_ppm.map_or(Ok(()), |fast_ppm| Err(source.off_rate(fast_ppm, card_ppm)))
         });
         self.force_at = last;
         health.force = so_far;
         health.force_clock = force_clock;
-        health.force_samples += arrived;
+        health.force_samples += count;
         self.gauges.field.set(health);
         self.signals.nonsense.set(source.nonsense(now_ns));
         if restarted {
@@ -181,9 +181,9 @@ impl Field {
             return Ok(());
         };
         let clock = &self.clock;
-        let (mut placed, mut last) = (0, None);
+        let (mut count, mut last) = (0, None);
         let polled = encoder.poll(now_ns, &|| seconds(clock.now_ns()), &mut |position| {
-            placed += 1;
+            count += 1;
             last = Some(Moment::Host(position.host_s));
             let Placed {
                 host_s,
@@ -198,16 +198,16 @@ impl Field {
             });
         });
         let SourceHealth { faults, clock } = encoder.health();
-        let before = std::mem::replace(&mut self.position_restarts, faults.restarted);
-        let position_restarts = faults.restarted - before;
-        if placed > 0 {
+        let previous = std::mem::replace(&mut self.position_restarts, faults.restarted);
+        let position_restarts = faults.restarted - previous;
+        if count > 0 {
             let mut health = self.gauges.field.get().unwrap_or_default();
             health.encoder_skipped = encoder.missed();
             health.position_clock = clock;
             self.gauges.field.set(health);
         }
         let misplaces = clock.is_some_and(|clock| clock.misplaces());
-        let misplaced = if misplaces { placed } else { 0 };
+        let misplaced = if misplaces { count } else { 0 };
         if position_restarts + misplaced > 0 {
             let at = last.unwrap_or(Moment::Host(seconds(now_ns)));
             self.readings.send(FieldReading::ClockFaults {
@@ -217,14 +217,14 @@ impl Field {
             });
         }
         let [_, first_ns] = &mut self.first_ns;
-        if greeted(first_ns, now_ns, placed > 0) && position_restarts > 0 {
+        if greeted(first_ns, now_ns, count > 0) && position_restarts > 0 {
             self.trip(&SensorRestarted("encoder's counter"));
         }
         let card = self.gauges.card_clock.get().unwrap_or_default();
-        let beyond = clock
+        let excess_ppm = clock
             .and_then(|clock| clock.beyond(&card))
             .filter(|_| now_ns >= self.judged_from_ns);
-        let polled = polled.and_then(|()| match beyond {
+        let polled = polled.and_then(|()| match excess_ppm {
             Some(fast_ppm) => Err(SourceGone::Clock {
                 of: "encoder's counter",
                 fast_ppm,
@@ -235,8 +235,8 @@ impl Field {
         match polled {
             Ok(()) => Ok(()),
             Err(SourceGone::Line(error)) => Err(error.into()),
-            Err(gone) => {
-                self.trip(&gone);
+            Err(loss) => {
+                self.trip(&loss);
                 self.encoder = None;
                 Ok(())
             }
@@ -290,8 +290,8 @@ impl Task for Field {
     }
 
     fn poll(&mut self, now_ns: u64) -> anyhow::Result<()> {
-        let before_ns = self.polled_ns.replace(now_ns).unwrap_or(now_ns);
-        if now_ns.saturating_sub(before_ns) > ABSENCE_NS {
+        let previous_ns = self.polled_ns.replace(now_ns).unwrap_or(now_ns);
+        if now_ns.saturating_sub(previous_ns) > ABSENCE_NS {
             self.judged_from_ns = now_ns + SETTLES_NS;
         }
         let suspended_ns = self.clock.suspended_ns();
@@ -356,7 +356,11 @@ mod tests {
 
     /// Returns the trips and the readings of ten seconds with a sensor that runs fast by `fast_ppm`, arrives off its
     /// clock by `residual_s` and restarts at `restarts_s`.
-    fn told(fast_ppm: f64, residual_s: f64, restarts_s: u64) -> (Vec<String>, Vec<FieldReading>) {
+    fn ten_seconds(
+        fast_ppm: f64,
+        residual_s: f64,
+        restarts_s: u64,
+    ) -> (Vec<String>, Vec<FieldReading>) {
         let clock = |fast_ppm: f64, residual_s| ClockState {
             drift_ppm: -fast_ppm,
             span_s: 60.0,
@@ -365,7 +369,7 @@ mod tests {
         };
         let (gauges, safety) = <(Arc<Gauges>, Mailbox<SafetyCommand>)>::default();
         gauges.card_clock.set(clock(-200.0, 0.0));
-        let (readings, came) = reading_queue();
+        let (readings, received) = reading_queue();
         let mut field = Field::new(
             None,
             None,
@@ -395,13 +399,13 @@ mod tests {
             };
             trips.push(trip.to_string());
         }
-        (trips, came.try_iter().collect())
+        (trips, received.try_iter().collect())
     }
 
     /// Fault 24.
     #[test]
     fn a_clock_beyond_one_percent_of_the_cards_trips_once_by_its_name() {
-        let (trips, readings) = told(11_000.0, 0.0, 99);
+        let (trips, readings) = ten_seconds(11_000.0, 0.0, 99);
         let [trip] = &trips[..] else {
             panic!("{trips:?}");
         };
@@ -413,25 +417,25 @@ mod tests {
             "{trip}"
         );
         assert_eq!(readings.len(), 1, "nothing is read of it any more");
-        assert_eq!(told(9_000.0, 0.0, 99).0, Vec::<String>::new());
-        assert_eq!(told(-9_000.0, 0.0, 99).0, Vec::<String>::new());
+        assert_eq!(ten_seconds(9_000.0, 0.0, 99).0, Vec::<String>::new());
+        assert_eq!(ten_seconds(-9_000.0, 0.0, 99).0, Vec::<String>::new());
     }
 
     /// Fault 48.
     #[test]
     fn a_restart_trips_by_name_unless_the_sensor_has_only_just_begun() {
-        let (trips, readings) = told(0.0, 0.0, 8);
+        let (trips, readings) = ten_seconds(0.0, 0.0, 8);
         assert_eq!(trips, [SensorRestarted("force sensor").to_string()]);
         let flagged = |reading: &FieldReading| matches!(reading, FieldReading::ForceFaults { .. });
         assert!(readings.iter().any(flagged));
-        assert_eq!(told(0.0, 0.0, 3).0, Vec::<String>::new());
+        assert_eq!(ten_seconds(0.0, 0.0, 3).0, Vec::<String>::new());
     }
 
     /// Fault 24.
     #[test]
     fn readings_that_arrive_where_their_clock_does_not_place_them_are_flagged() {
         let misplaced = |residual_s| {
-            let (trips, readings) = told(0.0, residual_s, 99);
+            let (trips, readings) = ten_seconds(0.0, residual_s, 99);
             assert_eq!(trips, Vec::<String>::new());
             let flags = readings.iter().filter(|reading| {
                 matches!(reading, FieldReading::ClockFaults { misplaced: 1, .. })
@@ -456,20 +460,20 @@ mod tests {
             Mailbox::default(),
             Arc::new(SystemClock::start()),
         );
-        let mut at = |ms: u64, high: bool| {
+        let mut button_at = |ms: u64, high: bool| {
             level.store(high, Ordering::Relaxed);
             field.poll(ms * 1_000_000).unwrap();
             let now = gauges.field.get().unwrap();
             (now.button_pressed, now.button_presses, now.button_press_ns)
         };
-        assert_eq!(at(100, false), (Some(false), 0, None));
-        assert_eq!(at(110, true), (Some(true), 1, Some(110_000_000)));
+        assert_eq!(button_at(100, false), (Some(false), 0, None));
+        assert_eq!(button_at(110, true), (Some(true), 1, Some(110_000_000)));
         // It bounces.
-        assert_eq!(at(112, false).1, 1);
-        assert_eq!(at(113, true).1, 1);
-        assert_eq!(at(160, false), (Some(false), 1, Some(110_000_000)));
-        assert_eq!(at(900, false), (Some(false), 1, Some(110_000_000)));
-        assert_eq!(at(910, true), (Some(true), 2, Some(910_000_000)));
+        assert_eq!(button_at(112, false).1, 1);
+        assert_eq!(button_at(113, true).1, 1);
+        assert_eq!(button_at(160, false), (Some(false), 1, Some(110_000_000)));
+        assert_eq!(button_at(900, false), (Some(false), 1, Some(110_000_000)));
+        assert_eq!(button_at(910, true), (Some(true), 2, Some(910_000_000)));
         assert!(pressed.load(Ordering::Acquire));
     }
 }

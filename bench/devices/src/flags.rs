@@ -217,12 +217,16 @@ impl Flags {
         let (rate_hz, mut updates) = (self.rate_hz, Vec::new());
         self.open.retain_mut(|open| {
             let since_s = |sample: u64| now.saturating_sub(sample) as f64 / rate_hz;
-            let over = since_s(open.flag.last) >= QUIET_S;
-            if over || open.reported_at.is_none_or(|at| since_s(at) >= REFRESH_S) {
-                let long = over || since_s(open.flag.first) >= REFRESH_S;
+            let is_over = since_s(open.flag.last) >= QUIET_S;
+            if is_over
+                || open
+                    .reported_at
+                    .is_none_or(|sample| since_s(sample) >= REFRESH_S)
+            {
+                let long = is_over || since_s(open.flag.first) >= REFRESH_S;
                 updates.push(open.update(now, long, rate_hz));
             }
-            !over
+            !is_over
         });
         updates
     }
@@ -230,8 +234,8 @@ impl Flags {
     /// Ends all flags and returns their last reports: later faults belong to another recording.
     pub fn end(&mut self, now: u64) -> Vec<FlagUpdate> {
         let rate_hz = self.rate_hz;
-        let ended = self.open.drain(..);
-        ended
+        let flags = self.open.drain(..);
+        flags
             .map(|mut open| open.update(now, true, rate_hz))
             .collect()
     }
@@ -276,8 +280,8 @@ mod tests {
             }
         };
         for now in 0..until {
-            for &(at, fault, count) in faults.iter().filter(|(at, ..)| *at == now) {
-                flags.note(fault, at..=at, count);
+            for &(sample, fault, count) in faults.iter().filter(|(sample, ..)| *sample == now) {
+                flags.note(fault, sample..=sample, count);
             }
             take(flags.due(now));
         }
@@ -324,14 +328,14 @@ mod tests {
     #[test]
     fn a_flag_that_does_not_end_floods_nothing_and_is_kept_up_to_the_last_second() {
         let faults: Vec<_> = (10..10_000)
-            .map(|at| (at, InputFault::PickupClipped, 1))
+            .map(|sample| (sample, InputFault::PickupClipped, 1))
             .collect();
         let (mut flags, mut updates) = (Flags::new(RATE_HZ), Vec::new());
-        for &(at, fault, count) in &faults {
-            flags.note(fault, at..=at, count);
-            let now: Vec<FlagUpdate> = flags.due(at);
-            for each in &now {
-                assert!(at - each.flag.last < 1000);
+        for &(sample, fault, count) in &faults {
+            flags.note(fault, sample..=sample, count);
+            let now: Vec<FlagUpdate> = flags.due(sample);
+            for update in &now {
+                assert!(sample - update.flag.last < 1000);
             }
             updates.extend(now);
         }
@@ -339,13 +343,13 @@ mod tests {
         assert_eq!(updates.iter().filter(|t| t.warning.is_some()).count(), 1);
 
         let (events, lines) = run(&faults, 20_000);
-        let whole = event(
+        let expected = event(
             EventKind::Clipping,
             10,
             9990,
             "pickup samples clipped: 9990",
         );
-        assert_eq!((events, lines.len()), (vec![whole], 1));
+        assert_eq!((events, lines.len()), (vec![expected], 1));
     }
 
     #[test]
@@ -372,13 +376,13 @@ mod tests {
     fn a_flag_whose_first_sample_moves_is_the_same_flag() {
         let mut flags = Flags::new(RATE_HZ);
         flags.note(InputFault::ForceFrameLost, 100..=110, 1);
-        let before = flags.due(120).remove(0).flag;
+        let first = flags.due(120).remove(0).flag;
         flags.note(InputFault::ForceFrameCorrupt, 90..=105, 1);
-        let after = flags.end(130).remove(0).flag;
-        assert_eq!((before.first, after.first), (100, 90));
-        assert_eq!(before.number, after.number);
+        let second = flags.end(130).remove(0).flag;
+        assert_eq!((first.first, second.first), (100, 90));
+        assert_eq!(first.number, second.number);
         flags.note(InputFault::ForceFrameLost, 90..=105, 1);
-        assert_ne!(flags.end(140)[0].flag.number, after.number);
+        assert_ne!(flags.end(140)[0].flag.number, second.number);
     }
 
     #[test]

@@ -73,8 +73,8 @@ fn row(line: &str, says_machine: bool) -> Option<Warmth> {
     } else {
         None
     };
-    let told = up_s.is_finite() && up_s >= 0.0 && (0.0..=WARMEST_K).contains(&rise_k);
-    (fields.next().is_none() && told).then_some(Warmth {
+    let valid = up_s.is_finite() && up_s >= 0.0 && (0.0..=WARMEST_K).contains(&rise_k);
+    (fields.next().is_none() && valid).then_some(Warmth {
         boot,
         up_s,
         rise_k,
@@ -108,7 +108,7 @@ mod tests {
 
     const NOON: &str = "2026-05-04T12:00:00Z";
 
-    fn at(text: &str) -> Timestamp {
+    fn timestamp(text: &str) -> Timestamp {
         text.parse().unwrap()
     }
 
@@ -117,7 +117,7 @@ mod tests {
             boot: boot.map(str::to_owned),
             up_s: 1000.0,
             rise_k: 12.5,
-            date: at(NOON),
+            date: timestamp(NOON),
             machine: Some("1".to_owned()),
         }
     }
@@ -139,7 +139,7 @@ mod tests {
             "2026-05-04T23:00:00Z",
             "2030-01-01T00:00:00Z",
         ] {
-            let age_s = warmth(Some("a")).age_s(&run(Some("a"), 1060.0), at(now));
+            let age_s = warmth(Some("a")).age_s(&run(Some("a"), 1060.0), timestamp(now));
             assert_eq!(age_s, 60.0, "{now}");
         }
     }
@@ -153,8 +153,8 @@ mod tests {
             ("1999-01-01T00:00:00Z", 30.0),
             ("2026-05-06T12:00:00Z", 172_800.0),
         ] {
-            let found_s = warmth(Some("a")).age_s(&run(Some("b"), 30.0), at(now));
-            assert_eq!(found_s, age_s, "{now}");
+            let elapsed_s = warmth(Some("a")).age_s(&run(Some("b"), 30.0), timestamp(now));
+            assert_eq!(elapsed_s, age_s, "{now}");
         }
     }
 
@@ -163,16 +163,19 @@ mod tests {
     /// Hazard 4.
     #[test]
     fn another_computers_run_cools_no_plate() {
-        let moved = at("2026-05-04T12:01:00Z");
+        let next_minute = timestamp("2026-05-04T12:01:00Z");
         for machine in [Some("2".to_owned()), None] {
-            let there = Warmth {
+            let other_record = Warmth {
                 machine,
                 ..warmth(Some("a"))
             };
-            assert_eq!(there.age_s(&run(Some("b"), 18_000.0), moved), 60.0);
-            assert_eq!(there.age_s(&run(Some("b"), 30.0), moved), 30.0);
             assert_eq!(
-                there.age_s(&run(Some("b"), 30.0), at("1999-01-01T00:00:00Z")),
+                other_record.age_s(&run(Some("b"), 18_000.0), next_minute),
+                60.0
+            );
+            assert_eq!(other_record.age_s(&run(Some("b"), 30.0), next_minute), 30.0);
+            assert_eq!(
+                other_record.age_s(&run(Some("b"), 30.0), timestamp("1999-01-01T00:00:00Z")),
                 0.0
             );
         }
@@ -185,31 +188,31 @@ mod tests {
     /// Fault 39.
     #[test]
     fn no_clock_that_jumped_backwards_cools_a_plate() {
-        let early = at("2026-05-04T11:00:00Z");
-        for (of, this) in [(None, None), (None, Some("a")), (Some("a"), None)] {
-            assert_eq!(warmth(of).age_s(&run(this, 0.0), early), 0.0);
+        let early = timestamp("2026-05-04T11:00:00Z");
+        for (recorded, present) in [(None, None), (None, Some("a")), (Some("a"), None)] {
+            assert_eq!(warmth(recorded).age_s(&run(present, 0.0), early), 0.0);
             assert_eq!(
-                warmth(of).age_s(&run(this, 5.0), at("2026-05-04T12:01:00Z")),
+                warmth(recorded).age_s(&run(present, 5.0), timestamp("2026-05-04T12:01:00Z")),
                 60.0
             );
         }
         // Record of a longer run with the same identifier.
         assert_eq!(
-            warmth(Some("a")).age_s(&run(Some("a"), 10.0), at(NOON)),
+            warmth(Some("a")).age_s(&run(Some("a"), 10.0), timestamp(NOON)),
             0.0
         );
     }
 
     #[test]
     fn a_damaged_line_is_named() {
-        let good = to_text(&warmth(Some("a")));
-        assert_eq!(parse(&good), Ok(warmth(Some("a"))));
+        let valid = to_text(&warmth(Some("a")));
+        assert_eq!(parse(&valid), Ok(warmth(Some("a"))));
         for (text, line) in [
             (String::new(), 1),
             ("boot\n".to_owned(), 1),
             (HEADER.to_owned(), 2),
-            (good.trim_end().to_owned(), 2),
-            (format!("{good}{good}"), 2),
+            (valid.trim_end().to_owned(), 2),
+            (format!("{valid}{valid}"), 2),
             (format!("{HEADER}a\t1\t-0.1\t{NOON}\t1\n"), 2),
             (format!("{HEADER}a\t1\tNaN\t{NOON}\t1\n"), 2),
             (format!("{HEADER}a\t1\t501\t{NOON}\t1\n"), 2),

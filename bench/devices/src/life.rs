@@ -106,7 +106,7 @@ impl Life {
         tasks: Vec<Box<dyn Task>>,
         close_screen: impl FnOnce() -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
-        let ran = match self.streams.play() {
+        let outcome = match self.streams.play() {
             Ok(()) => self.schedule.run(tasks, &self.clock, &self.stop),
             Err(error) => {
                 // Without its tasks the screen has nothing to show, and closes.
@@ -117,17 +117,17 @@ impl Life {
         self.kill.kill();
         drop(self.streams);
         drop(self.guard);
-        let closed = close_screen();
+        let screen_result = close_screen();
         drop(self.listening);
-        let ended = ran.and(closed);
+        let result = outcome.and(screen_result);
         if self.panicked.load(Ordering::Acquire) {
-            return Err(match ended {
+            return Err(match result {
                 Err(error) if !error.is::<Panicked>() => error.context(EndedByPanic),
                 // The panic hook has named the part.
                 _ => EndedByPanic.into(),
             });
         }
-        ended
+        result
     }
 }
 
@@ -142,7 +142,7 @@ pub struct EndedByPanic;
 /// Installs a panic hook that silences the drive and ends the bench in good order on a panic of any thread; it then
 /// calls the previous hook, which reports.
 fn end_on_panic(kill: KillSwitch, stop: StopFlag, panicked: Arc<AtomicBool>) {
-    let before = std::panic::take_hook();
+    let previous_hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
         kill.kill();
         panicked.store(true, Ordering::Release);
@@ -151,6 +151,6 @@ fn end_on_panic(kill: KillSwitch, stop: StopFlag, panicked: Arc<AtomicBool>) {
         stop.fail(format!(
             "an error in the program itself, in its part `{part}`"
         ));
-        before(info);
+        previous_hook(info);
     }));
 }

@@ -16,9 +16,11 @@ pub fn lock_folder() -> Result<PathBuf, DiskError> {
     use rustix::process::geteuid;
     let user = geteuid().as_raw();
     let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
-    let usual = PathBuf::from(format!("/run/user/{user}"));
-    let mut known = runtime.into_iter().chain([usual]);
-    if let Some(folder) = known.find(|it| it.is_absolute() && unix::require_own(it, user).is_ok()) {
+    let default = PathBuf::from(format!("/run/user/{user}"));
+    let mut candidates = runtime.into_iter().chain([default]);
+    if let Some(folder) = candidates.find(|folder_path| {
+        folder_path.is_absolute() && unix::require_own(folder_path, user).is_ok()
+    }) {
         return Ok(folder);
     }
     let folder = std::env::temp_dir().join(format!("friction-bench-{user}"));
@@ -44,8 +46,8 @@ mod unix {
 
     /// Requires a folder that is not a link, belongs to the user and is writable by no other user.
     pub(super) fn require_own(folder: &Path, user: u32) -> io::Result<()> {
-        let found = fs::symlink_metadata(folder)?;
-        if found.is_dir() && found.uid() == user && found.mode() & 0o022 == 0 {
+        let metadata = fs::symlink_metadata(folder)?;
+        if metadata.is_dir() && metadata.uid() == user && metadata.mode() & 0o022 == 0 {
             return Ok(());
         }
         Err(io::Error::other(
@@ -69,19 +71,19 @@ mod unix {
         #[test]
         fn a_folder_that_others_may_have_planted_is_refused() {
             let room = tempfile::tempdir().unwrap();
-            let at = |name: &str| room.path().join(name);
+            let path_of = |name: &str| room.path().join(name);
             let user = geteuid().as_raw();
-            make_own(&at("own"), user).unwrap();
-            make_own(&at("own"), user).unwrap();
-            assert_eq!(fs::metadata(at("own")).unwrap().mode() & 0o777, 0o700);
-            symlink(at("own"), at("link")).unwrap();
-            fs::write(at("file"), "").unwrap();
-            fs::create_dir(at("open")).unwrap();
-            fs::set_permissions(at("open"), fs::Permissions::from_mode(0o770)).unwrap();
+            make_own(&path_of("own"), user).unwrap();
+            make_own(&path_of("own"), user).unwrap();
+            assert_eq!(fs::metadata(path_of("own")).unwrap().mode() & 0o777, 0o700);
+            symlink(path_of("own"), path_of("link")).unwrap();
+            fs::write(path_of("file"), "").unwrap();
+            fs::create_dir(path_of("open")).unwrap();
+            fs::set_permissions(path_of("open"), fs::Permissions::from_mode(0o770)).unwrap();
             for name in ["link", "file", "open"] {
-                assert!(make_own(&at(name), user).is_err(), "{name}");
+                assert!(make_own(&path_of(name), user).is_err(), "{name}");
             }
-            assert!(make_own(&at("own"), user + 1).is_err());
+            assert!(make_own(&path_of("own"), user + 1).is_err());
         }
     }
 }

@@ -90,9 +90,10 @@ impl LossFinder {
         let mut expected: Option<Complex64> = None;
         // The last window ends with the samples.
         drive.rchunks_exact(WINDOW).rev().all(|window| {
-            let now = self.phasor(window);
-            let before = expected.replace(now * turn).unwrap_or(now);
-            now.norm() >= LEAST_AMPLITUDE && (now * before.conj()).arg().abs() < TOLERANCE_RAD
+            let phasor_now = self.phasor(window);
+            let predicted = expected.replace(phasor_now * turn).unwrap_or(phasor_now);
+            phasor_now.norm() >= LEAST_AMPLITUDE
+                && (phasor_now * predicted.conj()).arg().abs() < TOLERANCE_RAD
         })
     }
 
@@ -101,14 +102,14 @@ impl LossFinder {
     pub fn lost(&self, before: &[f32], after: &[f32], timestamps_s: f64) -> Lost {
         let rate_hz = f64::from(self.sample_rate_hz);
         // Timestamps cannot show a loss shorter than their own error.
-        let by_time = if timestamps_s > TIMESTAMP_S {
+        let time_frames = if timestamps_s > TIMESTAMP_S {
             (timestamps_s * rate_hz).round() as u64
         } else {
             0
         };
         let (before, after) = (self.phasor(before), self.phasor(after));
         if before.norm().min(after.norm()) < LEAST_AMPLITUDE {
-            return Lost::About(by_time);
+            return Lost::About(time_frames);
         }
         // Without a loss the second window would begin where the first one ended.
         let expected =
@@ -123,7 +124,7 @@ impl LossFinder {
         };
         match lost_frames(self.carrier_hz, self.sample_rate_hz, jump, estimate) {
             Ok(frames) => Lost::Exactly(frames),
-            Err(_) => Lost::About(by_time),
+            Err(_) => Lost::About(time_frames),
         }
     }
 }
@@ -154,9 +155,9 @@ pub struct LossWatch {
     /// Newest drive samples passed on.
     tail: Vec<f32>,
     /// End of the last block on the card's clock, ns.
-    ended_ns: Option<u64>,
+    previous_end_ns: Option<u64>,
     xruns: u64,
-    held: Option<Vec<SampleBlock>>,
+    queue: Option<Vec<SampleBlock>>,
     /// Number of blocks to be held before the loss is counted.
     until: usize,
 }
@@ -179,9 +180,9 @@ impl LossWatch {
             channels,
             drive_channel,
             tail: Vec::new(),
-            ended_ns: None,
+            previous_end_ns: None,
             xruns: 0,
-            held: None,
+            queue: None,
             until: 0,
         }
     }
@@ -196,16 +197,16 @@ impl LossWatch {
         let unaccounted_s = self.unaccounted_s(&header);
         if header.input_xruns > self.xruns {
             self.xruns = header.input_xruns;
-            let held = self.held.get_or_insert_default().len();
-            self.until = (held + HELD_BLOCKS).min(MOST_BLOCKS);
+            let count = self.queue.get_or_insert_default().len();
+            self.until = (count + HELD_BLOCKS).min(MOST_BLOCKS);
         }
         let block = SampleBlock {
             header,
             samples,
             unaccounted_s,
         };
-        match &mut self.held {
-            None => vec![self.let_through(block)],
+        match &mut self.queue {
+            None => vec![self.pass_block(block)],
             Some(blocks) => {
                 blocks.push(block);
                 self.resolve()
@@ -213,7 +214,7 @@ impl LossWatch {
         }
     }
 
-    fn let_through(&mut self, block: SampleBlock) -> Piece {
+    fn pass_block(&mut self, block: SampleBlock) -> Piece {
         self.tail.extend(
             block
                 .samples
@@ -228,11 +229,11 @@ impl LossWatch {
     fn unaccounted_s(&mut self, header: &BlockHeader) -> f64 {
         let length_s = f64::from(header.frames) / f64::from(self.finder.sample_rate_hz);
         let begins_ns = header.time.capture_ns;
-        let before_ns = self
-            .ended_ns
+        let previous_ns = self
+            .previous_end_ns
             .replace(begins_ns + (length_s * 1e9) as u64)
             .unwrap_or(begins_ns);
-        begins_ns.saturating_sub(before_ns) as f64 * 1e-9
+        begins_ns.saturating_sub(previous_ns) as f64 * 1e-9
     }
 
     fn drive_samples(&self, blocks: &[SampleBlock]) -> Vec<f32> {
@@ -250,25 +251,25 @@ impl LossWatch {
 
     /// Returns the blocks before the loss, the loss, and the blocks after it, once there are enough of them.
     fn resolve(&mut self) -> Vec<Piece> {
-        let held = self.held.as_deref().unwrap_or_default();
+        let queue = self.queue.as_deref().unwrap_or_default();
         // The loss is at the block with the longest unaccounted time on the card's clock, the first of several, among
         // the blocks that are held in any case: otherwise each new block could become the place, and no block would
         // ever be passed on.
         let by_time =
-            |a: &usize, b: &usize| held[*a].unaccounted_s.total_cmp(&held[*b].unaccounted_s);
-        let places = 0..held.len().min(MOST_BLOCKS);
+            |a: &usize, b: &usize| queue[*a].unaccounted_s.total_cmp(&queue[*b].unaccounted_s);
+        let places = 0..queue.len().min(MOST_BLOCKS);
         let place = places.rev().max_by(by_time).unwrap_or(0);
-        let after = self.drive_samples(&held[place..]);
-        if held.len() < self.until || after.len() < WINDOW {
+        let after = self.drive_samples(&queue[place..]);
+        if queue.len() < self.until || after.len() < WINDOW {
             return Vec::new();
         }
         let mut before = self.tail.clone();
-        before.extend(self.drive_samples(&held[..place]));
+        before.extend(self.drive_samples(&queue[..place]));
         let lost = match before.len().checked_sub(WINDOW) {
             Some(first) => self.finder.lost(
                 &before[first..],
                 &after[..WINDOW],
-                held[place].unaccounted_s,
+                queue[place].unaccounted_s,
             ),
             None => Lost::About(0),
         };
@@ -279,16 +280,16 @@ impl LossWatch {
             Lost::Exactly(0) if self.until == MOST_BLOCKS || !self.finder.goes_on(&before) => {
                 Lost::About(0)
             }
-            found => found,
+            loss => loss,
         };
-        let mut blocks = self.held.take().unwrap_or_default();
-        let behind = blocks.split_off(place);
+        let mut blocks = self.queue.take().unwrap_or_default();
+        let later_blocks = blocks.split_off(place);
         let mut pieces: Vec<Piece> = blocks
             .into_iter()
-            .map(|block| self.let_through(block))
+            .map(|block| self.pass_block(block))
             .collect();
         pieces.push(Piece::Lost(lost));
-        pieces.extend(behind.into_iter().map(|block| self.let_through(block)));
+        pieces.extend(later_blocks.into_iter().map(|block| self.pass_block(block)));
         pieces
     }
 }
@@ -313,7 +314,7 @@ mod tests {
 
     /// Returns the finder's result for a loss of `lost` frames after `first`, with timestamps off by `error_s`; `None`
     /// if the envelope is too faint to read its phase.
-    fn found(
+    fn measured_loss(
         finder: &LossFinder,
         carrier_hz: f64,
         lost: u64,
@@ -340,13 +341,13 @@ mod tests {
             carrier_hz in prop::sample::select(vec![35_000.0, 34_987.0, 35_013.0, 35_123.5]),
         ) {
             let finder = LossFinder::new(carrier_hz, RATE_HZ);
-            let found = found(&finder, carrier_hz, lost, first, timestamp_error_s);
-            prop_assume!(found.is_some());
-            match found {
+            let loss = measured_loss(&finder, carrier_hz, lost, first, timestamp_error_s);
+            prop_assume!(loss.is_some());
+            match loss {
                 Some(Lost::Exactly(frames)) => prop_assert_eq!(frames, lost),
                 // A carrier with a phase that nearly repeats within the timestamps' error may be undecided, never
                 // wrong.
-                found => prop_assert!(carrier_hz == 35_123.5, "{:?}", found),
+                loss => prop_assert!(carrier_hz == 35_123.5, "{:?}", loss),
             }
         }
     }
@@ -355,23 +356,23 @@ mod tests {
     /// and timestamp errors are spread evenly over their ranges. Panics if one is decided wrongly.
     fn share_decided(carrier_hz: f64) -> f64 {
         let finder = LossFinder::new(carrier_hz, RATE_HZ);
-        let (mut decided, mut all) = (0u32, 0u32);
+        let (mut decided, mut total) = (0u32, 0u32);
         for i in 0..2_000u32 {
             // Additive recurrences fill the cube without a pattern.
             let [a, b, c] = [0.819_172_513, 0.671_043_607, 0.549_700_478]
                 .map(|step: f64| (f64::from(i) * step).fract());
             let (lost, first) = (1 + (a * 19_999.0) as u64, (b * 1e6) as u64);
-            match found(&finder, carrier_hz, lost, first, (2.0 * c - 1.0) * 0.35e-3) {
+            match measured_loss(&finder, carrier_hz, lost, first, (2.0 * c - 1.0) * 0.35e-3) {
                 None => {}
-                Some(Lost::About(_)) => all += 1,
+                Some(Lost::About(_)) => total += 1,
                 Some(Lost::Exactly(frames)) => {
                     assert_eq!(frames, lost, "at {carrier_hz} Hz");
-                    (decided, all) = (decided + 1, all + 1);
+                    (decided, total) = (decided + 1, total + 1);
                 }
             }
         }
-        assert!(all > 1_500, "{all} with a strong carrier");
-        f64::from(decided) / f64::from(all)
+        assert!(total > 1_500, "{total} with a strong carrier");
+        f64::from(decided) / f64::from(total)
     }
 
     #[test]
@@ -395,9 +396,13 @@ mod tests {
 
     /// Returns the losses that a watch reports for an xrun that lost `lost` frames before block 3; block n, of 1024
     /// frames, arrives `late_s[n]` too late, with a count of `xruns(n)`.
-    fn watched<const N: usize>(lost: u64, late_s: [f64; N], xruns: fn(u64) -> u64) -> Vec<Lost> {
+    fn reported_losses<const N: usize>(
+        lost: u64,
+        late_s: [f64; N],
+        xruns: fn(u64) -> u64,
+    ) -> Vec<Lost> {
         let mut watch = LossWatch::new(35_000.0, RATE_HZ, 1, 0);
-        let mut told = Vec::new();
+        let mut losses = Vec::new();
         for (n, late_s) in (0u64..).zip(late_s) {
             let first = 1024 * n + if n < 3 { 0 } else { lost };
             let samples = [first, first + 512].map(|first| drive(35_000.0, first, 0.3));
@@ -415,12 +420,12 @@ mod tests {
                 drive: DriveState::default(),
             };
             let pieces = watch.pass(header, samples.concat());
-            told.extend(pieces.into_iter().filter_map(|piece| match piece {
+            losses.extend(pieces.into_iter().filter_map(|piece| match piece {
                 Piece::Lost(lost) => Some(lost),
                 Piece::Block(_) => None,
             }));
         }
-        told
+        losses
     }
 
     /// Fault 6.
@@ -446,7 +451,7 @@ mod tests {
                 drive: DriveState::default(),
             };
             watch.pass(header, vec![0.0; 64]);
-            most = most.max(watch.held.as_ref().map_or(0, Vec::len));
+            most = most.max(watch.queue.as_ref().map_or(0, Vec::len));
         }
         let longest = MOST_BLOCKS + WINDOW / 64;
         assert!(most <= longest, "{most} blocks are held, {longest} may");
@@ -455,19 +460,25 @@ mod tests {
     /// Fault 6.
     #[test]
     fn an_xrun_is_taken_to_have_cost_nothing_only_where_the_carrier_goes_on_throughout() {
-        let one = |n| u64::from(n >= 2);
-        assert_eq!(watched(0, [0.0; 8], one), [Lost::Exactly(0)]);
-        assert_eq!(watched(1024, [0.0; 8], one), [Lost::Exactly(1024)]);
-        // The timestamps point at a block other than the one after the three missing frames.
-        let elsewhere = [0.0, 0.0, 0.0, 0.0, 1e-4, 1e-4, 1e-4, 1e-4];
-        assert_eq!(watched(3, elsewhere, one), [Lost::About(0)]);
-        assert_eq!(watched(0, elsewhere, one), [Lost::Exactly(0)]);
-        // The watch waits for a second xrun as long as for the first; with an xrun at every block, the loss is unknown.
-        let two = |n| u64::from(n >= 2) + u64::from(n >= 5);
-        assert_eq!(watched(0, [0.0; 8], two), []);
-        assert_eq!(watched(0, [0.0; 9], two), [Lost::Exactly(0)]);
+        let one_xrun = |n| u64::from(n >= 2);
+        assert_eq!(reported_losses(0, [0.0; 8], one_xrun), [Lost::Exactly(0)]);
         assert_eq!(
-            watched(0, [0.0; 18], |n| n.saturating_sub(1)),
+            reported_losses(1024, [0.0; 8], one_xrun),
+            [Lost::Exactly(1024)]
+        );
+        // The timestamps point at a block other than the one after the three missing frames.
+        let wrong_block = [0.0, 0.0, 0.0, 0.0, 1e-4, 1e-4, 1e-4, 1e-4];
+        assert_eq!(reported_losses(3, wrong_block, one_xrun), [Lost::About(0)]);
+        assert_eq!(
+            reported_losses(0, wrong_block, one_xrun),
+            [Lost::Exactly(0)]
+        );
+        // The watch waits for a second xrun as long as for the first; with an xrun at every block, the loss is unknown.
+        let two_xruns = |n| u64::from(n >= 2) + u64::from(n >= 5);
+        assert_eq!(reported_losses(0, [0.0; 8], two_xruns), []);
+        assert_eq!(reported_losses(0, [0.0; 9], two_xruns), [Lost::Exactly(0)]);
+        assert_eq!(
+            reported_losses(0, [0.0; 18], |n| n.saturating_sub(1)),
             [Lost::About(0)]
         );
     }

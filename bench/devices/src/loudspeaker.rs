@@ -81,9 +81,9 @@ impl Loudspeaker {
     }
 
     /// Turns the masking noise on or off.
-    pub fn mask(&self, on: bool) {
+    pub fn mask(&self, audible: bool) {
         if let Some(noise) = &self.noise {
-            if on { noise.play() } else { noise.pause() }
+            if audible { noise.play() } else { noise.pause() }
         }
     }
 }

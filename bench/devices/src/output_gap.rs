@@ -96,15 +96,15 @@ pub struct OutputGapWatch {
     drive_channel: usize,
     /// Window of [`SHORT`] samples, with the sum 2.
     short_window: Vec<f64>,
-    before: usize,
-    after: u64,
+    frames_before: usize,
+    frames_after: u64,
     search_every: u64,
     search_due: u64,
     /// Newest drive samples; the first is frame `begin` of the audio clock.
     recent: VecDeque<f32>,
     begin: u64,
     xruns: u64,
-    sought: Option<Sought>,
+    search: Option<Sought>,
     reported: bool,
 }
 
@@ -139,12 +139,12 @@ impl OutputGapWatch {
                 .collect(),
             search_every: (SEARCH_EVERY_S * rate_hz) as u64,
             search_due: 0,
-            before: (BEFORE_REPORT_S * rate_hz) as usize,
-            after: (AFTER_REPORT_S * rate_hz) as u64,
+            frames_before: (BEFORE_REPORT_S * rate_hz) as usize,
+            frames_after: (AFTER_REPORT_S * rate_hz) as u64,
             recent: VecDeque::new(),
             begin: 0,
             xruns: 0,
-            sought: None,
+            search: None,
             reported: false,
         }
     }
@@ -157,8 +157,8 @@ impl OutputGapWatch {
     /// Takes interleaved samples that begin at frame `first` of the audio clock, with the stream's count of output
     /// xruns. Returns the state of an xrun: once when it is reported, and once when its gap was found or given up.
     pub fn take(&mut self, first: u64, samples: &[f32], xruns: u64) -> Option<OutputXrun> {
-        if self.sought.is_none() {
-            self.forget_but(self.before);
+        if self.search.is_none() {
+            self.forget_but(self.frames_before);
         }
         if self.recent.is_empty() {
             self.begin = first;
@@ -174,43 +174,43 @@ impl OutputGapWatch {
             self.seek(first);
             self.reported = false;
         }
-        let sought = self.sought?;
+        let search = self.search?;
         if self.end() >= self.search_due {
             self.search_due = self.end() + self.search_every;
-            let found = self.search(sought);
-            if found.is_some() {
-                self.sought = None;
-                return found;
+            let report = self.search(search);
+            if report.is_some() {
+                self.search = None;
+                return report;
             }
         }
-        (!std::mem::replace(&mut self.reported, true)).then(|| self.xrun(sought, Gap::Sought))
+        (!std::mem::replace(&mut self.reported, true)).then(|| self.xrun(search, Gap::Sought))
     }
 
     /// Searches for the gap of an xrun reported at a frame, together with that of an xrun already under search.
     fn seek(&mut self, reported: u64) {
-        let (number, since) = self.sought.map_or((self.xruns, reported), |sought| {
-            (sought.number, sought.since)
+        let (number, since) = self.search.map_or((self.xruns, reported), |search| {
+            (search.number, search.since)
         });
-        let latest = reported + self.after;
-        self.sought = Some(Sought {
+        let latest = reported + self.frames_after;
+        self.search = Some(Sought {
             number,
             since,
             latest,
-            until: latest.min(since + MOST_RENEWALS * self.after),
+            until: latest.min(since + MOST_RENEWALS * self.frames_after),
         });
     }
 
     /// Gives up a search, as when a recording ends.
     pub fn give_up(&mut self) -> Option<OutputXrun> {
-        let sought = self.sought.take();
-        sought.map(|sought| self.xrun(sought, Gap::Unknown))
+        let search = self.search.take();
+        search.map(|search| self.xrun(search, Gap::Unknown))
     }
 
     /// Gives up a search because input frames are lost too: the phase then has another reason to jump.
     pub fn lose(&mut self) -> Option<OutputXrun> {
-        let given_up = self.give_up();
+        let report = self.give_up();
         self.recent.clear();
-        given_up
+        report
     }
 
     fn end(&self) -> u64 {
@@ -224,45 +224,45 @@ impl OutputGapWatch {
     }
 
     /// Returns the xrun with the whole time in which its gap may lie.
-    fn xrun(&self, sought: Sought, gap: Gap) -> OutputXrun {
+    fn xrun(&self, search: Sought, gap: Gap) -> OutputXrun {
         OutputXrun {
-            number: sought.number,
+            number: search.number,
             last: self.xruns,
-            from: sought.since.saturating_sub(self.before as u64),
-            to: self.end().max(sought.latest),
+            from: search.since.saturating_sub(self.frames_before as u64),
+            to: self.end().max(search.latest),
             gap,
         }
     }
 
-    fn search(&mut self, sought: Sought) -> Option<OutputXrun> {
-        let over = self.end() >= sought.until;
-        let several = self.xruns > sought.number;
-        if several && !over {
+    fn search(&mut self, target: Sought) -> Option<OutputXrun> {
+        let is_over = self.end() >= target.until;
+        let has_several = self.xruns > target.number;
+        if has_several && !is_over {
             // The gap of the first says nothing about later gaps.
             return None;
         }
-        if sought.until < sought.latest {
-            return over.then(|| self.xrun(sought, Gap::Unknown));
+        if target.until < target.latest {
+            return is_over.then(|| self.xrun(target, Gap::Unknown));
         }
         let samples = self.recent.make_contiguous();
         let (gap, edges) = match edges(&self.finder, &self.short_window, samples) {
             // The drive has not been back long enough to read its phase.
             Some((_, end)) if samples.len() < end + WINDOW => {
-                return over.then(|| self.xrun(sought, Gap::Unknown));
+                return is_over.then(|| self.xrun(target, Gap::Unknown));
             }
             Some((first, end)) => match gap(&self.finder, samples, first, end) {
                 // The gap may still continue.
-                Gap::Unknown if !over => return None,
+                Gap::Unknown if !is_over => return None,
                 gap => (gap, Some((first, end))),
             },
-            None if !over => return None,
+            None if !is_over => return None,
             None if level(samples) < LEAST_AMPLITUDE => (Gap::Unknown, None),
             None => (Gap::Nowhere, None),
         };
-        let found = match edges {
+        let xrun = match edges {
             Some((first, end)) => {
-                let found = OutputXrun {
-                    number: sought.number,
+                let xrun = OutputXrun {
+                    number: target.number,
                     last: self.xruns,
                     from: self.begin + first as u64,
                     to: self.begin + end as u64,
@@ -270,11 +270,11 @@ impl OutputGapWatch {
                 };
                 // A later xrun must not find this gap again.
                 self.forget_but(self.recent.len() - end);
-                found
+                xrun
             }
-            None => self.xrun(sought, gap),
+            None => self.xrun(target, gap),
         };
-        Some(found)
+        Some(xrun)
     }
 }
 
@@ -300,13 +300,13 @@ fn edges(finder: &LossFinder, window: &[f64], samples: &[f32]) -> Option<(usize,
     let starts = (0..samples.len().saturating_sub(SHORT)).step_by(HOP);
     let phasors: Vec<Complex64> = starts.map(phasor).collect();
     let is_edge = |i: &usize| {
-        let (was, is) = (phasors[i - 2], phasors[*i]);
-        let larger = was.norm().max(is.norm());
-        larger > LEAST_AMPLITUDE && (is - was).norm() > EDGE * larger
+        let (previous, current) = (phasors[i - 2], phasors[*i]);
+        let larger = previous.norm().max(current.norm());
+        larger > LEAST_AMPLITUDE && (current - previous).norm() > EDGE * larger
     };
-    let mut found = (2..phasors.len()).filter(is_edge);
-    let first = found.next()?;
-    let last = found.next_back().unwrap_or(first);
+    let mut edges = (2..phasors.len()).filter(is_edge);
+    let first = edges.next()?;
+    let last = edges.next_back().unwrap_or(first);
     Some(((first - 2) * HOP, last * HOP + SHORT))
 }
 
@@ -315,8 +315,8 @@ fn gap(finder: &LossFinder, samples: &[f32], first: usize, end: usize) -> Gap {
         return Gap::Unknown;
     };
     let (before, after) = (&samples[from..first], &samples[end..end + WINDOW]);
-    let (was, is) = (finder.phasor(before), finder.phasor(after));
-    let least = was.norm().min(is.norm());
+    let (start_phasor, end_phasor) = (finder.phasor(before), finder.phasor(after));
+    let least = start_phasor.norm().min(end_phasor.norm());
     if least < LEAST_AMPLITUDE {
         return Gap::Unknown;
     }
@@ -327,9 +327,9 @@ fn gap(finder: &LossFinder, samples: &[f32], first: usize, end: usize) -> Gap {
     // A pause shorter than a period shows in the phase alone.
     let paused = if paused > 0 { paused + LEVEL - 1 } else { 0 };
     let turned = finder.step_rad() * (end - from) as f64;
-    let expected = was * Complex64::from_polar(1.0, turned % TAU);
+    let expected = start_phasor * Complex64::from_polar(1.0, turned % TAU);
     let jump = PhaseJump {
-        jump_rad: (expected * is.conj()).arg(),
+        jump_rad: (expected * end_phasor.conj()).arg(),
         tolerance_rad: TOLERANCE_RAD,
     };
     let rate_hz = f64::from(finder.sample_rate_hz());
@@ -352,20 +352,20 @@ mod tests {
     const RATE_HZ: u32 = 192_000;
     const BLOCK: usize = 64;
 
-    /// Returns the final report of a watch on an output that pauses at `at` for `lost` frames, and reports it at
-    /// `told`.
-    fn found(
+    /// Returns the final report of a watch on an output that pauses at `start` for `lost` frames, and reports it at
+    /// `reported`.
+    fn final_report(
         lost: usize,
-        at: usize,
-        told: usize,
+        start: usize,
+        reported: usize,
         modulation_hz: f64,
         amplitude: f64,
     ) -> OutputXrun {
-        let frames = told + 60_000;
+        let frames = reported + 60_000;
         let mut played = 0u32;
         let samples: Vec<f32> = (0..frames)
             .flat_map(|n| {
-                let silent = (at..at + lost).contains(&n);
+                let silent = (start..start + lost).contains(&n);
                 let t_s = f64::from(played) / f64::from(RATE_HZ);
                 played += u32::from(!silent);
                 let envelope = amplitude * (1.0 + 0.95 * (TAU * modulation_hz * t_s).sin());
@@ -379,19 +379,22 @@ mod tests {
             .enumerate()
             .filter_map(|(i, block)| {
                 let first = i * BLOCK;
-                watch.take(first as u64, block, u64::from(first >= told))
+                watch.take(first as u64, block, u64::from(first >= reported))
             })
             .collect();
         match reports[..] {
-            [sought, found] => {
-                assert_eq!((sought.gap, sought.number), (Gap::Sought, 1));
+            [search_report, report] => {
+                assert_eq!((search_report.gap, search_report.number), (Gap::Sought, 1));
                 // The report may extend to the first search after the last possible sample.
-                let most = sought.to + 1_920 + BLOCK as u64;
-                assert!(sought.from <= found.from && found.to <= most, "{reports:?}");
-                found
+                let most = search_report.to + 1_920 + BLOCK as u64;
+                assert!(
+                    search_report.from <= report.from && report.to <= most,
+                    "{reports:?}"
+                );
+                report
             }
             // The gap was over when the xrun was reported.
-            [found] if told > at + lost => found,
+            [report] if reported > start + lost => report,
             _ => panic!("{reports:?}"),
         }
     }
@@ -403,24 +406,27 @@ mod tests {
         #[test]
         fn the_gap_of_the_output_is_exact_to_the_frame(
             lost in 1usize..5_000,
-            at in 30_000usize..60_000,
+            start in 30_000usize..60_000,
             late in -4_000i32..4_000,
             modulation_hz in 0.0..20.0f64,
         ) {
-            let told = (at as i32 + late) as usize;
-            let xrun = found(lost, at, told, modulation_hz, 0.3);
+            let reported = (start as i32 + late) as usize;
+            let xrun = final_report(lost, start, reported, modulation_hz, 0.3);
             prop_assert_eq!(xrun.gap, Gap::Of(Lost::Exactly(lost as u64)));
             let near = 200;
-            prop_assert!(xrun.from <= at as u64 && at as u64 <= xrun.from + near, "{:?}", xrun);
-            let end = (at + lost) as u64;
+            prop_assert!(xrun.from <= start as u64 && start as u64 <= xrun.from + near, "{:?}", xrun);
+            let end = (start + lost) as u64;
             prop_assert!(end <= xrun.to && xrun.to <= end + near, "{:?}", xrun);
         }
     }
 
     #[test]
     fn an_xrun_that_cost_the_drive_nothing_is_told_from_one_that_cannot_be_judged() {
-        assert_eq!(found(0, 30_000, 30_000, 6.0, 0.3).gap, Gap::Nowhere);
-        assert_eq!(found(500, 30_000, 30_000, 6.0, 0.0).gap, Gap::Unknown);
+        assert_eq!(final_report(0, 30_000, 30_000, 6.0, 0.3).gap, Gap::Nowhere);
+        assert_eq!(
+            final_report(500, 30_000, 30_000, 6.0, 0.0).gap,
+            Gap::Unknown
+        );
     }
 
     /// Fault 6.
@@ -443,13 +449,14 @@ mod tests {
             }
         }
         settled.extend(watch.give_up());
-        let longest = watch.before + (MOST_RENEWALS * watch.after) as usize + 2 * BLOCK_FRAMES;
+        let longest =
+            watch.frames_before + (MOST_RENEWALS * watch.frames_after) as usize + 2 * BLOCK_FRAMES;
         assert!(most <= longest, "{most} samples are kept, {longest} do");
         assert!(settled.len() >= 4, "{} in 2 s", settled.len());
         for first in reported {
-            let holds = |xrun: &OutputXrun| xrun.from <= first && first <= xrun.to;
+            let contains_first = |xrun: &OutputXrun| xrun.from <= first && first <= xrun.to;
             assert!(
-                settled.iter().any(holds),
+                settled.iter().any(contains_first),
                 "{first} is in none of {settled:?}"
             );
         }
@@ -464,9 +471,9 @@ mod tests {
             let xruns = u64::from(block >= 50) + u64::from(block >= 80);
             watch.take(1000 * block, &silence, xruns)
         });
-        let known: Vec<_> = reports.filter(|xrun| xrun.gap != Gap::Sought).collect();
-        let [xrun] = known[..] else {
-            panic!("{known:?}");
+        let final_reports: Vec<_> = reports.filter(|xrun| xrun.gap != Gap::Sought).collect();
+        let [xrun] = final_reports[..] else {
+            panic!("{final_reports:?}");
         };
         assert_eq!((xrun.gap, xrun.from), (Gap::Unknown, 30_800));
         assert_eq!((xrun.number, xrun.last), (1, 2));
@@ -477,7 +484,7 @@ mod tests {
     #[test]
     fn the_gaps_of_two_xruns_are_found_together_however_soon_the_second_follows() {
         // The second is reported before the gap of the first is over; its gap comes later.
-        let (gaps, told) = ([60_000..60_500_usize, 75_000..75_300], [60_200, 60_300]);
+        let (gaps, reports_at) = ([60_000..60_500_usize, 75_000..75_300], [60_200, 60_300]);
         let mut played = 0_u32;
         let samples: Vec<f32> = (0..140_000)
             .map(|n| {
@@ -491,12 +498,15 @@ mod tests {
         let mut watch = OutputGapWatch::new(35_000.0, RATE_HZ, 1, 0);
         let reports = samples.chunks(BLOCK).enumerate().filter_map(|(i, block)| {
             let first = i * BLOCK;
-            let xruns = told.iter().filter(|told| **told <= first).count();
+            let xruns = reports_at
+                .iter()
+                .filter(|report_at| **report_at <= first)
+                .count();
             watch.take(first as u64, block, xruns as u64)
         });
-        let known: Vec<_> = reports.filter(|xrun| xrun.gap != Gap::Sought).collect();
-        let [xrun] = known[..] else {
-            panic!("{known:?}");
+        let final_reports: Vec<_> = reports.filter(|xrun| xrun.gap != Gap::Sought).collect();
+        let [xrun] = final_reports[..] else {
+            panic!("{final_reports:?}");
         };
         assert!(xrun.from <= 60_000 && 75_300 <= xrun.to, "{xrun:?}");
         assert_eq!(xrun.gap, Gap::Of(Lost::Exactly(800)));
@@ -509,10 +519,13 @@ mod tests {
         for first in (0..40_000).step_by(1000) {
             assert_eq!(watch.take(first, &silence, 0), None);
         }
-        let told = watch.take(40_000, &silence, 1).unwrap();
-        let given_up = watch.lose().unwrap();
-        assert_eq!((told.gap, given_up.gap), (Gap::Sought, Gap::Unknown));
-        assert_eq!((given_up.from, given_up.to), (20_800, 88_000));
+        let open_report = watch.take(40_000, &silence, 1).unwrap();
+        let unknown_report = watch.lose().unwrap();
+        assert_eq!(
+            (open_report.gap, unknown_report.gap),
+            (Gap::Sought, Gap::Unknown)
+        );
+        assert_eq!((unknown_report.from, unknown_report.to), (20_800, 88_000));
         assert_eq!((watch.give_up(), watch.lose()), (None, None));
     }
 }

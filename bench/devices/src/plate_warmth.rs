@@ -57,7 +57,7 @@ pub struct PlateWarmth {
     /// Path of the record; `None` for a record that ends with the program.
     path: Option<PathBuf>,
     /// Record of the last program; `None` for a plate that was never driven.
-    left: Option<Warmth>,
+    warmth: Option<Warmth>,
 }
 
 /// Returns the path of the record of a bench's plate, in the folder of its calibration.
@@ -74,19 +74,19 @@ impl PlateWarmth {
     /// # Errors
     /// [`WarmthError`] if the plate's temperature is unknown.
     pub fn open(path: Option<PathBuf>, heat: PlateHeat) -> Result<Self, WarmthError> {
-        let left = match &path {
+        let warmth = match &path {
             Some(path) => read(path)?,
             None => None,
         };
-        Ok(Self { heat, path, left })
+        Ok(Self { heat, path, warmth })
     }
 
     /// Returns the estimated temperature above the room, K.
     #[must_use]
     pub fn rise_k(&self, boot: &Boot, now: Timestamp) -> f64 {
-        self.left
+        self.warmth
             .as_ref()
-            .map_or(0.0, |left| cooled_k(&self.heat, left, boot, now))
+            .map_or(0.0, |warmth| cooled_k(&self.heat, warmth, boot, now))
     }
 
     /// Returns the estimated temperature of the surface, °C.
@@ -130,8 +130,8 @@ impl PlateWarmth {
     }
 }
 
-fn cooled_k(heat: &PlateHeat, left: &Warmth, boot: &Boot, now: Timestamp) -> f64 {
-    heat.rise_after(left.rise_k, 0.0, left.age_s(boot, now))
+fn cooled_k(heat: &PlateHeat, warmth: &Warmth, boot: &Boot, now: Timestamp) -> f64 {
+    heat.rise_after(warmth.rise_k, 0.0, warmth.age_s(boot, now))
 }
 
 fn read(path: &Path) -> Result<Option<Warmth>, WarmthError> {
@@ -187,7 +187,7 @@ impl WarmthKeeper {
     }
 
     /// Returns the temperature above the room that a program started now would read, K.
-    fn found_k(&self) -> f64 {
+    fn recorded_k(&self) -> f64 {
         self.written.as_ref().map_or(0.0, |written| {
             cooled_k(&self.heat, written, &self.boot(), self.clock.utc())
         })
@@ -205,11 +205,11 @@ impl Task for WarmthKeeper {
 
     fn poll(&mut self, _now_ns: u64) -> anyhow::Result<()> {
         if let Some(rise_k) = self.signals.rise_k.get()
-            && rise_k > COLD_K.max(self.found_k())
+            && rise_k > COLD_K.max(self.recorded_k())
         {
             self.write(rise_k + AHEAD_K)?;
         }
-        self.signals.kept_rise_k.set(self.found_k());
+        self.signals.kept_rise_k.set(self.recorded_k());
         Ok(())
     }
 
@@ -276,11 +276,11 @@ mod tests {
 
     impl Rig {
         fn new() -> Self {
-            Self::after(tempfile::tempdir().unwrap(), UP_S)
+            Self::restarted(tempfile::tempdir().unwrap(), UP_S)
         }
 
         /// Starts the next program on the bench when the computer has been on for `up_s`.
-        fn after(folder: tempfile::TempDir, up_s: f64) -> Self {
+        fn restarted(folder: tempfile::TempDir, up_s: f64) -> Self {
             let clock = Arc::new(Hands::default());
             let shared: Arc<dyn Clock> = clock.clone();
             let signals = Arc::new(Signals::default());
@@ -300,7 +300,7 @@ mod tests {
             PlateWarmth::open(Some(path), HEAT).unwrap()
         }
 
-        fn at(&mut self, now_s: f64, rise_k: f64) {
+        fn advance(&mut self, now_s: f64, rise_k: f64) {
             let now_ns = (now_s * 1e9) as u64;
             self.clock.0.store(now_ns, Ordering::Relaxed);
             self.signals.rise_k.set(rise_k);
@@ -308,7 +308,7 @@ mod tests {
         }
 
         /// Returns the temperature above the room that another program would find if this one were killed now, K.
-        fn found_k(&self) -> f64 {
+        fn recorded_k(&self) -> f64 {
             let up_s = UP_S + 1e-9 * self.clock.now_ns() as f64;
             Self::opened(self.folder.path()).rise_k(&boot(up_s), self.clock.utc())
         }
@@ -319,24 +319,27 @@ mod tests {
     #[test]
     fn a_program_that_is_killed_leaves_the_plate_no_cooler_than_it_was() {
         let mut rig = Rig::new();
-        assert_eq!((rig.began_k, rig.found_k()), (0.0, 0.0));
+        assert_eq!((rig.began_k, rig.recorded_k()), (0.0, 0.0));
         let (mut rise_k, step_s) = (0.0, 0.05);
         for step in 0..8_000 {
             // Four minutes at 3 W, then undriven.
             let power_w = if step < 4_800 { 3.0 } else { 0.0 };
             rise_k = HEAT.rise_after(rise_k, power_w, step_s);
-            rig.at(step_s * f64::from(step + 1), rise_k);
-            let found_k = rig.found_k();
+            rig.advance(step_s * f64::from(step + 1), rise_k);
+            let recorded_k = rig.recorded_k();
             let least_k = if rise_k > COLD_K { rise_k - 2e-3 } else { 0.0 };
             assert!(
-                (least_k..=rise_k + AHEAD_K + 2e-3).contains(&found_k),
-                "{found_k} K of {rise_k} K at {step}"
+                (least_k..=rise_k + AHEAD_K + 2e-3).contains(&recorded_k),
+                "{recorded_k} K of {rise_k} K at {step}"
             );
-            let told_k = rig.signals.kept_rise_k.get().unwrap();
-            assert!((told_k - found_k).abs() < 2e-3, "{told_k} K of {found_k} K");
+            let published_k = rig.signals.kept_rise_k.get().unwrap();
+            assert!(
+                (published_k - recorded_k).abs() < 2e-3,
+                "{published_k} K of {recorded_k} K"
+            );
         }
         rig.task.finish().unwrap();
-        assert!((rig.found_k() - rise_k).abs() < 2e-3);
+        assert!((rig.recorded_k() - rise_k).abs() < 2e-3);
     }
 
     /// Fault 42.
@@ -344,7 +347,7 @@ mod tests {
     #[test]
     fn the_next_program_begins_with_what_the_model_has_cooled() {
         let mut rig = Rig::new();
-        rig.at(10.0, 14.0);
+        rig.advance(10.0, 14.0);
         rig.task.finish().unwrap();
         let warmth = Rig::opened(rig.folder.path());
         let now = rig.clock.utc();
@@ -352,13 +355,13 @@ mod tests {
         assert!((warmth.wait_s(&boot(1010.0), now) - HEAT.wait_s(14.0)).abs() < 0.1);
         assert_eq!(warmth.wait_s(&boot(1030.0), now), 0.0);
         // A minute and a half later; no program ran in between.
-        let mut next = Rig::after(rig.folder, 1100.0);
+        let mut next = Rig::restarted(rig.folder, 1100.0);
         let cooled_k = HEAT.rise_after(14.0, 0.0, 90.0);
         assert!((next.began_k - cooled_k).abs() < 1e-2, "{}", next.began_k);
         // It ends before its watch publishes anything, and the record keeps its value.
         next.task.finish().unwrap();
-        let again = Rig::after(next.folder, 1100.0);
-        assert!((again.began_k - cooled_k).abs() < 1e-2);
+        let third = Rig::restarted(next.folder, 1100.0);
+        assert!((third.began_k - cooled_k).abs() < 1e-2);
     }
 
     /// Fault 42.
@@ -366,13 +369,13 @@ mod tests {
     #[test]
     fn a_plate_that_was_driven_after_a_suspension_is_not_cooler_for_it() {
         let mut rig = Rig::new();
-        rig.at(10.0, 1.0);
+        rig.advance(10.0, 1.0);
         rig.clock.1.store(3600, Ordering::Relaxed);
-        rig.at(20.0, 14.0);
+        rig.advance(20.0, 14.0);
         rig.task.finish().unwrap();
         let warmth = Rig::opened(rig.folder.path());
-        let found_k = warmth.rise_k(&boot(UP_S + 3620.0), rig.clock.utc());
-        assert!((found_k - 14.0).abs() < 2e-3, "{found_k}");
+        let recorded_k = warmth.rise_k(&boot(UP_S + 3620.0), rig.clock.utc());
+        assert!((recorded_k - 14.0).abs() < 2e-3, "{recorded_k}");
     }
 
     #[test]
@@ -381,26 +384,28 @@ mod tests {
         let path = warmth_path(&folder.path().join("calibration.toml"));
         std::fs::write(&path, "boot\tup_s\trise_k\tdate\nabc\t1.0\t2").unwrap();
         let error = PlateWarmth::open(Some(path.clone()), HEAT).unwrap_err();
-        assert!(matches!(&error, WarmthError::Damaged { path: of, .. } if *of == path));
+        assert!(
+            matches!(&error, WarmthError::Damaged { path: damaged_path, .. } if *damaged_path == path)
+        );
         std::fs::remove_file(&path).unwrap();
         std::fs::create_dir(&path).unwrap();
         let error = PlateWarmth::open(Some(path), HEAT).unwrap_err();
         assert!(matches!(error, WarmthError::Unreadable { .. }));
-        let nowhere = Some(folder.path().join("nowhere").join("warmth.tsv"));
+        let missing_path = Some(folder.path().join("nowhere").join("warmth.tsv"));
         let clock: Arc<dyn Clock> = Arc::new(Hands::default());
-        let begun = PlateWarmth::open(nowhere, HEAT).unwrap().begin(
+        let result = PlateWarmth::open(missing_path, HEAT).unwrap().begin(
             &clock,
             boot(UP_S),
             &Arc::new(Signals::default()),
         );
-        assert!(matches!(begun, Err(WarmthError::Unwritable(_))));
+        assert!(matches!(result, Err(WarmthError::Unwritable(_))));
     }
 
     #[test]
     fn a_simulated_plate_keeps_nothing() {
         let clock: Arc<dyn Clock> = Arc::new(Hands::default());
         let warmth = PlateWarmth::open(None, HEAT).unwrap();
-        let begun = warmth.begin(&clock, boot(UP_S), &Arc::new(Signals::default()));
-        assert!(matches!(begun, Ok((0.0, None))));
+        let result = warmth.begin(&clock, boot(UP_S), &Arc::new(Signals::default()));
+        assert!(matches!(result, Ok((0.0, None))));
     }
 }

@@ -40,8 +40,8 @@ impl ReadingSender {
                 ..LineFaults::default()
             };
             let at = reading.at();
-            let told = FieldReading::ForceFaults { since, at, faults };
-            if self.to.try_send(told).is_ok() {
+            let summary = FieldReading::ForceFaults { since, at, faults };
+            if self.to.try_send(summary).is_ok() {
                 (self.dropped, self.since) = (0, None);
             }
         }
@@ -86,7 +86,7 @@ mod tests {
     #[test]
     fn readings_that_nobody_takes_are_told_of_by_those_that_follow() {
         let (mut sender, readings) = reading_queue();
-        let lost = FieldReading::ForceFaults {
+        let loss = FieldReading::ForceFaults {
             since: Moment::Host(5.0),
             at: Moment::Host(5.5),
             faults: LineFaults {
@@ -95,9 +95,9 @@ mod tests {
             },
         };
         (0..MOST_WAITING).for_each(|_| sender.send(position(1.0)));
-        sender.send(lost);
+        sender.send(loss);
         sender.send(position(6.0));
-        sender.send(lost);
+        sender.send(loss);
         assert_eq!(readings.try_iter().count(), MOST_WAITING);
         sender.send(position(9.0));
         let expected = FieldReading::ForceFaults {

@@ -26,15 +26,15 @@ impl RecordedClocks {
             (ClockOf::ForceSensor, against_card(field.force_clock)),
             (ClockOf::Encoder, against_card(field.position_clock)),
         ];
-        for (known, (of, state)) in self.0.iter_mut().zip(now) {
+        for (known, (source, state)) in self.0.iter_mut().zip(now) {
             let Some((drift_ppm, residual_s)) = state else {
                 continue;
             };
-            let before_s = known.as_ref().and_then(|known| known.residual_s);
+            let previous_s = known.as_ref().and_then(|known| known.residual_s);
             *known = Some(RecordedClock {
-                of,
+                of: source,
                 drift_ppm,
-                residual_s: before_s.into_iter().chain(residual_s).reduce(f64::max),
+                residual_s: previous_s.into_iter().chain(residual_s).reduce(f64::max),
             });
         }
     }

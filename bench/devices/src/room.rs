@@ -26,9 +26,9 @@ pub struct Room(Arc<Slot<Left>>);
 impl Room {
     /// Returns the free space, bytes, if it was known shortly before `now_ns`.
     pub fn free_bytes(&self, now_ns: u64) -> Option<u64> {
-        let left = self.0.get()?;
-        (now_ns.saturating_sub(left.at_ns) <= STALE_NS)
-            .then_some(left.free_bytes)
+        let reading = self.0.get()?;
+        (now_ns.saturating_sub(reading.at_ns) <= STALE_NS)
+            .then_some(reading.free_bytes)
             .flatten()
     }
 }

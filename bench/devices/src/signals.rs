@@ -55,13 +55,13 @@ pub struct Listening(u64);
 
 impl Drop for Listening {
     fn drop(&mut self) {
-        let Some(heard) = HEARD.get() else { return };
-        let mut listeners = heard.listeners();
+        let Some(state) = HEARD.get() else { return };
+        let mut listeners = state.listeners();
         listeners.listening.retain(|(number, ..)| *number != self.0);
         if listeners.listening.is_empty() {
             // After a signal the program is about to end in good order, and says how.
-            let signalled = heard.signalled.load(Ordering::Acquire);
-            heard.at_once.store(!signalled, Ordering::Release);
+            let signalled = state.signalled.load(Ordering::Acquire);
+            state.at_once.store(!signalled, Ordering::Release);
         }
     }
 }
@@ -80,49 +80,49 @@ pub fn stop_on_signals(stop: &StopFlag) -> anyhow::Result<Listening> {
 /// # Errors
 /// If a signal came before, or a handler cannot be registered.
 pub fn stop_drive_on_signals(stop: &StopFlag, drive: DriveStop) -> anyhow::Result<Listening> {
-    let heard = heard()?;
+    let state = state()?;
     let listening = {
-        let mut listeners = heard.listeners();
+        let mut listeners = state.listeners();
         let number = listeners.next;
         listeners.next += 1;
         listeners.listening.push((number, stop.clone(), drive));
         Listening(number)
     };
-    heard.at_once.store(false, Ordering::Release);
+    state.at_once.store(false, Ordering::Release);
     for signal in SIGNALS {
         signal_hook::flag::register(signal, stop.shared()).context("cannot hear of signals")?;
     }
-    if heard.signalled.load(Ordering::Acquire) {
+    if state.signalled.load(Ordering::Acquire) {
         bail!("ended by a signal");
     }
     Ok(listening)
 }
 
 /// Returns the state of the signals, with permanent handlers.
-fn heard() -> anyhow::Result<&'static Heard> {
-    if let Some(heard) = HEARD.get() {
-        return Ok(heard);
+fn state() -> anyhow::Result<&'static Heard> {
+    if let Some(state) = HEARD.get() {
+        return Ok(state);
     }
-    let heard = Heard::default();
+    let state = Heard::default();
     for signal in SIGNALS {
         // Registered first, so that it runs first: without a listener, nothing else runs.
         #[cfg(unix)]
-        signal_hook::flag::register_conditional_default(signal, Arc::clone(&heard.at_once))
+        signal_hook::flag::register_conditional_default(signal, Arc::clone(&state.at_once))
             .context("cannot hear of signals")?;
-        signal_hook::flag::register(signal, Arc::clone(&heard.signalled))
+        signal_hook::flag::register(signal, Arc::clone(&state.signalled))
             .context("cannot hear of signals")?;
     }
     let mut first = false;
-    let heard = HEARD.get_or_init(|| {
+    let state = HEARD.get_or_init(|| {
         first = true;
-        heard
+        state
     });
     #[cfg(unix)]
     if first {
-        ending::watch_signals(heard)?;
+        ending::watch_signals(state)?;
         ending::leave_signals_to_their_threads()?;
     }
-    Ok(heard)
+    Ok(state)
 }
 
 /// Sets a function to run before a hanging program is ended, such as to restore its terminal; only the first call
@@ -162,16 +162,16 @@ mod ending {
     ///
     /// # Errors
     /// The system's error.
-    pub(super) fn watch_signals(heard: &'static Heard) -> anyhow::Result<()> {
+    pub(super) fn watch_signals(state: &'static Heard) -> anyhow::Result<()> {
         for (patience, speaks) in [(PATIENCE, true), (PATIENCE + LAST_WORDS, false)] {
             let mut signals = Signals::new(SIGNALS).context("cannot hear of signals")?;
             thread::Builder::new()
                 .name("signals".to_owned())
                 .spawn(move || {
                     // Signals are unblocked on a thread that must receive them, for any state that it inherited.
-                    let _heard = of_signals().map(|ours| ours.thread_unblock());
+                    let _heard = of_signals().map(|set| set.thread_unblock());
                     for _signal in signals.forever() {
-                        let listening = heard.listeners().listening.clone();
+                        let listening = state.listeners().listening.clone();
                         for (_, stop, drive) in &listening {
                             stop.raise();
                             drive.kill();
@@ -203,22 +203,22 @@ mod ending {
     /// The system's error.
     pub(super) fn leave_signals_to_their_threads() -> anyhow::Result<()> {
         of_signals()
-            .and_then(|ours| ours.thread_block())
+            .and_then(|set| set.thread_block())
             .context("cannot leave the signals to threads of theirs")
     }
 
     /// Restores the terminal and reports on it that the program waited for `busy`, if the terminal responds in time.
     fn say_what_hangs(busy: Vec<&'static str>) {
-        let (done, told) = mpsc::channel();
+        let (sender, receiver) = mpsc::channel();
         let last_words = thread::Builder::new().spawn(move || {
             if let Some(restore) = RESTORE.get() {
                 restore();
             }
             let _ = writeln!(std::io::stderr(), "friction-bench: {}", words(&busy));
-            let _ = done.send(());
+            let _ = sender.send(());
         });
         if last_words.is_ok() {
-            let _ = told.recv_timeout(LAST_WORDS);
+            let _ = receiver.recv_timeout(LAST_WORDS);
         }
     }
 

@@ -99,13 +99,16 @@ mod tests {
         let jack = started("jack", false);
         assert_eq!([jack.output, jack.input], [Some(Scheduling::Normal); 2]);
         let card = started("native", false);
-        let asked = |thread: Option<Scheduling>| {
+        let has_priority = |thread: Option<Scheduling>| {
             !matches!(
                 thread,
                 None | Some(Scheduling::Normal | Scheduling::Found { .. })
             )
         };
-        assert!(asked(card.output) && asked(card.input), "{card:?}");
+        assert!(
+            has_priority(card.output) && has_priority(card.input),
+            "{card:?}"
+        );
     }
 
     #[test]

@@ -41,14 +41,14 @@ mod tests {
     #[test]
     fn a_link_is_not_followed_and_its_end_not_made() {
         let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        symlink(at("end"), at("link")).unwrap();
-        let error = open_in_place(&at("link")).unwrap_err();
+        let path_of = |name: &str| folder.path().join(name);
+        symlink(path_of("end"), path_of("link")).unwrap();
+        let error = open_in_place(&path_of("link")).unwrap_err();
         assert_eq!(refusal(&error), Some(&Refusal::Link));
-        assert!(!at("end").exists());
-        open_in_place(&at("end")).unwrap();
-        assert!(at("end").is_file());
-        let error = open_in_place(&at("link")).unwrap_err();
+        assert!(!path_of("end").exists());
+        open_in_place(&path_of("end")).unwrap();
+        assert!(path_of("end").is_file());
+        let error = open_in_place(&path_of("link")).unwrap_err();
         assert_eq!(refusal(&error), Some(&Refusal::Link));
         let error = open_in_place(folder.path()).unwrap_err();
         let kind = Refusal::NotRegular(FileKind::Folder);

@@ -88,7 +88,7 @@ mod tests {
         while let Some(line) = lines.next_line(u64::MAX).unwrap() {
             read.push((line.bytes.to_vec(), line.cut, line.ended));
         }
-        let line = |bytes: &[u8], cut, ended| (bytes.to_vec(), cut, ended);
+        let line = |bytes: &[u8], cut, is_ended| (bytes.to_vec(), cut, is_ended);
         assert_eq!(
             read,
             [

@@ -22,7 +22,7 @@ pub enum FileKind {
 impl FileKind {
     /// Returns the kind; `None` for a regular file.
     #[must_use]
-    pub fn of(file_type: FileType) -> Option<Self> {
+    pub fn from_type(file_type: FileType) -> Option<Self> {
         if file_type.is_file() {
             None
         } else if file_type.is_dir() {

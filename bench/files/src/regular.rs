@@ -28,7 +28,7 @@ pub fn open(path: &Path) -> io::Result<File> {
 }
 
 pub(crate) fn require_regular(metadata: &fs::Metadata) -> Result<(), Refusal> {
-    FileKind::of(metadata.file_type()).map_or(Ok(()), |kind| Err(Refusal::NotRegular(kind)))
+    FileKind::from_type(metadata.file_type()).map_or(Ok(()), |kind| Err(Refusal::NotRegular(kind)))
 }
 
 /// Sets flags to open a named pipe without waiting for its writer, a terminal without becoming its process's
@@ -76,10 +76,10 @@ pub fn read_limited(source: impl Read, limit_bytes: u64) -> io::Result<Vec<u8>> 
 /// As [`read`]; also if the bytes are not UTF-8.
 pub fn read_text(path: &Path, limit_bytes: u64) -> io::Result<String> {
     String::from_utf8(read(path, limit_bytes)?).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
+        let offset = error.utf8_error().valid_up_to();
         io::Error::new(
             io::ErrorKind::InvalidData,
-            format!("it is no text in UTF-8: byte {at} is none"),
+            format!("it is no text in UTF-8: byte {offset} is none"),
         )
     })
 }
@@ -112,13 +112,13 @@ mod tests {
         use std::os::unix::fs::symlink;
         use std::os::unix::net::UnixListener;
         let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        fs::create_dir(at("folder")).unwrap();
-        let _listener = UnixListener::bind(at("socket")).unwrap();
-        symlink("/dev/zero", at("device")).unwrap();
+        let path_of = |name: &str| folder.path().join(name);
+        fs::create_dir(path_of("folder")).unwrap();
+        let _listener = UnixListener::bind(path_of("socket")).unwrap();
+        symlink("/dev/zero", path_of("device")).unwrap();
         rustix::fs::mknodat(
             rustix::fs::CWD,
-            at("pipe"),
+            path_of("pipe"),
             rustix::fs::FileType::Fifo,
             rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR,
             0,
@@ -130,11 +130,11 @@ mod tests {
             ("device", FileKind::Device),
             ("pipe", FileKind::NamedPipe),
         ] {
-            let error = read_text(&at(name), TEXT_LIMIT_BYTES).unwrap_err();
+            let error = read_text(&path_of(name), TEXT_LIMIT_BYTES).unwrap_err();
             assert_eq!(refusal(&error), Some(&Refusal::NotRegular(kind)), "{name}");
         }
-        fs::write(at("file"), "text").unwrap();
-        symlink(at("file"), at("link")).unwrap();
-        assert_eq!(read_text(&at("link"), 4).unwrap(), "text");
+        fs::write(path_of("file"), "text").unwrap();
+        symlink(path_of("file"), path_of("link")).unwrap();
+        assert_eq!(read_text(&path_of("link"), 4).unwrap(), "text");
     }
 }

@@ -138,20 +138,27 @@ fn samples(reader: &mut hound::WavReader<impl io::Read>) -> Result<Vec<f32>, hou
     }
 }
 
-fn write(out: &mut impl Write, frames: &[ZmFrame]) -> io::Result<()> {
+fn write(writer: &mut impl Write, frames: &[ZmFrame]) -> io::Result<()> {
     writeln!(
-        out,
+        writer,
         "time_s,re_z_m_n_s_per_m,im_z_m_n_s_per_m,abs_z_m_n_s_per_m"
     )?;
     for frame in frames {
         let z_m = frame.corrected_n_s_per_m;
         if frame.mask.is_clear() {
-            writeln!(out, "{},{},{},{}", frame.time_s, z_m.re, z_m.im, z_m.norm())?;
+            writeln!(
+                writer,
+                "{},{},{},{}",
+                frame.time_s,
+                z_m.re,
+                z_m.im,
+                z_m.norm()
+            )?;
         } else {
-            writeln!(out, "{},,,", frame.time_s)?;
+            writeln!(writer, "{},,,", frame.time_s)?;
         }
     }
-    out.flush()
+    writer.flush()
 }
 
 fn run() -> Result<(), Box<dyn std::error::Error>> {

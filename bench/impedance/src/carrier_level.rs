@@ -60,7 +60,7 @@ impl CarrierLevel {
         };
         let mut demodulator = Demodulator::new(filter.clone(), stream_channels, [input])?;
         let hop = filter.hop() as usize;
-        let (mut in_band, mut total, mut hops) = (0.0, 0.0, 0u32);
+        let (mut band_power, mut total_power, mut hops) = (0.0, 0.0, 0u32);
         demodulator.push(interleaved, |frame| {
             let [envelope] = frame.envelopes;
             if envelope.mask.contains(Mask::LOST_SAMPLES) {
@@ -71,8 +71,8 @@ impl CarrierLevel {
                 .iter()
                 .skip(channel)
                 .step_by(stream_channels);
-            total += samples.map(|&x| f64::from(x).powi(2)).sum::<f64>() / hop as f64;
-            in_band += envelope.value.norm_sqr() / 2.0;
+            total_power += samples.map(|&x| f64::from(x).powi(2)).sum::<f64>() / hop as f64;
+            band_power += envelope.value.norm_sqr() / 2.0;
             hops += 1;
         })?;
         if hops == 0 {
@@ -83,8 +83,8 @@ impl CarrierLevel {
         }
         let mean = |power: f64| power / f64::from(hops);
         Ok(Self {
-            amplitude: mean(2.0 * in_band).sqrt(),
-            rest_rms: mean((total - in_band).max(0.0)).sqrt(),
+            amplitude: mean(2.0 * band_power).sqrt(),
+            rest_rms: mean((total_power - band_power).max(0.0)).sqrt(),
         })
     }
 

@@ -43,7 +43,7 @@ impl CarrierPhase {
     }
 
     /// Returns exp(+iω·sample / rate).
-    pub(crate) fn at(&self, sample: u64) -> Complex64 {
+    pub(crate) fn rotation_at(&self, sample: u64) -> Complex64 {
         match &self.0 {
             Turns::Table(table) => table[(sample % table.len() as u64) as usize],
             Turns::Fraction { cycles, period } => {
@@ -88,8 +88,9 @@ mod tests {
         ] {
             let phase = CarrierPhase::new(carrier_hz, 192_000);
             for sample in [0, 1, 191, 192, 1_000_003, ten_hours + 17] {
-                let error =
-                    (phase.at(sample) / exact(numerator, denominator, 192_000, sample)).arg();
+                let error = (phase.rotation_at(sample)
+                    / exact(numerator, denominator, 192_000, sample))
+                .arg();
                 // As a double, the decimal 35 012.7 is only known to 2⁻³⁸ Hz.
                 assert!(error.abs() < 1e-6, "{carrier_hz} at {sample}: {error}");
                 if denominator == 1 {

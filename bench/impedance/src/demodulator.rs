@@ -142,7 +142,7 @@ pub struct Demodulator<const N: usize> {
     inputs: [InputChannel; N],
     channels: [ChannelState; N],
     /// Samples taken so far.
-    taken: u64,
+    sample_count: u64,
     /// First-stage outputs computed so far; output j is centred on sample j·decimation.
     mixed: u64,
     /// The next frame, in hops.
@@ -217,7 +217,7 @@ impl<const N: usize> Demodulator<N> {
             stream_channels,
             inputs,
             channels: std::array::from_fn(|_| channel.clone()),
-            taken: 0,
+            sample_count: 0,
             mixed: 0,
             next_frame: filter.half_support().div_ceil(filter.hop()),
             filter,
@@ -233,7 +233,7 @@ impl<const N: usize> Demodulator<N> {
     /// Returns the number of samples per channel taken so far: the index of the next block's first sample.
     #[must_use]
     pub fn samples_taken(&self) -> u64 {
-        self.taken
+        self.sample_count
     }
 
     /// Returns the flawed samples taken since the last call, in the order of the inputs.
@@ -260,9 +260,9 @@ impl<const N: usize> Demodulator<N> {
         }
         for chunk in interleaved.chunks(CHUNK * self.stream_channels) {
             for (channel, input) in self.channels.iter_mut().zip(self.inputs) {
-                channel.take(chunk, self.stream_channels, input, self.taken);
+                channel.take(chunk, self.stream_channels, input, self.sample_count);
             }
-            self.taken += (chunk.len() / self.stream_channels) as u64;
+            self.sample_count += (chunk.len() / self.stream_channels) as u64;
             self.mix();
             self.emit_frames(&mut emit);
         }
@@ -297,15 +297,15 @@ impl<const N: usize> Demodulator<N> {
         let mut j = 0;
         while j < outputs {
             let index = self.mixed + j as u64;
-            let turned = self.filter.phase.at(index / per_hop * hop).conj();
-            let within = (index % per_hop) as usize;
-            let run = (outputs - j).min(per_hop as usize - within);
-            let fine = within..within + run;
+            let turned = self.filter.phase.rotation_at(index / per_hop * hop).conj();
+            let offset = (index % per_hop) as usize;
+            let run = (outputs - j).min(per_hop as usize - offset);
+            let fine = offset..offset + run;
             for channel in &mut self.channels {
-                let at = channel.re.len() - outputs + j;
+                let run_start = channel.re.len() - outputs + j;
                 kernel::rotate(
-                    &mut channel.re[at..at + run],
-                    &mut channel.im[at..at + run],
+                    &mut channel.re[run_start..run_start + run],
+                    &mut channel.im[run_start..run_start + run],
                     &first.rotation_re[fine.clone()],
                     &first.rotation_im[fine.clone()],
                     turned,
@@ -320,11 +320,11 @@ impl<const N: usize> Demodulator<N> {
     fn emit_frames(&mut self, emit: &mut impl FnMut(&EnvelopeFrame<N>)) {
         let second = &self.filter.second;
         let (half, decimation) = (second.half as u64, second.decimation as u64);
-        let held = self.channels.first().map_or(0, |c| c.re.len());
+        let stored = self.channels.first().map_or(0, |c| c.re.len());
         // Start of a frame's window in the stored outputs. Add before subtracting, because the window of frame 0 starts
         // before output 0.
         let window_start = |frame: u64| {
-            (frame * decimation + held as u64 - second.lead as u64 - self.mixed) as usize
+            (frame * decimation + stored as u64 - second.lead as u64 - self.mixed) as usize
         };
         while self.next_frame * decimation + half < self.mixed {
             let sample = self.next_frame * self.filter.hop();
@@ -341,11 +341,11 @@ impl<const N: usize> Demodulator<N> {
             });
             self.next_frame += 1;
         }
-        let spent = window_start(self.next_frame).min(held);
+        let consumed = window_start(self.next_frame).min(stored);
         let next_sample = self.next_frame * self.filter.hop();
         for channel in &mut self.channels {
-            channel.re.drain(..spent);
-            channel.im.drain(..spent);
+            channel.re.drain(..consumed);
+            channel.im.drain(..consumed);
             let first_touched = next_sample.saturating_sub(self.filter.half_support());
             channel.flaws.forget_before(first_touched);
         }
@@ -354,21 +354,21 @@ impl<const N: usize> Demodulator<N> {
 
 impl ChannelState {
     /// Deinterleaves the samples and records lost and clipped ones.
-    fn take(&mut self, chunk: &[f32], stride: usize, input: InputChannel, at: u64) {
+    fn take(&mut self, chunk: &[f32], stride: usize, input: InputChannel, first_sample: u64) {
         let start = self.samples.len();
         let sound = Deinterleave {
             interleaved: chunk,
             stride,
             channel: input.channel,
             level: input.clip_level,
-            out: &mut self.samples,
+            column: &mut self.samples,
         }
         .run();
         if sound {
             return;
         }
         let level = f64::from(input.clip_level);
-        for (sample, x) in (at..).zip(&mut self.samples[start..]) {
+        for (sample, x) in (first_sample..).zip(&mut self.samples[start..]) {
             if !x.is_finite() {
                 self.flaws.note_lost(sample);
                 *x = 0.0;
@@ -384,9 +384,9 @@ impl ChannelState {
         sample: u64,
         window: std::ops::Range<usize>,
     ) -> ChannelEnvelope {
-        let touched = sample - filter.half_support()..sample + filter.half_support() + 1;
-        let lost = self.flaws.lost_within(&touched);
-        let clipped = self.flaws.clipped_within(&touched);
+        let support = sample - filter.half_support()..sample + filter.half_support() + 1;
+        let lost = self.flaws.lost_within(&support);
+        let clipped = self.flaws.clipped_within(&support);
         let mut mask = Mask::CLEAR;
         if lost {
             mask |= Mask::LOST_SAMPLES;

@@ -268,15 +268,15 @@ impl FirstStage {
         // Peak amplitude: the other half of a real signal's power sits at −ω and is rejected.
         let taps: Vec<Complex64> = centred(window)
             .map(|(n, h)| {
-                let turned = phase.at(n.abs() as u64);
+                let turned = phase.rotation_at(n.abs() as u64);
                 2.0 * h * if n < 0.0 { turned } else { turned.conj() }
             })
             .collect();
         let half = window.len() / 2;
         let part = |part: fn(&Complex64) -> f64| taps.iter().map(part).collect();
-        let [re, im] = [part(|c| c.re), part(|c| c.im)].map(filled);
-        let rotation =
-            (0..u64::from(hop / decimation)).map(|j| phase.at(j * u64::from(decimation)).conj());
+        let [re, im] = [part(|c| c.re), part(|c| c.im)].map(padded);
+        let rotation = (0..u64::from(hop / decimation))
+            .map(|j| phase.rotation_at(j * u64::from(decimation)).conj());
         let (rotation_re, rotation_im) = rotation.map(|c| (c.re, c.im)).unzip();
         Self {
             decimation: decimation as usize,
@@ -310,7 +310,7 @@ impl SecondStage {
         for m in -(half as i64)..=half as i64 {
             // Tap m weighs the sample at t = m·step; the output is Σ h(T − t)·z(t), so its derivative takes h′(−t).
             let t = -(m as f64) * step_s;
-            let [s, ds, dds] = ideal.at(t);
+            let [s, ds, dds] = ideal.derivatives_at(t);
             let scale = 1.0 / (edge * step_s);
             let [w, dw, ddw] = kaiser.at(t * scale);
             let (dw, ddw) = (dw * scale, ddw * scale * scale);
@@ -337,13 +337,13 @@ impl SecondStage {
             quadrature / (energy(&at_sample_rate(re)) + energy(&at_sample_rate(im)))
         });
 
-        let taps = taps.map(filled);
+        let taps = taps.map(padded);
         let second = Self {
             decimation: decimation as usize,
             half,
             lead: taps[0].len() - 1 - half,
             taps,
-            probes: probes.map(|probe| probe.map(filled)),
+            probes: probes.map(|probe| probe.map(padded)),
             probe_gain,
         };
         (second, impulse)
@@ -373,15 +373,15 @@ impl Ideal {
         }
     }
 
-    fn at(&self, t: f64) -> [f64; 3] {
-        let mut out = [0.0; 3];
+    fn derivatives_at(&self, t: f64) -> [f64; 3] {
+        let mut derivatives = [0.0; 3];
         for &(omega, weight) in &self.nodes {
             let (sin, cos) = (omega * t).sin_cos();
-            out[0] += weight * cos;
-            out[1] -= weight * omega * sin;
-            out[2] -= weight * omega * omega * cos;
+            derivatives[0] += weight * cos;
+            derivatives[1] -= weight * omega * sin;
+            derivatives[2] -= weight * omega * omega * cos;
         }
-        out
+        derivatives
     }
 }
 
@@ -420,7 +420,7 @@ fn first_window(decimation: u32) -> Vec<f64> {
 }
 
 /// Prepends zeros to the taps up to a multiple of [`LANES`], as the kernel requires.
-fn filled(taps: Vec<f64>) -> Vec<f64> {
+fn padded(taps: Vec<f64>) -> Vec<f64> {
     let zeros = taps.len().next_multiple_of(LANES) - taps.len();
     [vec![0.0; zeros], taps].concat()
 }
@@ -435,13 +435,13 @@ fn centred(taps: &[f64]) -> impl Iterator<Item = (f64, f64)> {
 
 /// Returns the FIR at the sample rate that is equivalent to `inner` followed by `outer` at the decimated rate.
 fn compose(outer: &[f64], inner: &[f64], decimation: usize) -> Vec<f64> {
-    let mut out = vec![0.0; (outer.len() - 1) * decimation + inner.len()];
+    let mut composite = vec![0.0; (outer.len() - 1) * decimation + inner.len()];
     for (j, g) in outer.iter().enumerate() {
         for (n, h) in inner.iter().enumerate() {
-            out[j * decimation + n] += g * h;
+            composite[j * decimation + n] += g * h;
         }
     }
-    out
+    composite
 }
 
 fn energy(taps: &[f64]) -> f64 {

@@ -43,8 +43,8 @@ impl WithSimd for MixAndDecimate<'_> {
             outputs: [re, im],
         } = self;
         let length = taps[0].len();
-        let whole = re.len() / ABREAST * ABREAST;
-        for first in (0..whole).step_by(ABREAST) {
+        let multiple = re.len() / ABREAST * ABREAST;
+        for first in (0..multiple).step_by(ABREAST) {
             let mut windows = [samples; ABREAST];
             for i in 0..ABREAST {
                 windows[i] = &samples[(first + i) * step..][..length];
@@ -54,7 +54,7 @@ impl WithSimd for MixAndDecimate<'_> {
                 [re[first + i], im[first + i]] = products[i];
             }
         }
-        for j in whole..re.len() {
+        for j in multiple..re.len() {
             let window = &samples[j * step..][..length];
             [[re[j], im[j]]] = products(simd, [window], taps);
         }
@@ -120,11 +120,14 @@ pub(crate) fn rotate(
     turn: Complex64,
 ) {
     for (((re, im), fine_re), fine_im) in re.iter_mut().zip(im).zip(fine_re).zip(fine_im) {
-        let by = [
+        let rotation = [
             turn.re * fine_re - turn.im * fine_im,
             turn.re * fine_im + turn.im * fine_re,
         ];
-        [*re, *im] = [*re * by[0] - *im * by[1], *re * by[1] + *im * by[0]];
+        [*re, *im] = [
+            *re * rotation[0] - *im * rotation[1],
+            *re * rotation[1] + *im * rotation[0],
+        ];
     }
 }
 
@@ -134,7 +137,7 @@ pub(crate) struct Deinterleave<'a> {
     pub(crate) stride: usize,
     pub(crate) channel: usize,
     pub(crate) level: f32,
-    pub(crate) out: &'a mut Vec<f64>,
+    pub(crate) column: &'a mut Vec<f64>,
 }
 
 impl Deinterleave<'_> {
@@ -153,17 +156,17 @@ impl WithSimd for Deinterleave<'_> {
             stride,
             channel,
             level,
-            out,
+            column,
         } = self;
         // Common layouts are handled separately, because the compiler shuffles them instead of gathering.
         let (pairs, _) = interleaved.as_chunks::<2>();
         match (stride, channel) {
-            (1, _) => take_column(interleaved.iter().copied(), level, out),
-            (2, 0) => take_column(pairs.iter().map(|pair| pair[0]), level, out),
-            (2, _) => take_column(pairs.iter().map(|pair| pair[1]), level, out),
+            (1, _) => take_column(interleaved.iter().copied(), level, column),
+            (2, 0) => take_column(pairs.iter().map(|pair| pair[0]), level, column),
+            (2, _) => take_column(pairs.iter().map(|pair| pair[1]), level, column),
             _ => {
                 let frames = interleaved.chunks_exact(stride);
-                take_column(frames.map(|frame| frame[channel]), level, out)
+                take_column(frames.map(|frame| frame[channel]), level, column)
             }
         }
     }
@@ -173,9 +176,9 @@ impl WithSimd for Deinterleave<'_> {
 fn take_column(
     column: impl ExactSizeIterator<Item = f32> + Clone,
     level: f32,
-    out: &mut Vec<f64>,
+    values: &mut Vec<f64>,
 ) -> bool {
-    out.extend(column.clone().map(f64::from));
+    values.extend(column.clone().map(f64::from));
     // Magnitudes have the order of their bits, with infinity and NaN at the top.
     column.fold(0, |most, x| x.abs().to_bits().max(most)) < level.to_bits()
 }
@@ -203,12 +206,12 @@ mod tests {
                 windows.each_ref().map(Vec::as_slice),
                 taps.each_ref().map(Vec::as_slice),
             );
-            for ours in [
+            for fast in [
                 inner_products(windows, taps),
                 products(Scalar, windows, taps),
             ] {
-                for (ours, plain) in ours.as_flattened().iter().zip(plain.as_flattened()) {
-                    assert_relative_eq!(ours, plain, epsilon = 1e-13);
+                for (fast, plain) in fast.as_flattened().iter().zip(plain.as_flattened()) {
+                    assert_relative_eq!(fast, plain, epsilon = 1e-13);
                 }
             }
         }
@@ -217,31 +220,31 @@ mod tests {
     #[test]
     fn columns_are_taken_and_flaws_seen_in_every_layout() {
         for stride in 1..=5 {
-            let take = |interleaved: &[f32], channel, out: &mut Vec<f64>| {
+            let take = |interleaved: &[f32], channel, column: &mut Vec<f64>| {
                 let level = 0.5;
                 Deinterleave {
                     interleaved,
                     stride,
                     channel,
                     level,
-                    out,
+                    column,
                 }
                 .run()
             };
             let interleaved: Vec<f32> = (0..stride * 33).map(|i| i as f32 / 1000.0).collect();
             for channel in 0..stride {
-                let mut out = vec![];
-                assert!(take(&interleaved, channel, &mut out));
+                let mut column = vec![];
+                assert!(take(&interleaved, channel, &mut column));
                 let expected: Vec<f64> = (0..33)
                     .map(|k| f64::from(((k * stride + channel) as f32) / 1000.0))
                     .collect();
-                assert_eq!(out, expected);
+                assert_eq!(column, expected);
                 for flaw in [f32::NAN, f32::NEG_INFINITY, 0.5, -0.5] {
                     let mut flawed = interleaved.clone();
                     flawed[20 * stride + channel] = flaw;
                     assert!(!take(&flawed, channel, &mut vec![]));
-                    for other in (0..stride).filter(|&other| other != channel) {
-                        assert!(take(&flawed, other, &mut vec![]));
+                    for neighbour in (0..stride).filter(|&neighbour| neighbour != channel) {
+                        assert!(take(&flawed, neighbour, &mut vec![]));
                     }
                 }
             }

@@ -50,9 +50,9 @@ impl NoiseFloor {
         {
             let taps = probe.each_ref().map(Vec::as_slice);
             let [[rr, ri], [ir, ii]] = kernel::inner_products([re, im], taps);
-            let above = (rr - ii).powi(2) + (ri + ir).powi(2);
-            let below = (rr + ii).powi(2) + (ir - ri).powi(2);
-            for (variance, power) in variance.iter_mut().zip([above, below]) {
+            let upper = (rr - ii).powi(2) + (ri + ir).powi(2);
+            let lower = (rr + ii).powi(2) + (ir - ri).powi(2);
+            for (variance, power) in variance.iter_mut().zip([upper, lower]) {
                 *variance += weight * (gain * power - *variance);
             }
         }

@@ -134,9 +134,9 @@ pub fn lost_frames(
     let phase = CarrierPhase::new(carrier_hz, sample_rate_hz);
     let mut nearest_rad = PI;
     let mut fitting = (lowest..=highest).filter(|&k| {
-        let off = wrap(jump_rad - phase.at(k).arg()).abs();
-        nearest_rad = nearest_rad.min(off);
-        off <= tolerance_rad
+        let residual_rad = wrap(jump_rad - phase.rotation_at(k).arg()).abs();
+        nearest_rad = nearest_rad.min(residual_rad);
+        residual_rad <= tolerance_rad
     });
     match (fitting.next(), fitting.next()) {
         (Some(first), Some(second)) => Err(SampleLossError::Ambiguous {
@@ -166,7 +166,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn turned(carrier_hz: f64, rate: u32, k: u64) -> f64 {
+    fn phase_jump_rad(carrier_hz: f64, rate: u32, k: u64) -> f64 {
         wrap(TAU * (carrier_hz * k as f64 / f64::from(rate)).fract())
     }
 
@@ -181,14 +181,14 @@ mod tests {
         ) {
             // At 35 kHz the phases of one period are 2π/period apart.
             let spacing = TAU / period as f64;
-            let jump = PhaseJump { jump_rad: turned(35_000.0, rate, lost) + noise * spacing, tolerance_rad: 0.45 * spacing };
+            let jump = PhaseJump { jump_rad: phase_jump_rad(35_000.0, rate, lost) + noise * spacing, tolerance_rad: 0.45 * spacing };
             let estimate = TimestampEstimate { frames: lost as f64 + error * period as f64, uncertainty_frames: 0.49 * period as f64 };
             prop_assert_eq!(lost_frames(35_000.0, rate, jump, estimate), Ok(lost));
         }
 
         #[test]
         fn timestamps_that_span_a_period_are_ambiguous(lost in 200u64..2_000_000) {
-            let jump = PhaseJump { jump_rad: turned(35_000.0, 192_000, lost), tolerance_rad: 0.01 };
+            let jump = PhaseJump { jump_rad: phase_jump_rad(35_000.0, 192_000, lost), tolerance_rad: 0.01 };
             let estimate = TimestampEstimate { frames: lost as f64, uncertainty_frames: 192.0 };
             let ambiguous = matches!(lost_frames(35_000.0, 192_000, jump, estimate), Err(SampleLossError::Ambiguous { .. }));
             prop_assert!(ambiguous);
@@ -196,7 +196,7 @@ mod tests {
 
         #[test]
         fn a_detuned_carrier_is_followed(lost in 0u64..1_000_000) {
-            let jump = PhaseJump { jump_rad: turned(35_012.7, 192_000, lost), tolerance_rad: 1e-4 };
+            let jump = PhaseJump { jump_rad: phase_jump_rad(35_012.7, 192_000, lost), tolerance_rad: 1e-4 };
             let estimate = TimestampEstimate { frames: lost as f64 + 5.0, uncertainty_frames: 300.0 };
             prop_assert_eq!(lost_frames(35_012.7, 192_000, jump, estimate), Ok(lost));
         }

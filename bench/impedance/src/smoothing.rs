@@ -316,21 +316,21 @@ mod tests {
             (10_000.0, BUTTER_100_OF_10000),
         ] {
             let c = LowPass::new(100.0, rate_hz).unwrap().coefficients;
-            for (ours, scipy) in [c.b0, c.b1, c.b2, c.a1, c.a2].into_iter().zip(golden) {
-                assert_abs_diff_eq!(ours, scipy, epsilon = 1e-14);
+            for (coefficient, scipy) in [c.b0, c.b1, c.b2, c.a1, c.a2].into_iter().zip(golden) {
+                assert_abs_diff_eq!(coefficient, scipy, epsilon = 1e-14);
             }
         }
     }
 
     #[test]
     fn zero_phase_agrees_with_scipy() {
-        for (ours, scipy) in low_pass()
+        for (value, scipy) in low_pass()
             .zero_phase(&input())
             .unwrap()
             .into_iter()
             .zip(FILTFILT)
         {
-            assert_abs_diff_eq!(ours, scipy, epsilon = 1e-12);
+            assert_abs_diff_eq!(value, scipy, epsilon = 1e-12);
         }
     }
 

@@ -84,25 +84,26 @@ impl Transient {
             .collect();
         let stretches: Vec<Stretch> = terms
             .chunk_by(|a, b| b.time_s - a.time_s <= APART_S)
-            .map(Stretch::of)
+            .map(Stretch::from_terms)
             .collect();
         let freedom = terms.len().checked_sub(1 + 2 * stretches.len())?;
-        let sum = |of: fn(&Stretch) -> f64| stretches.iter().map(of).sum::<f64>();
-        let velocities = sum(|of| of.velocities);
+        let sum = |quantity: fn(&Stretch) -> f64| stretches.iter().map(quantity).sum::<f64>();
+        let velocities = sum(|stretch| stretch.velocities);
         let forces: f64 = terms.iter().map(|term| term.force.norm_sqr()).sum();
         if freedom == 0 || velocities == 0.0 || forces == 0.0 {
             return None;
         }
-        let apart = sum(|of| of.changes_apart);
-        let across: Complex64 = stretches.iter().map(|of| of.across_apart).sum();
-        let mass = across / apart;
+        let change_power = sum(|stretch| stretch.change_residual);
+        let cross_power: Complex64 = stretches.iter().map(|stretch| stretch.cross_residual).sum();
+        let mass = cross_power / change_power;
         let impedance = stretches
             .iter()
-            .map(|of| of.force_on_velocity - mass * of.change_on_velocity)
+            .map(|stretch| stretch.force_on_velocity - mass * stretch.change_on_velocity)
             .sum::<Complex64>()
             / velocities;
-        let left = (sum(|of| of.forces_apart) - mass.norm_sqr() * apart).max(0.0);
-        let mass_error = (left / freedom as f64 / apart).sqrt();
+        let residual_power =
+            (sum(|stretch| stretch.force_residual) - mass.norm_sqr() * change_power).max(0.0);
+        let mass_error = (residual_power / freedom as f64 / change_power).sqrt();
 
         let ratio_s = mass / impedance;
         // Re(M/Z_p), by which the errors of M' are divided; it is small off the resonance.
@@ -111,7 +112,7 @@ impl Transient {
         let turned_rad = turning_rad_per_s * delay_s;
         let phase_rad = (impedance * (ratio_s - delay_s) * Complex64::cis(-turned_rad)).arg();
         // Noise of dṽ/dt reduces M' in proportion to its power.
-        let error_kg = (FRAC_1_SQRT_2 * mass_error).hypot(free_mass_kg * noise / apart);
+        let error_kg = (FRAC_1_SQRT_2 * mass_error).hypot(free_mass_kg * noise / change_power);
         let phase_error_rad = error_kg / (impedance.norm() * in_phase_s);
         (phase_rad.is_finite() && delay_s.is_finite()).then(|| Self {
             phase_rad,
@@ -119,7 +120,7 @@ impl Transient {
             delay_s,
             delay_error_s: phase_error_rad * free_mass_kg / impedance.norm(),
             mass_ratio: mass.norm() / free_mass_kg,
-            residual: (left / forces).sqrt(),
+            residual: (residual_power / forces).sqrt(),
         })
     }
 }
@@ -135,55 +136,76 @@ struct Term {
     force: Complex64,
 }
 
-/// Sums over a stretch of frames; `apart` marks the parts orthogonal to ṽ, with a constant and with a linearly growing
+/// Sums over a stretch of frames; `residual` marks the parts orthogonal to ṽ, with a constant and with a linearly growing
 /// coefficient.
 struct Stretch {
     velocities: f64,
     force_on_velocity: Complex64,
     change_on_velocity: Complex64,
-    forces_apart: f64,
-    changes_apart: f64,
-    across_apart: Complex64,
+    force_residual: f64,
+    change_residual: f64,
+    cross_residual: Complex64,
 }
 
 impl Stretch {
-    fn of(terms: &[Term]) -> Self {
-        let velocities: f64 = terms.iter().map(|of| of.velocity.norm_sqr()).sum();
+    fn from_terms(terms: &[Term]) -> Self {
+        let velocities: f64 = terms.iter().map(|term| term.velocity.norm_sqr()).sum();
         let middle_s = terms
             .iter()
-            .map(|of| of.velocity.norm_sqr() * of.time_s)
+            .map(|term| term.velocity.norm_sqr() * term.time_s)
             .sum::<f64>()
             / velocities;
         // Relative to this middle, the constant and the growing component are orthogonal.
-        let grown = |of: &Term| of.velocity * (of.time_s - middle_s);
-        let growths: f64 = terms.iter().map(|of| grown(of).norm_sqr()).sum();
-        let on = |seen: fn(&Term) -> Complex64| {
-            let (mut stays, mut grows) = (Complex64::ZERO, Complex64::ZERO);
-            for of in terms {
-                stays += of.velocity.conj() * seen(of);
-                grows += grown(of).conj() * seen(of);
+        let linear_velocity = |term: &Term| term.velocity * (term.time_s - middle_s);
+        let linear_power: f64 = terms
+            .iter()
+            .map(|term| linear_velocity(term).norm_sqr())
+            .sum();
+        let projections = |quantity: fn(&Term) -> Complex64| {
+            let (mut constant, mut linear) = (Complex64::ZERO, Complex64::ZERO);
+            for term in terms {
+                constant += term.velocity.conj() * quantity(term);
+                linear += linear_velocity(term).conj() * quantity(term);
             }
-            (stays, grows)
+            (constant, linear)
         };
-        let (force, change) = (on(|of| of.force), on(|of| of.change));
-        let apart = |a: (Complex64, Complex64), b: (Complex64, Complex64), all: Complex64| {
-            let growing = if growths > 0.0 {
-                a.1.conj() * b.1 / growths
-            } else {
-                Complex64::ZERO
+        let (force, change) = (
+            projections(|term| term.force),
+            projections(|term| term.change),
+        );
+        let orthogonal_part =
+            |a: (Complex64, Complex64), b: (Complex64, Complex64), total: Complex64| {
+                let growing = if linear_power > 0.0 {
+                    a.1.conj() * b.1 / linear_power
+                } else {
+                    Complex64::ZERO
+                };
+                total - a.0.conj() * b.0 / velocities - growing
             };
-            all - a.0.conj() * b.0 / velocities - growing
-        };
-        let all = |a: fn(&Term) -> Complex64, b: fn(&Term) -> Complex64| {
-            terms.iter().map(|of| a(of).conj() * b(of)).sum()
+        let product_sum = |a: fn(&Term) -> Complex64, b: fn(&Term) -> Complex64| {
+            terms.iter().map(|term| a(term).conj() * b(term)).sum()
         };
         Self {
             velocities,
             force_on_velocity: force.0,
             change_on_velocity: change.0,
-            forces_apart: apart(force, force, all(|of| of.force, |of| of.force)).re,
-            changes_apart: apart(change, change, all(|of| of.change, |of| of.change)).re,
-            across_apart: apart(change, force, all(|of| of.change, |of| of.force)),
+            force_residual: orthogonal_part(
+                force,
+                force,
+                product_sum(|term| term.force, |term| term.force),
+            )
+            .re,
+            change_residual: orthogonal_part(
+                change,
+                change,
+                product_sum(|term| term.change, |term| term.change),
+            )
+            .re,
+            cross_residual: orthogonal_part(
+                change,
+                force,
+                product_sum(|term| term.change, |term| term.force),
+            ),
         }
     }
 }
@@ -225,9 +247,9 @@ mod tests {
         turning_frames(0.0, resonance_hz, index, phase_rad, delay_s)
     }
 
-    /// The same, driven `off_hz` above the carrier that the envelopes refer to.
+    /// The same, driven `offset_hz` above the carrier that the envelopes refer to.
     fn turning_frames(
-        off_hz: f64,
+        offset_hz: f64,
         resonance_hz: f64,
         index: f64,
         phase_rad: f64,
@@ -246,7 +268,7 @@ mod tests {
                 let dx = Complex64::from(2e-6 * index * modulation * cos);
                 let ddx = Complex64::from(-2e-6 * index * modulation.powi(2) * sin);
                 let i_omega = Complex64::I * omega;
-                let i_off = Complex64::I * TAU * off_hz;
+                let i_off = Complex64::I * TAU * offset_hz;
                 let (x, dx, ddx) = (
                     x,
                     dx + i_off * x,
@@ -316,8 +338,8 @@ mod tests {
 
     #[test]
     fn a_carrier_beside_the_stated_one_is_taken_for_neither() {
-        for (off_hz, delay_s) in [(-40.0, 0.0), (200.0, 0.0), (40.0, 1e-4), (-200.0, 3e-5)] {
-            let frames = turning_frames(off_hz, 35e3, 0.9, 0.3, delay_s);
+        for (offset_hz, delay_s) in [(-40.0, 0.0), (200.0, 0.0), (40.0, 1e-4), (-200.0, 3e-5)] {
+            let frames = turning_frames(offset_hz, 35e3, 0.9, 0.3, delay_s);
             let transient = Transient::fit(&frames, CARRIER_HZ, &PLATE).unwrap();
             assert_abs_diff_eq!(transient.phase_rad, 0.3, epsilon = 1e-3);
             assert_abs_diff_eq!(transient.delay_s, delay_s, epsilon = 2e-6);

@@ -48,14 +48,14 @@ pub fn filtered(values: &[f64], rate_hz: f64, finer: usize) -> Option<Vec<f64>> 
     if values.len() < 2 * stretch {
         return None;
     }
-    let spectrum = Spectrum::of(values, rate_hz, stretch)?;
+    let spectrum = Spectrum::estimate(values, rate_hz, stretch)?;
     let noise = spectrum.noise()?;
     let passes = spectrum.passes(noise);
-    through(values, rate_hz, finer, |frequency_hz| {
-        let at = frequency_hz / spectrum.step_hz;
-        let below = (at as usize).min(passes.len() - 1);
-        let above = (below + 1).min(passes.len() - 1);
-        passes[below] + (at - at.floor()) * (passes[above] - passes[below])
+    multiplied(values, rate_hz, finer, |frequency_hz| {
+        let bin = frequency_hz / spectrum.step_hz;
+        let lower = (bin as usize).min(passes.len() - 1);
+        let upper = (lower + 1).min(passes.len() - 1);
+        passes[lower] + (bin - bin.floor()) * (passes[upper] - passes[lower])
     })
 }
 
@@ -66,7 +66,7 @@ struct Spectrum {
 }
 
 impl Spectrum {
-    fn of(values: &[f64], rate_hz: f64, stretch: usize) -> Option<Self> {
+    fn estimate(values: &[f64], rate_hz: f64, stretch: usize) -> Option<Self> {
         let forward = RealFftPlanner::<f64>::new().plan_fft_forward(stretch);
         let mut spectrum = forward.make_output_vec();
         let mut powers = vec![Vec::new(); spectrum.len()];
@@ -90,9 +90,9 @@ impl Spectrum {
         // A touch or a lift-off contains all frequencies at once, and would bias a mean.
         let power = powers
             .iter_mut()
-            .map(|of| {
-                of.sort_by(f64::total_cmp);
-                0.5 * (of[(of.len() - 1) / 2] + of[of.len() / 2])
+            .map(|bin_powers| {
+                bin_powers.sort_by(f64::total_cmp);
+                0.5 * (bin_powers[(bin_powers.len() - 1) / 2] + bin_powers[bin_powers.len() / 2])
             })
             .collect();
         Some(Self {
@@ -149,17 +149,17 @@ impl Spectrum {
 fn line_through(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
-    let (mut across, mut along) = (0.0, 0.0);
+    let (mut covariance, mut variance) = (0.0, 0.0);
     for (i, value) in values.iter().enumerate() {
-        let at = i as f64 - 0.5 * (n - 1.0);
-        across += at * (value - mean);
-        along += at * at;
+        let offset = i as f64 - 0.5 * (n - 1.0);
+        covariance += offset * (value - mean);
+        variance += offset * offset;
     }
-    (across / along, mean)
+    (covariance / variance, mean)
 }
 
 /// Multiplies the spectrum of a record, extended by its mirror image so that its ends meet, and returns it on a finer grid.
-fn through(
+fn multiplied(
     values: &[f64],
     rate_hz: f64,
     finer: usize,
@@ -208,12 +208,12 @@ mod tests {
     fn force(rate_hz: f64, seconds: f64, wander_n: f64) -> Vec<f64> {
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let (mut wander, time_s) = (0.0, 1.0);
-        let kept = (-1.0 / rate_hz / time_s).exp();
+        let carry = (-1.0 / rate_hz / time_s).exp();
         (0..(rate_hz * seconds) as usize)
             .map(|i| i as f64 / rate_hz)
             .map(|t| {
                 let white: f64 = StandardNormal.sample(&mut random);
-                wander = kept * wander + wander_n * (1.0 - kept * kept).sqrt() * white;
+                wander = carry * wander + wander_n * (1.0 - carry * carry).sqrt() * white;
                 0.65 + 0.05 * t + 0.02 * (TAU * 9.3 * t).sin() + wander
             })
             .collect()
@@ -226,7 +226,7 @@ mod tests {
     }
 
     /// Returns the RMS of the remaining noise and the missing force, away from the ends.
-    fn rms_apart(a: &[f64], b: &[f64]) -> f64 {
+    fn rms_difference(a: &[f64], b: &[f64]) -> f64 {
         let edge = a.len() / 20;
         let inside = edge..a.len() - edge;
         let squares: f64 = inside.clone().map(|i| (a[i] - b[i]).powi(2)).sum();
@@ -239,7 +239,7 @@ mod tests {
             let smooth = force(rate_hz, 1.7, 0.0);
             let noise_n = 3e-3 * (rate_hz / 10_000.0).sqrt();
             let filtered = filtered(&noisy(&smooth, noise_n), rate_hz, 1).unwrap();
-            let left_n = rms_apart(&filtered, &smooth);
+            let left_n = rms_difference(&filtered, &smooth);
             // A low-pass of 100 Hz leaves a tenth of 3 mN at 10 kHz, and this filter at most two thirds of that.
             let of_low_pass_n = noise_n * (200.0 / rate_hz).sqrt();
             assert!(left_n < 0.65 * of_low_pass_n, "{rate_hz}: {left_n}");
@@ -250,19 +250,19 @@ mod tests {
     fn a_wander_that_stands_out_of_the_noise_is_kept() {
         let wandering = force(10_000.0, 1.7, 0.03);
         let filtered = filtered(&noisy(&wandering, 2e-3), 10_000.0, 1).unwrap();
-        let apart_n = rms_apart(&filtered, &wandering);
-        assert!(apart_n < 0.75e-3, "{apart_n}");
+        let rms_n = rms_difference(&filtered, &wandering);
+        assert!(rms_n < 0.75e-3, "{rms_n}");
         let clean = super::filtered(&wandering, 10_000.0, 1).unwrap();
-        let apart_n = rms_apart(&clean, &wandering);
-        assert!(apart_n < 0.6e-3, "{apart_n}");
+        let rms_n = rms_difference(&clean, &wandering);
+        assert!(rms_n < 0.6e-3, "{rms_n}");
     }
 
     #[test]
     fn a_record_that_does_not_show_its_noise_is_not_filtered() {
-        let refused = |rate_hz: f64, seconds: f64| {
+        let is_refused = |rate_hz: f64, seconds: f64| {
             filtered(&force(rate_hz, seconds, 0.01), rate_hz, 1).is_none()
         };
-        assert!(refused(150.0, 3.0), "too slow");
+        assert!(is_refused(150.0, 3.0), "too slow");
         for rate_hz in [f64::INFINITY, f64::NAN, -1.0] {
             assert_eq!(
                 filtered(&[0.5, 0.6], rate_hz, 1),
@@ -270,7 +270,7 @@ mod tests {
                 "all rows at one time"
             );
         }
-        assert!(refused(2000.0, 0.7), "too short");
+        assert!(is_refused(2000.0, 0.7), "too short");
         assert_eq!(filtered(&[0.5; 4000], 2000.0, 1), None, "no noise at all");
     }
 

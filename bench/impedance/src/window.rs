@@ -81,10 +81,10 @@ mod tests {
         let h = 1e-5;
         for u in [-0.9, -0.3, 0.0, 0.5, 0.95] {
             let [_, d, dd] = window.at(u);
-            let (left, mid, right) = (window.at(u - h), window.at(u), window.at(u + h));
+            let (left, middle, right) = (window.at(u - h), window.at(u), window.at(u + h));
             assert_relative_eq!(d, (right[0] - left[0]) / (2.0 * h), epsilon = 1e-7);
             assert_relative_eq!(dd, (right[1] - left[1]) / (2.0 * h), epsilon = 1e-6);
-            assert!(mid[0] > 0.0 && mid[0] <= 1.0);
+            assert!(middle[0] > 0.0 && middle[0] <= 1.0);
         }
     }
 }

@@ -261,7 +261,7 @@ impl Zm {
         if !mask.contains(Mask::LOST_SAMPLES) && !stands_out {
             mask |= Mask::ENVELOPE_NULL;
         }
-        let mut out = ZmFrame {
+        let mut zm_frame = ZmFrame {
             sample: frame.sample,
             time_s: frame.time_s,
             mask,
@@ -280,7 +280,7 @@ impl Zm {
             corrected_std_n_s_per_m: f64::NAN,
         };
         if !mask.is_clear() {
-            return out;
+            return zm_frame;
         }
 
         let force_variance = (drive.noise * self.newtons_per_unit).powi(2);
@@ -288,8 +288,8 @@ impl Zm {
         let slope_variance = (amplitude_std_m * self.derivative_noise_per_s).powi(2);
         let quasi_static = I * omega * x;
         let plain = force / quasi_static;
-        out.plain_n_s_per_m = plain;
-        out.plain_std_n_s_per_m = ((force_variance + plain.norm_sqr() * velocity_variance)
+        zm_frame.plain_n_s_per_m = plain;
+        zm_frame.plain_std_n_s_per_m = ((force_variance + plain.norm_sqr() * velocity_variance)
             / quasi_static.norm_sqr())
         .sqrt();
 
@@ -298,12 +298,12 @@ impl Zm {
         let corrected =
             (force - mass_kg * acceleration - I * (stiffness_n_per_m / omega) * dx) / velocity;
         let slope_weight = corrected + I * (omega * mass_kg + stiffness_n_per_m / omega);
-        out.corrected_n_s_per_m = corrected;
-        out.corrected_std_n_s_per_m = ((force_variance
+        zm_frame.corrected_n_s_per_m = corrected;
+        zm_frame.corrected_std_n_s_per_m = ((force_variance
             + corrected.norm_sqr() * velocity_variance
             + slope_weight.norm_sqr() * slope_variance)
             / velocity.norm_sqr())
         .sqrt();
-        out
+        zm_frame
     }
 }

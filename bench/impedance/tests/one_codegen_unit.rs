@@ -20,9 +20,9 @@ fn nothing_is_written_past_the_extended_values() {
     let low_pass = LowPass::new(100.0, 2000.0).unwrap();
     let smooth = low_pass.zero_phase(&values).unwrap();
     // The allocator's own records follow an allocation: damaging them ends the program here.
-    let others: Vec<Vec<u8>> = (0..=200)
+    let neighbours: Vec<Vec<u8>> = (0..=200)
         .map(|k| vec![k; 100 + 37 * usize::from(k)])
         .collect();
-    assert_eq!((smooth.len(), others.len()), (count, 201));
+    assert_eq!((smooth.len(), neighbours.len()), (count, 201));
     assert!(smooth.iter().all(|value| (value - values[0]).norm() < 0.02));
 }

@@ -21,22 +21,22 @@ pub(crate) fn force_figure(
         .fold(0.0, |largest: f64, n| largest.max(n.abs()));
     let mut readings = Vec::new();
     let mut residuals = vec![zero_line(&[(0.0, 0.0), (largest_n, 0.0)])];
-    for (axis, (name, ink, own, cross)) in AXES.into_iter().enumerate() {
-        let other = 1 - axis;
-        let on_axis: Vec<usize> = (0..loadings.len())
+    for (axis, (name, ink, disc, cross)) in AXES.into_iter().enumerate() {
+        let other_axis = 1 - axis;
+        let axis_loadings: Vec<usize> = (0..loadings.len())
             .filter(|&i| loadings[i].force_n[axis] != 0.0)
             .collect();
-        let points = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
-            on_axis
+        let points = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+            axis_loadings
                 .iter()
-                .map(|&i| (loadings[i].force_n[axis].abs(), of(i)))
+                .map(|&i| (loadings[i].force_n[axis].abs(), value(i)))
                 .collect()
         };
         let sign = |i: usize| loadings[i].force_n[axis].signum();
         for (row, marker, dash, label) in [
-            (axis, own, Dash::Solid, format!("{name} masses")),
+            (axis, disc, Dash::Solid, format!("{name} masses")),
             (
-                other,
+                other_axis,
                 cross,
                 Dash::Dashed,
                 format!("{name} masses, other axis"),

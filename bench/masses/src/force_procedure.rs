@@ -125,7 +125,7 @@ impl ForceProcedure {
     }
 
     /// Handles an answer that lists the masses available for `axis`.
-    fn named(&mut self, axis: ForceAxis, answer: Answer) -> NextStep {
+    fn take_mass(&mut self, axis: ForceAxis, answer: Answer) -> NextStep {
         match answer {
             Answer::Number(mass_kg) => {
                 let mass = Mass {
@@ -156,9 +156,9 @@ impl ForceProcedure {
                 .iter()
                 .all(|mass| mass.axis == ForceAxis::Normal)
         {
-            let same = setup.masses.iter().map(|mass| Mass { axis, ..*mass });
-            let same: Vec<_> = same.filter(|mass| setup.require(mass).is_ok()).collect();
-            setup.masses.extend(same);
+            let copies = setup.masses.iter().map(|mass| Mass { axis, ..*mass });
+            let copies: Vec<_> = copies.filter(|mass| setup.require(mass).is_ok()).collect();
+            setup.masses.extend(copies);
         }
         let short = AXES
             .into_iter()
@@ -178,7 +178,7 @@ impl ForceProcedure {
     }
 
     /// Repeats the request of the present reading if an operator is present; otherwise ends the measurement.
-    fn again(&mut self, refusal: Refusal) -> anyhow::Result<NextStep> {
+    fn ask_again(&mut self, refusal: Refusal) -> anyhow::Result<NextStep> {
         let why = match refusal {
             Refusal::Slip(why) if self.attended => why,
             refusal => bail!(refusal.into_words()),
@@ -220,7 +220,7 @@ impl ForceProcedure {
         if !plateau.at_rest(rest_n) {
             if self.windows >= MOST_WINDOWS {
                 if let Some(why) = self.coupled() {
-                    return self.again(Refusal::Slip(why));
+                    return self.ask_again(Refusal::Slip(why));
                 }
                 let remedy = match self.stage {
                     ForceStage::Resting(_) => {
@@ -228,7 +228,7 @@ impl ForceProcedure {
                     }
                     _ => "let the sensor warm up until it drifts less, keep hands and draughts off",
                 };
-                return self.again(Refusal::Slip(format!(
+                return self.ask_again(Refusal::Slip(format!(
                     "the reading does not come to rest in {:.0} s while {doing}: it still moves by {:.2} mN; {remedy}, or raise calibration.force_rest_n = {rest_n} N",
                     MOST_WINDOWS as f64 * WINDOW_S,
                     1e3 * plateau.scatter.into_iter().fold(0.0, f64::max)
@@ -245,21 +245,21 @@ impl ForceProcedure {
                 if self.taring.len() < TARE_WINDOWS {
                     return Ok(NextStep::Listen(WINDOW_S));
                 }
-                let zero = Plateau::together(&self.taring);
+                let zero = Plateau::mean_of(&self.taring);
                 self.require_tare(&zero)?;
                 self.zeros.push(zero);
                 Ok(self.load(self.missing()))
             }
             ForceStage::Resting(i) => {
                 if let Err(refusal) = self.require_load(i, &plateau) {
-                    return self.again(self.coupled().map_or(refusal, Refusal::Slip));
+                    return self.ask_again(self.coupled().map_or(refusal, Refusal::Slip));
                 }
                 self.loads[i] = Some(plateau);
                 Ok(self.ask(ForceStage::Unloading(i), Request::Unload))
             }
             ForceStage::Returning(i) => {
                 if let Err(refusal) = self.require_return(i, &plateau) {
-                    return self.again(refusal);
+                    return self.ask_again(refusal);
                 }
                 self.zeros.push(plateau);
                 Ok(self.load(self.missing()))
@@ -284,51 +284,51 @@ impl ForceProcedure {
     /// Requires that the reading under mass `i` is plausible.
     fn require_load(&self, i: usize, plateau: &Plateau) -> Result<(), Refusal> {
         let Mass { axis, mass_kg, .. } = self.setup.masses[i];
-        let (own, other) = (axis.index(), 1 - axis.index());
+        let (row, other_row) = (axis.index(), 1 - axis.index());
         let grams = grams(mass_kg);
         let (axis, weight_n) = (axis.name(), self.setup.weight_n(mass_kg));
         let change = self.change(plateau);
-        let least_n = (LEAST_CHANGE * weight_n).max(LEAST_SIGMAS * plateau.error[own]);
-        if change[own].abs() < least_n {
-            if change[other].abs() > 2.0 * least_n {
+        let least_n = (LEAST_CHANGE * weight_n).max(LEAST_SIGMAS * plateau.error[row]);
+        if change[row].abs() < least_n {
+            if change[other_row].abs() > 2.0 * least_n {
                 return Err(Refusal::Ends(format!(
                     "{grams} g on the {axis} axis changed the {} axis by {:.3} N and the {axis} axis by {:.3} N: the axes are exchanged; exchange their wires, or put the mass where it was asked for",
-                    AXES[other].name(),
-                    change[other],
-                    change[own]
+                    AXES[other_row].name(),
+                    change[other_row],
+                    change[row]
                 )));
             }
             return Err(Refusal::Slip(format!(
                 "{grams} g on the {axis} axis changed the reading by {:.1} mN, {:.0} mN were expected: check that it was placed and that nothing else carries it",
-                1e3 * change[own],
+                1e3 * change[row],
                 1e3 * weight_n
             )));
         }
-        if change[own] < 0.0 {
-            let remedy = if own == 0 {
+        if change[row] < 0.0 {
+            let remedy = if row == 0 {
                 "pressing must read positive: exchange the wires of the normal axis or its sign in the sensor"
             } else {
                 "the thread must pull towards increasing position: hang the mass on the other side, or exchange the wires of the lateral axis"
             };
             return Err(Refusal::Ends(format!(
                 "the {axis} axis has the wrong sign: {grams} g changed it by {:.3} N; {remedy}",
-                change[own]
+                change[row]
             )));
         }
-        let gain = change[own] / weight_n;
+        let gain = change[row] / weight_n;
         let [low, high] = SENSITIVITY;
         if !(low..=high).contains(&gain.recip()) {
             return Err(Refusal::Slip(format!(
                 "{grams} g on the {axis} axis read {:.3} N instead of {weight_n:.3} N: check that the mass is {grams} g and that the sensor sends newtons in the format of force.protocol",
-                change[own]
+                change[row]
             )));
         }
-        let lighter = self.gains(AXES[own], mass_kg);
-        if let Some(before) = lighter
-            && gain < STRAIGHT * before
+        let lighter = self.gains(AXES[row], mass_kg);
+        if let Some(lighter_gain) = lighter
+            && gain < STRAIGHT * lighter_gain
         {
             return Err(Refusal::Slip(format!(
-                "{grams} g read {gain:.3} N per newton where a lighter mass read {before:.3}: the range of the {axis} axis is exceeded, or the mass touches something; use lighter masses",
+                "{grams} g read {gain:.3} N per newton where a lighter mass read {lighter_gain:.3}: the range of the {axis} axis is exceeded, or the mass touches something; use lighter masses",
             )));
         }
         Ok(())
@@ -380,20 +380,20 @@ impl ForceProcedure {
 
     /// Returns the zero at a time, interpolated between the zeros measured before and after.
     fn zero_at(&self, at_s: f64) -> Option<Zero> {
-        let after = self.zeros.partition_point(|zero| zero.at_s <= at_s);
-        let before = self.zeros.get(after.checked_sub(1)?)?;
-        let Some(after) = self.zeros.get(after) else {
+        let next_index = self.zeros.partition_point(|zero| zero.at_s <= at_s);
+        let previous = self.zeros.get(next_index.checked_sub(1)?)?;
+        let Some(next) = self.zeros.get(next_index) else {
             return Some(Zero {
-                mean: before.mean,
-                error: before.error,
+                mean: previous.mean,
+                error: previous.error,
                 bridge_s: 0.0,
             });
         };
-        let span_s = after.at_s - before.at_s;
-        let share = (at_s - before.at_s) / span_s;
+        let span_s = next.at_s - previous.at_s;
+        let share = (at_s - previous.at_s) / span_s;
         Some(Zero {
-            mean: [0, 1].map(|k| before.mean[k] + share * (after.mean[k] - before.mean[k])),
-            error: [0, 1].map(|k| ((1.0 - share) * before.error[k]).hypot(share * after.error[k])),
+            mean: [0, 1].map(|k| previous.mean[k] + share * (next.mean[k] - previous.mean[k])),
+            error: [0, 1].map(|k| ((1.0 - share) * previous.error[k]).hypot(share * next.error[k])),
             bridge_s: share * (1.0 - share) * span_s,
         })
     }
@@ -433,12 +433,12 @@ impl ForceProcedure {
                 let mut force_n = [0.0; 2];
                 force_n[mass.axis.index()] = self.setup.weight_n(mass.mass_kg);
                 let reading = [0, 1].map(|k| load.mean[k] - zero.mean[k]);
-                let of_mass = mass.sigma_kg / mass.mass_kg;
+                let mass_error = mass.sigma_kg / mass.mass_kg;
                 let sigma = [0, 1].map(|k| {
                     load.error[k]
                         .hypot(zero.error[k])
                         .hypot((wander[k] * zero.bridge_s).sqrt())
-                        .hypot(of_mass * reading[k])
+                        .hypot(mass_error * reading[k])
                         .max(LEAST_SIGMA_N)
                 });
                 Some(Loading {
@@ -479,8 +479,8 @@ impl ForceProcedure {
 
     fn points_read(&self) -> Vec<PointRead> {
         let fit = Crosstalk::fit(&self.loadings()).ok();
-        let all = self.missing() == self.loads.len();
-        let residuals: Vec<Option<f64>> = match fit.filter(|_| all) {
+        let is_complete = self.missing() == self.loads.len();
+        let residuals: Vec<Option<f64>> = match fit.filter(|_| is_complete) {
             Some(fit) => fit
                 .residuals_n
                 .iter()
@@ -530,7 +530,7 @@ impl Procedure for ForceProcedure {
             (StepOutcome::Captured(capture), _) => self.after_capture(&capture),
             (StepOutcome::Began, _) => Ok(self.begin()),
             (StepOutcome::Answered(answer, _), ForceStage::Naming(axis)) => {
-                Ok(self.named(axis, answer))
+                Ok(self.take_mass(axis, answer))
             }
             (StepOutcome::Answered(..), ForceStage::Clearing) => {
                 // Earlier windows belong to another unloading.
@@ -569,16 +569,18 @@ impl Procedure for ForceProcedure {
                 ..CalibrationProgress::default()
             };
         }
-        let read = self.loads.iter().flatten().count();
+        let load_count = self.loads.iter().flatten().count();
         CalibrationProgress {
             step: 1 + match self.stage {
                 ForceStage::Naming(_)
                 | ForceStage::Begin
                 | ForceStage::Clearing
                 | ForceStage::Taring => 0,
-                ForceStage::Loading(_) => read + 1,
-                ForceStage::Resting(_) => read + 1,
-                ForceStage::Unloading(_) | ForceStage::Returning(_) | ForceStage::Reviewing => read,
+                ForceStage::Loading(_) => load_count + 1,
+                ForceStage::Resting(_) => load_count + 1,
+                ForceStage::Unloading(_) | ForceStage::Returning(_) | ForceStage::Reviewing => {
+                    load_count
+                }
             },
             steps: 1 + self.loads.len(),
             doing: self.doing(),

@@ -85,22 +85,22 @@ impl ForceSetup {
                 UNKNOWN_GRAVITY
             },
             accuracy,
-            ..Self::on(config)?
+            ..Self::unloaded(config)?
         })
     }
 
-    /// Plans a new tare for `kept`.
+    /// Plans a new tare for `force`.
     ///
     /// # Errors
     /// If `config` has no sensor.
-    pub fn retare(config: &Config, kept: config::MeasuredForce) -> anyhow::Result<Self> {
+    pub fn retare(config: &Config, force: config::MeasuredForce) -> anyhow::Result<Self> {
         Ok(Self {
-            kept: Some(kept),
-            ..Self::on(config)?
+            kept: Some(force),
+            ..Self::unloaded(config)?
         })
     }
 
-    fn on(config: &Config) -> anyhow::Result<Self> {
+    fn unloaded(config: &Config) -> anyhow::Result<Self> {
         let force = config
             .force
             .as_ref()

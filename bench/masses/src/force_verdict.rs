@@ -23,7 +23,7 @@ struct Drift {
 impl ForceProcedure {
     fn drift(&self, fit: &Crosstalk, axis: usize) -> anyhow::Result<Drift> {
         let row = fit.matrix[axis];
-        let newtons = |of: [f64; 2]| row[0].value * of[0] + row[1].value * of[1];
+        let newtons = |reading: [f64; 2]| row[0].value * reading[0] + row[1].value * reading[1];
         let points: Vec<LinePoint> = self
             .zeros
             .iter()
@@ -93,12 +93,12 @@ impl ForceProcedure {
 
     fn judge_tare(
         &self,
-        kept: &config::MeasuredForce,
+        force: &config::MeasuredForce,
         tared: Provenance,
     ) -> anyhow::Result<Judged> {
         let [normal_tare, lateral_tare] = [self.tare(0)?, self.tare(1)?];
-        let correction = kept.correction();
-        let moved_n = correction.forces_n([normal_tare.value, lateral_tare.value]);
+        let correction = force.correction();
+        let shift_n = correction.forces_n([normal_tare.value, lateral_tare.value]);
         let zero_n = self.setup.config.calibration.zero_n;
         let values = vec![
             ("normal tare", normal_tare.clone()),
@@ -106,10 +106,10 @@ impl ForceProcedure {
         ];
         let mut remarks = vec![format!(
             "zero moved       by {:+.1} mN normal, {:+.1} mN lateral since the tare before",
-            1e3 * moved_n[0],
-            1e3 * moved_n[1]
+            1e3 * shift_n[0],
+            1e3 * shift_n[1]
         )];
-        if moved_n.iter().any(|n| n.abs() > zero_n) {
+        if shift_n.iter().any(|n| n.abs() > zero_n) {
             remarks.push(format!(
                 "that is more than calibration.zero_n = {zero_n} N: if nothing was rebuilt, look for what leans on the plate"
             ));
@@ -120,7 +120,7 @@ impl ForceProcedure {
                     tared,
                     normal_tare,
                     lateral_tare,
-                    ..kept.clone()
+                    ..force.clone()
                 }),
                 sensor: self.setup.sensor.clone(),
             },
@@ -188,9 +188,9 @@ impl ForceProcedure {
                 &force.lateral_drift,
             ),
         ];
-        for (k, (own, cross, drift)) in axes.into_iter().enumerate() {
+        for (k, (direct, cross, drift)) in axes.into_iter().enumerate() {
             let axis = AXES[k].name();
-            let relative = own.standard_error / own.value.abs();
+            let relative = direct.standard_error / direct.value.abs();
             if relative > limits.force_error {
                 faults.push(format!(
                     "the sensitivity of the {axis} axis is known to {:.2} % only, calibration.force_error = {}: use heavier or more masses, or better known ones",
@@ -249,14 +249,14 @@ impl Calibrates for ForceProcedure {
         let tared = provenance(format!(
             "mean without load over windows of {WINDOW_S} s at rest; the error holds noise and the scatter of repeated zeros"
         ));
-        if let Some(kept) = &setup.kept {
-            return self.judge_tare(kept, tared);
+        if let Some(earlier) = &setup.kept {
+            return self.judge_tare(earlier, tared);
         }
         let loadings = self.loadings();
         let fit = Crosstalk::fit(&loadings)?;
         let n = fit.degrees_of_freedom;
         // An error of the pull behind the pulley acts as an error of the lateral force: it scales that row of the matrix.
-        let of_known = |row: usize| {
+        let known_error = |row: usize| {
             let pulley = if row == 1 { setup.accuracy.pulley } else { 0.0 };
             setup
                 .accuracy
@@ -266,12 +266,12 @@ impl Calibrates for ForceProcedure {
         };
         let entry = |i: usize, j: usize| {
             let entry = fit.matrix[i][j];
-            let known = of_known(i) * entry.value.abs();
-            let seen = entry.errors.map(|error| (error, n));
+            let known = known_error(i) * entry.value.abs();
+            let observed_errors = entry.errors.map(|error| (error, n));
             Quantity::of_parts(
                 entry.value,
                 entry.standard_error().hypot(known),
-                &seen,
+                &observed_errors,
                 "N/N",
             )
         };

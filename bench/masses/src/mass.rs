@@ -84,15 +84,17 @@ mod tests {
             "axis,mass_g,sigma_g\nnormal, 20, 0.001\nlateral,50,\n",
         )
         .unwrap();
-        let read = read_table(&path).unwrap();
+        let masses = read_table(&path).unwrap();
         assert_eq!(
-            (read[0].axis, read[1].axis),
+            (masses[0].axis, masses[1].axis),
             (ForceAxis::Normal, ForceAxis::Lateral)
         );
-        assert!((read[0].mass_kg - 0.02).abs() < 1e-12 && (read[0].sigma_kg - 1e-6).abs() < 1e-15);
-        assert_eq!(read[1].sigma_kg, 0.0);
+        assert!(
+            (masses[0].mass_kg - 0.02).abs() < 1e-12 && (masses[0].sigma_kg - 1e-6).abs() < 1e-15
+        );
+        assert_eq!(masses[1].sigma_kg, 0.0);
         std::fs::write(&path, "axis,mass_g\nvertical,20\n").unwrap();
-        let said = format!("{:#}", read_table(&path).unwrap_err());
-        assert!(said.contains("axis,mass_g"), "{said}");
+        let message = format!("{:#}", read_table(&path).unwrap_err());
+        assert!(message.contains("axis,mass_g"), "{message}");
     }
 }

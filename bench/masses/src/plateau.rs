@@ -40,7 +40,7 @@ struct Look {
 }
 
 impl Look {
-    fn at(values: &[f64], duration_s: f64) -> Self {
+    fn new(values: &[f64], duration_s: f64) -> Self {
         let length = values.len() / PIECES;
         let mean_of = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let pieces: Vec<f64> = values
@@ -80,15 +80,16 @@ impl Plateau {
             );
         }
         let duration_s = capture.duration_s();
-        let looks = [&capture.normal_n, &capture.lateral_n].map(|of| Look::at(of, duration_s));
-        let both = |of: fn(&Look) -> f64| [of(&looks[0]), of(&looks[1])];
+        let looks =
+            [&capture.normal_n, &capture.lateral_n].map(|values| Look::new(values, duration_s));
+        let by_axis = |value: fn(&Look) -> f64| [value(&looks[0]), value(&looks[1])];
         Ok(Self {
             at_s: capture.from_s + 0.5 * duration_s,
-            mean: both(|look| look.mean),
-            error: both(|look| look.error),
-            scatter: both(|look| look.scatter),
-            density: both(|look| look.density),
-            white: both(|look| look.white),
+            mean: by_axis(|look| look.mean),
+            error: by_axis(|look| look.error),
+            scatter: by_axis(|look| look.scatter),
+            density: by_axis(|look| look.density),
+            white: by_axis(|look| look.white),
         })
     }
 
@@ -102,21 +103,23 @@ impl Plateau {
 
     /// Averages several windows of the same load.
     #[must_use]
-    pub fn together(looks: &[Self]) -> Self {
+    pub fn mean_of(looks: &[Self]) -> Self {
         let n = looks.len() as f64;
-        let mean = |of: &dyn Fn(&Self) -> f64| looks.iter().map(of).sum::<f64>() / n;
-        let both = |of: &dyn Fn(&Self, usize) -> f64| [0, 1].map(|k| mean(&|look| of(look, k)));
-        let means = both(&|look, k| look.mean[k]);
-        let own = both(&|look, k| look.error[k].powi(2)).map(|square| (square / n).sqrt());
-        let between = both(&|look, k| (look.mean[k] - means[k]).powi(2))
+        let mean = |value: &dyn Fn(&Self) -> f64| looks.iter().map(value).sum::<f64>() / n;
+        let by_axis =
+            |value: &dyn Fn(&Self, usize) -> f64| [0, 1].map(|k| mean(&|look| value(look, k)));
+        let means = by_axis(&|look, k| look.mean[k]);
+        let within_window =
+            by_axis(&|look, k| look.error[k].powi(2)).map(|square| (square / n).sqrt());
+        let between_windows = by_axis(&|look, k| (look.mean[k] - means[k]).powi(2))
             .map(|square| (square / (n - 1.0).max(1.0)).sqrt());
         Self {
             at_s: mean(&|look| look.at_s),
             mean: means,
-            error: [0, 1].map(|k| own[k].max(between[k])),
-            scatter: both(&|look, k| look.scatter[k]),
-            density: both(&|look, k| look.density[k].powi(2)).map(f64::sqrt),
-            white: both(&|look, k| look.white[k]),
+            error: [0, 1].map(|k| within_window[k].max(between_windows[k])),
+            scatter: by_axis(&|look, k| look.scatter[k]),
+            density: by_axis(&|look, k| look.density[k].powi(2)).map(f64::sqrt),
+            white: by_axis(&|look, k| look.white[k]),
         }
     }
 
@@ -189,7 +192,7 @@ mod tests {
     fn a_sensor_that_sends_too_little_is_named() {
         let mut silent = capture(|_| 0.0);
         silent.normal_n.truncate(50);
-        let said = Plateau::read(&silent).unwrap_err().to_string();
-        assert!(said.contains("50 readings"), "{said}");
+        let message = Plateau::read(&silent).unwrap_err().to_string();
+        assert!(message.contains("50 readings"), "{message}");
     }
 }

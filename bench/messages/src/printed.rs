@@ -27,24 +27,24 @@ pub struct Options {
 /// ```
 #[must_use]
 pub fn text(words: &[String]) -> Option<String> {
-    let asked: Vec<String> = words.iter().flat_map(|text| telling(text)).collect();
+    let query: Vec<String> = words.iter().flat_map(|text| telling(text)).collect();
     let mut written = String::new();
     for group in index() {
-        let found: Vec<_> = group
+        let matches: Vec<_> = group
             .messages
             .iter()
-            .filter(|message| holds(&group, message, &asked))
+            .filter(|message| holds(&group, message, &query))
             .collect();
-        if found.is_empty() {
+        if matches.is_empty() {
             continue;
         }
         let line = "=".repeat(group.title.chars().count());
         let _ = writeln!(written, "{}\n{line}\n", group.title);
-        if asked.is_empty() {
+        if query.is_empty() {
             wrapped(&group.intro, WIDTH, 0, &mut written);
             written.push('\n');
         }
-        for message in found {
+        for message in matches {
             wrapped(&message.says, WIDTH, 0, &mut written);
             wrapped(&message.means, WIDTH, 4, &mut written);
             wrapped(&format!("→ {}", message.remedy), WIDTH, 4, &mut written);
@@ -63,15 +63,15 @@ fn telling(text: &str) -> Vec<String> {
         .collect()
 }
 
-fn holds(group: &MessageGroup, message: &ProgramMessage, asked: &[String]) -> bool {
+fn holds(group: &MessageGroup, message: &ProgramMessage, query: &[String]) -> bool {
     let ProgramMessage {
         says,
         means,
         remedy,
         ..
     } = message;
-    let all = format!("{} {says} {means} {remedy}", group.title).to_lowercase();
-    asked.iter().all(|word| all.contains(word.as_str()))
+    let content = format!("{} {says} {means} {remedy}", group.title).to_lowercase();
+    query.iter().all(|word| content.contains(word.as_str()))
 }
 
 /// Returns the index as a chapter of the handbook, in Markdown.
@@ -106,8 +106,8 @@ pub fn chapter() -> String {
 }
 
 /// Returns the name of the variant as words.
-fn plain(of: &str) -> String {
-    let name = of.rsplit("::").next().unwrap_or(of);
+fn plain(path: &str) -> String {
+    let name = path.rsplit("::").next().unwrap_or(path);
     let mut words = String::new();
     for character in name.chars() {
         if character.is_uppercase() && !words.is_empty() {
@@ -140,13 +140,13 @@ mod tests {
 
     #[test]
     fn every_message_is_in_both_texts_and_fits_the_terminal() {
-        let (all, page) = (text(&[]).unwrap(), chapter());
-        let flat = all.split_whitespace().collect::<Vec<_>>().join(" ");
+        let (list, page) = (text(&[]).unwrap(), chapter());
+        let flat = list.split_whitespace().collect::<Vec<_>>().join(" ");
         for message in index().iter().flat_map(|group| &group.messages) {
             assert!(flat.contains(&message.remedy), "{message:?}");
             assert!(page.contains(&message.means), "{message:?}");
         }
-        for line in all.lines() {
+        for line in list.lines() {
             let long_word = !line.trim_start().contains(' ');
             assert!(line.chars().count() <= WIDTH || long_word, "{line}");
         }
@@ -154,13 +154,13 @@ mod tests {
 
     #[test]
     fn what_stands_on_the_screen_is_found() {
-        for shown in [
+        for line in [
             "drive reads back 3.1 V although disarmed",
             "exploration 2: mean normal force 0.93 N, outside 0.50 to 0.80 N",
             "E-STOP pressed",
         ] {
-            let found = text(&[shown.to_owned()]).unwrap();
-            assert!(found.lines().count() < 40, "{found}");
+            let matches = text(&[line.to_owned()]).unwrap();
+            assert!(matches.lines().count() < 40, "{matches}");
         }
     }
 }

@@ -60,11 +60,11 @@ impl ChannelFit {
         let mut sorted = readings.to_vec();
         sorted.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
         let mut phase = 0.0;
-        let mut before = Complex64::ONE;
+        let mut previous = Complex64::ONE;
         let mut phases = Vec::with_capacity(sorted.len());
         for reading in &sorted {
-            phase += (reading.ratio / before).arg();
-            before = reading.ratio;
+            phase += (reading.ratio / previous).arg();
+            previous = reading.ratio;
             phases.push(phase);
         }
         let points = |value: &dyn Fn(usize) -> (f64, f64)| -> Vec<LinePoint> {
@@ -120,9 +120,9 @@ impl ChannelFit {
     /// the real part in size, the imaginary part in phase, rad.
     #[must_use]
     pub fn departure_of(&self, reading: &RatioReading, carrier_hz: f64) -> Complex64 {
-        let off_hz = reading.frequency_hz - carrier_hz;
+        let offset_hz = reading.frequency_hz - carrier_hz;
         let pure_delay_s = self.delay_s.value - self.excess_s;
-        let angle = self.phase_rad.value - TAU * off_hz * pure_delay_s;
+        let angle = self.phase_rad.value - TAU * offset_hz * pure_delay_s;
         reading.ratio / Complex64::from_polar(self.gain.value, angle) - 1.0
     }
 }
@@ -141,26 +141,26 @@ pub fn find_slip(
     carrier_hz: f64,
     sample_rate_hz: f64,
 ) -> Option<SampleSlip> {
-    let ragged = |readings: &[RatioReading]| {
+    let departure = |readings: &[RatioReading]| {
         ChannelFit::fit(readings, carrier_hz).map_or(f64::INFINITY, |fit| fit.departure)
     };
-    let whole = ragged(readings);
-    if whole < RAGGED_RAD {
+    let raggedness = departure(readings);
+    if raggedness < RAGGED_RAD {
         return None;
     }
     let slips = (-MOST_SLIP..=MOST_SLIP).filter(|&samples| samples != 0);
     let best = slips
         .flat_map(|samples| (1..readings.len()).map(move |reading| SampleSlip { samples, reading }))
         .map(|slip| {
-            let mut undone = readings.to_vec();
-            for reading in &mut undone[slip.reading..] {
+            let mut corrected = readings.to_vec();
+            for reading in &mut corrected[slip.reading..] {
                 let turn = TAU * reading.frequency_hz / sample_rate_hz;
                 reading.ratio *= Complex64::cis(turn * f64::from(slip.samples));
             }
-            (ragged(&undone), slip)
+            (departure(&corrected), slip)
         })
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best.0 < EXPLAINED * whole).then_some(best.1)
+    (best.0 < EXPLAINED * raggedness).then_some(best.1)
 }
 
 /// Returns the angle between −π and π, rad.
@@ -182,16 +182,17 @@ mod tests {
     /// 41 tones upwards and again downwards.
     fn readings(gain: f64, delay_s: f64, sigma: f64, seed: u64) -> Vec<RatioReading> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let up = (0..41).map(|i| CARRIER_HZ - 2e3 + 100.0 * f64::from(i));
-        up.clone()
-            .chain(up.rev())
+        let ascending = (0..41).map(|i| CARRIER_HZ - 2e3 + 100.0 * f64::from(i));
+        ascending
+            .clone()
+            .chain(ascending.rev())
             .map(|frequency_hz| {
                 let mut white = || -> f64 { StandardNormal.sample(&mut rng) };
                 let noise = sigma * Complex64::new(white(), white());
-                let turned = Complex64::cis(-TAU * frequency_hz * delay_s);
+                let turn = Complex64::cis(-TAU * frequency_hz * delay_s);
                 RatioReading {
                     frequency_hz,
-                    ratio: gain * turned * (1.0 + noise),
+                    ratio: gain * turn * (1.0 + noise),
                     sigma,
                 }
             })
@@ -216,16 +217,17 @@ mod tests {
     fn intervals_hold_the_truth() {
         let (gain, delay_s) = (0.97, 2.4 / RATE_HZ);
         let phase = wrap(-TAU * CARRIER_HZ * delay_s);
-        let mut held = [0; 3];
+        let mut covered = [0; 3];
         for seed in 0..1000 {
             let fit = ChannelFit::fit(&readings(gain, delay_s, 1e-5, seed), CARRIER_HZ).unwrap();
-            let found = [
+            let estimates = [
                 (fit.gain, gain),
                 (fit.phase_rad, phase),
                 (fit.delay_s, delay_s),
             ];
-            for (held, (found, truth)) in held.iter_mut().zip(found) {
-                *held += u32::from((found.value - truth).abs() <= 1.99 * found.standard_error);
+            for (covered, (estimate, truth)) in covered.iter_mut().zip(estimates) {
+                *covered +=
+                    u32::from((estimate.value - truth).abs() <= 1.99 * estimate.standard_error);
             }
             assert!(fit.delay_s.standard_error < 1e-9 && fit.gain.standard_error < 2e-6);
             assert!(
@@ -235,25 +237,25 @@ mod tests {
             );
         }
         assert!(
-            held.iter().all(|held| (930..=985).contains(held)),
-            "{held:?}"
+            covered.iter().all(|covered| (930..=985).contains(covered)),
+            "{covered:?}"
         );
     }
 
     #[test]
     fn a_slip_is_found_with_its_size_and_its_moment() {
-        for (samples, at) in [(1, 40), (-1, 3), (2, 77), (5, 60), (11, 41)] {
+        for (samples, reading_index) in [(1, 40), (-1, 3), (2, 77), (5, 60), (11, 41)] {
             let mut slipped = readings(1.1, 0.3 / RATE_HZ, 1e-5, 7);
-            for reading in &mut slipped[at..] {
+            for reading in &mut slipped[reading_index..] {
                 let late = TAU * reading.frequency_hz * f64::from(samples) / RATE_HZ;
                 reading.ratio *= Complex64::cis(-late);
             }
-            let found = find_slip(&slipped, CARRIER_HZ, RATE_HZ);
+            let slip = find_slip(&slipped, CARRIER_HZ, RATE_HZ);
             assert_eq!(
-                found,
+                slip,
                 Some(SampleSlip {
                     samples,
-                    reading: at
+                    reading: reading_index
                 })
             );
         }

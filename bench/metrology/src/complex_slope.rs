@@ -50,7 +50,7 @@ mod tests {
     #[test]
     fn the_phase_is_covered() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-        let (factor, mut held) = (Complex64::from_polar(3.0, 2.9), 0);
+        let (factor, mut covered) = (Complex64::from_polar(3.0, 2.9), 0);
         for _ in 0..1_000 {
             let points: Vec<_> = (1..=7)
                 .map(|n| {
@@ -60,21 +60,21 @@ mod tests {
                 })
                 .collect();
             let fit = ComplexSlope::fit(&points).unwrap();
-            let off_rad = (fit.slope / factor).arg().abs();
+            let error_rad = (fit.slope / factor).arg().abs();
             // Student's factor for 12 degrees of freedom.
-            held += u32::from(off_rad < 2.18 * fit.relative_error);
+            covered += u32::from(error_rad < 2.18 * fit.relative_error);
         }
-        assert!((930..=970).contains(&held), "{held} of 1000");
+        assert!((930..=970).contains(&covered), "{covered} of 1000");
     }
 
     #[test]
     fn what_determines_nothing_is_no_fit() {
-        let one = (Complex64::ONE, Complex64::ONE);
+        let unit = (Complex64::ONE, Complex64::ONE);
         assert_eq!(ComplexSlope::fit(&[]), None);
-        assert_eq!(ComplexSlope::fit(&[one]), None);
-        assert_eq!(ComplexSlope::fit(&[(Complex64::ZERO, one.1); 3]), None);
-        assert_eq!(ComplexSlope::fit(&[(one.0, Complex64::ZERO); 3]), None);
+        assert_eq!(ComplexSlope::fit(&[unit]), None);
+        assert_eq!(ComplexSlope::fit(&[(Complex64::ZERO, unit.1); 3]), None);
+        assert_eq!(ComplexSlope::fit(&[(unit.0, Complex64::ZERO); 3]), None);
         let nan = Complex64::new(f64::NAN, 0.0);
-        assert_eq!(ComplexSlope::fit(&[one, (one.0, nan)]), None);
+        assert_eq!(ComplexSlope::fit(&[unit, (unit.0, nan)]), None);
     }
 }

@@ -105,11 +105,11 @@ impl Crosstalk {
     /// # Errors
     /// When the loadings determine no matrix.
     pub fn fit(loadings: &[Loading]) -> Result<Self, CrosstalkError> {
-        let bad = |l: &Loading| {
+        let is_invalid = |l: &Loading| {
             let values = l.force_n.iter().chain(&l.reading).chain(&l.sigma);
             !values.copied().all(f64::is_finite) || l.sigma.iter().any(|sigma| *sigma <= 0.0)
         };
-        if let Some(index) = loadings.iter().position(bad) {
+        if let Some(index) = loadings.iter().position(is_invalid) {
             return Err(CrosstalkError::NotFinite { index });
         }
         let count = loadings.len();
@@ -131,9 +131,9 @@ impl Crosstalk {
             [&first, &second].map(|row| (row.chi_squared / degrees_of_freedom as f64).sqrt());
         let covariances = [&first, &second].map(|row| row.covariance);
         let entry = |i: usize, j: usize| {
-            let along: Vector2<f64> = inverse.column(j).into_owned();
+            let column: Vector2<f64> = inverse.column(j).into_owned();
             let part = |row: usize| {
-                let variance = (along.transpose() * covariances[row] * along).x;
+                let variance = (column.transpose() * covariances[row] * column).x;
                 birge_ratio[row].max(1.0) * inverse[(i, row)].abs() * variance.sqrt()
             };
             MatrixEntry {
@@ -172,19 +172,19 @@ struct AxisResponse {
 
 impl AxisResponse {
     fn fit(loadings: &[Loading], axis: usize) -> Result<Self, CrosstalkError> {
-        let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
+        let (mut normal, mut moment) = (Matrix2::zeros(), Vector2::zeros());
         for loading in loadings {
             let force = Vector2::from(loading.force_n);
             let weight = loading.sigma[axis].powi(-2);
             normal += weight * force * force.transpose();
-            right += weight * loading.reading[axis] * force;
+            moment += weight * loading.reading[axis] * force;
         }
         let size = normal[(0, 0)] * normal[(1, 1)];
         if normal.determinant() <= LEAST_DETERMINANT * size {
             return Err(CrosstalkError::OneDirection);
         }
         let covariance = normal.try_inverse().ok_or(CrosstalkError::OneDirection)?;
-        let response = covariance * right;
+        let response = covariance * moment;
         let chi_squared = loadings
             .iter()
             .map(|l| {
@@ -271,19 +271,19 @@ mod tests {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
         let det = 1.021_5;
         let truth = [[0.85 / det, -0.03 / det], [0.05 / det, 1.2 / det]];
-        let mut held = [[0; 2]; 2];
+        let mut covered = [[0; 2]; 2];
         for _ in 0..1000 {
             let fit = Crosstalk::fit(&loadings(2e-3, || StandardNormal.sample(&mut rng))).unwrap();
             for i in 0..2 {
                 for j in 0..2 {
                     let entry = fit.matrix[i][j];
-                    let apart = (entry.value - truth[i][j]).abs();
-                    held[i][j] += u32::from(apart < 1.96 * entry.standard_error());
+                    let error = (entry.value - truth[i][j]).abs();
+                    covered[i][j] += u32::from(error < 1.96 * entry.standard_error());
                 }
             }
         }
-        for count in held.as_flattened() {
-            assert!((935..=995).contains(count), "{held:?}");
+        for count in covered.as_flattened() {
+            assert!((935..=995).contains(count), "{covered:?}");
         }
     }
 

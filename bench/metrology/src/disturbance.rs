@@ -7,9 +7,9 @@ use crate::spectrum::{Peak, Spectrum};
 /// Highest frequency at which a tone counts as mains hum, Hz.
 const HUM_HZ: f64 = 1e3;
 /// Distance from a multiple of the mains frequency within which a tone counts as that harmonic, Hz.
-const OF_MAINS_HZ: f64 = 3.0;
+const MAINS_WIDTH_HZ: f64 = 3.0;
 /// Distance from the carrier within which a tone falls into the envelope's band, Hz.
-const IN_BAND_HZ: f64 = 2.5e3;
+const ENVELOPE_BAND_HZ: f64 = 2.5e3;
 /// Distance from the carrier within which modulation, ramps and the finger move it, Hz.
 const MOVED_HZ: f64 = 400.0;
 /// Highest harmonic of the carrier that an amplifier generates.
@@ -21,8 +21,8 @@ const MOST: usize = 5;
 const OUT_OF_BAND: f64 = 0.01;
 /// Amplitude of a tone in the carrier's band from which on it is reported, relative to full scale and to the carrier: it biases
 /// the impedance by the same fraction. Assumptions.
-const IN_BAND: f64 = 1e-3;
-const IN_BAND_OF_CARRIER: f64 = 0.01;
+const BAND_AMPLITUDE: f64 = 1e-3;
+const BAND_CARRIER_SHARE: f64 = 0.01;
 
 /// Sort of a disturbance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,7 +53,7 @@ impl Disturbance {
     #[must_use]
     pub fn is_again(&self, other: &Self) -> bool {
         self.sort == other.sort
-            && (self.frequency_hz - other.frequency_hz).abs() < 2.0 * OF_MAINS_HZ
+            && (self.frequency_hz - other.frequency_hz).abs() < 2.0 * MAINS_WIDTH_HZ
     }
 }
 
@@ -104,31 +104,31 @@ pub fn disturbances(spectrum: &Spectrum, carrier_hz: f64, sample_rate_hz: f64) -
         .iter()
         .find(|peak| (peak.frequency_hz - carrier_hz).abs() < 2.0 * spectrum.resolution_hz())
         .map_or(0.0, |peak| peak.amplitude);
-    let driven = carrier > IN_BAND;
+    let is_driven = carrier > BAND_AMPLITUDE;
     let harmonics: Vec<f64> = (1..=HARMONICS)
         .map(|order| folded(carrier_hz * f64::from(order), sample_rate_hz))
         .collect();
-    let of_carrier = |tone: &Peak| {
+    let is_carrier = |tone: &Peak| {
         let near = |hz: &f64| (tone.frequency_hz - hz).abs() < MOVED_HZ;
-        driven && harmonics.iter().any(near)
+        is_driven && harmonics.iter().any(near)
     };
     let offset = Disturbance {
         sort: Sort::Offset,
         frequency_hz: 0.0,
         amplitude: spectrum.mean.abs(),
     };
-    let tones = peaks.iter().filter(|tone| !of_carrier(tone));
+    let tones = peaks.iter().filter(|tone| !is_carrier(tone));
     let tones = tones.map(|tone| Disturbance {
         sort: sort(tone.frequency_hz, carrier_hz),
         frequency_hz: tone.frequency_hz,
         amplitude: tone.amplitude,
     });
-    let counts = |found: &Disturbance| {
-        let least = match found.sort {
-            Sort::InBand => IN_BAND.max(IN_BAND_OF_CARRIER * carrier),
+    let counts = |disturbance: &Disturbance| {
+        let least = match disturbance.sort {
+            Sort::InBand => BAND_AMPLITUDE.max(BAND_CARRIER_SHARE * carrier),
             _ => OUT_OF_BAND,
         };
-        found.amplitude > least
+        disturbance.amplitude > least
     };
     std::iter::once(offset)
         .chain(tones)
@@ -138,13 +138,13 @@ pub fn disturbances(spectrum: &Spectrum, carrier_hz: f64, sample_rate_hz: f64) -
 }
 
 fn sort(hz: f64, carrier_hz: f64) -> Sort {
-    let of_mains = |mains_hz: f64| {
+    let is_mains = |mains_hz: f64| {
         let multiple = (hz / mains_hz).round();
-        multiple >= 1.0 && (hz - multiple * mains_hz).abs() < OF_MAINS_HZ
+        multiple >= 1.0 && (hz - multiple * mains_hz).abs() < MAINS_WIDTH_HZ
     };
-    if hz < HUM_HZ && (of_mains(50.0) || of_mains(60.0)) {
+    if hz < HUM_HZ && (is_mains(50.0) || is_mains(60.0)) {
         Sort::Hum
-    } else if (hz - carrier_hz).abs() < IN_BAND_HZ {
+    } else if (hz - carrier_hz).abs() < ENVELOPE_BAND_HZ {
         Sort::InBand
     } else {
         Sort::OutOfBand
@@ -166,7 +166,7 @@ mod tests {
     const RATE_HZ: f64 = 192e3;
 
     /// A quarter of a second of a driven, distorted and noisy channel, with these tones.
-    fn found(
+    fn disturbances_of(
         drive: f64,
         modulation_hz: f64,
         offset: f64,
@@ -204,9 +204,9 @@ mod tests {
                 (35_700.0, 0.008, Sort::InBand),
                 (80_000.0, 0.02, Sort::OutOfBand),
             ] {
-                let found = found(drive, modulation_hz, offset, &[(hz, amplitude)]);
-                let [first, tone] = found[..] else {
-                    panic!("{hz} Hz under a drive of {drive}: {found:?}");
+                let list = disturbances_of(drive, modulation_hz, offset, &[(hz, amplitude)]);
+                let [first, tone] = list[..] else {
+                    panic!("{hz} Hz under a drive of {drive}: {list:?}");
                 };
                 assert_eq!(first.sort, Sort::Offset);
                 assert!((0.05..0.09).contains(&first.amplitude), "{first:?}");
@@ -221,8 +221,8 @@ mod tests {
     #[test]
     fn a_clean_channel_and_small_tones_disturb_nobody() {
         let small = [(50.0, 0.008), (12_345.0, 0.008), (36_000.0, 0.0015)];
-        assert_eq!(found(0.0, 0.0, 0.0, &[]), []);
-        assert_eq!(found(0.2, 20.0, -0.011, &small), []);
+        assert_eq!(disturbances_of(0.0, 0.0, 0.0, &[]), []);
+        assert_eq!(disturbances_of(0.2, 20.0, -0.011, &small), []);
     }
 
     #[test]

@@ -177,9 +177,9 @@ fn coarse(responses: &[Response]) -> Result<CoarseResonance, PlateFitError> {
     if count < LEAST_TONES {
         return Err(PlateFitError::TooFew { count });
     }
-    if let Some(bad) = responses.iter().find(|r| !r.ratio.is_finite()) {
+    if let Some(invalid) = responses.iter().find(|r| !r.ratio.is_finite()) {
         return Err(PlateFitError::NotFinite {
-            frequency_hz: bad.frequency_hz,
+            frequency_hz: invalid.frequency_hz,
         });
     }
     // 1/|H|² is a parabola in f about the resonance: without noise, exact from the peak and its neighbours.
@@ -198,11 +198,11 @@ fn coarse(responses: &[Response]) -> Result<CoarseResonance, PlateFitError> {
             peak_hz: responses[peak].frequency_hz,
         });
     }
-    let at = |i: usize| {
+    let point_at = |i: usize| {
         let r = responses[i];
         (r.frequency_hz, r.ratio.norm_sqr().recip())
     };
-    let ((f1, y1), (f2, y2), (f3, y3)) = (at(peak - 1), at(peak), at(peak + 1));
+    let ((f1, y1), (f2, y2), (f3, y3)) = (point_at(peak - 1), point_at(peak), point_at(peak + 1));
     let (s1, s2) = ((y2 - y1) / (f2 - f1), (y3 - y2) / (f3 - f2));
     let bend = (s2 - s1) / (f3 - f1);
     let resonance_hz = if bend > 0.0 {
@@ -329,23 +329,23 @@ impl PlateProblem<'_> {
         let (r, loss) = (frequency_hz / f0, (-ln_quality).exp());
         let mode = (1.0 - r * r + i * r * loss).inv();
         let main = ln_static.exp() * Complex64::cis(-phase * r) * mode;
-        let away = r - 1.0;
+        let offset = r - 1.0;
         let (c0, c1) = (Complex64::new(c0_re, c0_im), Complex64::new(c1_re, c1_im));
         // dr/d(detuning)
         let dr = -r / (1.0 + detuning);
         let d_detuning = (main * (-i * phase + (2.0 * r - i * loss) * mode) + c1) * dr;
-        let one = Complex64::ONE;
+        let unity = Complex64::ONE;
         let slopes = [
             d_detuning,
             main * mode * i * r * loss,
             main,
             -i * r * main,
-            one,
+            unity,
             i,
-            one * away,
-            i * away,
+            unity * offset,
+            i * offset,
         ];
-        (main + c0 + c1 * away, slopes)
+        (main + c0 + c1 * offset, slopes)
     }
 
     fn jacobian_matrix(&self) -> DMatrix<f64> {
@@ -465,7 +465,7 @@ mod tests {
     #[test]
     fn noisy_responses_are_covered() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(4);
-        let mut held = [0u32; 4];
+        let mut covered = [0u32; 4];
         for _ in 0..300 {
             let mut responses = TRUTH.responses(31, 560.0);
             for r in &mut responses {
@@ -481,11 +481,11 @@ mod tests {
                 covers(fit.static_ratio, TRUTH.a, 2.0),
                 covers(fit.pickup_phase_rad, TRUTH.phase, 2.0),
             ];
-            for (count, held_it) in held.iter_mut().zip(checks) {
-                *count += u32::from(held_it);
+            for (count, is_covered) in covered.iter_mut().zip(checks) {
+                *count += u32::from(is_covered);
             }
         }
-        assert!(held.iter().all(|&n| n >= 278), "{held:?} of 300");
+        assert!(covered.iter().all(|&n| n >= 278), "{covered:?} of 300");
     }
 
     #[test]
@@ -506,20 +506,20 @@ mod tests {
             parameters,
             free: PARAMETERS,
         };
-        let at = [1e-4, 5.5, -5.4, 0.7, 1e-3, -2e-3, 0.3, 0.1];
+        let point = [1e-4, 5.5, -5.4, 0.7, 1e-3, -2e-3, 0.3, 0.1];
         for f in [34_800.0, 35_001.0, 35_300.0] {
-            let (_, slopes) = problem(at).model(f);
+            let (_, slopes) = problem(point).model(f);
             for parameter in 0..PARAMETERS {
                 let h = if parameter == 0 { 1e-8 } else { 1e-6 };
-                let (mut above, mut below) = (at, at);
-                above[parameter] += h;
-                below[parameter] -= h;
+                let (mut upper, mut lower) = (point, point);
+                upper[parameter] += h;
+                lower[parameter] -= h;
                 let difference =
-                    (problem(above).model(f).0 - problem(below).model(f).0) / (2.0 * h);
-                let apart = (difference - slopes[parameter]).norm();
+                    (problem(upper).model(f).0 - problem(lower).model(f).0) / (2.0 * h);
+                let error = (difference - slopes[parameter]).norm();
                 assert!(
-                    apart < 1e-5 * (1.0 + difference.norm()),
-                    "{parameter} at {f}: {apart}"
+                    error < 1e-5 * (1.0 + difference.norm()),
+                    "{parameter} at {f}: {error}"
                 );
             }
         }

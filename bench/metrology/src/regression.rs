@@ -82,10 +82,10 @@ impl Line {
     /// # Errors
     /// When there are fewer than three points, no spread, or a value that is not finite.
     pub fn fit(points: &[LinePoint]) -> Result<Self, LineError> {
-        let bad = |p: &LinePoint| {
+        let is_invalid = |p: &LinePoint| {
             !(p.x.is_finite() && p.y.is_finite() && p.sigma.is_finite() && p.sigma > 0.0)
         };
-        if let Some(index) = points.iter().position(bad) {
+        if let Some(index) = points.iter().position(is_invalid) {
             let LinePoint { x, y, sigma } = points[index];
             return Err(LineError::NotFinite { index, x, y, sigma });
         }
@@ -181,7 +181,7 @@ mod tests {
     #[test]
     fn intervals_hold_the_truth() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-        let mut held = 0;
+        let mut covered = 0;
         for _ in 0..2000 {
             let points: Vec<LinePoint> = (1..=10)
                 .map(|i| {
@@ -195,9 +195,9 @@ mod tests {
                 })
                 .collect();
             let line = Line::fit(&points).unwrap();
-            held += u32::from((line.slope - 5.0).abs() < 1.96 * line.slope_error);
+            covered += u32::from((line.slope - 5.0).abs() < 1.96 * line.slope_error);
         }
-        assert!((1880..=1990).contains(&held), "{held}");
+        assert!((1880..=1990).contains(&covered), "{covered}");
     }
 
     #[test]

@@ -141,11 +141,11 @@ fn aliased(near: &[&ToneAnswer], sample_rate_hz: f64, resolution_hz: f64) -> Opt
             .find_map(|(k, sign)| {
                 let image = |hz: f64| (f64::from(k) * rate_hz + sign * hz).abs();
                 let heard_hz = image(first.played_hz);
-                let apart = heard_hz < sample_rate_hz / 2.0 && !close(heard_hz, first.played_hz);
-                let all = near
+                let is_image = heard_hz < sample_rate_hz / 2.0 && !close(heard_hz, first.played_hz);
+                let all_images = near
                     .iter()
                     .all(|answer| strong(answer, image(answer.played_hz)));
-                (apart && all).then_some(PathFault::Aliased {
+                (is_image && all_images).then_some(PathFault::Aliased {
                     played_hz: first.played_hz,
                     heard_hz,
                     rate_hz,
@@ -165,12 +165,12 @@ mod tests {
         let answers: Vec<ToneAnswer> = TONES_HZ
             .iter()
             .map(|&played_hz| {
-                let heard = law(played_hz);
-                let share = heard.iter().find(|(hz, _)| *hz == played_hz);
+                let tones = law(played_hz);
+                let share = tones.iter().find(|(hz, _)| *hz == played_hz);
                 ToneAnswer {
                     played_hz,
                     share: share.map_or(1e-6, |(_, share)| *share),
-                    peaks: heard
+                    peaks: tones
                         .iter()
                         .map(|&(hz, amplitude)| Peak {
                             // Frequencies are read to a fraction of the resolution.
@@ -223,7 +223,7 @@ mod tests {
     /// Fault 1.
     #[test]
     fn a_folded_carrier_is_named_with_the_rate_it_points_to() {
-        for (rate_hz, heard) in [
+        for (rate_hz, image_hz) in [
             (48e3, 13.5e3),
             (44_100.0, 9.6e3),
             (32e3, 2.5e3),
@@ -233,13 +233,13 @@ mod tests {
             let Err(PathFault::Aliased {
                 played_hz,
                 heard_hz,
-                rate_hz: named,
+                rate_hz: suspect_hz,
             }) = path(folds)
             else {
                 panic!("{rate_hz}");
             };
-            assert_eq!((played_hz, named), (34.5e3, rate_hz));
-            assert!((heard_hz - heard).abs() < 1e-6, "{rate_hz}: {heard_hz}");
+            assert_eq!((played_hz, suspect_hz), (34.5e3, rate_hz));
+            assert!((heard_hz - image_hz).abs() < 1e-6, "{rate_hz}: {heard_hz}");
         }
     }
 

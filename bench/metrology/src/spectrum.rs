@@ -134,8 +134,8 @@ impl Spectrum {
         let bins = &self.density[bin(from_hz)..=bin(to_hz)];
         let limit = STANDS_OUT * median(bins);
         let tones: Vec<usize> = (0..bins.len()).filter(|&i| bins[i] > limit).collect();
-        let apart = |i: &usize| tones.iter().all(|tone| tone.abs_diff(*i) > SIDELOBES);
-        let mut quiet: Vec<f64> = (0..bins.len()).filter(apart).map(|i| bins[i]).collect();
+        let is_quiet = |i: &usize| tones.iter().all(|tone| tone.abs_diff(*i) > SIDELOBES);
+        let mut quiet: Vec<f64> = (0..bins.len()).filter(is_quiet).map(|i| bins[i]).collect();
         if quiet.is_empty() {
             quiet = bins.to_vec();
         }
@@ -160,9 +160,9 @@ impl Spectrum {
             })
             .map(|i| {
                 let skirt = i - SKIRT..=i + SKIRT;
-                let above = |j: usize| (density[j] - floor[j]).max(0.0);
-                let power: f64 = skirt.clone().map(above).sum();
-                let centre = skirt.map(|j| j as f64 * above(j)).sum::<f64>() / power;
+                let excess = |j: usize| (density[j] - floor[j]).max(0.0);
+                let power: f64 = skirt.clone().map(excess).sum();
+                let centre = skirt.map(|j| j as f64 * excess(j)).sum::<f64>() / power;
                 Peak {
                     frequency_hz: centre * self.resolution_hz,
                     amplitude: (2.0 * power * self.resolution_hz).sqrt(),
@@ -219,14 +219,14 @@ mod tests {
     #[test]
     fn the_noise_density_lies_within_its_interval_whatever_tones_there_are() {
         let truth = 1e-7;
-        let mut held = 0;
+        let mut covered = 0;
         for seed in 0..60 {
             let spectrum = Spectrum::read(&noisy(seed, truth), 2, 1, RATE_HZ, 10.0).unwrap();
             let noise = spectrum.noise(33e3, 37e3);
             assert!((noise.value / truth - 1.0).abs() < 0.04, "{noise:?}");
-            held += u32::from((noise.value - truth).abs() < 1.96 * noise.standard_error);
+            covered += u32::from((noise.value - truth).abs() < 1.96 * noise.standard_error);
         }
-        assert!((53..=60).contains(&held), "{held} of 60");
+        assert!((53..=60).contains(&covered), "{covered} of 60");
     }
 
     #[test]

@@ -52,12 +52,12 @@ impl Peaks {
             let scatter = (squares / (parts.len() - 1) as f64).sqrt();
             (level, scatter, share)
         };
-        let (up, down) = (side(1.0), side(-1.0));
-        let (level, scatter, _) = if up.0 < down.0 { up } else { down };
+        let (upper, lower) = (side(1.0), side(-1.0));
+        let (level, scatter, _) = if upper.0 < lower.0 { upper } else { lower };
         Some(Self {
             level,
             scatter,
-            flatness: up.2.max(down.2) * PI / (1.0 - TOP).acos(),
+            flatness: upper.2.max(lower.2) * PI / (1.0 - TOP).acos(),
         })
     }
 

@@ -47,7 +47,7 @@ impl VoltsFit {
     /// # Errors
     /// Same as [`Line::fit`].
     pub fn of(points: &[VoltsPoint]) -> Result<Self, LineError> {
-        let over = |x: fn(&VoltsPoint) -> f64| {
+        let line_over = |x: fn(&VoltsPoint) -> f64| {
             let points: Vec<LinePoint> = points
                 .iter()
                 .map(|point| LinePoint {
@@ -59,8 +59,8 @@ impl VoltsFit {
             Line::fit(&points)
         };
         Ok(Self {
-            per_commanded: over(|point| point.commanded_v)?,
-            per_read_back: over(|point| point.read_back_v)?,
+            per_commanded: line_over(|point| point.commanded_v)?,
+            per_read_back: line_over(|point| point.read_back_v)?,
         })
     }
 }
@@ -119,7 +119,7 @@ impl UnitSlip {
 
 impl fmt::Display for UnitSlip {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (read, asked) = match self {
+        let (typed, requested) = match self {
             Self::RmsForPeak => ("RMS", "peak"),
             Self::PeakForRms => ("peak", "RMS"),
             Self::PeakToPeakForPeak => ("peak to peak", "peak"),
@@ -129,7 +129,7 @@ impl fmt::Display for UnitSlip {
         };
         write!(
             f,
-            "a factor of {:.3} is that of {read} where {asked} was asked",
+            "a factor of {:.3} is that of {typed} where {requested} was asked",
             self.factor()
         )
     }

@@ -14,7 +14,7 @@ const AT_A_CREST: Required = Required::Stop(Within::Seconds(0.25));
 /// Time added to the longest silence, s: one burst of the sensor, a few checks by the watch, and the ramp.
 const AFTER_SILENCE: Required = Required::Stop(Within::SilenceAnd(0.05));
 /// Time within which a force over its limit stops the drive, s; weights and fingers load the plate gradually.
-const BY_FORCE: Required = Required::Stop(Within::Seconds(0.1));
+const FORCE_STOP: Required = Required::Stop(Within::Seconds(0.1));
 
 /// Declares the faults with their rows, so that each is named once.
 macro_rules! faults {
@@ -119,7 +119,7 @@ const fn push(name: &'static str, words: &'static str) -> FaultRow {
             default: 4.0,
             whole: false,
         }),
-        ..stop(name, words, 23, BY_FORCE, "Take the load off the plate.")
+        ..stop(name, words, 23, FORCE_STOP, "Take the load off the plate.")
     }
 }
 
@@ -179,7 +179,7 @@ faults! {
         AFTER_SILENCE,
         "Plug the force sensor into its port.",
     );
-    ForceSaturated = stop("force-saturated", "the force sensor's normal axis is at its end", 23, BY_FORCE, "Take the load off the plate.");
+    ForceSaturated = stop("force-saturated", "the force sensor's normal axis is at its end", 23, FORCE_STOP, "Take the load off the plate.");
     ForceDropped = flag("force-dropped", "force frames are not sent", 22, "dropped", (300.0, 10.0));
     ForceCorrupted = flag("force-corrupted", "force frames have a wrong bit", 22, "corrupted", (300.0, 10.0));
     ForceRepeated = flag("force-repeated", "force frames are sent twice", 22, "repeated", (300.0, 10.0));
@@ -295,8 +295,8 @@ impl FromStr for FaultKind {
     type Err = UnknownFault;
 
     fn from_str(name: &str) -> Result<Self, UnknownFault> {
-        let found = Self::ALL.iter().find(|kind| kind.name() == name);
-        found.copied().ok_or_else(|| UnknownFault {
+        let kind = Self::ALL.iter().find(|kind| kind.name() == name);
+        kind.copied().ok_or_else(|| UnknownFault {
             name: name.to_owned(),
             nearest: strict::nearest(name, &names()),
         })
@@ -310,9 +310,9 @@ impl schemars::JsonSchema for FaultKind {
     }
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let one = |kind: &Self| schemars::json_schema!({ "const": kind.name(), "description": kind.help() });
-        let all: Vec<schemars::Schema> = Self::ALL.iter().map(one).collect();
-        schemars::json_schema!({ "description": "A fault that can be rehearsed.", "oneOf": all })
+        let variant = |kind: &Self| schemars::json_schema!({ "const": kind.name(), "description": kind.help() });
+        let variants: Vec<schemars::Schema> = Self::ALL.iter().map(variant).collect();
+        schemars::json_schema!({ "description": "A fault that can be rehearsed.", "oneOf": variants })
     }
 }
 
@@ -322,7 +322,7 @@ mod tests {
 
     #[test]
     fn names_are_those_of_scenario_files_and_each_is_its_own() {
-        for (at, kind) in FaultKind::ALL.iter().enumerate() {
+        for (index, kind) in FaultKind::ALL.iter().enumerate() {
             assert_eq!(kind.name().parse(), Ok(*kind));
             let quoted = format!("fault = \"{kind}\"");
             #[derive(Deserialize)]
@@ -331,7 +331,7 @@ mod tests {
             }
             let read: Table = strict::parse(&quoted, "test").unwrap();
             assert_eq!(read.fault, *kind, "serde has another name for {kind}");
-            assert!(!names()[..at].contains(&kind.name()), "{kind} twice");
+            assert!(!names()[..index].contains(&kind.name()), "{kind} twice");
         }
     }
 

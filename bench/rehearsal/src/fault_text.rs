@@ -58,15 +58,15 @@ impl FromStr for RehearsedFault {
     type Err = FaultTextError;
 
     fn from_str(text: &str) -> Result<Self, FaultTextError> {
-        let (name, when) = match text.split_once('@') {
-            Some((name, when)) => (name, Some(when)),
+        let (name, schedule) = match text.split_once('@') {
+            Some((name, schedule)) => (name, Some(schedule)),
             None => (text.split(':').next().unwrap_or(text), None),
         };
         let fault: FaultKind = name.trim().parse()?;
-        let when = when.ok_or(FaultTextError::NoTime { fault })?;
-        let (times, argument) = match when.split_once(':') {
+        let schedule = schedule.ok_or(FaultTextError::NoTime { fault })?;
+        let (times, argument) = match schedule.split_once(':') {
             Some((times, argument)) => (times, Some(argument)),
-            None => (when, None),
+            None => (schedule, None),
         };
         let (from, until) = match times.split_once('-') {
             Some((from, until)) => (from, Some(until)),
@@ -189,12 +189,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_reads_as_it_was(at in 0usize..FaultKind::ALL.len(), at_s in 0.0..1e4, more_s in proptest::option::of(1e-3..1e3)) {
-            let fault = FaultKind::ALL[at];
+        fn what_is_written_reads_as_it_was(index in 0usize..FaultKind::ALL.len(), at_s in 0.0..1e4, length_s in proptest::option::of(1e-3..1e3)) {
+            let fault = FaultKind::ALL[index];
             let rehearsed = RehearsedFault {
                 fault,
                 at_s,
-                until_s: more_s.filter(|_| fault.ends()).map(|more_s| at_s + more_s),
+                until_s: length_s.filter(|_| fault.ends()).map(|length_s| at_s + length_s),
                 argument: fault.row().amount.map(|amount| amount.high),
             };
             prop_assert_eq!(parse(&rehearsed.to_string()), Ok(rehearsed));

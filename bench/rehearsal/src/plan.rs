@@ -20,7 +20,7 @@ pub struct OverlapError {
 /// # Errors
 /// [`OverlapError`] with both beginnings.
 pub fn require_apart(faults: &[RehearsedFault]) -> Result<(), OverlapError> {
-    let mut sorted: Vec<_> = faults.iter().filter(|each| each.fault.ends()).collect();
+    let mut sorted: Vec<_> = faults.iter().filter(|fault| fault.fault.ends()).collect();
     sorted.sort_by(|a, b| {
         (a.fault, a.at_s)
             .partial_cmp(&(b.fault, b.at_s))
@@ -43,7 +43,7 @@ pub fn require_apart(faults: &[RehearsedFault]) -> Result<(), OverlapError> {
 mod tests {
     use super::*;
 
-    fn apart(texts: &[&str]) -> Result<(), OverlapError> {
+    fn overlap_of(texts: &[&str]) -> Result<(), OverlapError> {
         let faults: Vec<_> = texts.iter().map(|text| text.parse().unwrap()).collect();
         require_apart(&faults)
     }
@@ -51,7 +51,7 @@ mod tests {
     #[test]
     fn one_fault_ends_before_it_begins_again() {
         assert_eq!(
-            apart(&[
+            overlap_of(&[
                 "estop@3s-4s",
                 "estop@1s-2s",
                 "estop-cut@1s",
@@ -60,9 +60,9 @@ mod tests {
             ]),
             Ok(())
         );
-        assert_eq!(apart(&["estop@1s-2s", "estop@2s"]), Ok(()));
-        let overlap = apart(&["estop@3s", "estop@1s"]).unwrap_err();
+        assert_eq!(overlap_of(&["estop@1s-2s", "estop@2s"]), Ok(()));
+        let overlap = overlap_of(&["estop@3s", "estop@1s"]).unwrap_err();
         assert_eq!((overlap.earlier_s, overlap.later_s), (1.0, 3.0));
-        assert!(apart(&["estop@1s-4s", "estop@3s-5s"]).is_err());
+        assert!(overlap_of(&["estop@1s-4s", "estop@3s-5s"]).is_err());
     }
 }

@@ -61,7 +61,7 @@ impl DeadMan {
     }
 
     /// Takes the level, and whether the plate is driven; returns the reason for which it must not be.
-    pub(crate) fn poll(&mut self, closed: bool, driven: bool, now_ns: u64) -> Option<LetGo> {
+    pub(crate) fn poll(&mut self, closed: bool, is_driven: bool, now_ns: u64) -> Option<LetGo> {
         if closed {
             self.open_ns = None;
             let since_ns = *self.closed_ns.get_or_insert(now_ns);
@@ -74,7 +74,7 @@ impl DeadMan {
             let since_ns = *self.open_ns.get_or_insert(now_ns);
             self.opened |= self.driven_ns.is_none() && now_ns - since_ns >= OPEN_NS;
         }
-        if !driven {
+        if !is_driven {
             if self
                 .driven_ns
                 .is_some_and(|last_ns| now_ns - last_ns >= OVER_NS)
@@ -127,18 +127,18 @@ mod tests {
         }
 
         /// Lets time pass; returns the first stop, and the time to it, ms.
-        fn pass(&mut self, ms: u64, closed: bool, driven: bool) -> Option<(u64, LetGo)> {
+        fn pass(&mut self, ms: u64, closed: bool, is_driven: bool) -> Option<(u64, LetGo)> {
             let mut first = None;
             for step in 1..=ms / 2 {
                 self.now_ns += 2 * MS;
-                let stop = self.switch.poll(closed, driven, self.now_ns);
+                let stop = self.switch.poll(closed, is_driven, self.now_ns);
                 first = first.or(stop.map(|why| (2 * step, why)));
             }
             first
         }
 
         /// Returns a switch that was released and is held.
-        fn held() -> Self {
+        fn pressed() -> Self {
             let mut rig = Self::new();
             assert_eq!(rig.pass(100, false, false), None);
             assert_eq!(rig.switch.hold(), Hold::Press);
@@ -151,7 +151,7 @@ mod tests {
     /// Hazard 15.
     #[test]
     fn a_release_of_a_fifth_of_a_second_stops_and_a_bounce_does_not() {
-        let mut rig = Rig::held();
+        let mut rig = Rig::pressed();
         assert_eq!(rig.pass(1000, true, true), None);
         assert_eq!(rig.pass(150, false, true), None);
         assert_eq!(rig.pass(1000, true, true), None, "it was held again");
@@ -166,8 +166,8 @@ mod tests {
         let mut stuck = Rig::new();
         stuck.pass(5000, true, false);
         assert_eq!(stuck.switch.hold(), Hold::Release);
-        let began = stuck.pass(2, true, true);
-        assert_eq!(began, Some((2, LetGo::NotHeld(Hold::Release))));
+        let stop = stuck.pass(2, true, true);
+        assert_eq!(stop, Some((2, LetGo::NotHeld(Hold::Release))));
         // A contact that opens for a moment proves nothing.
         let mut bounces = Rig::new();
         bounces.pass(1000, true, false);
@@ -181,21 +181,21 @@ mod tests {
         // A hand faster than any person's: each poll finds the action that the last one required.
         let mut rig = Rig::new();
         rig.pass(100, true, false);
-        let mut asked = Vec::new();
+        let mut holds = Vec::new();
         for _ in 0..200 {
             let hold = rig.switch.hold();
-            if asked.last() != Some(&hold) {
-                asked.push(hold);
+            if holds.last() != Some(&hold) {
+                holds.push(hold);
             }
             rig.pass(2, hold != Hold::Release, false);
         }
-        assert_eq!(asked, [Hold::Release, Hold::Press, Hold::Held]);
+        assert_eq!(holds, [Hold::Release, Hold::Press, Hold::Held]);
     }
 
     /// Hazard 15.
     #[test]
     fn each_drive_wants_a_release_and_a_press_of_its_own() {
-        let mut rig = Rig::held();
+        let mut rig = Rig::pressed();
         rig.pass(1000, true, true);
         rig.pass(300, true, false);
         assert_eq!(rig.switch.hold(), Hold::Release);
@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn a_modulation_that_passes_zero_is_one_drive() {
-        let mut rig = Rig::held();
+        let mut rig = Rig::pressed();
         for _ in 0..20 {
             assert_eq!(rig.pass(160, true, true), None);
             assert_eq!(rig.pass(10, true, false), None);
@@ -220,7 +220,7 @@ mod tests {
         fn a_contact_that_never_closes_for_long_stops_in_time_however_it_chatters(
             chatter in prop::collection::vec((1u64..=9, 1u64..=30), 20..60),
         ) {
-            let mut rig = Rig::held();
+            let mut rig = Rig::pressed();
             rig.pass(500, true, true);
             let (mut passed_ms, mut stopped_ms) = (0, None);
             for (closed, open) in chatter {

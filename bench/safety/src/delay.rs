@@ -14,7 +14,7 @@ pub(crate) struct Comparison {
 pub(crate) struct Delay {
     /// Rendered frames less samples: sample s shows the command at frame s + lead.
     pub(crate) lead: i64,
-    all: Votes,
+    total: Votes,
     telling: Votes,
 }
 
@@ -33,13 +33,13 @@ impl Delay {
     pub(crate) fn new(lead: i64) -> Self {
         Self {
             lead,
-            all: Votes::default(),
+            total: Votes::default(),
             telling: Votes::default(),
         }
     }
 
     pub(crate) fn vote(&mut self, comparison: Comparison) {
-        self.all.push(comparison.fits);
+        self.total.push(comparison.fits);
         if comparison.tells {
             self.telling.push(comparison.fits);
         }
@@ -48,8 +48,8 @@ impl Delay {
     /// Returns whether at least half of the latest `readings` fit, and at least half of as many telling ones: otherwise
     /// half the gain would pass under a drive that is low most of the time.
     pub(crate) fn explains(&self, readings: u32) -> bool {
-        self.all.for_it(readings)
-            && (self.telling.count < FEWEST_TELLING || self.telling.for_it(readings))
+        self.total.is_majority(readings)
+            && (self.telling.count < FEWEST_TELLING || self.telling.is_majority(readings))
     }
 }
 
@@ -59,11 +59,11 @@ impl Votes {
         self.count = (self.count + 1).min(u64::BITS);
     }
 
-    /// Returns whether at least half of the latest `most` votes are in favour.
-    fn for_it(&self, most: u32) -> bool {
-        let judged = self.count.min(most);
-        let latest = self.bits & u64::MAX.checked_shr(u64::BITS - judged).unwrap_or(0);
-        2 * latest.count_ones() >= judged
+    /// Returns whether at least half of the latest `limit` votes are in favour.
+    fn is_majority(&self, limit: u32) -> bool {
+        let count = self.count.min(limit);
+        let latest = self.bits & u64::MAX.checked_shr(u64::BITS - count).unwrap_or(0);
+        2 * latest.count_ones() >= count
     }
 }
 
@@ -71,28 +71,28 @@ impl Votes {
 mod tests {
     use super::*;
 
-    fn voted(votes: &[bool]) -> Votes {
-        let mut all = Votes::default();
-        votes.iter().for_each(|&vote| all.push(vote));
-        all
+    fn votes_of(votes: &[bool]) -> Votes {
+        let mut count = Votes::default();
+        votes.iter().for_each(|&vote| count.push(vote));
+        count
     }
 
     #[test]
     fn half_of_the_latest_votes_are_enough() {
-        assert!(voted(&[]).for_it(64));
-        assert!(voted(&[false, true]).for_it(2));
-        assert!(!voted(&[true, true, false, false, true]).for_it(3));
-        assert!(voted(&[true, true, false, false, true]).for_it(5));
-        assert!(voted(&[true; 100]).for_it(64));
-        assert!(!voted(&[false; 100]).for_it(64));
-        assert!(voted(&[false; 100]).for_it(0));
+        assert!(votes_of(&[]).is_majority(64));
+        assert!(votes_of(&[false, true]).is_majority(2));
+        assert!(!votes_of(&[true, true, false, false, true]).is_majority(3));
+        assert!(votes_of(&[true, true, false, false, true]).is_majority(5));
+        assert!(votes_of(&[true; 100]).is_majority(64));
+        assert!(!votes_of(&[false; 100]).is_majority(64));
+        assert!(votes_of(&[false; 100]).is_majority(0));
     }
 
     #[test]
     fn a_delay_fails_by_its_telling_readings_alone() {
         let mut delay = Delay::new(0);
-        for at in 0..64 {
-            let tells = at % 10 == 0;
+        for index in 0..64 {
+            let tells = index % 10 == 0;
             delay.vote(Comparison {
                 fits: !tells,
                 tells,

@@ -77,11 +77,11 @@ impl DoseLeft {
     /// ```
     #[must_use]
     pub fn in_words(&self) -> String {
-        let left = format!("{} of driving left this hour", at_most(self.left_s));
+        let text = format!("{} of driving left this hour", at_most(self.left_s));
         if self.wait_s > 0.0 {
-            format!("{left}, go on in {}", at_least(self.wait_s))
+            format!("{text}, go on in {}", at_least(self.wait_s))
         } else {
-            left
+            text
         }
     }
 }
@@ -95,11 +95,11 @@ pub(crate) struct Dose {
     /// The span that may still grow.
     open: Option<Span>,
     /// Whether the plate was driven at the last poll.
-    driven: bool,
+    is_driven: bool,
     reported_ns: i64,
     spans: Option<Sender<Span>>,
     /// Whether the last report found no room, because the task that keeps the account hangs.
-    unkept: bool,
+    is_unrecorded: bool,
 }
 
 impl Dose {
@@ -111,10 +111,10 @@ impl Dose {
             need_ns: ns(allowance.need_s),
             hour: allowance.before,
             open: None,
-            driven: false,
+            is_driven: false,
             reported_ns: 0,
             spans: allowance.spans,
-            unkept: false,
+            is_unrecorded: false,
         }
     }
 
@@ -129,30 +129,30 @@ impl Dose {
 
     /// Counts the time up to `now_ns`, with the latest command and the latest read-back of the plate, V peak.
     pub(crate) fn count(&mut self, now_ns: i64, commanded_v: f64, read_back_v: f64) {
-        let driven = commanded_v.abs() > FAINT_V || read_back_v > FAINT_READ_V;
-        if self.unkept {
+        let is_driven = commanded_v.abs() > FAINT_V || read_back_v > FAINT_READ_V;
+        if self.is_unrecorded {
             self.report(now_ns);
         }
         let goes_on = self
             .open
-            .is_some_and(|open| self.driven || now_ns - open.end_ns < PAUSE_NS);
+            .is_some_and(|open| self.is_driven || now_ns - open.end_ns < PAUSE_NS);
         match &mut self.open {
             Some(open) if goes_on => {
-                if driven {
+                if is_driven {
                     open.end_ns = now_ns;
                     if now_ns - self.reported_ns >= REPORT_NS {
                         self.report(now_ns);
                     }
-                } else if self.driven {
+                } else if self.is_driven {
                     self.report(now_ns);
                 }
             }
             open => {
-                if let Some(over) = open.take() {
-                    self.hour.add(over);
+                if let Some(span) = open.take() {
+                    self.hour.add(span);
                     self.hour.forget(now_ns);
                 }
-                if driven {
+                if is_driven {
                     self.open = Some(Span {
                         start_ns: now_ns,
                         end_ns: now_ns,
@@ -161,21 +161,21 @@ impl Dose {
                 }
             }
         }
-        self.driven = driven;
+        self.is_driven = is_driven;
     }
 
     fn report(&mut self, now_ns: i64) {
         self.reported_ns = now_ns;
         if let (Some(spans), Some(open)) = (&self.spans, self.open) {
             // The task that keeps the account ends before the watch only if it failed, which stops the bench.
-            self.unkept = matches!(spans.try_send(open), Err(TrySendError::Full(_)));
+            self.is_unrecorded = matches!(spans.try_send(open), Err(TrySendError::Full(_)));
         }
     }
 
     /// Returns the driving time left at `now_ns`.
-    pub(crate) fn left(&self, now_ns: i64) -> DoseLeft {
+    pub(crate) fn remaining(&self, now_ns: i64) -> DoseLeft {
         let seconds = |ns: i64| ns as f64 * 1e-9;
-        let hour = self.whole();
+        let hour = self.open_hour();
         DoseLeft {
             limit_s: seconds(self.limit_ns),
             left_s: seconds((self.limit_ns - hour.used_ns(now_ns)).max(0)),
@@ -183,7 +183,7 @@ impl Dose {
         }
     }
 
-    fn whole(&self) -> SlidingHour {
+    fn open_hour(&self) -> SlidingHour {
         let mut hour = self.hour.clone();
         if let Some(open) = self.open {
             hour.add(open);
@@ -192,24 +192,26 @@ impl Dose {
     }
 
     /// Returns the trip of a driven plate that must not be driven any longer.
-    pub(crate) fn spent(&self, left: &DoseLeft) -> Option<Trip> {
-        let spent = (left.left_s <= 0.0).then(|| trip(left));
-        spent.or(self.unkept()).filter(|_| self.driven)
+    pub(crate) fn spent_trip(&self, remaining: &DoseLeft) -> Option<Trip> {
+        let dose_trip = (remaining.left_s <= 0.0).then(|| trip(remaining));
+        dose_trip
+            .or(self.record_failure())
+            .filter(|_| self.is_driven)
     }
 
     /// Returns the trip of driving time that is not kept.
-    pub(crate) fn unkept(&self) -> Option<Trip> {
-        self.unkept.then(|| Trip::Fault {
+    pub(crate) fn record_failure(&self) -> Option<Trip> {
+        self.is_unrecorded.then(|| Trip::Fault {
             message: UNKEPT.to_owned(),
         })
     }
 }
 
 /// Returns the trip of a used-up dose.
-pub(crate) fn trip(left: &DoseLeft) -> Trip {
+pub(crate) fn trip(remaining: &DoseLeft) -> Trip {
     Trip::Dose {
-        driven_s: left.limit_s - left.left_s,
-        limit_s: left.limit_s,
-        wait_s: left.wait_s,
+        driven_s: remaining.limit_s - remaining.left_s,
+        limit_s: remaining.limit_s,
+        wait_s: remaining.wait_s,
     }
 }

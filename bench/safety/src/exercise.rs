@@ -81,13 +81,13 @@ impl Exercise {
         if !reached && passed_s < PATIENCE_S {
             return Some(hold);
         }
-        let took_s = reached.then_some(passed_s);
+        let duration_s = reached.then_some(passed_s);
         match stage.off_s {
             None => {
                 self.stage = Some(Stage {
                     since_ns: now_ns,
                     after_sample: sample,
-                    off_s: Some(took_s),
+                    off_s: Some(duration_s),
                     ..stage
                 });
             }
@@ -95,7 +95,7 @@ impl Exercise {
                 self.done.push(StopTimes {
                     line: stage.line,
                     off_s,
-                    back_s: took_s,
+                    back_s: duration_s,
                 });
                 self.stage = None;
             }
@@ -116,26 +116,26 @@ mod tests {
     /// Runs an exercise on a bench with an amplifier that follows each line after its delay, ms; `None` for never.
     fn times(heartbeat_ms: Option<u64>, enable_ms: Option<u64>) -> Vec<StopTimes> {
         let mut exercise = Exercise::new(vec![StopLine::Heartbeat, StopLine::Enable]);
-        let (mut off_since, mut now_ms) = (None::<(StopLine, u64)>, 0);
+        let (mut fault_since, mut now_ms) = (None::<(StopLine, u64)>, 0);
         loop {
             let delay = |line| match line {
                 StopLine::Heartbeat => heartbeat_ms,
                 StopLine::Enable => enable_ms,
             };
-            let off = off_since.is_some_and(|(line, since)| {
+            let is_off = fault_since.is_some_and(|(line, since)| {
                 delay(line).is_some_and(|delay| now_ms - since >= delay)
             });
             let reading = DriveReading {
-                volts: if off { 0.01 } else { 2.0 },
+                volts: if is_off { 0.01 } else { 2.0 },
                 sample: now_ms,
                 ahead: 0,
                 at_ns: now_ms * 1_000_000,
             };
             match exercise.poll(now_ms * 1_000_000, Some(reading)) {
                 None => return exercise.times(),
-                Some(Demand::All) => off_since = None,
+                Some(Demand::All) => fault_since = None,
                 Some(Demand::AllBut(line)) => {
-                    off_since = off_since.or(Some((line, now_ms)));
+                    fault_since = fault_since.or(Some((line, now_ms)));
                 }
             }
             now_ms += 1;

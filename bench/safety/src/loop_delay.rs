@@ -105,9 +105,9 @@ impl DelayMeter {
     /// when its block arrived. Returns the delay once this rise has shown it.
     pub(crate) fn reading(&mut self, sample: u64, ahead: i64, volts: f64) -> Option<LoopDelay> {
         let look = self.next_look?;
-        let (&(began, _), &(rendered, _)) = (self.commands.first()?, self.commands.last()?);
+        let (&(first_frame, _), &(rendered, _)) = (self.commands.first()?, self.commands.last()?);
         let sample = sample as i64;
-        if rendered == began
+        if rendered == first_frame
             || self
                 .readings
                 .last()
@@ -120,19 +120,19 @@ impl DelayMeter {
             ahead,
             volts,
         });
-        if rendered - began < look {
+        if rendered - first_frame < look {
             return None;
         }
-        let found = self.look();
-        let given_up = rendered - began > self.frames(GIVE_UP_S);
-        self.next_look = (found.is_none() && !given_up).then_some(look + self.frames(LOOK_S));
-        found
+        let delay = self.look();
+        let is_given_up = rendered - first_frame > self.frames(GIVE_UP_S);
+        self.next_look = (delay.is_none() && !is_given_up).then_some(look + self.frames(LOOK_S));
+        delay
     }
 
     /// Returns the delay, if the readings so far show it.
     fn look(&self) -> Option<LoopDelay> {
         let most = |volts: &mut dyn Iterator<Item = f64>| volts.fold(0.0, f64::max);
-        let read_v = most(&mut self.readings.iter().map(|read| read.volts));
+        let read_v = most(&mut self.readings.iter().map(|reading| reading.volts));
         let commanded_v = most(&mut self.commands.iter().map(|command| command.1));
         if self.readings.len() < FEWEST || read_v < COME_BACK * commanded_v {
             return None;
@@ -146,11 +146,11 @@ impl DelayMeter {
             return None;
         }
         // A parabola through the least residual and its neighbours.
-        let (before, after) = (residual(best - 1), residual(best + 1));
-        let curvature = 0.5 * (before + after) - least;
+        let (lower, upper) = (residual(best - 1), residual(best + 1));
+        let curvature = 0.5 * (lower + upper) - least;
         let variance_v2 = least / (self.readings.len() - 2) as f64;
         let error_steps = SHARED * (variance_v2 / curvature).sqrt();
-        let steps = best as f64 + 0.25 * (before - after) / curvature;
+        let steps = best as f64 + 0.25 * (lower - upper) / curvature;
         let step_s = self.step as f64 / self.rate_hz;
         (error_steps * step_s < KNOWN_S).then_some(LoopDelay {
             seconds: steps * step_s,
@@ -160,31 +160,35 @@ impl DelayMeter {
 
     /// Returns the median of the frames rendered less those captured, which an occasional late callback does not move.
     fn usual_ahead(&self) -> i64 {
-        let mut aheads: Vec<i64> = self.readings.iter().map(|read| read.ahead).collect();
-        aheads.sort_unstable();
-        aheads[aheads.len() / 2]
+        let mut leads: Vec<i64> = self.readings.iter().map(|reading| reading.ahead).collect();
+        leads.sort_unstable();
+        leads[leads.len() / 2]
     }
 
     /// Returns the residual sum of squares at the best gain, with sample s showing the command at frame s + `lead`, V².
     fn residual_v2(&self, lead: i64) -> f64 {
         let (mut read2, mut product, mut commanded2) = (0.0, 0.0, 0.0);
         // Readings and commands are both in order.
-        let mut after = 0;
-        for read in &self.readings {
-            let frame = read.sample + lead;
-            while self.commands.get(after).is_some_and(|at| at.0 < frame) {
-                after += 1;
+        let mut next = 0;
+        for reading in &self.readings {
+            let frame = reading.sample + lead;
+            while self
+                .commands
+                .get(next)
+                .is_some_and(|command| command.0 < frame)
+            {
+                next += 1;
             }
-            let commanded_v = match (after.checked_sub(1), self.commands.get(after)) {
-                (Some(before), Some(&(to, high_v))) => {
-                    let (from, low_v) = self.commands[before];
+            let commanded_v = match (next.checked_sub(1), self.commands.get(next)) {
+                (Some(previous), Some(&(to, high_v))) => {
+                    let (from, low_v) = self.commands[previous];
                     low_v + (high_v - low_v) * (frame - from) as f64 / (to - from) as f64
                 }
                 (Some(last), None) => self.commands[last].1,
                 (None, _) => 0.0,
             };
-            read2 += read.volts * read.volts;
-            product += read.volts * commanded_v;
+            read2 += reading.volts * reading.volts;
+            product += reading.volts * commanded_v;
             commanded2 += commanded_v * commanded_v;
         }
         if commanded2 > 0.0 {
@@ -233,14 +237,14 @@ mod tests {
 
     impl Bench {
         fn commanded_v(&self, frame: i64) -> f64 {
-            let on_s = frame as f64 / RATE_HZ - SILENCE_S;
-            let ramp = 0.5 * (1.0 - (PI * (on_s / self.ramp_s).clamp(0.0, 1.0)).cos());
-            let phase = TAU * self.modulation_hz * on_s;
+            let elapsed_s = frame as f64 / RATE_HZ - SILENCE_S;
+            let ramp = 0.5 * (1.0 - (PI * (elapsed_s / self.ramp_s).clamp(0.0, 1.0)).cos());
+            let phase = TAU * self.modulation_hz * elapsed_s;
             ramp * self.mean_v * (1.0 + self.index * phase.sin())
         }
 
         /// Returns the delay found, and the time at which it is found, s after the beginning of the rise.
-        fn found(&self) -> Option<(LoopDelay, f64)> {
+        fn measurement(&self) -> Option<(LoopDelay, f64)> {
             let mut meter = DelayMeter::new(RATE_HZ, 0.1);
             // Rendered frames wait in buffers for the whole delay; a block arrives once it is complete.
             let lead = HEAD_START;
@@ -259,7 +263,7 @@ mod tests {
                 let after_s = rendered as f64 / RATE_HZ - SILENCE_S;
                 meter
                     .reading(captured as u64, ahead + late, read_v.abs())
-                    .map(|found| (found, after_s))
+                    .map(|delay| (delay, after_s))
             })
         }
     }
@@ -283,13 +287,13 @@ mod tests {
                             mean_v: 24.0,
                             ..TONE
                         };
-                        let Some((found, after_s)) = bench.found() else {
+                        let Some((delay, after_s)) = bench.measurement() else {
                             panic!("{delay_s} s, {block} frames, {gain}, {modulation_hz} Hz")
                         };
-                        let off_s = found.seconds - delay_s;
+                        let error_s = delay.seconds - delay_s;
                         assert!(
-                            off_s.abs() < 1e-3 && after_s < 0.25,
-                            "{delay_s} s, {block} frames, {gain}, {modulation_hz} Hz: {off_s} s off after {after_s} s"
+                            error_s.abs() < 1e-3 && after_s < 0.25,
+                            "{delay_s} s, {block} frames, {gain}, {modulation_hz} Hz: {error_s} s off after {after_s} s"
                         );
                     }
                 }
@@ -303,27 +307,27 @@ mod tests {
             ramp_s: 0.5,
             ..TONE
         };
-        let (found, _) = slow.found().unwrap();
-        assert!((found.seconds - 0.012).abs() < 1e-3, "{found:?}");
+        let (delay, _) = slow.measurement().unwrap();
+        assert!((delay.seconds - 0.012).abs() < 1e-3, "{delay:?}");
         let starved = Bench {
             late: (5, 8_000),
             ..TONE
         };
-        let (found, _) = starved.found().unwrap();
-        assert!((found.seconds - 0.012).abs() < 1e-3, "{found:?}");
+        let (delay, _) = starved.measurement().unwrap();
+        assert!((delay.seconds - 0.012).abs() < 1e-3, "{delay:?}");
     }
 
     #[test]
     fn what_does_not_come_back_or_drowns_shows_no_delay() {
         let silent = Bench { gain: 0.0, ..TONE };
-        assert_eq!(silent.found(), None);
-        let drowned = Bench { hum_v: 2.0, ..TONE };
-        assert_eq!(drowned.found(), None);
+        assert_eq!(silent.measurement(), None);
+        let noisy = Bench { hum_v: 2.0, ..TONE };
+        assert_eq!(noisy.measurement(), None);
         // Longer than all delays tried.
         let long = Bench {
             delay_s: 0.15,
             ..TONE
         };
-        assert_eq!(long.found(), None);
+        assert_eq!(long.measurement(), None);
     }
 }

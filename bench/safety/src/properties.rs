@@ -77,9 +77,9 @@ impl World {
     }
 
     fn commanded_v(&self, time_s: f64) -> f64 {
-        let on_s = time_s - SILENCE_S;
-        let ramp = 0.5 * (1.0 - (PI * (on_s / RAMP_S).clamp(0.0, 1.0)).cos());
-        ramp * self.mean_v * (1.0 + self.index * (TAU * self.modulation_hz * on_s).sin())
+        let elapsed_s = time_s - SILENCE_S;
+        let ramp = 0.5 * (1.0 - (PI * (elapsed_s / RAMP_S).clamp(0.0, 1.0)).cos());
+        ramp * self.mean_v * (1.0 + self.index * (TAU * self.modulation_hz * elapsed_s).sin())
     }
 
     /// Delay from a command to its read-back, s.
@@ -127,15 +127,16 @@ impl World {
     /// delays; a changed gain may pass for a changed delay once, which takes as long again.
     fn in_time_s(&self, gain: f64) -> f64 {
         let times = if gain == 0.0 { 1.0 } else { 2.0 };
-        let told_v = self.floor_v / (1.0 - self.tolerance - gain);
-        let (step_s, mut shown_s) = (1e-4, 0.0);
+        let visible_v = self.floor_v / (1.0 - self.tolerance - gain);
+        let (step_s, mut visible_s) = (1e-4, 0.0);
         let from_s = self.fault_s() - self.delay_s();
         (0..)
             .map(|k| f64::from(k) * step_s)
             .find(|after_s| {
-                shown_s += f64::from(u8::from(self.commanded_v(from_s + after_s) > 1.02 * told_v))
-                    * step_s;
-                shown_s >= times * (self.span_s() + 0.05 + 4.0 * self.block as f64 / RATE_HZ)
+                visible_s += f64::from(u8::from(
+                    self.commanded_v(from_s + after_s) > 1.02 * visible_v,
+                )) * step_s;
+                visible_s >= times * (self.span_s() + 0.05 + 4.0 * self.block as f64 / RATE_HZ)
             })
             .unwrap_or(f64::INFINITY)
     }
@@ -205,14 +206,14 @@ proptest! {
     ) {
         let limits = SafetyLimits { max_normal_n, max_lateral_n, ..world.limits() };
         prop_assume!(limits.require_sighted().is_ok());
-        let below = pressed(limits.clone(), 0.9 * sign * max_normal_n, -0.9 * sign * max_lateral_n);
-        prop_assert_eq!(below, SafetyState::Armed);
+        let state = pressed(limits.clone(), 0.9 * sign * max_normal_n, -0.9 * sign * max_lateral_n);
+        prop_assert_eq!(state, SafetyState::Armed);
         let normal = pressed(limits.clone(), 1.2 * sign * max_normal_n, 0.0);
-        let by_normal = matches!(normal, SafetyState::Tripped { trip: Trip::ForceLimit { .. } });
-        prop_assert!(by_normal, "{:?}", normal);
+        let is_normal_trip = matches!(normal, SafetyState::Tripped { trip: Trip::ForceLimit { .. } });
+        prop_assert!(is_normal_trip, "{:?}", normal);
         let lateral = pressed(limits, 0.0, 1.2 * sign * max_lateral_n);
-        let by_lateral = matches!(lateral, SafetyState::Tripped { trip: Trip::LateralForceLimit { .. } });
-        prop_assert!(by_lateral, "{:?}", lateral);
+        let is_lateral_trip = matches!(lateral, SafetyState::Tripped { trip: Trip::LateralForceLimit { .. } });
+        prop_assert!(is_lateral_trip, "{:?}", lateral);
     }
 
     #[test]

@@ -159,7 +159,7 @@ impl Readback {
         if self.readings.len() < FEWEST_READINGS {
             return None;
         }
-        if self.explained(sample, rendered) {
+        if self.has_delay(sample, rendered) {
             return None;
         }
         let late = |&&(frame, _): &&(i64, f64)| frame >= rendered - self.latency;
@@ -188,27 +188,30 @@ impl Readback {
 
     /// Returns whether a delay that has explained all earlier readings explains the latest ones, and excludes the
     /// delays that do not. `rendered` is the latest frame rendered when `sample` was read.
-    fn explained(&mut self, sample: i64, rendered: i64) -> bool {
+    fn has_delay(&mut self, sample: i64, rendered: i64) -> bool {
         let mut delays = std::mem::take(&mut self.delays);
         let readings = self.readings.len() as u32;
-        let known = !delays.is_empty();
-        if let Some(&(at, volts)) = self.readings.back() {
+        let has_candidates = !delays.is_empty();
+        if let Some(&(reading_sample, volts)) = self.readings.back() {
             for delay in &mut delays {
-                delay.vote(self.compare(at + delay.lead, volts));
+                delay.vote(self.compare(reading_sample + delay.lead, volts));
             }
         }
         self.widen(&mut delays, sample);
         delays.retain(|delay| delay.explains(readings));
         if delays.is_empty() {
-            if known {
-                if self.slipped.is_some_and(|at| sample - at < self.slip) {
+            if has_candidates {
+                if self
+                    .slipped
+                    .is_some_and(|slip_sample| sample - slip_sample < self.slip)
+                {
                     return false;
                 }
                 self.slipped = Some(sample);
             }
             let (least, most) = self.possible_leads(rendered - sample);
             let possible = (0..=most - least).step_by(self.step as usize);
-            delays.extend(possible.map(|shorter| self.judged(most - shorter)));
+            delays.extend(possible.map(|shorter| self.voted_delay(most - shorter)));
             delays.retain(|delay| delay.explains(readings));
         }
         self.delays = delays;
@@ -224,8 +227,8 @@ impl Readback {
         {
             self.widened = sample;
             if delays.len() < count {
-                delays.insert(0, self.judged(shortest.lead + self.step));
-                delays.push(self.judged(longest.lead - self.step));
+                delays.insert(0, self.voted_delay(shortest.lead + self.step));
+                delays.push(self.voted_delay(longest.lead - self.step));
             }
         }
     }
@@ -233,8 +236,8 @@ impl Readback {
     /// Returns the least and the greatest lead of a possible delay: around the measured one, for any time of the latest
     /// callbacks, or up to the loop's latency before `newest`, the frames rendered less the sample read.
     fn possible_leads(&self, newest: i64) -> (i64, i64) {
-        let usual = (self.aheads.iter().min(), self.aheads.iter().max());
-        match (self.measured.filter(|_| !self.rising), usual) {
+        let range = (self.aheads.iter().min(), self.aheads.iter().max());
+        match (self.measured.filter(|_| !self.rising), range) {
             (Some((shortest, longest)), (Some(&least), Some(&most))) => {
                 (least - longest, most - shortest)
             }
@@ -243,18 +246,19 @@ impl Readback {
     }
 
     /// Returns the delay of `lead` frames with all readings judged.
-    fn judged(&self, lead: i64) -> Delay {
+    fn voted_delay(&self, lead: i64) -> Delay {
         let mut delay = Delay::new(lead);
-        for &(at, volts) in &self.readings {
-            delay.vote(self.compare(at + lead, volts));
+        for &(reading_sample, volts) in &self.readings {
+            delay.vote(self.compare(reading_sample + lead, volts));
         }
         delay
     }
 
     fn compare(&self, frame: i64, volts: f64) -> Comparison {
-        let about = [-self.step / 2, 0, self.step / 2].map(|off| self.commanded_v(frame + off));
-        let low_v = about.into_iter().fold(f64::INFINITY, f64::min);
-        let high_v = about.into_iter().fold(0.0, f64::max);
+        let levels_v =
+            [-self.step / 2, 0, self.step / 2].map(|offset| self.commanded_v(frame + offset));
+        let low_v = levels_v.into_iter().fold(f64::INFINITY, f64::min);
+        let high_v = levels_v.into_iter().fold(0.0, f64::max);
         let least_v = low_v * (1.0 - self.tolerance) - self.floor_v;
         let most_v = high_v * (1.0 + self.tolerance) + self.floor_v;
         Comparison {
@@ -266,12 +270,13 @@ impl Readback {
     /// Returns the envelope commanded at `frame`, V peak: linear between two known commands, the nearest command
     /// elsewhere.
     fn commanded_v(&self, frame: i64) -> f64 {
-        let after = self.commands.partition_point(|&(at, _)| at < frame);
+        let next = self
+            .commands
+            .partition_point(|&(command_frame, _)| command_frame < frame);
         match (
-            after
-                .checked_sub(1)
-                .and_then(|before| self.commands.get(before)),
-            self.commands.get(after),
+            next.checked_sub(1)
+                .and_then(|previous| self.commands.get(previous)),
+            self.commands.get(next),
         ) {
             (Some(&(from, low)), Some(&(to, high))) => {
                 low + (high - low) * (frame - from) as f64 / (to - from) as f64
@@ -346,15 +351,19 @@ mod tests {
         for commanded_v in [published_v, tone_v] {
             for delay_s in [0.0, 0.02, 0.06] {
                 for phase in 0..40 {
-                    let off_s = 1.0 + f64::from(phase) / 240.0;
+                    let fault_s = 1.0 + f64::from(phase) / 240.0;
                     let path = |time_s: f64, sent_v: &dyn Fn(f64) -> f64| {
-                        if time_s < off_s { sent_v(time_s) } else { 0.0 }
+                        if time_s < fault_s {
+                            sent_v(time_s)
+                        } else {
+                            0.0
+                        }
                     };
-                    let seen_s = first_misfit_s(commanded_v, delay_s, 2.0, path).unwrap();
+                    let misfit_s = first_misfit_s(commanded_v, delay_s, 2.0, path).unwrap();
                     assert!(
-                        (0.0..0.045).contains(&(seen_s - off_s)),
+                        (0.0..0.045).contains(&(misfit_s - fault_s)),
                         "{delay_s} s, {phase}: {}",
-                        seen_s - off_s
+                        misfit_s - fault_s
                     );
                 }
             }
@@ -367,18 +376,21 @@ mod tests {
     fn a_changed_gain_is_seen_at_the_next_crest() {
         for gain in [0.5, 2.0] {
             for phase in 0..40 {
-                let off_s = 1.0 + f64::from(phase) / 240.0;
+                let fault_s = 1.0 + f64::from(phase) / 240.0;
                 let path = |time_s: f64, sent_v: &dyn Fn(f64) -> f64| {
-                    sent_v(time_s) * if time_s < off_s { 1.0 } else { gain }
+                    sent_v(time_s) * if time_s < fault_s { 1.0 } else { gain }
                 };
-                let seen_s = first_misfit_s(published_v, 0.02, 3.0, path).unwrap();
-                assert!(seen_s > off_s && seen_s - off_s < 0.21, "{gain}, {phase}");
+                let misfit_s = first_misfit_s(published_v, 0.02, 3.0, path).unwrap();
+                assert!(
+                    misfit_s > fault_s && misfit_s - fault_s < 0.21,
+                    "{gain}, {phase}"
+                );
             }
             let path = |time_s: f64, sent_v: &dyn Fn(f64) -> f64| {
                 sent_v(time_s) * if time_s < 1.0 { 1.0 } else { gain }
             };
-            let seen_s = first_misfit_s(tone_v, 0.02, 3.0, path).unwrap();
-            assert!(seen_s - 1.0 < 0.045, "{gain}");
+            let misfit_s = first_misfit_s(tone_v, 0.02, 3.0, path).unwrap();
+            assert!(misfit_s - 1.0 < 0.045, "{gain}");
         }
     }
 
@@ -408,14 +420,14 @@ mod tests {
             24.0 * (1.0 + 0.95 * (TAU * 20.0 * time_s).sin())
         };
         for phase in 0..40 {
-            let off_s = 1.0 + f64::from(phase) / 800.0;
+            let fault_s = 1.0 + f64::from(phase) / 800.0;
             let path = |time_s: f64, sent_v: &dyn Fn(f64) -> f64| {
-                sent_v(time_s) * if time_s < off_s { 1.0 } else { 0.5 }
+                sent_v(time_s) * if time_s < fault_s { 1.0 } else { 0.5 }
             };
-            let seen_s = first_misfit_s(commanded_v, 0.02, 2.0, path);
+            let misfit_s = first_misfit_s(commanded_v, 0.02, 2.0, path);
             assert!(
-                seen_s.is_some_and(|s| s > off_s && s - off_s < 0.11),
-                "{phase}: {seen_s:?}"
+                misfit_s.is_some_and(|s| s > fault_s && s - fault_s < 0.11),
+                "{phase}: {misfit_s:?}"
             );
         }
     }

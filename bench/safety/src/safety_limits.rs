@@ -302,9 +302,9 @@ impl SafetyLimits {
             tolerance: self.readback_tolerance,
             floor_v: self.readback_floor_v,
         };
-        let told = (HALF_GAIN + MARGIN) * crest_v < drive.accepted_v();
-        let seen = told && 2.0 * self.readback_floor_v <= mean_v;
-        if crest_v == 0.0 || seen {
+        let is_distinguishable = (HALF_GAIN + MARGIN) * crest_v < drive.accepted_v();
+        let is_visible = is_distinguishable && 2.0 * self.readback_floor_v <= mean_v;
+        if crest_v == 0.0 || is_visible {
             Ok(())
         } else {
             Err(drive)

@@ -44,10 +44,10 @@ impl SlidingHour {
         let first = self
             .spans
             .partition_point(|known| known.end_ns < merged.start_ns);
-        let past = self
+        let end = self
             .spans
             .partition_point(|known| known.start_ns <= merged.end_ns);
-        for known in self.spans.drain(first..past.max(first)) {
+        for known in self.spans.drain(first..end.max(first)) {
             merged.start_ns = merged.start_ns.min(known.start_ns);
             merged.end_ns = merged.end_ns.max(known.end_ns);
         }
@@ -69,7 +69,9 @@ impl SlidingHour {
     /// Returns the driving time of the hour before `now_ns`, ns. A span after `now_ns` counts in full.
     #[must_use]
     pub fn used_ns(&self, now_ns: i64) -> i64 {
-        self.within(now_ns).map(|(_, length_ns)| length_ns).sum()
+        self.in_last_hour(now_ns)
+            .map(|(_, length_ns)| length_ns)
+            .sum()
     }
 
     /// Returns the time without driving, from `now_ns` on, until `need_ns` of `limit_ns` an hour are free, ns. A need
@@ -79,7 +81,7 @@ impl SlidingHour {
         let need_ns = need_ns.min(limit_ns);
         let mut excess_ns = self.used_ns(now_ns) + need_ns - limit_ns;
         let mut free_ns = now_ns;
-        for (start_ns, length_ns) in self.within(now_ns) {
+        for (start_ns, length_ns) in self.in_last_hour(now_ns) {
             if excess_ns <= 0 {
                 break;
             }
@@ -90,7 +92,7 @@ impl SlidingHour {
     }
 
     /// Returns start and length of each span's part within the hour before `now_ns`, ns.
-    fn within(&self, now_ns: i64) -> impl Iterator<Item = (i64, i64)> {
+    fn in_last_hour(&self, now_ns: i64) -> impl Iterator<Item = (i64, i64)> {
         let since_ns = now_ns.saturating_sub(HOUR_NS);
         self.spans.iter().filter_map(move |span| {
             let start_ns = span.start_ns.max(since_ns);

@@ -66,7 +66,7 @@ pub struct Watch {
 struct Progress {
     frames: (u64, u64),
     moved_ns: (u64, u64),
-    begun: bool,
+    has_begun: bool,
 }
 
 /// Real-time priority of the watch's thread: below the sound card's callbacks, which have closer deadlines, and far
@@ -263,11 +263,11 @@ impl Watch {
                     self.trip(Trip::Fault { message }, now_ns);
                     return Ok(());
                 }
-                let not_yet = self
+                let obstacle = self
                     .too_warm()
                     .or(self.dose_refuses(now_ns))
-                    .or(self.not_held());
-                if let Some(trip) = not_yet {
+                    .or(self.hold_trip());
+                if let Some(trip) = obstacle {
                     self.trip(trip, now_ns);
                     return Ok(());
                 }
@@ -304,10 +304,10 @@ impl Watch {
 
     /// Advances the estimate of the plate's temperature to `now_ns`.
     fn warm_up(&mut self, now_ns: u64) {
-        let Some(before_ns) = self.polled_ns else {
+        let Some(previous_ns) = self.polled_ns else {
             return;
         };
-        let seconds = now_ns.saturating_sub(before_ns) as f64 * 1e-9;
+        let seconds = now_ns.saturating_sub(previous_ns) as f64 * 1e-9;
         let drive_v = self.seen.readback.map_or(0.0, |reading| reading.volts);
         let amplitude_m = self.seen.amplitude_m.unwrap_or(0.0);
         let power_w = self.limits.heat.power_w(drive_v, amplitude_m);
@@ -333,11 +333,11 @@ impl Watch {
     fn first_fault(&mut self, now_ns: u64) -> Result<Option<Trip>, GpioError> {
         // Time is counted at each poll, for any outcome.
         self.warm_up(now_ns);
-        let slept = self.decider.suspended(&self.signals);
-        let frozen = self.frozen(now_ns).or(slept);
-        let spent = self.count_dose(now_ns);
+        let suspension = self.decider.suspended(&self.signals);
+        let frozen = self.frozen(now_ns).or(suspension);
+        let dose_trip = self.count_dose(now_ns);
         let undecided = self.decider.look(&self.signals, self.armed_at_ns, now_ns);
-        let let_go = self.watch_hold(now_ns)?;
+        let hold_trip = self.watch_hold(now_ns)?;
         if self.e_stop_open()? {
             return Ok(Some(Trip::EmergencyStop));
         }
@@ -345,7 +345,7 @@ impl Watch {
         if let Some(trip) = frozen {
             return Ok(Some(trip));
         }
-        if let Some(trip) = let_go.or(spent) {
+        if let Some(trip) = hold_trip.or(dose_trip) {
             return Ok(Some(trip));
         }
         if self.drive.kills() != self.kills_known {
@@ -386,23 +386,23 @@ impl Watch {
     /// Returns the trip of a watch that did not run for longer than the one-shot waits: it saw nothing, and the
     /// one-shot has disabled the amplifier.
     fn frozen(&mut self, now_ns: u64) -> Option<Trip> {
-        let away_ns = now_ns.saturating_sub(self.polled_ns.replace(now_ns)?);
+        let absence_ns = now_ns.saturating_sub(self.polled_ns.replace(now_ns)?);
         self.signals
             .longest_away_ns
-            .fetch_max(away_ns, Ordering::Relaxed);
-        (away_ns > self.limits.longest_absence_ns()).then_some(Trip::Frozen {
-            for_s: away_ns as f64 * 1e-9,
+            .fetch_max(absence_ns, Ordering::Relaxed);
+        (absence_ns > self.limits.longest_absence_ns()).then_some(Trip::Frozen {
+            for_s: absence_ns as f64 * 1e-9,
         })
     }
 
     fn audio_silent(&mut self, now_ns: u64) -> Option<Trip> {
         let frames = self.drive.callbacks();
         let progress = &mut self.progress;
-        if !progress.begun {
+        if !progress.has_begun {
             *progress = Progress {
                 frames,
                 moved_ns: (now_ns, now_ns),
-                begun: frames.0 > 0 && frames.1 > 0,
+                has_begun: frames.0 > 0 && frames.1 > 0,
             };
             return None;
         }
@@ -506,9 +506,9 @@ impl Watch {
         while let Some(command) = self.commands.take() {
             self.handle_command(command, now_ns)?;
         }
-        let wrong = self.first_fault(now_ns)?;
+        let fault = self.first_fault(now_ns)?;
         let beat = self.heartbeat_high;
-        match (&self.state, wrong) {
+        match (&self.state, fault) {
             (SafetyState::Armed, None) => {
                 let demand = self.exercised(now_ns)?;
                 if demand != Demand::AllBut(StopLine::Heartbeat) {
@@ -577,10 +577,10 @@ impl Task for Watch {
     fn stop(&mut self) {
         self.drive.kill();
         // The amplifier is disabled after the ramp, or after the timeout if audio callbacks have stopped.
-        let begun = Instant::now();
+        let start = Instant::now();
         let is_driven =
             |drive: &dyn DriveGuard| drive.commanded().is_some_and(|c| c.envelope_v != 0.0);
-        while is_driven(self.drive.as_ref()) && begun.elapsed() < RAMP_TIMEOUT {
+        while is_driven(self.drive.as_ref()) && start.elapsed() < RAMP_TIMEOUT {
             std::thread::sleep(Duration::from_millis(1));
         }
         self.disable_result = set(&mut self.lines.enable, false);

@@ -40,10 +40,10 @@ mod tests {
             assert_eq!(backlog.take(60.0 + 5e-3 * f64::from(look), false), None);
         }
         assert_eq!(backlog.take(60.5, true), None);
-        let gone = (0..1000).find_map(|look| backlog.take(61.0 + 5e-3 * f64::from(look), false));
+        let flood_s = (0..1000).find_map(|look| backlog.take(61.0 + 5e-3 * f64::from(look), false));
         assert!(
-            gone.is_some_and(|for_s| (1.0..1.01).contains(&for_s)),
-            "{gone:?}"
+            flood_s.is_some_and(|for_s| (1.0..1.01).contains(&for_s)),
+            "{flood_s:?}"
         );
     }
 }

@@ -21,12 +21,17 @@ impl Corrector {
     }
 
     /// Returns the force of a reading; `saturated` holds the sensor's own saturation flags.
-    pub(crate) fn force(&self, at: Moment, raw_n: [f64; 2], saturated: [bool; 2]) -> TimedForce {
+    pub(crate) fn force(
+        &self,
+        moment: Moment,
+        raw_n: [f64; 2],
+        saturated: [bool; 2],
+    ) -> TimedForce {
         let [normal_n, lateral_n] = self.correction.forces_n(raw_n);
         let [normal_saturated, lateral_saturated] =
             [0, 1].map(|axis: usize| saturated[axis] || raw_n[axis].abs() >= self.range_n);
         TimedForce {
-            at,
+            at: moment,
             normal_n,
             lateral_n,
             raw_n,

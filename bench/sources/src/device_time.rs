@@ -38,21 +38,21 @@ pub(crate) struct DeviceCount {
 }
 
 impl DeviceCount {
-    /// Returns the place of a reading with the count `wrapped`; without `expected`, the place nearest to the last reading.
-    pub(crate) fn place(&self, wrapped: u32, expected: Option<&ExpectedCount>) -> Place {
-        let shifted = wrapped.wrapping_add(self.added);
+    /// Returns the place of a reading with the count `counter`; without `expected`, the place nearest to the last reading.
+    pub(crate) fn place(&self, counter: u32, expected: Option<&ExpectedCount>) -> Place {
+        let count = counter.wrapping_add(self.added);
         let Some(last) = self.last else {
-            return Place::Next(u64::from(shifted));
+            return Place::Next(u64::from(count));
         };
         // A count below 0 was before the first reading.
-        let about = expected.map_or(last, |expected| expected.count.max(0.0).round() as u64);
+        let nearest = expected.map_or(last, |expected| expected.count.max(0.0).round() as u64);
         // As a signed difference, a step back in time stays small instead of looking like a wrap.
-        let step = shifted.wrapping_sub(about as u32).cast_signed();
-        let near = about.saturating_add_signed(i64::from(step));
+        let step = count.wrapping_sub(nearest as u32).cast_signed();
+        let near = nearest.saturating_add_signed(i64::from(step));
         if let Some(expected) = expected {
             let ahead = near as f64 - expected.count;
             if ahead > expected.ahead || -ahead > expected.behind {
-                return Place::Restarted(about.max(last + 1));
+                return Place::Restarted(nearest.max(last + 1));
             }
         }
         if near > last {
@@ -63,12 +63,12 @@ impl DeviceCount {
     }
 
     /// Records a reading at its place; returns its 64-bit count, or `None` for a past reading.
-    pub(crate) fn take(&mut self, wrapped: u32, place: Place) -> Option<u64> {
+    pub(crate) fn take(&mut self, counter: u32, place: Place) -> Option<u64> {
         let count = match place {
             Place::Next(count) => count,
             Place::Past => return None,
             Place::Restarted(count) => {
-                self.added = (count as u32).wrapping_sub(wrapped);
+                self.added = (count as u32).wrapping_sub(counter);
                 count
             }
         };
@@ -90,9 +90,9 @@ mod tests {
         }
     }
 
-    fn take(clock: &mut DeviceCount, wrapped: u32) -> Option<u64> {
-        let place = clock.place(wrapped, None);
-        clock.take(wrapped, place)
+    fn take(clock: &mut DeviceCount, counter: u32) -> Option<u64> {
+        let place = clock.place(counter, None);
+        clock.take(counter, place)
     }
 
     /// Fault 22.

@@ -58,16 +58,16 @@ pub struct LineFaults {
 }
 
 impl LineFaults {
-    /// Returns the faults since `before`.
+    /// Returns the faults since `earlier`.
     #[must_use]
-    pub fn since(&self, before: &Self) -> Self {
+    pub fn since(&self, earlier: &Self) -> Self {
         Self {
-            corrupt: self.corrupt - before.corrupt,
-            lost: self.lost - before.lost,
-            repeated: self.repeated - before.repeated,
-            reordered: self.reordered - before.reordered,
-            failed: self.failed - before.failed,
-            restarted: self.restarted - before.restarted,
+            corrupt: self.corrupt - earlier.corrupt,
+            lost: self.lost - earlier.lost,
+            repeated: self.repeated - earlier.repeated,
+            reordered: self.reordered - earlier.reordered,
+            failed: self.failed - earlier.failed,
+            restarted: self.restarted - earlier.restarted,
         }
     }
 }

@@ -13,7 +13,7 @@ const PAUSE_NS: u64 = 250_000_000;
 #[derive(Debug, Default)]
 pub(crate) struct NonsenseWatch {
     /// Arrival of the first and the last byte without a reading, ns.
-    heard_ns: Option<(u64, u64)>,
+    bytes_ns: Option<(u64, u64)>,
     bytes: u64,
 }
 
@@ -25,19 +25,19 @@ impl NonsenseWatch {
             *self = Self::default();
         } else if bytes > 0 {
             let (first_ns, _) = self
-                .heard_ns
+                .bytes_ns
                 .filter(|(_, last_ns)| now_ns.saturating_sub(*last_ns) < PAUSE_NS)
                 .unwrap_or_else(|| {
                     self.bytes = 0;
                     (now_ns, now_ns)
                 });
-            self.heard_ns = Some((first_ns, now_ns));
+            self.bytes_ns = Some((first_ns, now_ns));
             self.bytes += bytes;
         }
-        let lasts = |(first_ns, last_ns): (u64, u64)| last_ns - first_ns >= NONSENSE_NS;
+        let is_long = |(first_ns, last_ns): (u64, u64)| last_ns - first_ns >= NONSENSE_NS;
         Nonsense {
             bytes: self.bytes,
-            lasts: self.bytes >= LEAST_BYTES && self.heard_ns.is_some_and(lasts),
+            lasts: self.bytes >= LEAST_BYTES && self.bytes_ns.is_some_and(is_long),
         }
     }
 }
@@ -52,17 +52,17 @@ mod tests {
     #[test]
     fn a_second_of_bytes_without_a_reading_is_nonsense_until_there_is_one() {
         let mut watch = NonsenseWatch::default();
-        let lasts: Vec<bool> = (0..3000)
+        let states: Vec<bool> = (0..3000)
             .map(|ms| watch.take((5 + ms) * MS, 3, 0).lasts)
             .collect();
-        assert_eq!(lasts.iter().position(|&lasts| lasts), Some(1000));
-        assert!(lasts[1000..].iter().all(|&lasts| lasts));
+        assert_eq!(states.iter().position(|&state| state), Some(1000));
+        assert!(states[1000..].iter().all(|&state| state));
         // Silence does not end the state.
         assert!(watch.take(3500 * MS, 0, 0).lasts);
         assert_eq!(watch.take(4000 * MS, 20, 1), Nonsense::default());
         // The state recurs, as when the sensor is unplugged and another device is connected.
-        let again = (0..2000).filter(|ms| watch.take((4001 + ms) * MS, 3, 0).lasts);
-        assert_eq!(again.count(), 1000);
+        let recurrence = (0..2000).filter(|ms| watch.take((4001 + ms) * MS, 3, 0).lasts);
+        assert_eq!(recurrence.count(), 1000);
     }
 
     #[test]

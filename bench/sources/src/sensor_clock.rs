@@ -13,7 +13,7 @@ pub(crate) struct SensorClock {
     /// Shortest time from sampling to arrival, s.
     latency_s: f64,
     /// Time of the previous poll, s.
-    looked_s: Option<f64>,
+    previous_s: Option<f64>,
 }
 
 impl SensorClock {
@@ -22,14 +22,14 @@ impl SensorClock {
             map: LowerEnvelope::default(),
             counts_per_s,
             latency_s,
-            looked_s: None,
+            previous_s: None,
         }
     }
 
     /// Records a poll at `now_s` on the host's clock; returns the expected count of the readings that have arrived.
     pub(crate) fn look(&mut self, now_s: f64) -> Option<ExpectedCount> {
-        let before_s = self.looked_s.replace(now_s).unwrap_or(now_s);
-        let unread_s = now_s - before_s;
+        let previous_s = self.previous_s.replace(now_s).unwrap_or(now_s);
+        let unread_s = now_s - previous_s;
         Some(ExpectedCount {
             count: self.map.expected_s(now_s)? * self.counts_per_s,
             ahead: RESTARTED_S * self.counts_per_s,

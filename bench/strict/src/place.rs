@@ -50,23 +50,23 @@ pub fn line_of(text: &str, path: &str) -> Option<usize> {
     let mut parts = path.split('.');
     let first = parts.next()?;
     let (key, mut value) = root.get_ref().get_key_value(first)?;
-    let mut at = key.span().start;
+    let mut offset = key.span().start;
     for part in parts {
         value = match value.get_ref() {
             DeValue::Table(table) => {
                 let (key, value) = table.get_key_value(part)?;
-                at = key.span().start;
+                offset = key.span().start;
                 value
             }
             DeValue::Array(array) => {
                 let value = array.get(part.parse::<usize>().ok()?)?;
-                at = value.span().start;
+                offset = value.span().start;
                 value
             }
             _ => return None,
         };
     }
-    Some(line_at(text, at))
+    Some(line_at(text, offset))
 }
 
 /// Returns the line, from 1, of the byte at `offset`.

@@ -29,12 +29,12 @@ fn containing<'a, S: AsRef<str>>(word: &str, known: &'a [S]) -> Option<&'a str> 
     if word.len() < SHORTEST {
         return None;
     }
-    let mut found = known
+    let mut matches = known
         .iter()
         .map(AsRef::as_ref)
         .filter(|known| known.contains(word) || (known.len() >= SHORTEST && word.contains(known)));
-    let first = found.next();
-    first.filter(|_| found.next().is_none())
+    let first = matches.next();
+    first.filter(|_| matches.next().is_none())
 }
 
 #[cfg(test)]

@@ -73,14 +73,14 @@ fn explain(mut error: toml::de::Error, text: &str, file: &str) -> TomlError {
             key: key.trim_matches('`').to_owned(),
         };
     }
-    if let Some(wrong) = wrong_value::from_message(&message) {
-        return wrong_type(wrong, file, line, path);
+    if let Some(mismatch) = wrong_value::from_message(&message) {
+        return wrong_type(mismatch, file, line, path);
     }
     not_toml(message, text, span, file, line, path)
 }
 
-fn wrong_type(wrong: WrongValue, file: String, line: usize, key: Option<String>) -> TomlError {
-    match wrong {
+fn wrong_type(mismatch: WrongValue, file: String, line: usize, key: Option<String>) -> TomlError {
+    match mismatch {
         WrongValue::QuotedNumber(number) => TomlError::QuotedNumber {
             file,
             line,
@@ -427,9 +427,13 @@ mod tests {
     fn no_slip_of_a_character_makes_it_panic() {
         let lines = GOOD.replace('\n', "\r\n");
         for text in [GOOD, &lines] {
-            for (at, c) in text.char_indices() {
+            for (offset, c) in text.char_indices() {
                 for slip in ["", "µ", "\"", "=", "[", "#", ",", "\n", "1 m", "\u{feff}"] {
-                    let slipped = format!("{}{slip}{}", &text[..at], &text[at + c.len_utf8()..]);
+                    let slipped = format!(
+                        "{}{slip}{}",
+                        &text[..offset],
+                        &text[offset + c.len_utf8()..]
+                    );
                     if let Err(error) = parse::<Outer>(&slipped, "bench.toml") {
                         assert!(error.to_string().starts_with("bench.toml"), "{error}");
                     }

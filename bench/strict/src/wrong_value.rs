@@ -16,11 +16,11 @@ pub(crate) fn from_message(message: &str) -> Option<WrongValue> {
     let rest = message
         .strip_prefix("invalid type: ")
         .or_else(|| message.strip_prefix("invalid value: "))?;
-    let (found, wanted) = rest.rsplit_once(", expected ")?;
-    let text = found
+    let (given_text, expected_type) = rest.rsplit_once(", expected ")?;
+    let text = given_text
         .strip_prefix("string \"")
         .and_then(|text| text.strip_suffix('"'));
-    if let Some(text) = text.filter(|_| is_number_wanted(wanted)) {
+    if let Some(text) = text.filter(|_| is_number_wanted(expected_type)) {
         let (number, unit) = split_number(text);
         if !number.is_empty() && unit.is_empty() {
             return Some(WrongValue::QuotedNumber(text.to_owned()));
@@ -30,8 +30,8 @@ pub(crate) fn from_message(message: &str) -> Option<WrongValue> {
         }
     }
     Some(WrongValue::Type {
-        found: found_in_words(found),
-        wanted: wanted_in_words(wanted),
+        found: found_in_words(given_text),
+        wanted: wanted_in_words(expected_type),
     })
 }
 
@@ -61,16 +61,16 @@ impl Unreadable<'_> {
 
 /// Finds the value around `offset`, where a parser stopped. `None` if no value is found.
 pub(crate) fn unreadable(text: &str, offset: usize) -> Option<Unreadable<'_>> {
-    let before = text.get(..offset)?;
-    let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+    let head = text.get(..offset)?;
+    let line_start = head.rfind('\n').map_or(0, |newline| newline + 1);
     let line = text[line_start..].lines().next()?;
     let offset = (offset - line_start).min(line.len());
     // A value begins after the preceding sign, or with its line; a comment is not a value.
     let opening = line[..offset].rfind(['=', '[', ',', '#']);
-    if opening.is_some_and(|at| line.as_bytes()[at] == b'#') {
+    if opening.is_some_and(|delimiter| line.as_bytes()[delimiter] == b'#') {
         return None;
     }
-    let (opened, rest) = line.split_at(opening.map_or(0, |at| at + 1));
+    let (opened, rest) = line.split_at(opening.map_or(0, |delimiter| delimiter + 1));
     let value = rest
         .find([',', ']', '}', '#'])
         .map_or(rest, |end| &rest[..end]);
@@ -103,8 +103,8 @@ fn split_number(text: &str) -> (&str, &str) {
     let text = text.trim();
     let mut end = 0;
     let bytes = text.as_bytes();
-    let digits = |from: usize| {
-        bytes[from..]
+    let digits = |start: usize| {
+        bytes[start..]
             .iter()
             .take_while(|b| b.is_ascii_digit() || **b == b'_')
             .count()
@@ -112,15 +112,15 @@ fn split_number(text: &str) -> (&str, &str) {
     if matches!(bytes.first(), Some(b'+' | b'-')) {
         end += 1;
     }
-    let whole = digits(end);
-    end += whole;
-    let mut any = whole > 0;
+    let integer = digits(end);
+    end += integer;
+    let mut has_digits = integer > 0;
     if bytes.get(end) == Some(&b'.') {
         let fraction = digits(end + 1);
-        any |= fraction > 0;
+        has_digits |= fraction > 0;
         end += 1 + fraction;
     }
-    if !any {
+    if !has_digits {
         return ("", text);
     }
     if matches!(bytes.get(end), Some(b'e' | b'E')) {
@@ -155,42 +155,42 @@ const WHOLE_NUMBERS: [(&str, &str); 10] = [
     ("isize", "a whole number"),
 ];
 
-fn is_number_wanted(wanted: &str) -> bool {
-    matches!(wanted, "f32" | "f64")
-        || WHOLE_NUMBERS.iter().any(|(name, _)| *name == wanted)
-        || wanted.contains("number")
+fn is_number_wanted(expected_type: &str) -> bool {
+    matches!(expected_type, "f32" | "f64")
+        || WHOLE_NUMBERS.iter().any(|(name, _)| *name == expected_type)
+        || expected_type.contains("number")
 }
 
 /// Returns serde's name of an expected type in a user's words.
-fn wanted_in_words(wanted: &str) -> String {
-    let words = match wanted {
+fn wanted_in_words(expected_type: &str) -> String {
+    let words = match expected_type {
         "f32" | "f64" => "a number",
         "a boolean" => "`true` or `false`",
         "a string" | "a borrowed string" => "text in quotes",
         "a sequence" => "a list in brackets",
         "a map" => "a table",
-        _ if wanted.starts_with("struct ") => "a table",
+        _ if expected_type.starts_with("struct ") => "a table",
         _ => WHOLE_NUMBERS
             .iter()
-            .find(|(name, _)| *name == wanted)
-            .map_or(wanted, |(_, words)| words),
+            .find(|(name, _)| *name == expected_type)
+            .map_or(expected_type, |(_, words)| words),
     };
     words.to_owned()
 }
 
 /// Returns serde's description of an unexpected value in a user's words.
-fn found_in_words(found: &str) -> String {
+fn found_in_words(text_given: &str) -> String {
     for kind in ["integer ", "floating point ", "boolean "] {
-        if let Some(value) = found.strip_prefix(kind) {
+        if let Some(value) = text_given.strip_prefix(kind) {
             return value.to_owned();
         }
     }
-    match found {
+    match text_given {
         "sequence" => "a list".to_owned(),
         "map" => "a table".to_owned(),
-        _ => match found.strip_prefix("string ") {
+        _ => match text_given.strip_prefix("string ") {
             Some(text) => format!("the text {text}"),
-            None => found.to_owned(),
+            None => text_given.to_owned(),
         },
     }
 }
@@ -221,8 +221,8 @@ mod tests {
         for unit in ["Hz", "%", "µm", "m/s", "N·s/m", "°C", "m s^-1"] {
             assert!(is_unit(unit), "{unit}");
         }
-        for other in ["", "3", ".k", "/s", "m = 3", "\"m\""] {
-            assert!(!is_unit(other), "{other}");
+        for text in ["", "3", ".k", "/s", "m = 3", "\"m\""] {
+            assert!(!is_unit(text), "{text}");
         }
     }
 

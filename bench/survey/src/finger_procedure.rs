@@ -95,7 +95,7 @@ impl FingerProcedure {
     }
 
     /// Requests a finger again, or fails if no operator is present.
-    fn again(&mut self, why: String) -> anyhow::Result<NextStep> {
+    fn ask_again(&mut self, why: String) -> anyhow::Result<NextStep> {
         self.tries += 1;
         if !self.attended && self.tries >= TRIES {
             bail!("the finger did not rest as it must, {TRIES} times: {why}");
@@ -107,13 +107,17 @@ impl FingerProcedure {
     /// Returns the step that plays the bare plate's tones under the finger.
     fn tones(&mut self) -> anyhow::Result<NextStep> {
         let bare = self.bare.inner();
-        let largest = bare.responses.iter().map(|at| at.ratio.norm());
+        let largest = bare.responses.iter().map(|response| response.ratio.norm());
         let largest = largest.fold(f64::MIN_POSITIVE, f64::max);
         let units_per_v = largest / self.config.channels.drive.volts_per_unit;
         let metres_per_unit = self.config.channels.pickup.metres_per_unit;
         let highest_v = plate_look::highest_level_v(units_per_v, metres_per_unit, &self.config);
         self.level_v = FINGER_V.min(highest_v);
-        let tones: Vec<f64> = bare.responses.iter().map(|at| at.frequency_hz).collect();
+        let tones: Vec<f64> = bare
+            .responses
+            .iter()
+            .map(|response| response.frequency_hz)
+            .collect();
         self.stage = Stage::Tones;
         Ok(NextStep::Play(Box::new(Waveform::SteppedTones {
             tones: ToneList::new(&tones)?,
@@ -124,11 +128,11 @@ impl FingerProcedure {
 
     fn read(&mut self, capture: &Capture) -> anyhow::Result<NextStep> {
         if let Some(why) = restless(capture) {
-            return self.again(why);
+            return self.ask_again(why);
         }
         let settle_s = self.bare.inner().settle_s();
         self.responses = plate_look::responses(capture, &self.config, settle_s)?;
-        self.force = HeldForce::of(&capture.normal_n);
+        self.force = HeldForce::from_readings(&capture.normal_n);
         self.stage = Stage::Lifting;
         Ok(NextStep::Ask(Request::Unload))
     }
@@ -150,7 +154,7 @@ pub(crate) struct HeldForce {
 impl HeldForce {
     /// Returns the statistics of `readings_n`. Force wanders and trembles, so neighbouring readings are correlated: the error
     /// is that of the means of pieces.
-    fn of(readings_n: &[f64]) -> Self {
+    fn from_readings(readings_n: &[f64]) -> Self {
         const PIECES: usize = 10;
         let (mean_n, spread_n) = mean_and_deviation(readings_n);
         let pieces = readings_n.chunks(readings_n.len().div_ceil(PIECES).max(1));
@@ -205,7 +209,7 @@ impl Procedure for FingerProcedure {
                 Ok(NextStep::Listen(REST_S))
             }
             (Stage::Resting, StepOutcome::Captured(capture)) => match restless(&capture) {
-                Some(why) => self.again(why),
+                Some(why) => self.ask_again(why),
                 None => {
                     self.note = None;
                     self.tones()

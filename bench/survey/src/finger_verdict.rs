@@ -62,26 +62,27 @@ impl Calibrates for FingerProcedure {
 impl FingerProcedure {
     fn pairs(&self, plate: &MeasuredPlate) -> Vec<Pair> {
         let bare = self.bare.inner();
-        let both = bare.responses.iter().zip(&self.responses);
-        both.map(|(bare_at, loaded_at)| {
-            let frequency_hz = bare_at.frequency_hz;
-            let scale = bare.admittance_per_ratio(plate, frequency_hz);
-            Pair {
-                frequency_hz,
-                bare: bare_at.ratio * scale,
-                loaded: loaded_at.ratio * scale,
-            }
-        })
-        .collect()
+        let pairs = bare.responses.iter().zip(&self.responses);
+        pairs
+            .map(|(bare_at, loaded_at)| {
+                let frequency_hz = bare_at.frequency_hz;
+                let scale = bare.admittance_per_ratio(plate, frequency_hz);
+                Pair {
+                    frequency_hz,
+                    bare: bare_at.ratio * scale,
+                    loaded: loaded_at.ratio * scale,
+                }
+            })
+            .collect()
     }
 
     fn finger(&self, date: Timestamp, operator: &str) -> MeasuredFinger {
         let force = self.force;
         // The response under a finger may not have a single resonance; the table shows it in any case.
         let fit = PlateFit::fit(&self.responses, CHANNEL_MATCH).ok();
-        let quantity = |of: fn(&PlateFit) -> metrology::FittedValue, unit| {
+        let quantity = |parameter: fn(&PlateFit) -> metrology::FittedValue, unit| {
             let fit = fit.as_ref()?;
-            let value = of(fit);
+            let value = parameter(fit);
             let n = fit.degrees_of_freedom;
             Some(Quantity::new(value.value, value.standard_error, n, unit))
         };
@@ -141,8 +142,9 @@ fn csv(pairs: &[Pair]) -> String {
 /// Draws the response under the finger next to the bare one.
 fn draw(figure: &mut Figure, pairs: &[Pair], finger: &MeasuredFinger) {
     let over_frequency = |value: &dyn Fn(&Pair) -> f64| -> Vec<(f64, f64)> {
-        let at = pairs.iter();
-        at.map(|pair| (pair.frequency_hz * 1e-3, value(pair)))
+        let points = pairs.iter();
+        points
+            .map(|pair| (pair.frequency_hz * 1e-3, value(pair)))
             .collect()
     };
     let values: [&dyn Fn(&Pair) -> f64; 2] = [&|pair| pair.loaded.norm(), &|pair| {

@@ -45,7 +45,7 @@ pub struct ProfileProcedure {
     places_m: Vec<f64>,
     pub(crate) places: Vec<Place>,
     /// Index of the place being measured, from 0.
-    at: usize,
+    place_index: usize,
     stage: Stage,
     pub(crate) level_v: f64,
     note: Option<String>,
@@ -97,7 +97,7 @@ impl ProfileProcedure {
                 .map(|i| MARGIN_M + f64::from(i) * step_m)
                 .collect(),
             places: Vec::new(),
-            at: 0,
+            place_index: 0,
             stage: Stage::Plate,
             level_v: LEVEL_V,
             note: None,
@@ -112,7 +112,7 @@ impl ProfileProcedure {
     }
 
     fn step(&mut self) -> NextStep {
-        let Some(&position_m) = self.places_m.get(self.at) else {
+        let Some(&position_m) = self.places_m.get(self.place_index) else {
             self.stage = Stage::Review;
             return NextStep::Ask(Request::Review);
         };
@@ -125,7 +125,11 @@ impl ProfileProcedure {
             .fit
             .as_ref()
             .context("the plate was not measured")?;
-        let largest = self.plate.responses.iter().map(|at| at.ratio.norm());
+        let largest = self
+            .plate
+            .responses
+            .iter()
+            .map(|response| response.ratio.norm());
         let largest = largest.fold(f64::MIN_POSITIVE, f64::max);
         let units_per_v = largest / self.config.channels.drive.volts_per_unit;
         let highest_v =
@@ -181,18 +185,18 @@ impl ProfileProcedure {
     /// Stores the ratio, with this relative error, at the present place.
     fn keep(&mut self, ratio: f64, relative: f64) {
         let place = Place {
-            position_m: self.places_m[self.at],
+            position_m: self.places_m[self.place_index],
             ratio,
             error: relative * ratio,
         };
-        match self.places.get_mut(self.at) {
-            Some(before) => *before = place,
+        match self.places.get_mut(self.place_index) {
+            Some(previous) => *previous = place,
             None => self.places.push(place),
         }
-        self.at = self.places.len();
+        self.place_index = self.places.len();
     }
 
-    fn typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
+    fn take_typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
         let most_m = self.config.calibration.max_amplitude_m;
         if !(known_m > 0.0 && known_m <= most_m) {
             self.note = Some(format!(
@@ -224,11 +228,11 @@ pub(crate) fn unusable(ratio: f64) -> Option<String> {
 fn instrument(capture: &Capture, settle_s: f64) -> anyhow::Result<(f64, f64)> {
     let dwell = capture.dwells.first().context("no tone was played")?;
     let window = capture.settled(dwell, settle_s);
-    let within = capture
+    let readings = capture
         .known_m
         .iter()
         .filter(|(frame, _)| window.contains(frame));
-    let lines: Vec<f64> = within.map(|(_, amplitude_m)| *amplitude_m).collect();
+    let lines: Vec<f64> = readings.map(|(_, amplitude_m)| *amplitude_m).collect();
     let n = lines.len();
     if n < LEAST_LINES {
         bail!(
@@ -263,10 +267,10 @@ impl Procedure for ProfileProcedure {
                 Ok(self.step())
             }
             (Stage::Reading, StepOutcome::Answered(Answer::Number(known_m), capture)) => {
-                self.typed(known_m, &capture)
+                self.take_typed(known_m, &capture)
             }
             (Stage::Reading | Stage::Review, StepOutcome::Answered(Answer::Redo(place), _)) => {
-                self.at = place.min(self.places.len());
+                self.place_index = place.min(self.places.len());
                 Ok(self.step())
             }
             (Stage::Review, StepOutcome::Answered(Answer::Ready, _)) | (Stage::Done, _) => {
@@ -285,7 +289,7 @@ impl Procedure for ProfileProcedure {
             return CalibrationProgress { steps, ..plate };
         }
         CalibrationProgress {
-            step: plate.steps + (self.at + 1).min(self.places_m.len()),
+            step: plate.steps + (self.place_index + 1).min(self.places_m.len()),
             steps,
             doing: format!(
                 "Driving at {:.2} V and {:.1} Hz.",

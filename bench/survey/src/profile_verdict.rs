@@ -23,22 +23,22 @@ const FEWEST_KEPT: usize = 3;
 /// Returns the relative deviation of the decisive place from the mean, with its standard error, and the verdict: uniform if no
 /// deviation can exceed the limit, not uniform if one certainly does. Of the certain deviations the most significant decides;
 /// otherwise the one with the largest upper bound.
-pub(crate) fn judged(places: &[Place]) -> (f64, f64, Uniformity) {
+pub(crate) fn judge_places(places: &[Place]) -> (f64, f64, Uniformity) {
     let departures = departures(places);
-    let surely = |&(departure, error): &(f64, f64)| departure.abs() - SURE * error;
-    let at_most = |&(departure, error): &(f64, f64)| departure.abs() + SURE * error;
-    let furthest = |by: &dyn Fn(&(f64, f64)) -> f64| {
-        let each = departures.iter().copied();
-        each.max_by(|a, b| by(a).total_cmp(&by(b)))
+    let lower_bound = |&(departure, error): &(f64, f64)| departure.abs() - SURE * error;
+    let upper_bound = |&(departure, error): &(f64, f64)| departure.abs() + SURE * error;
+    let extreme = |bound: &dyn Fn(&(f64, f64)) -> f64| {
+        let candidates = departures.iter().copied();
+        candidates.max_by(|a, b| bound(a).total_cmp(&bound(b)))
     };
-    let nothing = (f64::NAN, f64::NAN);
+    let no_departure = (f64::NAN, f64::NAN);
     let (sure, possible) = (
-        furthest(&surely).unwrap_or(nothing),
-        furthest(&at_most).unwrap_or(nothing),
+        extreme(&lower_bound).unwrap_or(no_departure),
+        extreme(&upper_bound).unwrap_or(no_departure),
     );
-    let (verdict, (departure, error)) = if surely(&sure) > UNIFORM {
+    let (verdict, (departure, error)) = if lower_bound(&sure) > UNIFORM {
         (Uniformity::NotUniform, sure)
-    } else if at_most(&possible) <= UNIFORM {
+    } else if upper_bound(&possible) <= UNIFORM {
         (Uniformity::Uniform, possible)
     } else {
         (Uniformity::Undecided, possible)
@@ -54,9 +54,9 @@ fn departures(places: &[Place]) -> Vec<(f64, f64)> {
     let variance: f64 = places.iter().map(|place| place.error.powi(2)).sum();
     let departure = |place: &Place| {
         // Weight of another place's error in the deviation, and additional weight of this place's variance.
-        let by_other = place.ratio / mean / n;
-        let by_own = 1.0 - 2.0 * by_other;
-        let squares = by_own * place.error.powi(2) + by_other.powi(2) * variance;
+        let other_weight = place.ratio / mean / n;
+        let own_weight = 1.0 - 2.0 * other_weight;
+        let squares = own_weight * place.error.powi(2) + other_weight.powi(2) * variance;
         (place.ratio / mean - 1.0, squares.max(0.0).sqrt() / mean)
     };
     places.iter().map(departure).collect()
@@ -65,32 +65,36 @@ fn departures(places: &[Place]) -> Vec<(f64, f64)> {
 /// Judges the length about `centre_m` from which the published rules cut instances: the places within it, and its two ends,
 /// interpolated linearly between the places on either side. Returns `None` if there are too few, or the places do not reach its
 /// ends.
-pub(crate) fn judged_kept(places: &[Place], centre_m: f64) -> Option<KeptLength> {
+pub(crate) fn judge_length(places: &[Place], centre_m: f64) -> Option<KeptLength> {
     let length_m = SelectionRules::published(centre_m).central_m;
     let ends_m = [centre_m - length_m / 2.0, centre_m + length_m / 2.0];
     let is_within = |place: &&Place| place.position_m > ends_m[0] && place.position_m < ends_m[1];
-    let mut kept: Vec<Place> = places.iter().filter(is_within).copied().collect();
-    kept.extend([at(places, ends_m[0])?, at(places, ends_m[1])?]);
-    (kept.len() >= FEWEST_KEPT).then(|| {
-        let (departure, error, verdict) = judged(&kept);
+    let mut inner: Vec<Place> = places.iter().filter(is_within).copied().collect();
+    inner.extend([
+        interpolated(places, ends_m[0])?,
+        interpolated(places, ends_m[1])?,
+    ]);
+    (inner.len() >= FEWEST_KEPT).then(|| {
+        let (departure, error, verdict) = judge_places(&inner);
         KeptLength {
             length_m,
             verdict,
-            largest_departure: Quantity::new(departure, error, kept.len() - 1, "1"),
+            largest_departure: Quantity::new(departure, error, inner.len() - 1, "1"),
         }
     })
 }
 
 /// Returns the ratio at a position, interpolated linearly between the places on either side, if there are both.
-fn at(places: &[Place], position_m: f64) -> Option<Place> {
-    let beside = |pair: &&[Place]| (pair[0].position_m..=pair[1].position_m).contains(&position_m);
-    let pair = places.windows(2).find(beside)?;
+fn interpolated(places: &[Place], position_m: f64) -> Option<Place> {
+    let encloses =
+        |pair: &&[Place]| (pair[0].position_m..=pair[1].position_m).contains(&position_m);
+    let pair = places.windows(2).find(encloses)?;
     let share = (position_m - pair[0].position_m) / (pair[1].position_m - pair[0].position_m);
-    let [before, after] = [1.0 - share, share];
+    let [left, right] = [1.0 - share, share];
     Some(Place {
         position_m,
-        ratio: before * pair[0].ratio + after * pair[1].ratio,
-        error: (before * pair[0].error).hypot(after * pair[1].error),
+        ratio: left * pair[0].ratio + right * pair[1].ratio,
+        error: (left * pair[0].error).hypot(right * pair[1].error),
     })
 }
 
@@ -122,7 +126,7 @@ impl Calibrates for ProfileProcedure {
 
 impl ProfileProcedure {
     fn profile(&self, date: Timestamp, operator: &str) -> MeasuredProfile {
-        let (departure, error, verdict) = judged(&self.places);
+        let (departure, error, verdict) = judge_places(&self.places);
         let freedom = self.places.len() - 1;
         MeasuredProfile {
             measured: Provenance {
@@ -138,7 +142,7 @@ impl ProfileProcedure {
             drive_v: self.level_v,
             verdict,
             largest_departure: Quantity::new(departure, error, freedom, "1"),
-            kept: judged_kept(&self.places, self.config.plate.centre_m),
+            kept: judge_length(&self.places, self.config.plate.centre_m),
             places: self
                 .places
                 .iter()
@@ -158,18 +162,18 @@ fn words(profile: &MeasuredProfile) -> String {
         let (value, error) = (departure.value, departure.standard_error);
         format!("{:+.2} ± {:.3} %", 100.0 * value, 100.0 * error)
     };
-    let within = match &profile.kept {
-        Some(kept) => format!(
+    let verdict = match &profile.kept {
+        Some(length) => format!(
             "{}, {}",
-            verdict_words(kept.verdict),
-            percent(&kept.largest_departure)
+            verdict_words(length.verdict),
+            percent(&length.largest_departure)
         ),
         None => {
             "not judged, because its ends, or too few places of it, were not measured".to_owned()
         }
     };
     format!(
-        "{}; the departure from the mean that decides is {}, {:.0} % is allowed; within the {:.0} mm that instances are cut from: {within}",
+        "{}; the departure from the mean that decides is {}, {:.0} % is allowed; within the {:.0} mm that instances are cut from: {verdict}",
         verdict_words(profile.verdict),
         percent(&profile.largest_departure),
         100.0 * UNIFORM,
@@ -199,9 +203,10 @@ fn csv(places: &[Place]) -> String {
 
 fn draw(places: &[Place], profile: &MeasuredProfile) -> Figure {
     let mean = places.iter().map(|place| place.ratio).sum::<f64>() / places.len() as f64;
-    let over = |value: &dyn Fn(&Place) -> f64| -> Vec<(f64, f64)> {
-        let at = places.iter();
-        at.map(|place| (1e3 * place.position_m, value(place)))
+    let curve = |value: &dyn Fn(&Place) -> f64| -> Vec<(f64, f64)> {
+        let points = places.iter();
+        points
+            .map(|place| (1e3 * place.position_m, value(place)))
             .collect()
     };
     let error = |place: &Place| SURE * place.error;
@@ -212,7 +217,7 @@ fn draw(places: &[Place], profile: &MeasuredProfile) -> Figure {
             (x, place.ratio - error(place), place.ratio + error(place))
         })
         .collect();
-    let level = |share: f64| over(&|_| mean * (1.0 + share));
+    let level = |share: f64| curve(&|_| mean * (1.0 + share));
     Figure {
         name: "plate-profile".to_owned(),
         title: "Amplitude along the plate".to_owned(),
@@ -235,7 +240,7 @@ fn draw(places: &[Place], profile: &MeasuredProfile) -> Figure {
                 Series::line(Ink::Grey, Dash::Solid, level(0.0)),
                 Series::line(Ink::Grey, Dash::Dashed, level(UNIFORM)),
                 Series::line(Ink::Grey, Dash::Dashed, level(-UNIFORM)),
-                Series::points(Ink::Black, Marker::Circle, over(&|place| place.ratio)),
+                Series::points(Ink::Black, Marker::Circle, curve(&|place| place.ratio)),
             ],
             ..Panel::new(
                 Axis::linear("Position along the plate (mm)"),

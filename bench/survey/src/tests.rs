@@ -8,7 +8,7 @@ use config::{CalibrationFile, Config, Identity, PROFILE_RATIOS, Uniformity};
 
 use crate::finger_procedure::FingerProcedure;
 use crate::profile_procedure::{PLACES, Place, ProfileProcedure, unusable};
-use crate::profile_verdict::{judged, judged_kept};
+use crate::profile_verdict::{judge_length, judge_places};
 
 const CONFIG: &str = include_str!("../../mock-bench.toml");
 
@@ -24,7 +24,7 @@ fn procedure(config: &str, attended: bool) -> anyhow::Result<FingerProcedure> {
 }
 
 /// Returns a capture with this normal force, N, alternating by ± `tremor_n`.
-fn under(normal_n: f64, tremor_n: f64) -> Capture {
+fn capture_under(normal_n: f64, tremor_n: f64) -> Capture {
     Capture {
         normal_n: vec![normal_n - tremor_n, normal_n + tremor_n],
         lateral_n: vec![0.0; 2],
@@ -37,7 +37,7 @@ fn asks_for_the_finger(step: &NextStep) -> bool {
 }
 
 /// Places a finger in a procedure that has measured the bare plate.
-fn placed(finger: &mut FingerProcedure) {
+fn place_finger(finger: &mut FingerProcedure) {
     finger.ask();
     let ready = StepOutcome::Answered(Answer::Ready, Capture::default());
     assert!(matches!(finger.next(ready).unwrap(), NextStep::Listen(_)));
@@ -54,9 +54,9 @@ fn nothing_is_driven_under_a_finger_that_does_not_rest_as_it_must() {
         (f64::NAN, 0.0),
     ] {
         let mut finger = procedure(CONFIG, true).unwrap();
-        placed(&mut finger);
+        place_finger(&mut finger);
         let step = finger
-            .next(StepOutcome::Captured(under(normal_n, tremor_n)))
+            .next(StepOutcome::Captured(capture_under(normal_n, tremor_n)))
             .unwrap();
         assert!(
             asks_for_the_finger(&step),
@@ -70,8 +70,8 @@ fn nothing_is_driven_under_a_finger_that_does_not_rest_as_it_must() {
 fn where_nobody_can_be_asked_it_gives_up() {
     let mut finger = procedure(CONFIG, false).unwrap();
     for last in [false, false, true] {
-        placed(&mut finger);
-        let next = finger.next(StepOutcome::Captured(under(2.0, 0.0)));
+        place_finger(&mut finger);
+        let next = finger.next(StepOutcome::Captured(capture_under(2.0, 0.0)));
         assert_eq!(next.is_err(), last);
     }
 }
@@ -81,13 +81,13 @@ fn where_nobody_can_be_asked_it_gives_up() {
 fn a_bench_that_wants_a_held_switch_or_has_no_force_sensor_drives_no_finger() {
     assert!(procedure(CONFIG, true).is_ok());
     let dead_man = CONFIG.replace("[safety]\n", "[safety]\ndead_man = \"button\"\n");
-    let refused = |text: &str| procedure(text, true).err().map(|error| error.to_string());
-    let why = refused(&dead_man).unwrap_or_default();
+    let refusal = |text: &str| procedure(text, true).err().map(|error| error.to_string());
+    let why = refusal(&dead_man).unwrap_or_default();
     assert!(why.contains("dead_man"), "{why}");
     let from = CONFIG.find("[force]").unwrap();
     let to = CONFIG.find("[encoder]").unwrap();
-    let without = format!("{}{}", &CONFIG[..from], &CONFIG[to..]);
-    let why = refused(&without).unwrap_or_default();
+    let without_force = format!("{}{}", &CONFIG[..from], &CONFIG[to..]);
+    let why = refusal(&without_force).unwrap_or_default();
     assert!(why.contains("[force]"), "{why}");
 }
 
@@ -110,12 +110,13 @@ fn a_plate_is_uniform_only_if_its_errors_allow_to_say_so() {
         ([-0.05, 0.025, 0.025], 1e-3, Uniformity::NotUniform),
         ([-0.05, 0.025, 0.025], 2e-2, Uniformity::Undecided),
     ] {
-        let (departure, of, verdict) = judged(&places(&departures, error));
+        let (departure, deviation, verdict) = judge_places(&places(&departures, error));
         assert_eq!(verdict, expected, "{departures:?} ± {error}");
         // The mean includes a third of each place's error, its own included.
-        let (own, other) = ((2.0 - departure) / 3.0, (1.0 + departure) / 3.0);
-        let expected_error = error * (own * own + 2.0 * other * other).sqrt();
-        assert!((of - expected_error).abs() < 1e-12, "{of}");
+        let (own_weight, other_weight) = ((2.0 - departure) / 3.0, (1.0 + departure) / 3.0);
+        let expected_error =
+            error * (own_weight * own_weight + 2.0 * other_weight * other_weight).sqrt();
+        assert!((deviation - expected_error).abs() < 1e-12, "{deviation}");
         let largest = departures[0];
         assert!(
             (departure - largest).abs() < 1e-12,
@@ -132,37 +133,37 @@ fn a_plate_is_judged_by_each_of_its_places_with_its_error() {
             ratio,
             error,
         };
-        let (departure, _, verdict) = judged(&ratios.map(place));
+        let (departure, _, verdict) = judge_places(&ratios.map(place));
         (verdict, (1e3 * departure).round())
     };
     // The largest deviation is well known; another one may be larger.
-    let doubtful = [(1.015, 1e-4), (0.988, 0.02), (0.997, 1e-4)];
-    assert_eq!(verdict(doubtful), (Uniformity::Undecided, -12.0));
+    let uncertain_ratios = [(1.015, 1e-4), (0.988, 0.02), (0.997, 1e-4)];
+    assert_eq!(verdict(uncertain_ratios), (Uniformity::Undecided, -12.0));
     // The largest deviation is uncertain, another one is not.
-    let sure = [(1.04, 0.02), (0.965, 1e-4), (0.995, 1e-4)];
-    assert_eq!(verdict(sure), (Uniformity::NotUniform, -35.0));
+    let certain_ratios = [(1.04, 0.02), (0.965, 1e-4), (0.995, 1e-4)];
+    assert_eq!(verdict(certain_ratios), (Uniformity::NotUniform, -35.0));
     // The second place differs significantly from the others, but not from a mean that an uncertain place shifts.
-    let moved = [(1.06, 0.06), (0.975, 1e-4), (0.985, 1e-4)];
-    assert_eq!(verdict(moved).0, Uniformity::Undecided);
-    assert_eq!(judged(&[]).2, Uniformity::Undecided);
+    let shifted_ratios = [(1.06, 0.06), (0.975, 1e-4), (0.985, 1e-4)];
+    assert_eq!(verdict(shifted_ratios).0, Uniformity::Undecided);
+    assert_eq!(judge_places(&[]).2, Uniformity::Undecided);
 }
 
 #[test]
 fn the_kept_length_is_judged_by_itself_up_to_its_ends() {
     // From 5 mm to 5 mm before the end of a plate of 105 mm; the kept length is from 22.5 to 82.5 mm.
-    let along = |count: u32, drop: f64| -> Vec<Place> {
+    let profile = |count: u32, drop: f64| -> Vec<Place> {
         let place = |i| {
             let position_m = 0.005 + 0.095 * f64::from(i) / f64::from(count - 1);
-            let from_middle = position_m / 0.0525 - 1.0;
+            let offset = position_m / 0.0525 - 1.0;
             Place {
                 position_m,
-                ratio: 1.1 * (1.0 - drop * from_middle * from_middle),
+                ratio: 1.1 * (1.0 - drop * offset * offset),
                 error: 1e-3,
             }
         };
         (0..count).map(place).collect()
     };
-    for (count, drop, whole, kept) in [
+    for (count, drop, plate_verdict, kept_verdict) in [
         (7, 0.0, Uniformity::Uniform, Uniformity::Uniform),
         // Uniform within the kept length, not uniform at the plate's ends.
         (7, 0.06, Uniformity::NotUniform, Uniformity::Uniform),
@@ -171,21 +172,21 @@ fn the_kept_length_is_judged_by_itself_up_to_its_ends() {
         (4, 0.2, Uniformity::NotUniform, Uniformity::NotUniform),
         (3, 0.2, Uniformity::NotUniform, Uniformity::NotUniform),
     ] {
-        let places = along(count, drop);
-        assert_eq!(judged(&places).2, whole, "{count}, {drop}");
-        let found = judged_kept(&places, 0.0525).map(|kept| kept.verdict);
-        assert_eq!(found, Some(kept), "{count}, {drop}");
+        let places = profile(count, drop);
+        assert_eq!(judge_places(&places).2, plate_verdict, "{count}, {drop}");
+        let judgement = judge_length(&places, 0.0525).map(|length| length.verdict);
+        assert_eq!(judgement, Some(kept_verdict), "{count}, {drop}");
     }
     // The kept length lies about the plate's centre, at any position.
-    assert_eq!(judged_kept(&along(7, 0.0), 10.0), None);
+    assert_eq!(judge_length(&profile(7, 0.0), 10.0), None);
     // The ends deviate most: without a reading at one of them, there is no verdict on the whole.
-    for (skipped, taken) in [(4, 3), (0, 8), (3, 8)] {
-        let measured: Vec<Place> = along(11, 0.2)
+    for (skipped, count_taken) in [(4, 3), (0, 8), (3, 8)] {
+        let measured: Vec<Place> = profile(11, 0.2)
             .into_iter()
             .skip(skipped)
-            .take(taken)
+            .take(count_taken)
             .collect();
-        assert_eq!(judged_kept(&measured, 0.0525), None, "{measured:?}");
+        assert_eq!(judge_length(&measured, 0.0525), None, "{measured:?}");
     }
 }
 
@@ -203,15 +204,15 @@ fn a_ratio_that_no_recording_takes_is_not_kept() {
 #[test]
 fn too_few_or_too_many_places_and_a_plate_too_short_for_them_are_refused() {
     let config = Config::parse(CONFIG, "test").unwrap();
-    let along = |config: &Config, places| {
+    let procedure = |config: &Config, places| {
         ProfileProcedure::new(plate(config).unwrap(), config, 1e-6, places, true)
     };
     let [fewest, most] = PLACES;
-    assert!(along(&config, fewest).is_ok() && along(&config, most).is_ok());
+    assert!(procedure(&config, fewest).is_ok() && procedure(&config, most).is_ok());
     for places in [0, 1, fewest - 1, most + 1, u32::MAX] {
-        assert!(along(&config, places).is_err(), "{places}");
+        assert!(procedure(&config, places).is_err(), "{places}");
     }
     let mut short = config;
     short.plate.length_m = 0.01;
-    assert!(along(&short, fewest).is_err());
+    assert!(procedure(&short, fewest).is_err());
 }

@@ -128,8 +128,8 @@ mod tests {
         let suspended_ns = clock.suspended_ns();
         let later_ns = boot_ns().unwrap();
         assert!(suspended_ns <= later_ns && clock.now_ns() < HOUR_NS);
-        let passed = Clock::utc(&clock).duration_since(clock.date);
-        assert!(passed.as_nanos() >= i128::from(suspended_ns));
+        let elapsed = Clock::utc(&clock).duration_since(clock.date);
+        assert!(elapsed.as_nanos() >= i128::from(suspended_ns));
         assert!((clock.since_origin_s() - 1e-9 * later_ns as f64).abs() < 60.0);
         let awake = SystemClock::start();
         assert!(awake.suspended_ns() < HOUR_NS);

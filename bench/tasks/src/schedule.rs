@@ -214,18 +214,18 @@ fn run_threads(
         }
     }
     // Every task first stops polling, then each finishes in the order given: producers before the recorder.
-    let mut returned = Vec::new();
+    let mut finished = Vec::new();
     for (name, thread) in threads {
         match thread.join() {
             Ok((task, outcome)) => {
                 result = result.and(outcome);
-                returned.push(task);
+                finished.push(task);
             }
             Err(_) => result = result.and(Err(Panicked).context(name)),
         }
     }
     // All tasks are kept until all have finished: the screen closes with the last task that supplies its data.
-    for task in &mut returned {
+    for task in &mut finished {
         result = result.and(finish(task.as_mut(), stop));
     }
     result
@@ -402,14 +402,14 @@ mod tests {
             polled: || (),
             log: log.clone(),
         };
-        let (raised, seen) = (stop.clone(), log.clone());
+        let (task_stop, task_log) = (stop.clone(), log.clone());
         let disk = LoggingTask {
             name: "disk",
             polled: move || {
-                raised.raise();
-                let begun = std::time::Instant::now();
-                while seen.lock().unwrap().is_empty() {
-                    assert!(begun.elapsed() < Duration::from_secs(60), "the watch waits");
+                task_stop.raise();
+                let start = std::time::Instant::now();
+                while task_log.lock().unwrap().is_empty() {
+                    assert!(start.elapsed() < Duration::from_secs(60), "the watch waits");
                     std::thread::sleep(Duration::from_millis(1));
                 }
             },

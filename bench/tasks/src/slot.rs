@@ -51,7 +51,7 @@ impl<T: Clone> Slot<T> {
             .clone()
     }
 
-    /// Updates `seen` to the latest value, unless another thread uses the slot at this moment: for a thread of high
+    /// Updates `reading` to the latest value, unless another thread uses the slot at this moment: for a thread of high
     /// priority, which must not wait for one of lower priority.
     ///
     /// ```
@@ -60,9 +60,9 @@ impl<T: Clone> Slot<T> {
     /// force_n.look(&mut seen);
     /// assert_eq!(seen, Some(0.4));
     /// ```
-    pub fn look(&self, seen: &mut Option<T>) {
+    pub fn look(&self, reading: &mut Option<T>) {
         if let Some(latest) = self.without_waiting() {
-            seen.clone_from(&latest);
+            reading.clone_from(&latest);
         }
     }
 
@@ -93,15 +93,15 @@ mod tests {
     fn a_slot_that_another_thread_holds_is_not_waited_for() {
         let slot = Slot::default();
         slot.set(1);
-        let (mut seen, mut offered) = (None, Some(3));
-        slot.look(&mut seen);
-        let held = slot.0.lock().unwrap();
-        slot.look(&mut seen);
+        let (mut latest, mut offered) = (None, Some(3));
+        slot.look(&mut latest);
+        let guard = slot.0.lock().unwrap();
+        slot.look(&mut latest);
         slot.offer(&mut offered);
-        assert_eq!((seen, offered), (Some(1), Some(3)));
-        drop(held);
+        assert_eq!((latest, offered), (Some(1), Some(3)));
+        drop(guard);
         slot.offer(&mut offered);
-        slot.look(&mut seen);
-        assert_eq!((seen, offered), (Some(3), None));
+        slot.look(&mut latest);
+        assert_eq!((latest, offered), (Some(3), None));
     }
 }

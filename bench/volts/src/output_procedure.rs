@@ -231,20 +231,20 @@ impl OutputProcedure {
         }
         let (meter, level_v) = (&self.setup.meter, self.setup.levels_v[self.level]);
         let ratio = known_v / level_v;
-        let off = (ratio - 1.0).abs() > SURPRISE && self.queried_v != Some(known_v);
-        off.then(|| {
+        let is_off = (ratio - 1.0).abs() > SURPRISE && self.queried_v != Some(known_v);
+        is_off.then(|| {
             let slip = UnitSlip::of(ratio).map_or(String::new(), |slip| format!(" ({slip})"));
-            let per = meter.reads.peak_per_reading();
+            let peak_v = meter.reads.peak_per_reading();
             format!(
                 "{:.3} {}, but the bench believes {:.3}{slip}. Check meter, range and leads; type it again to confirm.",
-                known_v / per,
+                known_v / peak_v,
                 meter.reads.unit(),
-                level_v / per
+                level_v / peak_v
             )
         })
     }
 
-    fn typed(&mut self, known_v: f64, capture: &Capture) -> anyhow::Result<NextStep> {
+    fn take_typed(&mut self, known_v: f64, capture: &Capture) -> anyhow::Result<NextStep> {
         self.note = self.refusal(known_v);
         if self.note.is_some() {
             self.queried_v = Some(known_v);
@@ -255,12 +255,12 @@ impl OutputProcedure {
     }
 
     fn read(&mut self, capture: &Capture) -> anyhow::Result<()> {
-        let per = self.setup.meter.reads.peak_per_reading();
+        let peak_v = self.setup.meter.reads.peak_per_reading();
         let (reading, sigma) = match &self.setup.known {
             Known::Values(readings) => (readings[self.level], TYPED_SIGMA * readings[self.level]),
             _ => self.instrument(capture)?,
         };
-        self.keep(capture, SETTLE_S, per * reading, per * sigma)
+        self.keep(capture, SETTLE_S, peak_v * reading, peak_v * sigma)
     }
 
     /// Returns the mean of the instrument's readings and its standard error, in the instrument's unit.
@@ -300,7 +300,7 @@ impl OutputProcedure {
             sigma_v,
         };
         match self.points.get_mut(self.level) {
-            Some(before) => *before = point,
+            Some(previous) => *previous = point,
             None => self.points.push(point),
         }
         self.spare_the_plate(known_v / point.commanded_v);
@@ -334,7 +334,7 @@ impl Procedure for OutputProcedure {
                 self.play()
             }
             (OutputStage::Ladder, StepOutcome::Answered(Answer::Number(known_v), capture)) => {
-                self.typed(known_v, &capture)
+                self.take_typed(known_v, &capture)
             }
             (
                 OutputStage::Ladder | OutputStage::Review,
@@ -365,7 +365,7 @@ impl Procedure for OutputProcedure {
                 (3 + self.level, doing)
             }
         };
-        let per = self.setup.meter.reads.peak_per_reading();
+        let peak_v = self.setup.meter.reads.peak_per_reading();
         let residual = |i: usize| fit.as_ref()?.per_commanded.residuals.get(i).copied();
         CalibrationProgress {
             step,
@@ -378,7 +378,7 @@ impl Procedure for OutputProcedure {
                     at: format!("{:.2} V", point.commanded_v),
                     value: format!(
                         "{:.3} {}",
-                        point.known_v / per,
+                        point.known_v / peak_v,
                         self.setup.meter.reads.unit()
                     ),
                     residual: residual(i).map(|v| format!("{v:+.3} V")),

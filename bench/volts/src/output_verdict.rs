@@ -16,8 +16,8 @@ impl OutputProcedure {
         let value = line.slope * transfer;
         let observed = line.slope_error * transfer;
         // The change from the tone to the carrier cannot be attributed to either amplifier or read-back.
-        let unseen = (0.5 * (self.transfer - 1.0)).hypot(self.setup.meter.accuracy) * value;
-        let error = observed.hypot(unseen);
+        let unobserved = (0.5 * (self.transfer - 1.0)).hypot(self.setup.meter.accuracy) * value;
+        let error = observed.hypot(unobserved);
         Quantity::combined(value, error, observed, line.degrees_of_freedom, "1")
     }
 
@@ -41,11 +41,11 @@ impl OutputProcedure {
                 100.0 * bent
             ));
         }
-        let off = |factor: &Quantity| (factor.value - 1.0).abs() > tolerance;
-        if !off(commanded) && !off(read_back) {
+        let is_off = |factor: &Quantity| (factor.value - 1.0).abs() > tolerance;
+        if !is_off(commanded) && !is_off(read_back) {
             return faults;
         }
-        let cause = match (off(commanded), off(read_back)) {
+        let cause = match (is_off(commanded), is_off(read_back)) {
             (true, true) => {
                 "both volts_per_unit are wrong together, so that command and read-back agree and no watch sees it"
             }

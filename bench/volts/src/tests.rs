@@ -60,7 +60,7 @@ fn capture(hz: f64, read_back_v: f64) -> Capture {
 }
 
 /// Runs a whole check with an operator who repeats each value until it is accepted; returns the number of queries too.
-fn checked(bench: True, reads: MeterReads, types: Typist) -> (Judged, usize) {
+fn check_volts(bench: True, reads: MeterReads, types: Typist) -> (Judged, usize) {
     let mut procedure = OutputProcedure::new(setup(reads, Known::Typed));
     let mut next = procedure.next(StepOutcome::Began).unwrap();
     let mut queried = 0;
@@ -80,15 +80,15 @@ fn checked(bench: True, reads: MeterReads, types: Typist) -> (Judged, usize) {
                 };
                 let plate_v = amplitude_v * bench.per_commanded;
                 let typed_v = types(plate_v) * reads.peak_per_reading();
-                let heard = capture(carrier_hz, plate_v / bench.per_read_back);
-                let answered = StepOutcome::Answered(Answer::Number(typed_v), heard);
-                let next = procedure.next(answered).unwrap();
+                let captured = capture(carrier_hz, plate_v / bench.per_read_back);
+                let outcome = StepOutcome::Answered(Answer::Number(typed_v), captured);
+                let next = procedure.next(outcome).unwrap();
                 queried += usize::from(procedure.progress().note.is_some());
                 next
             }
             NextStep::Ask(Request::Review) => {
-                let kept = StepOutcome::Answered(Answer::Ready, Capture::default());
-                procedure.next(kept).unwrap()
+                let reviewed = StepOutcome::Answered(Answer::Ready, Capture::default());
+                procedure.next(reviewed).unwrap()
             }
             NextStep::Done => break,
             other => panic!("{other:?}"),
@@ -114,7 +114,7 @@ fn right_constants_pass_in_each_unit() {
         (MeterReads::Peak, PEAK),
         (MeterReads::PeakToPeak, |v| 2.0 * v),
     ] {
-        let (judged, queried) = checked(RIGHT, reads, types);
+        let (judged, queried) = check_volts(RIGHT, reads, types);
         assert!(
             judged.faults.is_empty() && queried == 0,
             "{:?}",
@@ -137,7 +137,7 @@ fn one_wrong_constant_in_both_is_found_with_the_volts_that_the_plate_gets() {
         per_commanded: 58.8 / 55.0,
         per_read_back: 58.8 / 55.0,
     };
-    let (judged, queried) = checked(slightly, MeterReads::Rms, RMS);
+    let (judged, queried) = check_volts(slightly, MeterReads::Rms, RMS);
     let [fault] = &judged.faults[..] else {
         panic!("{:?}", judged.faults)
     };
@@ -146,11 +146,11 @@ fn one_wrong_constant_in_both_is_found_with_the_volts_that_the_plate_gets() {
         assert!(fault.contains(words), "{words}: {fault}");
     }
     for factor in [2.0, 0.5] {
-        let both = True {
+        let factors = True {
             per_commanded: factor,
             per_read_back: factor,
         };
-        let (judged, queried) = checked(both, MeterReads::Peak, PEAK);
+        let (judged, queried) = check_volts(factors, MeterReads::Peak, PEAK);
         let fault = judged.faults.concat();
         assert!(fault.contains("wrong together") && queried == 5, "{fault}");
         let proposed = format!("channels.drive.volts_per_unit = {:.2}", 60.0 * factor);
@@ -164,7 +164,7 @@ fn one_wrong_constant_alone_is_named() {
         per_commanded: 0.9,
         per_read_back: 1.0,
     };
-    let (judged, _) = checked(amplifier, MeterReads::Peak, PEAK);
+    let (judged, _) = check_volts(amplifier, MeterReads::Peak, PEAK);
     assert!(
         judged
             .faults
@@ -175,7 +175,7 @@ fn one_wrong_constant_alone_is_named() {
         per_commanded: 1.0,
         per_read_back: 0.9,
     };
-    let (judged, _) = checked(divider, MeterReads::Peak, PEAK);
+    let (judged, _) = check_volts(divider, MeterReads::Peak, PEAK);
     assert!(
         judged
             .faults
@@ -190,7 +190,7 @@ fn another_unit_than_the_one_asked_is_queried_and_named() {
         (MeterReads::Peak, RMS, "0.707 is that of RMS where peak"),
         (MeterReads::Rms, PEAK, "1.414 is that of peak where RMS"),
     ] {
-        let (judged, queried) = checked(RIGHT, reads, types);
+        let (judged, queried) = check_volts(RIGHT, reads, types);
         assert_eq!(queried, 5);
         let fault = judged.faults.concat();
         assert!(fault.contains(words), "{fault}");
@@ -204,9 +204,9 @@ fn note_on(typed_v: f64) -> Option<String> {
     procedure
         .next(StepOutcome::Captured(Capture::default()))
         .unwrap();
-    let heard = capture(35e3, 4.0);
-    let answered = StepOutcome::Answered(Answer::Number(typed_v), heard);
-    procedure.next(answered).unwrap();
+    let captured = capture(35e3, 4.0);
+    let outcome = StepOutcome::Answered(Answer::Number(typed_v), captured);
+    procedure.next(outcome).unwrap();
     procedure.progress().note
 }
 
@@ -255,7 +255,7 @@ fn levels_to_come_are_lowered_where_the_meter_finds_them_too_high() {
 
 #[test]
 fn a_meter_that_is_too_coarse_or_too_slow_is_refused() {
-    let with = |accuracy, up_to_hz, levels_v: Vec<f64>, known| {
+    let setup_with = |accuracy, up_to_hz, levels_v: Vec<f64>, known| {
         let meter = VoltMeter {
             name: "a meter".to_owned(),
             reads: MeterReads::Rms,
@@ -264,15 +264,23 @@ fn a_meter_that_is_too_coarse_or_too_slow_is_refused() {
         };
         OutputSetup::new(&config(), meter, levels_v, known)
     };
-    let three = || vec![5.0, 10.0, 15.0];
-    assert!(with(0.01, Some(1e3), three(), Known::Typed).is_ok());
-    assert!(with(0.5, None, three(), Known::Typed).is_err());
-    assert!(with(f64::NAN, None, three(), Known::Typed).is_err());
-    assert!(with(0.01, Some(10.0), three(), Known::Typed).is_err());
-    assert!(with(0.01, Some(f64::NAN), three(), Known::Typed).is_err());
-    assert!(with(0.01, None, vec![5.0, 10.0], Known::Typed).is_err());
-    assert!(with(0.01, None, vec![5.0, 10.0, 56.0], Known::Typed).is_err());
-    assert!(with(0.01, None, three(), Known::Values(vec![3.5, 7.0])).is_err());
-    assert!(with(0.01, None, three(), Known::Values(vec![3.5, 7.0, 1e6])).is_err());
-    assert!(with(0.01, None, three(), Known::Values(vec![3.5, 7.0, f64::NAN])).is_err());
+    let levels = || vec![5.0, 10.0, 15.0];
+    assert!(setup_with(0.01, Some(1e3), levels(), Known::Typed).is_ok());
+    assert!(setup_with(0.5, None, levels(), Known::Typed).is_err());
+    assert!(setup_with(f64::NAN, None, levels(), Known::Typed).is_err());
+    assert!(setup_with(0.01, Some(10.0), levels(), Known::Typed).is_err());
+    assert!(setup_with(0.01, Some(f64::NAN), levels(), Known::Typed).is_err());
+    assert!(setup_with(0.01, None, vec![5.0, 10.0], Known::Typed).is_err());
+    assert!(setup_with(0.01, None, vec![5.0, 10.0, 56.0], Known::Typed).is_err());
+    assert!(setup_with(0.01, None, levels(), Known::Values(vec![3.5, 7.0])).is_err());
+    assert!(setup_with(0.01, None, levels(), Known::Values(vec![3.5, 7.0, 1e6])).is_err());
+    assert!(
+        setup_with(
+            0.01,
+            None,
+            levels(),
+            Known::Values(vec![3.5, 7.0, f64::NAN])
+        )
+        .is_err()
+    );
 }

@@ -89,12 +89,12 @@ fn the_heartbeat_passes_while_the_enable_is_on_and_stands_still_otherwise() {
         guard.hear(2_000 * k, beat(true, k % 2 == 0), true);
         assert_eq!(guard.outputs().heartbeat, k % 2 == 0);
     }
-    let stood = guard.outputs().heartbeat;
+    let level = guard.outputs().heartbeat;
     guard.look(500_000, true);
     for k in 0..100 {
         let order = beat(k % 3 == 0, k % 2 == 0);
         guard.hear(500_000 + 2_000 * k, order, false);
-        assert_eq!(guard.outputs().heartbeat, stood);
+        assert_eq!(guard.outputs().heartbeat, level);
     }
 }
 
@@ -107,12 +107,12 @@ enum Moment {
 }
 
 fn moment() -> impl Strategy<Value = (u64, Moment)> {
-    let what = prop_oneof![
+    let event = prop_oneof![
         6 => Just(Moment::Look),
         6 => any::<(bool, bool)>().prop_map(|(enable, heartbeat)| Moment::Hear(enable, heartbeat)),
         1 => any::<bool>().prop_map(Moment::Estop),
     ];
-    (0..30_000u64, what)
+    (0..30_000u64, event)
 }
 
 proptest! {
@@ -158,7 +158,7 @@ proptest! {
     ) {
         let mut guard = Guard::default();
         let (mut now_us, mut closed, mut released, mut heard_us) = (0, true, false, 0);
-        let mut was_on = false;
+        let mut was_enabled = false;
         for (later_us, moment) in moments {
             now_us += later_us;
             match moment {
@@ -173,17 +173,17 @@ proptest! {
                     released |= !enable;
                 }
             }
-            let on = guard.outputs().enable;
-            prop_assert!(!on || closed && now_us - heard_us < SILENCE_US);
-            prop_assert!(was_on || !on || released, "enabled without a release");
+            let enabled = guard.outputs().enable;
+            prop_assert!(!enabled || closed && now_us - heard_us < SILENCE_US);
+            prop_assert!(was_enabled || !enabled || released, "enabled without a release");
             // An enable that went off by a stop must be released again.
-            if was_on && !on && !matches!(moment, Moment::Hear(false, _)) {
+            if was_enabled && !enabled && !matches!(moment, Moment::Hear(false, _)) {
                 released = false;
             }
-            if on {
+            if enabled {
                 released = false;
             }
-            was_on = on;
+            was_enabled = enabled;
         }
     }
 }

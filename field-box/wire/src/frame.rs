@@ -62,7 +62,7 @@ impl Fields {
     }
 
     /// Appends a field; all messages of this crate fit, as their tests show.
-    pub(crate) fn put(mut self, bytes: &[u8]) -> Self {
+    pub(crate) fn with_bytes(mut self, bytes: &[u8]) -> Self {
         self.body[self.length..self.length + bytes.len()].copy_from_slice(bytes);
         self.length += bytes.len();
         self
@@ -70,9 +70,9 @@ impl Fields {
 
     pub(crate) fn encode(self) -> Encoded {
         let crc = CRC.checksum(&self.body[..self.length]).to_le_bytes();
-        let whole = self.put(&crc);
+        let frame = self.with_bytes(&crc);
         let mut bytes = [0; LONGEST_BYTES];
-        let length = cobs::encode(&whole.body[..whole.length], &mut bytes);
+        let length = cobs::encode(&frame.body[..frame.length], &mut bytes);
         // The zero that follows is the delimiter.
         Encoded {
             bytes,
@@ -84,9 +84,9 @@ impl Fields {
 /// Decodes a frame in place, without its delimiter; returns its kind and its fields.
 pub(crate) fn decode(encoded: &mut [u8]) -> Result<(u8, &[u8]), Refused> {
     let length = cobs::decode_in_place(encoded).map_err(|_| Refused::Torn)?;
-    let whole = encoded.get(..length).ok_or(Refused::Torn)?;
-    let end = whole.len().checked_sub(CRC_BYTES).ok_or(Refused::Torn)?;
-    let (body, crc) = whole.split_at(end);
+    let frame = encoded.get(..length).ok_or(Refused::Torn)?;
+    let end = frame.len().checked_sub(CRC_BYTES).ok_or(Refused::Torn)?;
+    let (body, crc) = frame.split_at(end);
     if CRC.checksum(body).to_le_bytes() != crc {
         return Err(Refused::Torn);
     }

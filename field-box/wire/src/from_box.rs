@@ -115,10 +115,10 @@ impl FromBox {
     pub fn encode(&self) -> Encoded {
         match self {
             Self::Identity(identity) => Fields::new(IDENTITY)
-                .put(&identity.firmware)
-                .put(&identity.serial)
-                .put(&identity.report_hz.to_le_bytes())
-                .put(&[identity.converter_bits])
+                .with_bytes(&identity.firmware)
+                .with_bytes(&identity.serial)
+                .with_bytes(&identity.report_hz.to_le_bytes())
+                .with_bytes(&[identity.converter_bits])
                 .encode(),
             Self::Report(report) => {
                 let stop = match report.stop {
@@ -129,13 +129,13 @@ impl FromBox {
                 };
                 let [normal, lateral] = report.counts;
                 Fields::new(REPORT)
-                    .put(&report.sequence.to_le_bytes())
-                    .put(&report.device_us.to_le_bytes())
-                    .put(&normal.to_le_bytes())
-                    .put(&lateral.to_le_bytes())
-                    .put(&report.position.to_le_bytes())
-                    .put(&[report.levels.bits(), stop])
-                    .put(&report.heard.to_le_bytes())
+                    .with_bytes(&report.sequence.to_le_bytes())
+                    .with_bytes(&report.device_us.to_le_bytes())
+                    .with_bytes(&normal.to_le_bytes())
+                    .with_bytes(&lateral.to_le_bytes())
+                    .with_bytes(&report.position.to_le_bytes())
+                    .with_bytes(&[report.levels.bits(), stop])
+                    .with_bytes(&report.heard.to_le_bytes())
                     .encode()
             }
         }
@@ -178,11 +178,11 @@ impl FromBox {
 }
 
 /// Returns the `N` bytes of a field.
-fn field<const N: usize>(fields: &[u8], at: usize) -> Option<[u8; N]> {
-    fields.get(at..at + N)?.try_into().ok()
+fn field<const N: usize>(fields: &[u8], offset: usize) -> Option<[u8; N]> {
+    fields.get(offset..offset + N)?.try_into().ok()
 }
 
-/// Returns the byte at `at` if it is the last one.
-fn last(fields: &[u8], at: usize) -> Option<u8> {
-    (fields.len() == at + 1).then(|| fields[at])
+/// Returns the byte at `offset` if it is the last one.
+fn last(fields: &[u8], offset: usize) -> Option<u8> {
+    (fields.len() == offset + 1).then(|| fields[offset])
 }

@@ -30,7 +30,7 @@ pub struct Listener<M> {
     encoded: [u8; LONGEST_BYTES],
     length: usize,
     overlong: bool,
-    of: PhantomData<M>,
+    message: PhantomData<M>,
 }
 
 impl<M> Default for Listener<M> {
@@ -39,7 +39,7 @@ impl<M> Default for Listener<M> {
             encoded: [0; LONGEST_BYTES],
             length: 0,
             overlong: false,
-            of: PhantomData,
+            message: PhantomData,
         }
     }
 }

@@ -37,8 +37,8 @@ impl ToBox {
                 let enable = u8::from(word.enable) * ENABLE;
                 let heartbeat = u8::from(word.heartbeat) * HEARTBEAT;
                 Fields::new(WORD)
-                    .put(&word.sequence.to_le_bytes())
-                    .put(&[enable | heartbeat])
+                    .with_bytes(&word.sequence.to_le_bytes())
+                    .with_bytes(&[enable | heartbeat])
                     .encode()
             }
         }

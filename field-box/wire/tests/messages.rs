@@ -9,7 +9,7 @@ use field_box_wire::{
 };
 use proptest::prelude::*;
 
-fn heard<M: field_box_wire::Message>(bytes: &[u8]) -> Vec<Result<M, Refused>> {
+fn messages_in<M: field_box_wire::Message>(bytes: &[u8]) -> Vec<Result<M, Refused>> {
     let mut listener = Listener::default();
     let bytes = bytes.iter();
     bytes.filter_map(|&byte| listener.hear(byte)).collect()
@@ -18,8 +18,8 @@ fn heard<M: field_box_wire::Message>(bytes: &[u8]) -> Vec<Result<M, Refused>> {
 /// Returns the bytes of the example `name`.
 fn golden(name: &str) -> Vec<u8> {
     let lines = include_str!("../golden.txt").lines();
-    let found = lines.filter_map(|line| line.split_once(": "));
-    let (_, hex) = { found }.find(|(known, _)| *known == name).unwrap();
+    let entries = lines.filter_map(|line| line.split_once(": "));
+    let (_, hex) = { entries }.find(|(known, _)| *known == name).unwrap();
     hex.split(' ')
         .map(|byte| u8::from_str_radix(byte, 16).unwrap())
         .collect()
@@ -86,7 +86,7 @@ fn each_message_is_its_golden_bytes() {
     ] {
         let bytes = golden(name);
         assert_eq!(message.encode()[..], bytes, "{name}");
-        assert_eq!(heard(&bytes), [Ok(message)], "{name}");
+        assert_eq!(messages_in(&bytes), [Ok(message)], "{name}");
     }
     for (name, message) in [
         ("ask", ToBox::Ask),
@@ -95,27 +95,30 @@ fn each_message_is_its_golden_bytes() {
     ] {
         let bytes = golden(name);
         assert_eq!(message.encode()[..], bytes, "{name}");
-        assert_eq!(heard(&bytes), [Ok(message)], "{name}");
+        assert_eq!(messages_in(&bytes), [Ok(message)], "{name}");
     }
 }
 
 #[test]
 fn a_message_of_another_version_tells_which() {
     assert_eq!(
-        heard::<FromBox>(&golden("identity, version 2")),
+        messages_in::<FromBox>(&golden("identity, version 2")),
         [Err(Refused::Version(2))]
     );
     // A force sensor at the box's port is not mistaken for the box.
     assert_eq!(
-        heard::<FromBox>(&golden("a force sensor's frame")),
+        messages_in::<FromBox>(&golden("a force sensor's frame")),
         [Err(Refused::Unknown)]
     );
     // Neither end accepts the other end's messages.
     assert_eq!(
-        heard::<FromBox>(&golden("word, on")),
+        messages_in::<FromBox>(&golden("word, on")),
         [Err(Refused::Unknown)]
     );
-    assert_eq!(heard::<ToBox>(&golden("report")), [Err(Refused::Unknown)]);
+    assert_eq!(
+        messages_in::<ToBox>(&golden("report")),
+        [Err(Refused::Unknown)]
+    );
 }
 
 fn any_report() -> impl Strategy<Value = Report> {
@@ -167,7 +170,7 @@ proptest! {
         prop_assert!(encoded.len() <= LONGEST_BYTES);
         prop_assert!(!encoded[..encoded.len() - 1].contains(&0));
         let bytes = [&noise, &[0][..], &encoded].concat();
-        prop_assert_eq!(heard(&bytes).pop(), Some(Ok(message)));
+        prop_assert_eq!(messages_in(&bytes).pop(), Some(Ok(message)));
     }
 
     /// Fault 41.
@@ -177,12 +180,12 @@ proptest! {
         let mut bytes = ToBox::Word(Word { sequence, enable, heartbeat }).encode().to_vec();
         let bit = bit % (8 * (bytes.len() - 1));
         bytes[bit / 8] ^= 1 << (bit % 8);
-        prop_assert!(heard::<ToBox>(&bytes).iter().all(Result::is_err));
+        prop_assert!(messages_in::<ToBox>(&bytes).iter().all(Result::is_err));
     }
 
     /// Fault 41.
     #[test]
     fn noise_is_never_a_word(noise in prop::collection::vec(any::<u8>(), 0..4000)) {
-        prop_assert!(heard::<ToBox>(&noise).iter().all(Result::is_err));
+        prop_assert!(messages_in::<ToBox>(&noise).iter().all(Result::is_err));
     }
 }

@@ -14,7 +14,7 @@ use super::channels_setup::{
     BELOW_HZ, ChannelsSetup, DWELL_S, LADDER_DWELL_S, LADDER_OFFSET_HZ, LISTEN_S, LOOK_DWELL_S,
     LOOK_STEP_HZ, SETTLE_S, SPAN_HZ, TONES, TONES_LEVEL,
 };
-use super::faint_look::{looked, looked_alone, peaks};
+use super::faint_look::{faint_amplitudes, peaks, require_alone};
 use super::input_noise::{NOISE_RESOLUTION_HZ, noise_band};
 use super::ladder::{self, Rung};
 use super::silence;
@@ -61,7 +61,7 @@ pub struct ChannelsProcedure {
     faint: Vec<f64>,
     pub(super) tones_v: f64,
     pub(super) patched: Tones,
-    pub(super) alone: Tones,
+    pub(super) drive_alone: Tones,
     pub(super) latencies: Vec<f64>,
     pub(super) rows: Vec<ToneRow>,
     pub(super) warnings: Vec<String>,
@@ -80,7 +80,7 @@ impl ChannelsProcedure {
             ladders: Vec::new(),
             faint: Vec::new(),
             patched: Vec::new(),
-            alone: Vec::new(),
+            drive_alone: Vec::new(),
             latencies: Vec::new(),
             rows: Vec::new(),
             warnings: Vec::new(),
@@ -98,17 +98,17 @@ impl ChannelsProcedure {
 
     fn look(&self) -> anyhow::Result<NextStep> {
         let lowest = self.setup.carrier_hz - 2.0 * LOOK_STEP_HZ;
-        let below = BELOW_HZ.into_iter().filter(|hz| *hz < lowest);
-        let tones: Vec<f64> = below.chain(self.setup.near()).collect();
+        let low_tones = BELOW_HZ.into_iter().filter(|hz| *hz < lowest);
+        let tones: Vec<f64> = low_tones.chain(self.setup.near()).collect();
         self.play(&tones, LOOK_DWELL_S, self.setup.faint_v())
     }
 
     fn tones(&self) -> anyhow::Result<NextStep> {
         let carrier_hz = self.setup.carrier_hz;
         let span_hz = SPAN_HZ.min(0.49 * self.setup.rate_hz() - carrier_hz);
-        let up =
+        let ascending =
             (0..TONES).map(|i| carrier_hz + span_hz * (2.0 * i as f64 / (TONES - 1) as f64 - 1.0));
-        let tones: Vec<f64> = up.clone().chain(up.rev()).collect();
+        let tones: Vec<f64> = ascending.clone().chain(ascending.rev()).collect();
         self.play(&tones, DWELL_S, self.tones_v)
     }
 
@@ -121,10 +121,10 @@ impl ChannelsProcedure {
     /// Records the time from the generator's start to the first tone that came back.
     fn note_latency(&mut self, capture: &Capture) {
         let ramp = self.setup.config.limits.ramp_s * self.setup.rate_hz();
-        if let (Some(began), Some(first)) = (capture.began, capture.dwells.first()) {
+        if let (Some(start), Some(first)) = (capture.began, capture.dwells.first()) {
             let onset = first.frames.start as f64 - ramp;
             self.latencies
-                .push((onset - began as f64) / self.setup.rate_hz());
+                .push((onset - start as f64) / self.setup.rate_hz());
         }
     }
 
@@ -234,7 +234,7 @@ impl ChannelsProcedure {
                 self.look()
             }
             ChannelsStage::Looking => {
-                self.faint = looked(&self.setup, capture)?;
+                self.faint = faint_amplitudes(&self.setup, capture)?;
                 self.stage = ChannelsStage::Climbing;
                 self.climb()
             }
@@ -248,12 +248,12 @@ impl ChannelsProcedure {
                 self.ask(ChannelsStage::Unplugging, Cabling::DriveOnly)
             }
             ChannelsStage::LookingAlone => {
-                looked_alone(&self.setup, &self.faint, capture)?;
+                require_alone(&self.setup, &self.faint, capture)?;
                 self.stage = ChannelsStage::SoundingAlone;
                 self.tones()
             }
             ChannelsStage::SoundingAlone => {
-                self.alone = self.sound(capture, "drive only")?;
+                self.drive_alone = self.sound(capture, "drive only")?;
                 self.ask(ChannelsStage::PuttingBack, Cabling::Bench)
             }
             ChannelsStage::ListeningAtLast => {

@@ -52,11 +52,11 @@ impl ChannelsSetup {
     /// Plans a measurement about the plate's resonance, up to the lower of `limits.drive_v` and the output's full
     /// scale.
     #[must_use]
-    pub fn new(config: &Config, held: &config::CalibrationFile) -> Self {
+    pub fn new(config: &Config, calibration: &config::CalibrationFile) -> Self {
         Self {
             carrier_hz: config.plate.resonance_hz,
             highest_v: config.limits.drive_v.min(config.output.volts_per_unit),
-            before: held.channels.clone(),
+            before: calibration.channels.clone(),
             delays_s: Vec::new(),
             config: config.clone(),
         }
@@ -90,7 +90,7 @@ impl ChannelsSetup {
 
     /// Returns the tones of the faint scan about the carrier, Hz.
     pub(super) fn near(&self) -> [f64; 3] {
-        [-LOOK_STEP_HZ, 0.0, LOOK_STEP_HZ].map(|off| self.carrier_hz + off)
+        [-LOOK_STEP_HZ, 0.0, LOOK_STEP_HZ].map(|offset_hz| self.carrier_hz + offset_hz)
     }
 
     /// Returns the sample rate, Hz.

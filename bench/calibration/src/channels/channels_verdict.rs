@@ -98,7 +98,7 @@ impl ChannelsProcedure {
             return Ok((channel, None, curves));
         }
         let pair = [input, usize::from(self.setup.drive())];
-        let leaked = ratios(&self.alone, pair, &self.noise, None);
+        let leaked = ratios(&self.drive_alone, pair, &self.noise, None);
         let ratios = ratios(&self.patched, pair, &self.noise, Some(&leaked));
         let fit = ChannelFit::fit(&ratios, self.setup.carrier_hz)?;
         curves.departures = ratios
@@ -111,25 +111,25 @@ impl ChannelsProcedure {
         let crosstalk = self.crosstalk(&leaked);
         // Crosstalk into the drive's input is not measured: it is assumed to be as large, to have any phase, and to vary over
         // the band as with a delay like this channel's.
-        let back = crosstalk.value;
-        let quantity = |estimate: FittedValue, scale: f64, unseen: f64, unit: &str| {
+        let crosstalk_ratio = crosstalk.value;
+        let quantity = |estimate: FittedValue, scale: f64, unobserved: f64, unit: &str| {
             let observed = scale * estimate.standard_error;
             Quantity::combined(
                 scale * estimate.value,
-                observed.hypot(unseen),
+                observed.hypot(unobserved),
                 observed,
                 fit.degrees_of_freedom,
                 unit,
             )
         };
-        let unseen = back.hypot(fit.departure);
-        channel.gain = quantity(fit.gain, 1.0, unseen * fit.gain.value, "1");
-        channel.phase_rad = quantity(fit.phase_rad, 1.0, unseen, "rad");
+        let unobserved = crosstalk_ratio.hypot(fit.departure);
+        channel.gain = quantity(fit.gain, 1.0, unobserved * fit.gain.value, "1");
+        channel.phase_rad = quantity(fit.phase_rad, 1.0, unobserved, "rad");
         let samples = fit.delay_s.value * self.setup.rate_hz();
         channel.delay = quantity(
             fit.delay_s,
             self.setup.rate_hz(),
-            (back * samples.abs().max(1.0)).hypot(fit.excess_s * self.setup.rate_hz()),
+            (crosstalk_ratio * samples.abs().max(1.0)).hypot(fit.excess_s * self.setup.rate_hz()),
             "samples",
         );
         channel.departure = fit.departure;
@@ -189,11 +189,11 @@ impl ChannelsProcedure {
                 limit,
             });
         }
-        let before = self.setup.before.as_ref();
-        let moved = before
-            .and_then(|before| before.input(input))
-            .map(|before| samples - before.delay.value);
-        if let Some(samples) = moved.filter(|moved| moved.abs() > SLIPPED) {
+        let earlier = self.setup.before.as_ref();
+        let shift = earlier
+            .and_then(|channels| channels.input(input))
+            .map(|channel| samples - channel.delay.value);
+        if let Some(samples) = shift.filter(|shift| shift.abs() > SLIPPED) {
             faults.push(ChannelsFault::SlippedSince { input, samples });
         }
         faults
@@ -304,11 +304,11 @@ impl Calibrates for ChannelsProcedure {
         let mut faults: Vec<String> = Vec::new();
         let (mut inputs, mut curves) = (Vec::new(), Vec::new());
         for index in 0..self.setup.inputs() {
-            let (channel, fit, of_input) = self.input(index)?;
-            let found = self.faults(&channel, fit.as_ref());
-            faults.extend(found.iter().map(ChannelsFault::to_string));
+            let (channel, fit, input_curves) = self.input(index)?;
+            let input_faults = self.faults(&channel, fit.as_ref());
+            faults.extend(input_faults.iter().map(ChannelsFault::to_string));
             inputs.push(channel);
-            curves.push(of_input);
+            curves.push(input_curves);
         }
         let round_trip = self.round_trip();
         if (round_trip.value - 1.0).abs() > config.safety.readback_tolerance {

@@ -70,28 +70,28 @@ pub fn compare(
     present: &Present,
 ) -> Result<(), ChannelsFault> {
     let level = |index: u16| present.levels.get(usize::from(index)).copied();
-    let read = level(drive).unwrap_or(0.0);
-    if read < ABSENT * commanded_units {
+    let drive_level = level(drive).unwrap_or(0.0);
+    if drive_level < ABSENT * commanded_units {
         // The pickup reads the plate's response, but the input with the drive's cable reads the drive itself and is the
         // loudest.
         let share = |input: &config::MeasuredInput| {
             let level = level(input.index).unwrap_or(0.0);
             level / (commanded_units * input.gain.value)
         };
-        let others = calibrated
+        let other_inputs = calibrated
             .inputs
             .iter()
             .filter(|input| input.index != drive);
-        let elsewhere = others
+        let loudest = other_inputs
             .max_by(|a, b| share(a).total_cmp(&share(b)))
             .filter(|input| share(input) >= CARRIES);
-        return Err(match elsewhere {
+        return Err(match loudest {
             Some(input) => ChannelsFault::Swapped {
                 expected: drive,
                 found: input.index,
             },
             None => ChannelsFault::Path(metrology::signal_path::PathFault::Silent {
-                share: read / commanded_units,
+                share: drive_level / commanded_units,
             }),
         });
     }

@@ -96,7 +96,10 @@ fn require_headroom(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result<
 
 /// Rejects saturated, silent and unpatched inputs and broken paths; returns each input's amplitude at the carrier, sample
 /// units.
-pub(super) fn looked(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result<Vec<f64>> {
+pub(super) fn faint_amplitudes(
+    setup: &ChannelsSetup,
+    capture: &Capture,
+) -> anyhow::Result<Vec<f64>> {
     if capture.dwells.is_empty() {
         return Err(ChannelsFault::from(PathFault::Silent { share: 0.0 }).into());
     }
@@ -121,8 +124,8 @@ pub(super) fn looked(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result
             .into());
         }
     }
-    for (input, levels_here) in (0..).zip(&levels) {
-        let shares = std::array::from_fn::<f64, 3, _>(|i| levels_here[i] / levels[drive][i]);
+    for (input, near) in (0..).zip(&levels) {
+        let shares = std::array::from_fn::<f64, 3, _>(|i| near[i] / levels[drive][i]);
         let spread = shares.iter().copied().fold(0.0, f64::max)
             / shares.iter().copied().fold(f64::INFINITY, f64::min);
         let spread_db = 20.0 * spread.log10();
@@ -135,7 +138,7 @@ pub(super) fn looked(setup: &ChannelsSetup, capture: &Capture) -> anyhow::Result
 
 /// Rejects a drive on another input, and cables that should be disconnected; `faint` holds the amplitudes with all cables
 /// connected.
-pub(super) fn looked_alone(
+pub(super) fn require_alone(
     setup: &ChannelsSetup,
     faint: &[f64],
     capture: &Capture,
@@ -144,14 +147,14 @@ pub(super) fn looked_alone(
         return Err(ChannelsFault::from(PathFault::Silent { share: 0.0 }).into());
     }
     let levels = near_levels(setup, capture)?;
-    let carries = |input: u16| {
+    let has_tone = |input: u16| {
         let input = usize::from(input);
         levels[input][1] > COMES_BACK * faint[input]
     };
     let expected = setup.drive();
-    let others = || (0..setup.inputs()).filter(|&input| input != expected);
-    if !carries(expected) {
-        return Err(match others().find(|&input| carries(input)) {
+    let other_inputs = || (0..setup.inputs()).filter(|&input| input != expected);
+    if !has_tone(expected) {
+        return Err(match other_inputs().find(|&input| has_tone(input)) {
             Some(found) => ChannelsFault::Swapped { expected, found },
             None => ChannelsFault::Silent {
                 input: expected,
@@ -161,7 +164,7 @@ pub(super) fn looked_alone(
         }
         .into());
     }
-    match others().find(|&input| carries(input)) {
+    match other_inputs().find(|&input| has_tone(input)) {
         Some(input) => Err(ChannelsFault::StillConnected { input }.into()),
         None => Ok(()),
     }

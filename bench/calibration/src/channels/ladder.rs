@@ -22,9 +22,9 @@ pub const LOWEST: f64 = 0.05;
 /// not cut off.
 const SHORT: f64 = 0.01;
 /// Largest level of an input, relative to its clipping level.
-const BEYOND: f64 = 1.5;
+const LEVEL_LIMIT: f64 = 1.5;
 /// Largest level of the drive's input, relative to its clipping level; lower, because the safety watch reads it.
-const DRIVE_BEYOND: f64 = 1.1;
+const DRIVE_LEVEL_LIMIT: f64 = 1.1;
 
 /// Returns the levels up to `highest_v`, V peak.
 #[must_use]
@@ -32,7 +32,7 @@ pub fn levels_v(highest_v: f64) -> Vec<f64> {
     let count = (-LOWEST.ln() / STEP.ln()).ceil() as i32;
     (0..=count)
         .rev()
-        .map(|below| highest_v * STEP.powi(-below))
+        .map(|step| highest_v * STEP.powi(-step))
         .collect()
 }
 
@@ -114,7 +114,11 @@ pub fn too_far(inputs: &[Vec<Rung>], drive: usize, next_v: f64) -> bool {
             return false;
         };
         let expected = first.amplitude / first.drive_v * next_v;
-        let most = if input == drive { DRIVE_BEYOND } else { BEYOND };
+        let most = if input == drive {
+            DRIVE_LEVEL_LIMIT
+        } else {
+            LEVEL_LIMIT
+        };
         expected > most * rungs[cut].peaks.level
     })
 }
@@ -128,14 +132,18 @@ mod tests {
         levels_v(50.0)
             .into_iter()
             .map(|drive_v| {
-                let whole = gain * drive_v;
+                let amplitude = gain * drive_v;
                 Rung {
                     drive_v,
-                    amplitude: if whole > limit { 0.98 * whole } else { whole },
+                    amplitude: if amplitude > limit {
+                        0.98 * amplitude
+                    } else {
+                        amplitude
+                    },
                     peaks: Peaks {
-                        level: whole.min(limit),
+                        level: amplitude.min(limit),
                         scatter: 1e-6,
-                        flatness: if whole > 1.01 * limit { 5.0 } else { 1.0 },
+                        flatness: if amplitude > 1.01 * limit { 5.0 } else { 1.0 },
                     },
                 }
             })
@@ -152,38 +160,42 @@ mod tests {
 
     #[test]
     fn the_limit_is_found_and_what_lies_below_is_straight() {
-        let found = straightness(&ladder(0.02, 0.5), 1e-7).unwrap();
-        assert_eq!(found.clips_at, Some((0.5, 1e-6)));
-        assert!(found.nonlinearity < 1e-12);
-        let levels: Vec<f64> = found.departures.iter().map(|at| at.0).collect();
+        let limited = straightness(&ladder(0.02, 0.5), 1e-7).unwrap();
+        assert_eq!(limited.clips_at, Some((0.5, 1e-6)));
+        assert!(limited.nonlinearity < 1e-12);
+        let levels: Vec<f64> = limited
+            .departures
+            .iter()
+            .map(|departure| departure.0)
+            .collect();
         assert!(levels_v(50.0).starts_with(&levels) && levels.len() >= 3);
-        assert!(found.clean_up_to > 0.42 && found.clean_up_to <= 0.5);
-        let never = straightness(&ladder(0.01, 1.0), 1e-7).unwrap();
-        assert_eq!((never.clips_at, never.clean_up_to), (None, 0.5));
+        assert!(limited.clean_up_to > 0.42 && limited.clean_up_to <= 0.5);
+        let linear = straightness(&ladder(0.01, 1.0), 1e-7).unwrap();
+        assert_eq!((linear.clips_at, linear.clean_up_to), (None, 0.5));
     }
 
     #[test]
     fn no_input_is_driven_far_beyond_its_limit() {
-        let until = |inputs: &[Vec<Rung>]| {
+        let stop_v = |inputs: &[Vec<Rung>]| {
             levels_v(50.0)
                 .iter()
                 .position(|&next_v| {
-                    let so_far: Vec<Vec<Rung>> = inputs
+                    let ladders: Vec<Vec<Rung>> = inputs
                         .iter()
                         .map(|rungs| {
-                            let below = rungs.iter().filter(|rung| rung.drive_v < next_v);
-                            below.copied().collect()
+                            let lower_rungs = rungs.iter().filter(|rung| rung.drive_v < next_v);
+                            lower_rungs.copied().collect()
                         })
                         .collect();
-                    too_far(&so_far, 0, next_v)
+                    too_far(&ladders, 0, next_v)
                 })
                 .map(|i| levels_v(50.0)[i])
         };
-        assert_eq!(until(&[ladder(0.01, 1.0), ladder(0.015, 1.0)]), None);
-        let drive = until(&[ladder(0.02, 0.5), ladder(0.01, 1.0)]).unwrap();
-        assert!(drive * 0.02 > 0.55 && drive * 0.02 < 0.65, "{drive}");
-        let other = until(&[ladder(0.01, 1.0), ladder(0.04, 0.5)]).unwrap();
-        assert!(other * 0.04 > 0.75 && other * 0.04 < 0.88, "{other}");
+        assert_eq!(stop_v(&[ladder(0.01, 1.0), ladder(0.015, 1.0)]), None);
+        let drive_v = stop_v(&[ladder(0.02, 0.5), ladder(0.01, 1.0)]).unwrap();
+        assert!(drive_v * 0.02 > 0.55 && drive_v * 0.02 < 0.65, "{drive_v}");
+        let other_v = stop_v(&[ladder(0.01, 1.0), ladder(0.04, 0.5)]).unwrap();
+        assert!(other_v * 0.04 > 0.75 && other_v * 0.04 < 0.88, "{other_v}");
     }
 
     #[test]

@@ -11,7 +11,7 @@ const HUM_HZ: f64 = 1e3;
 /// Largest number of tones reported for one input.
 const MOST_TONES: usize = 5;
 /// Distance from the carrier within which a tone falls into the envelope's band, Hz.
-const IN_BAND_HZ: f64 = 2.5e3;
+const ENVELOPE_BAND_HZ: f64 = 2.5e3;
 /// Returns the signals in an input's silence other than noise, a line each: a constant offset, mains hum, foreign tones.
 pub(super) fn warnings(input: u16, spectrum: &Spectrum, carrier_hz: f64) -> Vec<String> {
     let mut lines = Vec::new();
@@ -27,13 +27,13 @@ pub(super) fn warnings(input: u16, spectrum: &Spectrum, carrier_hz: f64) -> Vec<
         .filter(|tone| tone.amplitude > AUDIBLE)
         .take(MOST_TONES)
     {
-        let of_mains = |mains_hz: f64| {
+        let is_mains = |mains_hz: f64| {
             let multiple = (tone.frequency_hz / mains_hz).round();
             multiple >= 1.0 && (tone.frequency_hz - multiple * mains_hz).abs() < 3.0
         };
-        let kind = if tone.frequency_hz < HUM_HZ && (of_mains(50.0) || of_mains(60.0)) {
+        let kind = if tone.frequency_hz < HUM_HZ && (is_mains(50.0) || is_mains(60.0)) {
             "mains hum"
-        } else if (tone.frequency_hz - carrier_hz).abs() < IN_BAND_HZ {
+        } else if (tone.frequency_hz - carrier_hz).abs() < ENVELOPE_BAND_HZ {
             "a tone within the carrier's band"
         } else {
             "a foreign tone"

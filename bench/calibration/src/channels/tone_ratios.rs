@@ -64,9 +64,10 @@ pub(super) fn require_kept_places(
     let Some(&(first, samples)) = slips.first() else {
         return Ok(());
     };
-    let others = usize::from(setup.inputs()) - 1;
-    let together = others > 1 && slips.len() == others && slips.iter().all(|s| s.1 == samples);
-    let (input, samples) = if together {
+    let other_count = usize::from(setup.inputs()) - 1;
+    let is_common =
+        other_count > 1 && slips.len() == other_count && slips.iter().all(|s| s.1 == samples);
+    let (input, samples) = if is_common {
         (drive, -samples)
     } else {
         (first, samples)

@@ -11,7 +11,7 @@ use crate::clear::LISTEN_S;
 use crate::known::{INSTRUMENT_LAG_S, Known};
 use crate::operator::{Answer, CalibrationProgress, Request};
 use crate::plate_look::{
-    highest_level_v, look, looked, peak_units_per_v, require_unsaturated, settle_s,
+    highest_level_v, look, look_responses, peak_units_per_v, require_unsaturated, settle_s,
 };
 use crate::points::PickupPoint;
 use crate::procedure::{NextStep, Procedure, StepOutcome};
@@ -35,7 +35,7 @@ pub struct PickupProcedure {
     stage: PickupStage,
     pub(super) carrier_hz: f64,
     /// Largest relative difference of the plate's amplitude at the frequencies of the known amplitudes.
-    pub(super) beside: f64,
+    pub(super) resonance_error: f64,
     settle_s: f64,
     levels_v: Vec<f64>,
     /// Measured points, in the order of the levels.
@@ -64,7 +64,7 @@ impl PickupProcedure {
             setup,
             stage: PickupStage::Listen,
             carrier_hz: 0.0,
-            beside: 0.0,
+            resonance_error: 0.0,
             settle_s: 0.0,
             rungs: Vec::new(),
             level: 0,
@@ -75,10 +75,10 @@ impl PickupProcedure {
 
     fn plan_ladder(&mut self, capture: &Capture) -> anyhow::Result<()> {
         let config = &self.setup.config;
-        let look = looked(capture, config)?;
+        let look = look_responses(capture, config)?;
         let (resonance_hz, quality) = find_resonance(&look)?;
         self.carrier_hz = resonance_hz;
-        self.beside = self.setup.require_known_at(resonance_hz, quality)?;
+        self.resonance_error = self.setup.require_known_at(resonance_hz, quality)?;
         self.settle_s = settle_s(resonance_hz, quality);
         if self.setup.known == Known::Instrument {
             self.settle_s += INSTRUMENT_LAG_S;
@@ -94,12 +94,12 @@ impl PickupProcedure {
 
     /// Returns the amplitude at the present level, predicted from the other points for a linear plate, m.
     fn expected_m(&self) -> Option<f64> {
-        let others = self
+        let other_rungs = self
             .rungs
             .iter()
             .enumerate()
             .filter(|(i, _)| *i != self.level);
-        let (count, sum) = others.fold((0u32, 0.0), |(count, sum), (_, rung)| {
+        let (count, sum) = other_rungs.fold((0u32, 0.0), |(count, sum), (_, rung)| {
             (count + 1, sum + rung.known_m / rung.drive_v)
         });
         let level_v = self.levels_v.get(self.level)?;
@@ -165,7 +165,7 @@ impl PickupProcedure {
     }
 
     /// Handles an amplitude typed while the plate moves.
-    fn typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
+    fn take_typed(&mut self, known_m: f64, capture: &Capture) -> anyhow::Result<NextStep> {
         self.note = self.refusal(known_m);
         if self.note.is_some() {
             self.refused_m = Some(known_m);
@@ -197,9 +197,12 @@ impl PickupProcedure {
             Known::Reference(reference) => {
                 let tone = capture.tone(dwell, reference.channel, self.settle_s)?;
                 let frames = capture.settled(dwell, self.settle_s).len();
-                let at = reference.displacement(&tone, self.carrier_hz, frames)?;
-                let turn_rad = (at.value_m / reading).arg();
-                ((at.value_m.norm(), at.sigma_m), Some(turn_rad))
+                let amplitude = reference.displacement(&tone, self.carrier_hz, frames)?;
+                let turn_rad = (amplitude.value_m / reading).arg();
+                (
+                    (amplitude.value_m.norm(), amplitude.sigma_m),
+                    Some(turn_rad),
+                )
             }
             Known::Typed => bail!("nothing was typed"),
         };
@@ -225,7 +228,7 @@ impl PickupProcedure {
             turn_rad,
         };
         match self.rungs.get_mut(self.level) {
-            Some(before) => *before = rung,
+            Some(previous) => *previous = rung,
             None => self.rungs.push(rung),
         }
         self.level = self.rungs.len();
@@ -278,7 +281,7 @@ impl Procedure for PickupProcedure {
                 self.play()
             }
             (PickupStage::Ladder, StepOutcome::Answered(Answer::Number(known_m), capture)) => {
-                self.typed(known_m, &capture)
+                self.take_typed(known_m, &capture)
             }
             (
                 PickupStage::Ladder | PickupStage::Review,

@@ -25,13 +25,13 @@ pub struct PickupSetup {
 }
 
 impl PickupSetup {
-    /// Checks and collects the setup on the bench of `config`; `held` is the present calibration.
+    /// Checks and collects the setup on the bench of `config`; `calibration` is the present one.
     ///
     /// # Errors
     /// If the numbers of levels and amplitudes differ, or a value is out of its range.
     pub fn new(
         config: &Config,
-        held: &config::CalibrationFile,
+        calibration: &config::CalibrationFile,
         levels_v: Vec<f64>,
         known: Known,
         known_at_hz: Option<f64>,
@@ -49,8 +49,8 @@ impl PickupSetup {
             Known::Table(rows) => rows.iter().map(|row| row.known_m).collect(),
             Known::Instrument | Known::Typed | Known::Reference(_) => Vec::new(),
         };
-        let at_hz = |held: Option<f64>| {
-            held.or(known_at_hz).context(
+        let stated_hz = |row_hz: Option<f64>| {
+            row_hz.or(known_at_hz).context(
                 "at which frequency do the known amplitudes hold? --known-at-hz HZ, or a column known_at_hz in the table: beside \
                  the resonance a plate moves less",
             )
@@ -58,11 +58,11 @@ impl PickupSetup {
         let known_at_hz: Vec<f64> = match &known {
             Known::Values(values) => values
                 .iter()
-                .map(|_| at_hz(None))
+                .map(|_| stated_hz(None))
                 .collect::<Result<_, _>>()?,
             Known::Table(rows) => rows
                 .iter()
-                .map(|row| at_hz(row.at_hz))
+                .map(|row| stated_hz(row.at_hz))
                 .collect::<Result<_, _>>()?,
             Known::Instrument | Known::Typed | Known::Reference(_) => Vec::new(),
         };
@@ -95,7 +95,7 @@ impl PickupSetup {
         if !(0.0..0.5).contains(&accuracy) {
             bail!("--known-accuracy = {accuracy} is outside 0 to 0.5");
         }
-        let about_hz = held
+        let about_hz = calibration
             .plate
             .as_ref()
             .map_or(config.plate.resonance_hz, |plate| plate.resonance_hz.value);
@@ -104,7 +104,7 @@ impl PickupSetup {
             levels_v,
             known,
             accuracy,
-            channel_match: held.channel_match().unwrap_or(CHANNEL_MATCH),
+            channel_match: calibration.channel_match().unwrap_or(CHANNEL_MATCH),
             known_at_hz,
             config: config.clone(),
         })
@@ -123,18 +123,18 @@ impl PickupSetup {
     /// If an amplitude was measured at another frequency.
     pub(super) fn require_known_at(&self, carrier_hz: f64, quality: f64) -> anyhow::Result<f64> {
         let half_width_hz = carrier_hz / (2.0 * quality);
-        let mut farthest: f64 = 0.0;
-        for at_hz in &self.known_at_hz {
-            let beside = (at_hz - carrier_hz).abs() / half_width_hz;
-            if beside.is_nan() || beside > MOST_BESIDE {
+        let mut largest: f64 = 0.0;
+        for known_hz in &self.known_at_hz {
+            let distance = (known_hz - carrier_hz).abs() / half_width_hz;
+            if distance.is_nan() || distance > MOST_BESIDE {
                 bail!(
-                    "the amplitudes are known at {at_hz:.1} Hz (--known-at-hz), and the plate's resonance is at {carrier_hz:.1} Hz: {:.1} Hz apart, and {:.1} Hz change what the plate moves by half a per cent (a tenth of the half-bandwidth at Q = {quality:.0}); measure them again at the resonance, or let an instrument read while the plate is driven (--reference-channel, --instrument)",
-                    (at_hz - carrier_hz).abs(),
+                    "the amplitudes are known at {known_hz:.1} Hz (--known-at-hz), and the plate's resonance is at {carrier_hz:.1} Hz: {:.1} Hz apart, and {:.1} Hz change what the plate moves by half a per cent (a tenth of the half-bandwidth at Q = {quality:.0}); measure them again at the resonance, or let an instrument read while the plate is driven (--reference-channel, --instrument)",
+                    (known_hz - carrier_hz).abs(),
                     MOST_BESIDE * half_width_hz
                 );
             }
-            farthest = farthest.max(beside);
+            largest = largest.max(distance);
         }
-        Ok(1.0 - (1.0 + farthest * farthest).sqrt().recip())
+        Ok(1.0 - (1.0 + largest * largest).sqrt().recip())
     }
 }

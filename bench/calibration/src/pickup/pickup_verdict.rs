@@ -31,7 +31,7 @@ impl Calibrates for PickupProcedure {
             Some(Err(missing)) => (None, Some(format!("phase            not kept: {missing}"))),
             None => (None, None),
         };
-        let (phase_rad, without_phase) = phase;
+        let (phase_rad, phase_remark) = phase;
         let n = line.degrees_of_freedom;
         let pickup = config::MeasuredPickup {
             measured: Provenance {
@@ -76,7 +76,7 @@ impl Calibrates for PickupProcedure {
                 ),
             ]
             .into_iter()
-            .chain(without_phase)
+            .chain(phase_remark)
             .collect(),
             faults,
             stem: Self::NAME,
@@ -120,7 +120,7 @@ impl PickupProcedure {
         (line.slope_error / line.slope)
             .hypot(self.setup.accuracy)
             .hypot(self.setup.channel_match)
-            .hypot(self.beside)
+            .hypot(self.resonance_error)
     }
 
     /// Returns the pickup's phase against an instrument on an input, or the missing requirement; `None` without such an
@@ -133,8 +133,8 @@ impl PickupProcedure {
             .rungs
             .iter()
             .filter_map(|rung| {
-                let known = Complex64::from_polar(rung.known_m, rung.turn_rad?);
-                Some((Complex64::from(rung.reading), known))
+                let amplitude = Complex64::from_polar(rung.known_m, rung.turn_rad?);
+                Some((Complex64::from(rung.reading), amplitude))
             })
             .collect();
         let fit = match ComplexSlope::fit(&points) {

@@ -29,24 +29,26 @@ impl FollowedGap {
         finger: &FittedFinger,
         load: &FingerLoad,
     ) -> Option<f64> {
-        let before = self.now.take();
+        let previous = self.now.take();
         let equilibrium_m = finger
             .contact()
             .equilibrium_gap_m(load.amplitude_m, load.normal_n)
             .ok()?;
-        let begun = Followed {
+        let start = Followed {
             since_s: time_s,
             time_s,
             equilibrium_m,
             gap_m: equilibrium_m,
         };
-        let now = match before {
-            Some(before) if (0.0..LONGEST_STEP_S).contains(&(time_s - before.time_s)) => Followed {
-                since_s: before.since_s,
-                gap_m: before.gap_at(time_s, equilibrium_m, finger.tau_s()),
-                ..begun
-            },
-            _ => begun,
+        let now = match previous {
+            Some(previous) if (0.0..LONGEST_STEP_S).contains(&(time_s - previous.time_s)) => {
+                Followed {
+                    since_s: previous.since_s,
+                    gap_m: previous.gap_at(time_s, equilibrium_m, finger.tau_s()),
+                    ..start
+                }
+            }
+            _ => start,
         };
         self.now = Some(now);
         (now.gap_m > 0.0 && time_s - now.since_s >= SETTLED_S).then_some(now.gap_m)

@@ -56,18 +56,18 @@ impl Sums {
     fn add(&mut self, value: Complex64, weight: f64) {
         self.count += 1;
         self.weight += weight;
-        let before = value - self.mean;
-        self.mean += before * (weight / self.weight);
-        let after = value - self.mean;
-        self.squares.0 += weight * before.re * after.re;
-        self.squares.1 += weight * before.im * after.im;
+        let prior = value - self.mean;
+        self.mean += prior * (weight / self.weight);
+        let posterior = value - self.mean;
+        self.squares.0 += weight * prior.re * posterior.re;
+        self.squares.1 += weight * prior.im * posterior.im;
     }
 
     /// Returns the variances of the mean's real and imaginary part: noise, plus all of the scatter, because noise alone
     /// does not explain it.
     fn variances(&self) -> (f64, f64) {
-        let of = |squares: f64| (SHARED_NOISE + squares) / self.weight + FLOOR * FLOOR;
-        (of(self.squares.0), of(self.squares.1))
+        let variance = |squares: f64| (SHARED_NOISE + squares) / self.weight + FLOOR * FLOOR;
+        (variance(self.squares.0), variance(self.squares.1))
     }
 
     fn power(&self) -> f64 {
@@ -104,12 +104,12 @@ impl FreeReading {
             return None;
         }
         let sums = std::mem::take(self).sums;
-        let (of_resistance, variance) = sums.variances();
+        let (resistance_variance, variance) = sums.variances();
         (sums.count >= FEWEST).then(|| PlateReading {
             time_s: since_s + elapsed_s / 2.0,
             reactance: sums.mean.im,
             variance,
-            resistance: Some((sums.mean.re, of_resistance)),
+            resistance: Some((sums.mean.re, resistance_variance)),
         })
     }
 }
@@ -172,7 +172,7 @@ impl CrestReading {
             *self = Self::default();
             return None;
         }
-        let modelled = FingerModel::of(finger).impedance_at(gap_m, load.amplitude_m);
+        let modelled = FingerModel::new(finger).impedance_at(gap_m, load.amplitude_m);
         let share = load.amplitude_ratio.powi(2);
         let residual = sample.z_m_corrected_n_s_per_m - modelled * share;
         if !residual.is_finite() {
@@ -202,8 +202,8 @@ impl CrestReading {
 
 impl Period {
     fn reading(&self, finger: &FittedFinger) -> Option<PlateReading> {
-        let explained = self.residuals.power() <= UNEXPLAINED * self.finger.power();
-        if self.crest.count < FEWEST || !explained {
+        let is_explained = self.residuals.power() <= UNEXPLAINED * self.finger.power();
+        if self.crest.count < FEWEST || !is_explained {
             return None;
         }
         let inversion = &finger.inversion;
@@ -215,11 +215,11 @@ impl Period {
             };
             inversion.std(&by_finger).powi(2)
         });
-        let by = &self.by_parameter;
+        let slopes = &self.by_parameter;
         let z_t = MOISTURE * finger.z_t_n_s_per_m().norm();
-        let moisture = (MOISTURE * by[LN_SIGMA_T]).powi(2)
-            + (z_t * by[RE_Z_T]).powi(2)
-            + (z_t * by[IM_Z_T]).powi(2);
+        let moisture = (MOISTURE * slopes[LN_SIGMA_T]).powi(2)
+            + (z_t * slopes[RE_Z_T]).powi(2)
+            + (z_t * slopes[IM_Z_T]).powi(2);
         Some(PlateReading {
             time_s: self.time_s,
             reactance: self.crest.mean.im,
@@ -238,7 +238,7 @@ struct FingerModel {
 }
 
 impl FingerModel {
-    fn of(finger: &FittedFinger) -> Self {
+    fn new(finger: &FittedFinger) -> Self {
         Self {
             contact: *finger.contact(),
             z_t: finger.z_t_n_s_per_m(),
@@ -262,7 +262,7 @@ impl FingerModel {
     }
 
     /// Returns the finger with one parameter increased by `step`.
-    fn with(mut self, parameter: usize, step: f64) -> Option<Self> {
+    fn displaced(mut self, parameter: usize, step: f64) -> Option<Self> {
         let mut skin: AssumedConstants = *self.contact.assumed();
         let mut sigma_t_m = self.contact.sigma_t_m();
         match parameter {
@@ -285,18 +285,18 @@ const STEP: f64 = 1e-4;
 /// Returns the derivatives of a finger's contribution to Im Z_p by its parameters, and its standard error from the normal
 /// force.
 fn slopes(finger: &FittedFinger, load: &FingerLoad) -> Option<(SVector<f64, PARAMETERS>, f64)> {
-    let model = FingerModel::of(finger);
+    let model = FingerModel::new(finger);
     let (amplitude_m, normal_n) = (load.amplitude_m, load.normal_n);
-    let here = model.reactance(amplitude_m, normal_n)?;
+    let reactance = model.reactance(amplitude_m, normal_n)?;
     let mut by_parameter = SVector::zeros();
     for parameter in [LN_SIGMA_T, RE_Z_T, IM_Z_T, LN_AREA, LN_Q0, LN_LOSS_FACTOR] {
-        let there = model
-            .with(parameter, STEP)?
+        let displaced_reactance = model
+            .displaced(parameter, STEP)?
             .reactance(amplitude_m, normal_n)?;
-        by_parameter[parameter] = (there - here) / STEP;
+        by_parameter[parameter] = (displaced_reactance - reactance) / STEP;
     }
-    let harder = model.reactance(amplitude_m, normal_n * (1.0 + STEP))?;
-    let by_ln_force = (harder - here) / STEP;
+    let loaded_reactance = model.reactance(amplitude_m, normal_n * (1.0 + STEP))?;
+    let by_ln_force = (loaded_reactance - reactance) / STEP;
     let force = FORCE_GAIN_STD.hypot(FORCE_STD_N / normal_n);
     Some((by_parameter, by_ln_force * force))
 }

@@ -59,7 +59,7 @@ pub struct PlateTracker {
     free: FreeReading,
     crest: CrestReading,
     gap: FollowedGap,
-    touched_s: f64,
+    contact_s: f64,
 }
 
 /// Current estimate of the plate.
@@ -96,7 +96,7 @@ impl PlateTracker {
             free: FreeReading::default(),
             crest: CrestReading::default(),
             gap: FollowedGap::default(),
-            touched_s: f64::NEG_INFINITY,
+            contact_s: f64::NEG_INFINITY,
         })
     }
 
@@ -108,11 +108,11 @@ impl PlateTracker {
         }
     }
 
-    /// Changes to a carrier that is higher by `by_hz`: Im Z_p grows by 4π m_p times that, and drift is counted from the first
-    /// resonance plus `by_hz`.
-    pub fn retune(&mut self, by_hz: f64) {
+    /// Changes to a carrier that is higher by `shift_hz`: Im Z_p grows by 4π m_p times that, and drift is counted from the first
+    /// resonance plus `shift_hz`.
+    pub fn retune(&mut self, shift_hz: f64) {
         if let Some(plate) = &mut self.plate {
-            plate.reactance.value += self.tracking.n_s_per_m_and_hz() * by_hz;
+            plate.reactance.value += self.tracking.n_s_per_m_and_hz() * shift_hz;
         }
         self.interrupt();
     }
@@ -128,7 +128,7 @@ impl PlateTracker {
     pub fn take_free(&mut self, sample: &PlateSample) {
         self.gap = FollowedGap::default();
         self.crest = CrestReading::default();
-        if (0.0..LIFTED_S).contains(&(sample.time_s - self.touched_s)) {
+        if (0.0..LIFTED_S).contains(&(sample.time_s - self.contact_s)) {
             return;
         }
         let span_s = self.tracking.span_s();
@@ -155,7 +155,7 @@ impl PlateTracker {
 
     /// Registers a finger with unknown parameters.
     pub fn touch(&mut self, time_s: f64) {
-        self.touched_s = time_s;
+        self.contact_s = time_s;
         self.free = FreeReading::default();
     }
 
@@ -193,13 +193,13 @@ impl PlateTracker {
     /// Returns Im Z_p at a time, N·s/m; `None` before the first reading.
     pub fn reactance_n_s_per_m(&self, time_s: f64) -> Option<Uncertain> {
         let rate = self.tracking.reactance_rate();
-        Some(self.plate?.reactance.at(time_s, rate))
+        Some(self.plate?.reactance.value_at(time_s, rate))
     }
 
     /// Returns Re Z_p at a time, N·s/m, from readings without a finger; `None` before the first one.
     pub fn resistance_n_s_per_m(&self, time_s: f64) -> Option<Uncertain> {
         let rate = self.tracking.damping_n_s_per_m_per_sqrt_s;
-        Some(self.plate?.resistance.at(time_s, rate))
+        Some(self.plate?.resistance.value_at(time_s, rate))
     }
 
     /// Returns the shift of the resonance since the first reading, Hz, positive upwards.
@@ -247,7 +247,7 @@ impl Walk {
         self.variance + rate.powi(2) * (time_s - self.at_s).max(0.0)
     }
 
-    fn at(&self, time_s: f64, rate: f64) -> Uncertain {
+    fn value_at(&self, time_s: f64, rate: f64) -> Uncertain {
         Uncertain {
             value: self.value,
             std: self.variance_at(time_s, rate).sqrt(),

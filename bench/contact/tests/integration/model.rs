@@ -298,9 +298,9 @@ fn two_gaps_of_one_stiffness_are_both_reported() {
     );
 
     // The gap at rest, up to rounding, is the smaller of the two.
-    let at_rest = contact.balance_stiffness_n_per_m(rest_m, normal_n);
+    let balance_stiffness = contact.balance_stiffness_n_per_m(rest_m, normal_n);
     let inverted = contact
-        .gap_from_balance_stiffness(at_rest, normal_n)
+        .gap_from_balance_stiffness(balance_stiffness, normal_n)
         .unwrap();
     let StiffnessBranch::Ambiguous { smaller_gap_m } = inverted.branch else {
         panic!("{inverted:?}")
@@ -327,11 +327,11 @@ fn stiffness_above_rest_or_not_positive_is_flagged() {
     let contact = contact(1.7e-6);
     let (normal_n, rest_m) = (0.65, contact.rest_gap_m(0.65).unwrap());
     let rest_stiffness = contact.rest_stiffness_n_per_m(normal_n);
-    let above = contact
+    let clamped = contact
         .gap_from_balance_stiffness(1.01 * rest_stiffness, normal_n)
         .unwrap();
-    assert_eq!(above.branch, StiffnessBranch::AboveMaximum);
-    assert_relative_eq!(above.gap_m, rest_m, max_relative = 1e-15);
+    assert_eq!(clamped.branch, StiffnessBranch::AboveMaximum);
+    assert_relative_eq!(clamped.gap_m, rest_m, max_relative = 1e-15);
 
     let stiffness = [0.5 * rest_stiffness, 1.01 * rest_stiffness, -1.0, f64::NAN];
     let mut gaps = [0.0; 4];
@@ -344,11 +344,11 @@ fn stiffness_above_rest_or_not_positive_is_flagged() {
     );
     assert!(gaps[0] > rest_m && gaps[2].is_nan() && gaps[3].is_nan());
 
-    let gone = contact
+    let remote_m = contact
         .gap_from_balance_stiffness(1e-300, normal_n)
         .unwrap()
         .gap_m;
-    assert_relative_eq!(gone, 2.0 * normal_n / 1e-300, max_relative = 1e-9);
+    assert_relative_eq!(remote_m, 2.0 * normal_n / 1e-300, max_relative = 1e-9);
     assert!(contact.gap_from_stiffness_m(1e5, 1e200).is_err());
     for (k_c, amplitude) in [
         (0.0, 1e-6),

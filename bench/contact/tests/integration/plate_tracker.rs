@@ -79,12 +79,12 @@ impl World {
                 gap_m += (to_m - gap_m) * INTERVAL_S / 20.0 / TAU_S;
             }
             let (amplitude_m, normal_n) = (amplitude_m(time_s), force_n(time_s));
-            let touched = (TOUCH_S..LIFT_S).contains(&time_s);
+            let in_contact = (TOUCH_S..LIFT_S).contains(&time_s);
             let k_c = contact.stiffness_n_per_m(gap_m, amplitude_m);
             let z_c = contact.impedance_n_s_per_m(k_c, TAU * CARRIER_HZ);
             let offset = -2.0 * TAU * MODAL_MASS_KG * (self.drift_hz)(time_s);
             let plate = Z_P + Complex64::new((self.damping)(time_s), offset);
-            let z_m = if touched && self.finger {
+            let z_m = if in_contact && self.finger {
                 harmonic::observed(plate, Z_T, z_c)
             } else {
                 plate
@@ -97,7 +97,7 @@ impl World {
                     z_m_std_n_s_per_m: std,
                 },
                 amplitude_m,
-                normal_n: if touched {
+                normal_n: if in_contact {
                     normal_n + 0.01 * normal()
                 } else {
                     0.0
@@ -211,14 +211,14 @@ fn the_damping_is_read_before_and_after_the_finger_and_no_surer_meanwhile() {
         ..World::default()
     };
     let mut tracker = tracker();
-    let mut before = None;
+    let mut constant = None;
     for frame in &world.frames() {
         take(&mut tracker, frame);
         let time_s = frame.sample.time_s;
         let known = tracker.resistance_n_s_per_m(time_s);
         if (TOUCH_S..LIFT_S).contains(&time_s) {
             let Uncertain { value, std } = known.unwrap();
-            assert_eq!(value, *before.get_or_insert(value), "{time_s}");
+            assert_eq!(value, *constant.get_or_insert(value), "{time_s}");
             let truth = Z_P.re + (world.damping)(time_s);
             assert!(
                 (value - truth).abs() < 2.0 * std + 1e-3,
@@ -226,10 +226,10 @@ fn the_damping_is_read_before_and_after_the_finger_and_no_surer_meanwhile() {
             );
         }
     }
-    let after = tracker.resistance_n_s_per_m(8.0).unwrap();
-    assert!((after.value - Z_P.re - 0.015).abs() < 0.005, "{after:?}");
+    let free = tracker.resistance_n_s_per_m(8.0).unwrap();
+    assert!((free.value - Z_P.re - 0.015).abs() < 0.005, "{free:?}");
     // A reading that is not of the plate's resonance does not update its damping.
-    let leant_on = PlateSample {
+    let loaded = PlateSample {
         time_s: 0.0,
         z_m_corrected_n_s_per_m: Z_P + Complex64::new(0.02, 1.0),
         z_m_std_n_s_per_m: 1e-4,
@@ -238,13 +238,10 @@ fn the_damping_is_read_before_and_after_the_finger_and_no_surer_meanwhile() {
     for i in 0..400 {
         tracker.take_free(&PlateSample {
             time_s: 8.0 + f64::from(i) * INTERVAL_S,
-            ..leant_on
+            ..loaded
         });
     }
-    assert_eq!(
-        tracker.resistance_n_s_per_m(8.0).unwrap().value,
-        after.value
-    );
+    assert_eq!(tracker.resistance_n_s_per_m(8.0).unwrap().value, free.value);
 }
 
 #[test]
@@ -311,8 +308,8 @@ fn a_finger_that_is_not_there_moves_nothing() {
 fn nothing_is_told_of_a_plate_that_was_not_seen_free() {
     let mut tracker = tracker();
     let frames = World::default().frames();
-    let under_finger = frames.iter().filter(|frame| frame.normal_n > 0.1);
-    for frame in under_finger {
+    let contact_frames = frames.iter().filter(|frame| frame.normal_n > 0.1);
+    for frame in contact_frames {
         take(&mut tracker, frame);
     }
     assert_eq!(tracker.drift_hz(LIFT_S), None);
@@ -387,16 +384,16 @@ fn a_new_carrier_moves_the_reactance_and_the_drift() {
     for frame in &world.frames() {
         take(&mut tracker, frame);
     }
-    let before = tracker.reactance_n_s_per_m(8.0).unwrap();
+    let original = tracker.reactance_n_s_per_m(8.0).unwrap();
     tracker.retune(5.0);
-    let after = tracker.reactance_n_s_per_m(8.0).unwrap();
+    let retuned = tracker.reactance_n_s_per_m(8.0).unwrap();
     // ω m_p − k_p/ω at both carriers, with the same k_p.
     let reactance = |carrier_hz: f64| {
         let resonance_hz = 35_005.0_f64;
         TAU * MODAL_MASS_KG * (carrier_hz - resonance_hz.powi(2) / carrier_hz)
     };
     let expected = reactance(35_005.0) - reactance(35_000.0);
-    assert!((after.value - before.value - expected).abs() < 1e-3);
+    assert!((retuned.value - original.value - expected).abs() < 1e-3);
     assert!(tracker.drift_hz(8.0).unwrap().value.abs() < 0.3);
-    assert_eq!(after.std, before.std);
+    assert_eq!(retuned.std, original.std);
 }

@@ -23,7 +23,7 @@ struct Input {
     weights: [f64; TAPS],
     /// The last samples, stored twice, so that they lie in order from any position.
     ring: [f64; 2 * TAPS],
-    at: usize,
+    position: usize,
 }
 
 impl Deskew {
@@ -36,7 +36,7 @@ impl Deskew {
                 windowed_sinc(age)
             }),
             ring: [0.0; 2 * TAPS],
-            at: 0,
+            position: 0,
         };
         Self {
             inputs: late_samples.map(input).collect(),
@@ -47,10 +47,10 @@ impl Deskew {
     pub(super) fn take(&mut self, frames: &mut [f64]) {
         for frame in frames.chunks_exact_mut(self.inputs.len()) {
             for (sample, input) in frame.iter_mut().zip(&mut self.inputs) {
-                input.ring[input.at] = *sample;
-                input.ring[input.at + TAPS] = *sample;
-                input.at = (input.at + 1) % TAPS;
-                let last = &input.ring[input.at..input.at + TAPS];
+                input.ring[input.position] = *sample;
+                input.ring[input.position + TAPS] = *sample;
+                input.position = (input.position + 1) % TAPS;
+                let last = &input.ring[input.position..input.position + TAPS];
                 *sample = last.iter().zip(&input.weights).map(|(x, w)| x * w).sum();
             }
         }
@@ -86,15 +86,15 @@ mod tests {
 
     /// Returns the largest error of the second of two inputs that read one tone, the second later by `late` samples.
     fn error(tone: f64, late: f64) -> f64 {
-        let of = |input: f64, n: f64| (TAU * tone * (n + input * late)).sin();
+        let sample_at = |input: f64, n: f64| (TAU * tone * (n + input * late)).sin();
         let mut frames: Vec<f64> = (0..2000)
-            .flat_map(|n| [0.0, 1.0].map(|input| of(input, f64::from(n))))
+            .flat_map(|n| [0.0, 1.0].map(|input| sample_at(input, f64::from(n))))
             .collect();
         Deskew::new([0.0, late].into_iter()).take(&mut frames);
         let settled = frames.chunks_exact(2).enumerate().skip(TAPS);
         settled
             .map(|(n, pair)| {
-                let true_value = of(0.0, n as f64 - HALF as f64);
+                let true_value = sample_at(0.0, n as f64 - HALF as f64);
                 (pair[0] - true_value)
                     .abs()
                     .max((pair[1] - true_value).abs())

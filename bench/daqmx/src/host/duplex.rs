@@ -94,7 +94,7 @@ pub(super) fn start(
     let mut streaming = Streaming::new(library, plan, callbacks)?;
     streaming.begin(plan)?;
     let stop = Arc::new(AtomicBool::new(false));
-    let (asked, library, plan) = (Arc::clone(&stop), library.clone(), plan.clone());
+    let (stop_request, library, plan) = (Arc::clone(&stop), library.clone(), plan.clone());
     let thread = std::thread::Builder::new()
         .name("ni-card".to_owned())
         .spawn(move || {
@@ -104,7 +104,7 @@ pub(super) fn start(
                 plan: &plan,
             };
             let mut streaming = streaming;
-            streaming.run(&plan, &asked);
+            streaming.run(&plan, &stop_request);
         })
         .map_err(NotStarted::Thread)?;
     Ok(Running {
@@ -150,7 +150,7 @@ impl Streaming {
     fn new(library: &Daqmx, plan: &Plan, callbacks: Callbacks) -> Result<Self, NotStarted> {
         let Plan { table, device, .. } = plan;
         let rate_hz = f64::from(plan.rate_hz);
-        let own = |buffer_frames| Timing {
+        let card_timing = |buffer_frames| Timing {
             source: "",
             rate_hz,
             buffer_frames,
@@ -160,13 +160,13 @@ impl Streaming {
             library,
             &plan.outputs(),
             table.output_range_v,
-            own(2 * (lead + plan.block_frames)),
+            card_timing(2 * (lead + plan.block_frames)),
         )?;
-        let buffered = own((INPUT_BUFFER_S * rate_hz) as u32);
-        let of_outputs = format!("/{device}/ao/SampleClock");
+        let buffered = card_timing((INPUT_BUFFER_S * rate_hz) as u32);
+        let output_clock = format!("/{device}/ao/SampleClock");
         let timing = match table.clock {
             CardClock::AoSampleClock => Timing {
-                source: &of_outputs,
+                source: &output_clock,
                 ..buffered
             },
             CardClock::StartTrigger => buffered,
@@ -176,11 +176,11 @@ impl Streaming {
             output.wait_for(&format!("/{device}/ai/StartTrigger"))?;
         }
         for made_hz in [output.rate_hz()?, input.rate_hz()?] {
-            same("audio.rate_hz", rate_hz, made_hz)?;
+            require_rate("audio.rate_hz", rate_hz, made_hz)?;
         }
         let mut deskew = None;
         if let Some(convert_hz) = table.convert_hz {
-            same(
+            require_rate(
                 "nidaqmx.convert_hz",
                 convert_hz,
                 input.set_convert_hz(convert_hz)?,
@@ -223,11 +223,11 @@ impl Streaming {
     }
 
     /// Streams until a stop is requested and the drive is at rest, or until the card stops.
-    fn run(&mut self, plan: &Plan, asked: &AtomicBool) {
+    fn run(&mut self, plan: &Plan, stop_request: &AtomicBool) {
         let block_s = f64::from(plan.block_frames) / self.rate_hz;
         let mut last = ((plan.table.lead_s + REST_S) / block_s).ceil() as u32;
         loop {
-            match self.read(asked) {
+            match self.read(stop_request) {
                 Ok(true) => {}
                 Ok(false) => return,
                 Err(error) => return self.fail(&error),
@@ -236,7 +236,7 @@ impl Streaming {
                 return self.fail(&error);
             }
             self.hand_on();
-            if asked.load(Ordering::Acquire) {
+            if stop_request.load(Ordering::Acquire) {
                 last = last.saturating_sub(1);
                 if last == 0 {
                     return;
@@ -246,7 +246,7 @@ impl Streaming {
     }
 
     /// Reads a block; `false` if no block came and the stream is to end.
-    fn read(&mut self, asked: &AtomicBool) -> Result<bool, DaqError> {
+    fn read(&mut self, stop_request: &AtomicBool) -> Result<bool, DaqError> {
         let channels = self.ranges_v.len();
         let mut filled = 0;
         while filled < self.inputs_v.len() {
@@ -254,7 +254,7 @@ impl Streaming {
             filled += frames * channels;
             match result {
                 Err(error) if error.fault() != DaqFault::TimedOut => return Err(error),
-                Err(_) if asked.load(Ordering::Acquire) => return Ok(false),
+                Err(_) if stop_request.load(Ordering::Acquire) => return Ok(false),
                 Err(_) => self.output.require_running()?,
                 Ok(()) => {}
             }
@@ -323,25 +323,25 @@ impl Streaming {
             input_error,
             ..
         } = &mut self.callbacks;
-        let told = |kind| Error::with_message(kind, error.to_string());
+        let stream_error = |kind| Error::with_message(kind, error.to_string());
         match error.fault() {
             DaqFault::Overrun => {
-                input_error(told(ErrorKind::Xrun));
-                input_error(told(ErrorKind::StreamInvalidated));
+                input_error(stream_error(ErrorKind::Xrun));
+                input_error(stream_error(ErrorKind::StreamInvalidated));
             }
             DaqFault::Underrun => {
-                output_error(told(ErrorKind::Xrun));
-                output_error(told(ErrorKind::StreamInvalidated));
+                output_error(stream_error(ErrorKind::Xrun));
+                output_error(stream_error(ErrorKind::StreamInvalidated));
             }
             _ => {
-                output_error(told(ErrorKind::DeviceNotAvailable));
-                input_error(told(ErrorKind::DeviceNotAvailable));
+                output_error(stream_error(ErrorKind::DeviceNotAvailable));
+                input_error(stream_error(ErrorKind::DeviceNotAvailable));
             }
         }
     }
 }
 
-fn same(key: &'static str, asked_hz: f64, made_hz: f64) -> Result<(), NotStarted> {
+fn require_rate(key: &'static str, asked_hz: f64, made_hz: f64) -> Result<(), NotStarted> {
     if (made_hz / asked_hz - 1.0).abs() < 1e-9 {
         return Ok(());
     }

@@ -156,11 +156,20 @@ mod tests {
         for rate_hz in [100_000, 125_000] {
             assert_eq!(obstacle(&card, &plan(2, rate_hz, Some(250e3))), None);
         }
-        let over = obstacle(&card, &plan(2, 250_000, Some(250e3))).unwrap();
-        assert!(over.contains("2 inputs × 250000 Hz = 500000 Hz"), "{over}");
-        assert!(over.contains("lower audio.rate_hz to 125000"), "{over}");
-        let over = obstacle(&card, &plan(8, 100_000, Some(250e3))).unwrap();
-        assert!(over.contains("8 inputs × 100000 Hz = 800000 Hz"), "{over}");
+        let refusal = obstacle(&card, &plan(2, 250_000, Some(250e3))).unwrap();
+        assert!(
+            refusal.contains("2 inputs × 250000 Hz = 500000 Hz"),
+            "{refusal}"
+        );
+        assert!(
+            refusal.contains("lower audio.rate_hz to 125000"),
+            "{refusal}"
+        );
+        let refusal = obstacle(&card, &plan(8, 100_000, Some(250e3))).unwrap();
+        assert!(
+            refusal.contains("8 inputs × 100000 Hz = 800000 Hz"),
+            "{refusal}"
+        );
         let unknown = obstacle(&card, &plan(2, 100_000, None)).unwrap();
         assert!(unknown.contains("add convert_hz = 250000"), "{unknown}");
         let fast = obstacle(&card, &plan(2, 100_000, Some(1e6))).unwrap();
@@ -181,7 +190,7 @@ mod tests {
         assert_eq!(obstacle(&card, &plan(8, 250_000, None)), None);
         let skewed = obstacle(&card, &plan(8, 250_000, Some(1e6))).unwrap();
         assert!(skewed.contains("remove nidaqmx.convert_hz"), "{skewed}");
-        let over = obstacle(&card, &plan(2, 2_500_000, None)).unwrap();
-        assert!(over.contains("2000000 Hz at most"), "{over}");
+        let refusal = obstacle(&card, &plan(2, 2_500_000, None)).unwrap();
+        assert!(refusal.contains("2000000 Hz at most"), "{refusal}");
     }
 }

@@ -212,10 +212,10 @@ impl Daqmx {
         }
         let mut text = vec![0_u8; 2048];
         // SAFETY: the buffer has that many bytes; the library ends it with a zero.
-        let told = unsafe {
+        let code = unsafe {
             (self.functions().extended_error)(text.as_mut_ptr().cast(), text.len() as u32)
         };
-        let text = if told < 0 {
+        let text = if code < 0 {
             "NI-DAQmx has no words for it".to_owned()
         } else {
             one_line(&text)

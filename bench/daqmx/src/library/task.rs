@@ -174,21 +174,21 @@ impl AnalogInput {
 
     /// Reads interleaved frames, V, until `volts` is full or the time is over; returns their number and the outcome.
     pub fn read(&self, volts: &mut [f64], timeout_s: f64) -> (usize, Result<(), DaqError>) {
-        let (mut read, wanted) = (0, volts.len() / self.channels);
+        let (mut frames_read, requested) = (0, volts.len() / self.channels);
         // SAFETY: the handle is of a task that exists; the buffer has the length that is named.
         let status = unsafe {
             (self.task.library.functions().read_analog)(
                 self.task.handle,
-                wanted as i32,
+                requested as i32,
                 timeout_s,
                 values::INTERLEAVED,
                 volts.as_mut_ptr(),
                 volts.len() as u32,
-                &raw mut read,
+                &raw mut frames_read,
                 ptr::null_mut(),
             )
         };
-        let frames = usize::try_from(read).unwrap_or(0).min(wanted);
+        let frames = usize::try_from(frames_read).unwrap_or(0).min(requested);
         (frames, self.task.check("DAQmxReadAnalogF64", status))
     }
 }
@@ -252,7 +252,7 @@ impl AnalogOutput {
     /// [`DaqError`] of the library.
     pub fn zero(library: &Daqmx, outputs: &[String], range_v: f64) -> Result<(), DaqError> {
         let output = Self::unclocked(library, outputs, range_v)?;
-        output.put(&vec![0.0; outputs.len()], true, ON_DEMAND_S)
+        output.write_frames(&vec![0.0; outputs.len()], true, ON_DEMAND_S)
     }
 
     /// Makes the task begin with the inputs' start trigger instead of at once.
@@ -304,11 +304,11 @@ impl AnalogOutput {
     /// # Errors
     /// [`DaqError`] of the library: the card has run dry, or is gone.
     pub fn write(&self, volts: &[f64], timeout_s: f64) -> Result<(), DaqError> {
-        self.put(volts, false, timeout_s)
+        self.write_frames(volts, false, timeout_s)
     }
 
-    fn put(&self, volts: &[f64], start: bool, timeout_s: f64) -> Result<(), DaqError> {
-        let mut written = 0;
+    fn write_frames(&self, volts: &[f64], start: bool, timeout_s: f64) -> Result<(), DaqError> {
+        let mut count = 0;
         // SAFETY: the handle is of a task that exists; the buffer has as many frames as are named.
         let status = unsafe {
             (self.task.library.functions().write_analog)(
@@ -318,7 +318,7 @@ impl AnalogOutput {
                 timeout_s,
                 values::INTERLEAVED,
                 volts.as_ptr(),
-                &raw mut written,
+                &raw mut count,
                 ptr::null_mut(),
             )
         };
@@ -406,7 +406,7 @@ impl LineInput {
     /// # Errors
     /// [`DaqError`] of the library.
     pub fn is_high(&self) -> Result<bool, DaqError> {
-        let (mut level, mut read, mut bytes) = ([0_u8], 0, 0);
+        let (mut level, mut count, mut bytes) = ([0_u8], 0, 0);
         // SAFETY: the handle is of a task that exists, the buffer has the length that is named.
         let status = unsafe {
             (self.0.library.functions().read_lines)(
@@ -416,7 +416,7 @@ impl LineInput {
                 values::INTERLEAVED,
                 level.as_mut_ptr(),
                 level.len() as u32,
-                &raw mut read,
+                &raw mut count,
                 &raw mut bytes,
                 ptr::null_mut(),
             )
@@ -457,7 +457,7 @@ impl LineOutput {
     /// # Errors
     /// [`DaqError`] of the library.
     pub fn set(&self, high: bool) -> Result<(), DaqError> {
-        let (level, mut written) = ([u8::from(high)], 0);
+        let (level, mut count) = ([u8::from(high)], 0);
         // SAFETY: the handle is of a task that exists, the buffer has as many samples as are named.
         let status = unsafe {
             (self.0.library.functions().write_lines)(
@@ -467,7 +467,7 @@ impl LineOutput {
                 ON_DEMAND_S,
                 values::INTERLEAVED,
                 level.as_ptr(),
-                &raw mut written,
+                &raw mut count,
                 ptr::null_mut(),
             )
         };

@@ -63,8 +63,8 @@ impl ClockState {
             BEYOND_S
         };
         let long_enough = self.shortest_span_s() >= JUDGED_FROM_S && span_s >= SETTLED_S;
-        let surely = long_enough && (fast.abs() - TOLERANCE) * span_s > limit_s;
-        surely.then_some(1e6 * fast)
+        let is_certain = long_enough && (fast.abs() - TOLERANCE) * span_s > limit_s;
+        is_certain.then_some(1e6 * fast)
     }
 
     /// Returns the span of the observations on the source's clock or on the host's, whichever is shorter, s.
@@ -79,7 +79,8 @@ impl ClockState {
     /// Returns whether times on the map may be wrong by more than [`MISPLACED_S`].
     #[must_use]
     pub fn misplaces(&self) -> bool {
-        self.residual_s.is_some_and(|off_s| off_s > MISPLACED_S)
+        self.residual_s
+            .is_some_and(|residual_s| residual_s > MISPLACED_S)
     }
 }
 
@@ -89,18 +90,18 @@ mod tests {
 
     #[test]
     fn a_burst_at_the_start_is_no_clock_beyond_its_tolerance() {
-        let at = |drift_ppm, span_s| ClockState {
+        let clock_at = |drift_ppm, span_s| ClockState {
             drift_ppm,
             span_s,
             settled: true,
             residual_s: None,
         };
-        let (card, late) = (at(80.0, 60.0), at(8e6, 0.02));
-        assert_eq!(at(0.0, 60.0).beyond(&late), None);
+        let (card, late) = (clock_at(80.0, 60.0), clock_at(8e6, 0.02));
+        assert_eq!(clock_at(0.0, 60.0).beyond(&late), None);
         // Forty seconds of queued readings, read in 0.6 s.
-        assert_eq!(at(-985e3, 40.0).beyond(&card), None);
-        assert_eq!(at(-3e4, 11.0).beyond(&card), None, "0.23 s");
-        assert!(at(-4e4, 11.0).beyond(&card).is_some());
-        assert!(at(-15e3, 31.0).beyond(&card).is_some());
+        assert_eq!(clock_at(-985e3, 40.0).beyond(&card), None);
+        assert_eq!(clock_at(-3e4, 11.0).beyond(&card), None, "0.23 s");
+        assert!(clock_at(-4e4, 11.0).beyond(&card).is_some());
+        assert!(clock_at(-15e3, 31.0).beyond(&card).is_some());
     }
 }

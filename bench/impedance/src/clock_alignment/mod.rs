@@ -117,7 +117,7 @@ struct DelayLine {
 }
 
 impl DelayLine {
-    fn at(self, source_s: f64) -> f64 {
+    fn delay_at(self, source_s: f64) -> f64 {
         self.offset_s + self.slope * source_s
     }
 }
@@ -252,7 +252,7 @@ impl LowerEnvelope {
     }
 
     fn lateness(&self, point: Observation) -> f64 {
-        point.delay_s - self.line.at(point.source_s)
+        point.delay_s - self.line.delay_at(point.source_s)
     }
 
     fn bucket(&self, point: Observation) -> i64 {
@@ -273,8 +273,8 @@ impl LowerEnvelope {
             self.recent_s.pop_front();
         }
         let arrived_s = promptest.source_s + promptest.delay_s;
-        let off_s = (arrived_s - self.map(promptest.source_s)).abs();
-        self.recent_s.push_back(off_s);
+        let residual_s = (arrived_s - self.map(promptest.source_s)).abs();
+        self.recent_s.push_back(residual_s);
         if self.recent_s.len() == RECENT {
             let mut sorted: Vec<f64> = self.recent_s.iter().copied().collect();
             sorted.sort_by(f64::total_cmp);
@@ -299,7 +299,7 @@ impl LowerEnvelope {
             hull.push(c);
         }
         let middle = self.closed.iter().map(|p| p.source_s).sum::<f64>() / self.closed.len() as f64;
-        let before = self.settled;
+        let was_settled = self.settled;
         let span_s = match hull[..] {
             [first, .., last] => last.source_s - first.source_s,
             _ => 0.0,
@@ -322,30 +322,30 @@ impl LowerEnvelope {
         let slope = self.line.slope;
         let offsets = hull.iter().map(|p| p.delay_s - slope * p.source_s);
         self.line.offset_s = offsets.fold(f64::INFINITY, f64::min);
-        if self.settled && !before {
+        if self.settled && !was_settled {
             self.coarsen();
         }
     }
 
     /// Keeps the promptest observation of each bucket; the buckets used before the map settled are smaller.
     fn coarsen(&mut self) {
-        let mut kept: VecDeque<Observation> = VecDeque::new();
+        let mut coarse: VecDeque<Observation> = VecDeque::new();
         for point in std::mem::take(&mut self.closed) {
-            match kept.back_mut() {
+            match coarse.back_mut() {
                 Some(last) if self.bucket(*last) == self.bucket(point) => {
                     if self.lateness(point) < self.lateness(*last) {
                         *last = point;
                     }
                 }
-                _ => kept.push_back(point),
+                _ => coarse.push_back(point),
             }
         }
-        self.closed = kept;
+        self.closed = coarse;
     }
 
     /// Bends the map towards the line, from `source_s` on.
     fn follow(&mut self, source_s: f64) {
-        let target = source_s + self.line.at(source_s);
+        let target = source_s + self.line.delay_at(source_s);
         let rate = 1.0 + self.line.slope;
         if !self.settled || self.corners.is_empty() {
             self.corners.clear();
@@ -365,18 +365,18 @@ impl LowerEnvelope {
             self.corners.pop_back();
         }
         self.corners.push_back(ClockPair { source_s, host_s });
-        let off_s = target - host_s;
-        let fastest = if off_s.abs() > MISPLACED_S {
+        let error_s = target - host_s;
+        let fastest = if error_s.abs() > MISPLACED_S {
             FASTEST_CORRECTION
         } else {
             FASTEST_SLEW
         };
-        let lasts_s = f64::max(SLEW_S, off_s.abs() / fastest);
+        let lasts_s = f64::max(SLEW_S, error_s.abs() / fastest);
         // Without further observations the map joins the line there.
         let joined_s = source_s + lasts_s;
         self.corners.push_back(ClockPair {
             source_s: joined_s,
-            host_s: joined_s + self.line.at(joined_s),
+            host_s: joined_s + self.line.delay_at(joined_s),
         });
         self.rate = rate;
         while self
@@ -397,8 +397,8 @@ impl LowerEnvelope {
     fn segment(&self, passed: impl Fn(&ClockPair) -> bool) -> (ClockPair, f64) {
         let index = self.corners.partition_point(passed).saturating_sub(1);
         let from = self.corners[index];
-        let rate = self.corners.get(index + 1).map_or(self.rate, |to| {
-            (to.host_s - from.host_s) / (to.source_s - from.source_s)
+        let rate = self.corners.get(index + 1).map_or(self.rate, |end| {
+            (end.host_s - from.host_s) / (end.source_s - from.source_s)
         });
         (from, rate)
     }

@@ -20,8 +20,8 @@ impl Link {
         OFFSET_S + source_s * (1.0 + self.drift)
     }
 
-    /// Calls `each` with every (source, arrival) in order of arrival.
-    fn run(&self, duration_s: f64, seed: u64, mut each: impl FnMut(f64, f64)) {
+    /// Calls `observe` with every (source, arrival) in order of arrival.
+    fn run(&self, duration_s: f64, seed: u64, mut observe: impl FnMut(f64, f64)) {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let (mut burst, mut arrival) = (0i64, 0.0);
         for k in 0..(duration_s / self.period_s) as u64 {
@@ -32,7 +32,7 @@ impl Link {
                 let late = -self.jitter_s * (1.0 - random.random::<f64>()).ln();
                 arrival = f64::max(arrival, due as f64 * self.burst_s + FLOOR_S + late);
             }
-            each(source_s, arrival);
+            observe(source_s, arrival);
         }
     }
 }
@@ -130,7 +130,7 @@ fn a_clock_beyond_its_tolerance_is_told_from_one_within() {
         settled: true,
         residual_s: None,
     };
-    for (fast, beyond) in [
+    for (fast, is_fault) in [
         (-0.0100, false),
         (0.0099, false),
         (-0.0125, true),
@@ -148,7 +148,7 @@ fn a_clock_beyond_its_tolerance_is_told_from_one_within() {
             clock.observe(source_s, arrival_s).unwrap();
             first = first.or(clock.state().beyond(&card).map(|ppm| (source_s, ppm)));
         });
-        assert_eq!(first.is_some(), beyond, "{fast}: {first:?}");
+        assert_eq!(first.is_some(), is_fault, "{fast}: {first:?}");
         if let Some((at_s, ppm)) = first {
             assert_abs_diff_eq!(ppm, 1e6 * fast, epsilon = 5e3);
             assert!(at_s < 32.0, "{fast}: {at_s} s");
@@ -159,16 +159,16 @@ fn a_clock_beyond_its_tolerance_is_told_from_one_within() {
 #[test]
 fn a_map_that_is_off_says_so_until_it_has_come_back() {
     let mut clock = LowerEnvelope::new();
-    let mut off = Vec::new();
+    let mut misplaced_s = Vec::new();
     for k in 0..20_000u32 {
         let source_s = f64::from(k) * 0.01;
         let delay = if source_s < 60.0 { 0.030 } else { 0.001 };
         clock.observe(source_s, source_s + delay).unwrap();
         if clock.state().misplaces() {
-            off.push(source_s);
+            misplaced_s.push(source_s);
         }
     }
-    let (first, last) = (off[0], off[off.len() - 1]);
+    let (first, last) = (misplaced_s[0], misplaced_s[misplaced_s.len() - 1]);
     assert!(first < 65.5 && last < 70.0, "{first} to {last} s");
     assert_abs_diff_eq!(clock.to_host_s(199.0).unwrap(), 199.001, epsilon = 1e-6);
 }

@@ -16,43 +16,43 @@ use rand_distr::{Distribution, StandardNormal};
 fn lost_samples_invalidate_what_they_touch_and_nothing_else() {
     let rate = 96_000;
     let filter = filter(rate, 35_000.0);
-    let sound = plate_recording(35_000.0, rate, 0.3, 0.5, 0.0, 0);
-    let mut torn = sound.clone();
+    let intact = plate_recording(35_000.0, rate, 0.3, 0.5, 0.0, 0);
+    let mut damaged = intact.clone();
     let lost = 9_000..9_700;
     for n in lost.clone() {
-        torn[2 * n] = f32::NAN;
-        torn[2 * n + 1] = f32::INFINITY;
+        damaged[2 * n] = f32::NAN;
+        damaged[2 * n + 1] = f32::INFINITY;
     }
-    torn[2 * 20_000 + 1] = f32::NAN;
+    damaged[2 * 20_000 + 1] = f32::NAN;
     let zm = Zm::new(PLATE, CHANNELS, &filter).unwrap();
-    let (sound, torn) = (demodulate(&filter, &sound), demodulate(&filter, &torn));
-    assert_eq!(sound.len(), torn.len());
-    for (sound, torn) in sound.iter().zip(&torn) {
-        let window = sound.sample - filter.half_support()..=sound.sample + filter.half_support();
-        let both = window.contains(&(lost.start as u64))
+    let (intact, damaged) = (demodulate(&filter, &intact), demodulate(&filter, &damaged));
+    assert_eq!(intact.len(), damaged.len());
+    for (intact, damaged) in intact.iter().zip(&damaged) {
+        let window = intact.sample - filter.half_support()..=intact.sample + filter.half_support();
+        let in_gap = window.contains(&(lost.start as u64))
             || window.contains(&(lost.end as u64 - 1))
-            || lost.contains(&(sound.sample as usize));
-        let pickup = both || window.contains(&20_000);
+            || lost.contains(&(intact.sample as usize));
+        let pickup = in_gap || window.contains(&20_000);
         assert_eq!(
-            torn.drive().mask.contains(Mask::LOST_SAMPLES),
-            both,
+            damaged.drive().mask.contains(Mask::LOST_SAMPLES),
+            in_gap,
             "{}",
-            sound.sample
+            intact.sample
         );
         assert_eq!(
-            torn.pickup().mask.contains(Mask::LOST_SAMPLES),
+            damaged.pickup().mask.contains(Mask::LOST_SAMPLES),
             pickup,
             "{}",
-            sound.sample
+            intact.sample
         );
-        if both {
-            assert!(torn.drive().value.is_nan());
+        if in_gap {
+            assert!(damaged.drive().value.is_nan());
         } else {
-            assert_eq!(torn.drive().value, sound.drive().value);
-            assert_eq!(torn.drive().slope_per_s, sound.drive().slope_per_s);
+            assert_eq!(damaged.drive().value, intact.drive().value);
+            assert_eq!(damaged.drive().slope_per_s, intact.drive().slope_per_s);
         }
-        assert_eq!(zm.read(torn).mask.contains(Mask::LOST_SAMPLES), pickup);
-        assert_eq!(zm.read(torn).corrected_n_s_per_m.is_nan(), pickup);
+        assert_eq!(zm.read(damaged).mask.contains(Mask::LOST_SAMPLES), pickup);
+        assert_eq!(zm.read(damaged).corrected_n_s_per_m.is_nan(), pickup);
     }
 }
 
@@ -67,8 +67,8 @@ fn clipped_samples_are_counted_within_the_window() {
     }
     let zm = Zm::new(PLATE, CHANNELS, &filter).unwrap();
     for frame in demodulate(&filter, &recording) {
-        let within = |n: u64| u32::from(frame.sample.abs_diff(n) <= filter.half_support());
-        let count = within(4_000) + within(4_001) + within(4_010);
+        let clipped_at = |n: u64| u32::from(frame.sample.abs_diff(n) <= filter.half_support());
+        let count = clipped_at(4_000) + clipped_at(4_001) + clipped_at(4_010);
         assert_eq!(frame.pickup().clipped, count);
         assert_eq!(frame.drive().clipped, 0);
         assert_eq!(zm.read(&frame).mask == Mask::CLIPPED, count > 0);
@@ -91,19 +91,19 @@ proptest! {
         for n in lost {
             interleaved[2 * n] = f32::NAN;
         }
-        let whole = demodulate(&filter, &interleaved);
+        let frames = demodulate(&filter, &interleaved);
         let mut pieces = vec![];
         let mut demodulator = Demodulator::drive_and_pickup(filter, 2, input(0), input(1)).unwrap();
         let mut rest = &interleaved[..];
         for cut in cuts.iter().cycle() {
-            let (block, after) = rest.split_at((2 * cut).min(rest.len()));
+            let (block, remainder) = rest.split_at((2 * cut).min(rest.len()));
             demodulator.push(block, |frame| pieces.push(*frame)).unwrap();
-            rest = after;
+            rest = remainder;
             if rest.is_empty() { break; }
         }
         prop_assert_eq!(demodulator.samples_taken(), 20_000);
         // NaN differs from itself, but its printed form does not.
-        prop_assert_eq!(format!("{whole:?}"), format!("{pieces:?}"));
+        prop_assert_eq!(format!("{frames:?}"), format!("{pieces:?}"));
     }
 
     #[test]

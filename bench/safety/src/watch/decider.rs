@@ -31,8 +31,8 @@ impl Looks {
                 seen_ns: now_ns,
             };
         }
-        let away_ns = now_ns.saturating_sub(self.seen_ns.max(from_ns));
-        (away_ns > UNRESPONSIVE_NS).then_some(away_ns as f64 * 1e-9)
+        let absence_ns = now_ns.saturating_sub(self.seen_ns.max(from_ns));
+        (absence_ns > UNRESPONSIVE_NS).then_some(absence_ns as f64 * 1e-9)
     }
 }
 
@@ -65,15 +65,15 @@ impl Decider {
         armed_at_ns: u64,
         now_ns: u64,
     ) -> Option<Trip> {
-        let undecided = self
+        let unresponsive = self
             .decisions
             .missing(&signals.decisions, armed_at_ns, now_ns);
-        let unheard = self
+        let keys_unread = self
             .hearings
             .missing(&signals.hearings, armed_at_ns, now_ns)
             .filter(|_| self.hearings.count > 0);
-        undecided
+        unresponsive
             .map(|for_s| Trip::Unresponsive { for_s })
-            .or(unheard.map(|for_s| Trip::KeysUnread { for_s }))
+            .or(keys_unread.map(|for_s| Trip::KeysUnread { for_s }))
     }
 }

@@ -23,24 +23,24 @@ impl Watch {
             commanded_v,
             fresh.map_or(0.0, |reading| reading.volts),
         );
-        let left = self.dose.left(now_ns);
-        self.unpublished.dose = Some(left);
-        self.dose.spent(&left)
+        let remaining = self.dose.remaining(now_ns);
+        self.unpublished.dose = Some(remaining);
+        self.dose.spent_trip(&remaining)
     }
 
     /// Returns the trip of a bench with too little driving time left to be armed, or with driving time that is not
     /// kept.
     pub(super) fn dose_refuses(&self, now_ns: u64) -> Option<Trip> {
-        let left = self.dose.left(now_ns as i64);
-        let spent = left.wait_s > 0.0 || left.left_s <= 0.0;
-        let trip = spent.then(|| dose::trip(&left));
-        trip.or(self.dose.unkept())
+        let remaining = self.dose.remaining(now_ns as i64);
+        let is_spent = remaining.wait_s > 0.0 || remaining.left_s <= 0.0;
+        let trip = is_spent.then(|| dose::trip(&remaining));
+        trip.or(self.dose.record_failure())
     }
 
     /// Returns the trip of a plate that is warmer than its record will state to the next program.
     pub(super) fn warmth_unkept(&self) -> Option<Trip> {
-        let kept_k = self.seen.kept_rise_k?;
-        (self.rise_k > kept_k + UNKEPT_K).then(|| Trip::Fault {
+        let recorded_k = self.seen.kept_rise_k?;
+        (self.rise_k > recorded_k + UNKEPT_K).then(|| Trip::Fault {
             message: WARMTH_UNKEPT.to_owned(),
         })
     }
@@ -54,19 +54,19 @@ impl Watch {
             Some(line) => line.is_high()?,
             None => false,
         };
-        let driven = self
+        let is_driven = self
             .drive
             .commanded()
             .is_some_and(|drive| drive.envelope_v != 0.0);
-        let let_go = dead_man.poll(closed, driven, now_ns);
+        let release = dead_man.poll(closed, is_driven, now_ns);
         self.unpublished.hold = Some(dead_man.hold());
-        Ok(let_go.map(|let_go| match let_go {
+        Ok(release.map(|release| match release {
             LetGo::Released => Trip::DeadManReleased,
             LetGo::NotHeld(hold) => Trip::DeadManNotHeld { hold },
         }))
     }
 
-    pub(super) fn not_held(&self) -> Option<Trip> {
+    pub(super) fn hold_trip(&self) -> Option<Trip> {
         let hold = self.dead_man.as_ref()?.hold();
         (hold != Hold::Held).then_some(Trip::DeadManNotHeld { hold })
     }

@@ -50,11 +50,11 @@ impl Watch {
         let SafetyState::Tripped { trip } = &self.state else {
             return None;
         };
-        let off_ns = self.tripped_at_ns + OFF_AFTER_NS + self.limits.loop_latency_ns;
+        let deadline_ns = self.tripped_at_ns + OFF_AFTER_NS + self.limits.loop_latency_ns;
         let reading = self.seen.readback?;
         let known = matches!(trip, Trip::AliveWhileDisarmed { .. });
         let alive = reading.volts > self.limits.readback_floor_v;
-        (!known && now_ns > off_ns && reading.at_ns > off_ns && alive).then_some(
+        (!known && now_ns > deadline_ns && reading.at_ns > deadline_ns && alive).then_some(
             Trip::AliveWhileDisarmed {
                 measured_v: reading.volts,
             },
@@ -69,13 +69,13 @@ impl Watch {
             volts,
             ..
         } = reading;
-        let found = self.delay.reading(sample, ahead, volts);
+        let delay = self.delay.reading(sample, ahead, volts);
         self.readback.set_rising(self.delay.is_rising());
-        let found = found?;
-        self.unpublished.loop_delay = Some(found);
-        let (measured_s, present_s) = (self.limits.measured_delay_s?, found.seconds);
-        let off = (present_s - measured_s).abs() > DELAY_WITHIN_S;
-        (off && self.state == SafetyState::Armed).then_some(Trip::LoopDelay {
+        let delay = delay?;
+        self.unpublished.loop_delay = Some(delay);
+        let (measured_s, present_s) = (self.limits.measured_delay_s?, delay.seconds);
+        let is_off = (present_s - measured_s).abs() > DELAY_WITHIN_S;
+        (is_off && self.state == SafetyState::Armed).then_some(Trip::LoopDelay {
             measured_s,
             present_s,
         })

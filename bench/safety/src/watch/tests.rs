@@ -301,10 +301,10 @@ fn too_much_lateral_force_stops_the_drive_whichever_way_it_pulls() {
                 limit_n: 2.0
             }
         );
-        let said = trip.to_string();
+        let message = trip.to_string();
         assert!(
-            said.contains("lateral force") && said.contains("2.01 N"),
-            "{said}"
+            message.contains("lateral force") && message.contains("2.01 N"),
+            "{message}"
         );
         rig.pass(100, |_| ());
         assert!(rig.trip().is_some(), "it latches");
@@ -324,15 +324,15 @@ fn a_wrong_calibration_or_a_sensor_at_its_end_hides_no_press() {
         }
     };
     // Twice the limits of 3 N and of 2 N.
-    for (under_n, over_n, axis, raw_n, limit_n) in [
+    for (lower_n, higher_n, axis, raw_n, limit_n) in [
         ([5.9, 0.0], [6.1, 0.0], "normal", 6.1, 6.0),
         ([0.5, 3.9], [0.5, 4.1], "lateral", 4.1, 4.0),
         ([0.5, -3.9], [0.5, -4.1], "lateral", -4.1, 4.0),
     ] {
         let mut rig = Rig::armed(SafetyLines::default());
-        rig.pass(10, hidden(under_n));
+        rig.pass(10, hidden(lower_n));
         assert_eq!(rig.trip(), None);
-        rig.pass(1, hidden(over_n));
+        rig.pass(1, hidden(higher_n));
         assert_eq!(
             rig.trip(),
             Some(Trip::RawForceLimit {
@@ -540,7 +540,7 @@ fn a_plate_that_is_driven_for_long_is_stopped_and_let_go_on_when_it_has_cooled()
     // It cools, and says when it may resume.
     rig.card.commanded_v.set(0.0);
     rig.signals.amplitude_m.set(0.0);
-    let again = |rig: &mut Rig| {
+    let rearmed_state = |rig: &mut Rig| {
         rig.ask.send(SafetyCommand::Rearm);
         rig.ask.send(SafetyCommand::Arm);
         rig.pass(10, |_| ());
@@ -548,14 +548,14 @@ fn a_plate_that_is_driven_for_long_is_stopped_and_let_go_on_when_it_has_cooled()
     };
     rig.pass(100, |_| ());
     assert!(matches!(
-        again(&mut rig),
+        rearmed_state(&mut rig),
         SafetyState::Tripped {
             trip: Trip::Warm { .. }
         }
     ));
     // The ramp to silence warmed it a little further.
     rig.pass((1e3 * wait_s) as u64 + 500, |_| ());
-    assert_eq!(again(&mut rig), SafetyState::Armed);
+    assert_eq!(rearmed_state(&mut rig), SafetyState::Armed);
 }
 
 /// Fault 42.
@@ -575,8 +575,11 @@ fn a_plate_that_is_warm_from_before_is_not_armed_and_its_warmth_is_told() {
     rig.pass(1, |_| ());
     assert!(matches!(rig.trip(), Some(Trip::Warm { wait_s, .. }) if wait_s > 0.0));
     rig.pass(1, |_| ());
-    let told_k = rig.signals.rise_k.get().unwrap();
-    assert!((told_k - (at_limit_k - 1.0)).abs() < 0.01, "{told_k}");
+    let published_k = rig.signals.rise_k.get().unwrap();
+    assert!(
+        (published_k - (at_limit_k - 1.0)).abs() < 0.01,
+        "{published_k}"
+    );
 }
 
 /// Fault 8.

@@ -23,11 +23,11 @@ fn hour(spans: &[(i64, i64)]) -> SlidingHour {
 
 /// Returns the seconds since an hour before `now_s` that some span covers.
 fn counted_s(spans: &[(i64, i64)], now_s: i64) -> i64 {
-    let driven = |s: i64| {
+    let is_driven = |s: i64| {
         let mut spans = spans.iter();
         spans.any(|&(start_s, length_s)| (start_s..start_s + length_s).contains(&s))
     };
-    (now_s - HOUR_S..5000).filter(|&s| driven(s)).count() as i64
+    (now_s - HOUR_S..5000).filter(|&s| is_driven(s)).count() as i64
 }
 
 proptest! {
@@ -38,12 +38,12 @@ proptest! {
 
     #[test]
     fn forgetting_what_is_over_an_hour_ago_changes_nothing(spans in spans(), now_s in 4900i64..9000) {
-        let whole = hour(&spans);
-        let mut kept = whole.clone();
-        kept.forget(now_s * S);
+        let full_hour = hour(&spans);
+        let mut recent_hour = full_hour.clone();
+        recent_hour.forget(now_s * S);
         for later_s in [0, 100, 3000] {
             let at_ns = (now_s + later_s) * S;
-            prop_assert_eq!(kept.used_ns(at_ns), whole.used_ns(at_ns));
+            prop_assert_eq!(recent_hour.used_ns(at_ns), full_hour.used_ns(at_ns));
         }
     }
 
@@ -74,7 +74,7 @@ proptest! {
         limit_s in 100i64..1200,
     ) {
         let mut hour = SlidingHour::default();
-        let (mut now_s, mut driven) = (0i64, Vec::new());
+        let (mut now_s, mut drives) = (0i64, Vec::new());
         for (pause_s, length_s) in wishes {
             now_s += pause_s;
             let start_s = now_s;
@@ -83,17 +83,17 @@ proptest! {
                 hour.add(Span { start_ns: start_s * S, end_ns: (now_s + 1) * S });
                 now_s += 1;
             }
-            driven.push((start_s, now_s - start_s));
+            drives.push((start_s, now_s - start_s));
             hour.forget(now_s * S);
         }
         for end_s in (0..=now_s).step_by(50) {
-            let before: i64 = driven
+            let used_s: i64 = drives
                 .iter()
                 .map(|&(start_s, length_s)| {
                     ((start_s + length_s).min(end_s) - start_s.max(end_s - HOUR_S)).max(0)
                 })
                 .sum();
-            prop_assert!(before <= limit_s, "{} s in the hour before {} s", before, end_s);
+            prop_assert!(used_s <= limit_s, "{} s in the hour before {} s", used_s, end_s);
         }
     }
 }

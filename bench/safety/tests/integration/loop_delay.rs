@@ -94,13 +94,13 @@ const DRIVES: [(f64, f64, f64); 5] = [
 
 impl World {
     fn commanded_v(&self, time_s: f64) -> f64 {
-        let on_s = if time_s < self.rises_again_s {
+        let elapsed_s = if time_s < self.rises_again_s {
             time_s - SILENCE_S
         } else {
             time_s - self.rises_again_s - SILENCE_S
         };
-        let ramp = 0.5 * (1.0 - (PI * (on_s / RAMP_S).clamp(0.0, 1.0)).cos());
-        ramp * self.mean_v * (1.0 + self.index * (TAU * self.modulation_hz * on_s).sin())
+        let ramp = 0.5 * (1.0 - (PI * (elapsed_s / RAMP_S).clamp(0.0, 1.0)).cos());
+        ramp * self.mean_v * (1.0 + self.index * (TAU * self.modulation_hz * elapsed_s).sin())
     }
 
     /// Runs the watch for `seconds`; returns the trip and its time, s.
@@ -148,10 +148,10 @@ impl World {
             } else {
                 0.0
             };
-            let read = ((captured / RATE_HZ - late).max(0.0) * RATE_HZ / 256.0).floor() * 256.0;
+            let frame = ((captured / RATE_HZ - late).max(0.0) * RATE_HZ / 256.0).floor() * 256.0;
             signals.readback.set(DriveReading {
-                volts: gain * self.commanded_v(read / RATE_HZ - delay_s),
-                sample: read as u64,
+                volts: gain * self.commanded_v(frame / RATE_HZ - delay_s),
+                sample: frame as u64,
                 ahead: HEAD_START as i64,
                 at_ns: now_ns,
             });
@@ -210,13 +210,13 @@ fn a_delay_that_is_not_the_measured_one_is_named_at_the_first_rise() {
 fn a_delay_near_the_measured_one_is_left_alone() {
     for world in each_drive() {
         for measured_s in [0.001, 0.0123, 0.09] {
-            for off_s in [-0.004_f64, 0.0, 0.004] {
+            for error_s in [-0.004_f64, 0.0, 0.004] {
                 let world = World {
                     measured_s: Some(measured_s),
-                    delay_s: (measured_s + off_s).max(0.0),
+                    delay_s: (measured_s + error_s).max(0.0),
                     ..world
                 };
-                assert_eq!(world.trip(2.0), None, "{measured_s} s, {off_s} s off");
+                assert_eq!(world.trip(2.0), None, "{measured_s} s, {error_s} s off");
             }
         }
     }
@@ -246,20 +246,20 @@ fn a_computer_that_is_held_up_moves_no_delay() {
 #[test]
 fn half_the_gain_passes_for_no_delay_at_either_end_of_what_is_accepted() {
     for world in each_drive() {
-        for off_s in [-0.0045, 0.0, 0.0045] {
+        for error_s in [-0.0045, 0.0, 0.0045] {
             for phase in 0..16 {
                 let changes_s = 1.0 + f64::from(phase) / 16.0 / world.modulation_hz;
                 let world = World {
-                    measured_s: Some(0.0123 + off_s),
+                    measured_s: Some(0.0123 + error_s),
                     changes_s,
                     gain: 0.5,
                     ..world
                 };
                 let period_s = 1.0 / world.modulation_hz;
-                let seen = world.trip(changes_s + 3.0);
+                let trip = world.trip(changes_s + 3.0);
                 assert!(
-                    matches!(seen, Some((Trip::Readback { .. }, at_s)) if at_s - changes_s < 0.1 + period_s),
-                    "{} Hz, {off_s} s off: {seen:?}",
+                    matches!(trip, Some((Trip::Readback { .. }, at_s)) if at_s - changes_s < 0.1 + period_s),
+                    "{} Hz, {error_s} s off: {trip:?}",
                     world.modulation_hz
                 );
             }

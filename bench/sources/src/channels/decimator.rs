@@ -69,9 +69,9 @@ impl Decimator {
             if number != self.first + self.history[0].len() as u64 {
                 self.begin(number);
             }
-            let wrong = frame.iter().filter(|value| !value.is_finite()).count();
-            if wrong > 0 {
-                not_finite += wrong as u64;
+            let invalid_count = frame.iter().filter(|value| !value.is_finite()).count();
+            if invalid_count > 0 {
+                not_finite += invalid_count as u64;
                 self.begin(number + 1);
                 continue;
             }
@@ -106,27 +106,34 @@ impl Decimator {
     }
 
     fn value(&self, frame: u64) -> Filtered {
-        let from = (frame - self.half - self.first) as usize;
-        let of = |(taps, history): (&Vec<f64>, &Vec<f64>)| {
-            let samples = &history[from..from + taps.len()];
+        let start = (frame - self.half - self.first) as usize;
+        let convolution = |(taps, history): (&Vec<f64>, &Vec<f64>)| {
+            let samples = &history[start..start + taps.len()];
             taps.iter().zip(samples).map(|(tap, x)| tap * x).sum()
         };
         Filtered {
             frame,
-            values: self.taps.iter().zip(&self.history).map(of).collect(),
-            clipped: self.clipped.is_some_and(|at| at >= frame - self.half),
+            values: self
+                .taps
+                .iter()
+                .zip(&self.history)
+                .map(convolution)
+                .collect(),
+            clipped: self
+                .clipped
+                .is_some_and(|clipped_frame| clipped_frame >= frame - self.half),
         }
     }
 
     /// Drops samples that no later value needs.
     fn forget(&mut self) {
         let Some(due) = self.next else { return };
-        let unneeded = (due - self.half).saturating_sub(self.first);
-        let unneeded = (unneeded as usize).min(self.history[0].len());
+        let count = (due - self.half).saturating_sub(self.first);
+        let count = (count as usize).min(self.history[0].len());
         for history in &mut self.history {
-            history.drain(..unneeded);
+            history.drain(..count);
         }
-        self.first += unneeded as u64;
+        self.first += count as u64;
     }
 }
 
@@ -139,13 +146,13 @@ mod tests {
     const RATE_HZ: f64 = 96_000.0;
 
     /// Signal of two tones of a hand's movement and one of a plate.
-    fn signal(at: f64) -> f64 {
-        let tone = |hz: f64| (TAU * hz * at / RATE_HZ).sin();
+    fn signal(sample: f64) -> f64 {
+        let tone = |hz: f64| (TAU * hz * sample / RATE_HZ).sin();
         0.3 * tone(7.0) + 0.02 * tone(180.0) + 0.1 * tone(35_000.0)
     }
 
-    fn slow(at: f64) -> f64 {
-        signal(at) - 0.1 * (TAU * 35_000.0 * at / RATE_HZ).sin()
+    fn slow(sample: f64) -> f64 {
+        signal(sample) - 0.1 * (TAU * 35_000.0 * sample / RATE_HZ).sin()
     }
 
     fn frames(numbers: std::ops::Range<u64>, late: &[f64]) -> Vec<f32> {
@@ -154,19 +161,19 @@ mod tests {
             .collect()
     }
 
-    fn never(_: f32) -> bool {
+    fn no_clipping(_: f32) -> bool {
         false
     }
 
     #[test]
     fn values_are_those_of_their_frame_whatever_the_blocks_and_the_skew() {
         let late = [0.0, 0.4, 3.2];
-        let all = frames(0..20_000, &late);
-        let mut whole = Vec::new();
+        let samples = frames(0..20_000, &late);
+        let mut values = Vec::new();
         let mut decimator = Decimator::new(24, &late);
-        decimator.take(0, &all, never, |value| whole.push(value));
-        assert!(whole.len() > 780);
-        for value in &whole {
+        decimator.take(0, &samples, no_clipping, |value| values.push(value));
+        assert!(values.len() > 780);
+        for value in &values {
             assert_eq!(value.frame % 24, 0);
             for &read in &value.values {
                 let error = read - slow(value.frame as f64);
@@ -178,11 +185,11 @@ mod tests {
         let (mut from, mut length) = (0, 1);
         while from < 20_000 {
             let to = (from + length).min(20_000);
-            let block = &all[3 * from..3 * to];
-            decimator.take(from as u64, block, never, |value| pieces.push(value));
+            let block = &samples[3 * from..3 * to];
+            decimator.take(from as u64, block, no_clipping, |value| pieces.push(value));
             (from, length) = (to, length * 7 % 1003 + 1);
         }
-        assert_eq!(pieces, whole);
+        assert_eq!(pieces, values);
         assert_eq!(decimator.lost(), 0);
     }
 
@@ -191,16 +198,16 @@ mod tests {
     fn a_gap_costs_the_values_that_reach_over_it_and_each_is_counted() {
         let late = [0.0, 0.0];
         let (mut values, mut decimator) = (Vec::new(), Decimator::new(24, &late));
-        decimator.take(0, &frames(0..5000, &late), never, |value| {
+        decimator.take(0, &frames(0..5000, &late), no_clipping, |value| {
             values.push(value.frame)
         });
-        let (before, gap_to) = (values.len(), 5777);
+        let (gap_index, gap_to) = (values.len(), 5777);
         let block = frames(gap_to..9000, &late);
-        decimator.take(gap_to, &block, never, |value| {
+        decimator.take(gap_to, &block, no_clipping, |value| {
             assert!((value.values[0] - slow(value.frame as f64)).abs() < 2e-5);
             values.push(value.frame);
         });
-        let missing = (values[before] - values[before - 1]) / 24 - 1;
+        let missing = (values[gap_index] - values[gap_index - 1]) / 24 - 1;
         assert_eq!(decimator.lost(), missing);
         assert!(values.iter().all(|frame| frame % 24 == 0));
 
@@ -209,11 +216,11 @@ mod tests {
         block[1001] = f32::NAN;
         block[2000] = f32::INFINITY;
         let (lost, count) = (decimator.lost(), values.len());
-        let wrong = decimator.take(9000, &block, never, |value| {
+        let invalid_count = decimator.take(9000, &block, no_clipping, |value| {
             assert!(value.values.iter().all(|value| value.is_finite()));
             values.push(value.frame);
         });
-        assert_eq!(wrong, 2);
+        assert_eq!(invalid_count, 2);
         let expected = (values[values.len() - 1] - values[count - 1]) / 24;
         assert_eq!(
             decimator.lost() - lost,
@@ -230,8 +237,11 @@ mod tests {
         block[3000] = 1.0;
         decimator.take(0, &block, |x| x >= 1.0, |value| values.push(value));
         let first = values.iter().find(|value| value.clipped).unwrap();
-        let told_at = first.frame + decimator.half;
-        assert!((3000..3000 + 24).contains(&told_at), "{told_at}");
+        let flagged_frame = first.frame + decimator.half;
+        assert!(
+            (3000..3000 + 24).contains(&flagged_frame),
+            "{flagged_frame}"
+        );
         let last = values.iter().rfind(|value| value.clipped).unwrap();
         assert!(last.frame - decimator.half <= 3000);
     }

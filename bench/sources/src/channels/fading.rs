@@ -47,9 +47,10 @@ impl Fading {
     #[must_use]
     pub fn faded(&self, weight_n: f64) -> Option<[f64; 2]> {
         let last_n = *self.windows.last()?;
-        let falls = self.windows.len() >= FALLING_WINDOWS
+        let is_falling = self.windows.len() >= FALLING_WINDOWS
             && self.windows.windows(2).all(|pair| pair[1] < pair[0]);
-        let fades = self.most_n >= LEAST_RISE * weight_n && (last_n < FADED * self.most_n || falls);
-        fades.then_some([self.most_n, last_n])
+        let is_fading =
+            self.most_n >= LEAST_RISE * weight_n && (last_n < FADED * self.most_n || is_falling);
+        is_fading.then_some([self.most_n, last_n])
     }
 }

@@ -73,7 +73,7 @@ impl ForceSource for GaugeForce {
         _now_s: &dyn Fn() -> f64,
         take: &mut dyn FnMut(TimedForce),
     ) -> Result<(), SourceGone> {
-        let (mut readings, mut unread) = (0, 0);
+        let (mut readings, mut bytes_unread) = (0, 0);
         for _ in 0..MOST_BLOCKS {
             let Some(block) = self.tap.pop_block(&mut self.samples) else {
                 break;
@@ -84,7 +84,7 @@ impl ForceSource for GaugeForce {
             let (corrector, late_frames) = (&self.corrector, self.late_frames);
             let clips = |value: f32| value.abs() >= clip_units;
             let first = block.first_frame;
-            let wrong = self.decimator.take(first, &self.samples, clips, |value| {
+            let invalid_count = self.decimator.take(first, &self.samples, clips, |value| {
                 if stuck {
                     return;
                 }
@@ -92,18 +92,18 @@ impl ForceSource for GaugeForce {
                     let gauges = newtons[axis].iter().zip(&value.values);
                     gauges.map(|(newtons, value)| newtons * value).sum()
                 });
-                let at = Moment::Card(value.frame as f64 - late_frames);
+                let moment = Moment::Card(value.frame as f64 - late_frames);
                 readings += 1;
-                take(corrector.force(at, raw_n, [value.clipped; 2]));
+                take(corrector.force(moment, raw_n, [value.clipped; 2]));
             });
-            self.not_finite += wrong;
+            self.not_finite += invalid_count;
             if stuck {
-                unread += SAMPLE_BYTES * self.samples.len() as u64;
+                bytes_unread += SAMPLE_BYTES * self.samples.len() as u64;
             } else {
-                unread += SAMPLE_BYTES * wrong;
+                bytes_unread += SAMPLE_BYTES * invalid_count;
             }
         }
-        self.polled = (unread, readings);
+        self.polled = (bytes_unread, readings);
         Ok(())
     }
 
@@ -155,10 +155,10 @@ mod tests {
     }
 
     /// Returns one second of constant voltages with noise at the least significant bit.
-    fn second(first: u64, of: [f32; 3]) -> Vec<f32> {
+    fn second(first: u64, levels_v: [f32; 3]) -> Vec<f32> {
         let noise = |n: u64| if n.is_multiple_of(2) { 1e-6 } else { -1e-6 };
         (first..first + 48_000)
-            .flat_map(|n| of.map(|volts| volts + noise(n)))
+            .flat_map(|n| levels_v.map(|volts| volts + noise(n)))
             .collect()
     }
 

@@ -40,8 +40,8 @@ impl Lowpass {
         let taps: Vec<f64> = (0..=2 * self.half)
             .map(|i| {
                 // Time from the filter's centre to the sampling instant.
-                let at = i as f64 - half + late;
-                sinc(2.0 * edge * at) * window.at(at / reach)[0]
+                let time = i as f64 - half + late;
+                sinc(2.0 * edge * time) * window.at(time / reach)[0]
             })
             .collect();
         let sum: f64 = taps.iter().sum();
@@ -100,8 +100,8 @@ mod tests {
                 let (gain, phase) = response(&taps, frequency, late);
                 assert!((gain - 1.0).abs() < 1e-3, "{late} {frequency}: {gain}");
                 // Delay error, samples.
-                let off = phase / (2.0 * PI * frequency);
-                assert!(off.abs() < 0.02, "{late} {frequency}: {off} samples");
+                let error = phase / (2.0 * PI * frequency);
+                assert!(error.abs() < 0.02, "{late} {frequency}: {error} samples");
             }
         }
     }

@@ -22,9 +22,9 @@ impl StuckWatch {
     /// Processes interleaved frames.
     pub(super) fn take(&mut self, frames: &[f32]) {
         for frame in frames.chunks_exact(self.inputs.len()) {
-            for ((value, stands), &now) in self.inputs.iter_mut().zip(frame) {
-                *stands = if now == *value {
-                    stands.saturating_add(1)
+            for ((value, repeats), &now) in self.inputs.iter_mut().zip(frame) {
+                *repeats = if now == *value {
+                    repeats.saturating_add(1)
                 } else {
                     0
                 };
@@ -37,6 +37,6 @@ impl StuckWatch {
     pub(super) fn is_stuck(&self) -> bool {
         self.inputs
             .iter()
-            .any(|&(_, stands)| stands >= self.longest)
+            .any(|&(_, repeats)| repeats >= self.longest)
     }
 }

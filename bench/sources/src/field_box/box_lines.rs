@@ -64,12 +64,12 @@ impl OutputLine for BoxOutput {
         let set = self.set;
         self.link
             .say(|word| set(word, high))
-            .map_err(|gone| failed(&gone))
+            .map_err(|loss| failed(&loss))
     }
 }
 
-fn failed(gone: &FieldBoxGone) -> GpioError {
+fn failed(loss: &FieldBoxGone) -> GpioError {
     GpioError::Device {
-        why: gone.to_string(),
+        why: loss.to_string(),
     }
 }

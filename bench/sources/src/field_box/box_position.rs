@@ -49,8 +49,8 @@ impl PositionSource for BoxPosition {
             // The box has restarted its count, and the carriage may have moved meanwhile.
             let lost = dated.restarts > std::mem::replace(&mut self.restarts, dated.restarts);
             self.last = self.last.filter(|_| !lost);
-            let moved = counted.wrapping_sub(self.last.replace(counted).unwrap_or(counted));
-            self.count += i64::from(moved);
+            let step = counted.wrapping_sub(self.last.replace(counted).unwrap_or(counted));
+            self.count += i64::from(step);
             self.lost |= lost;
             if dated.own_s >= self.due_s {
                 self.due_s = dated.own_s + (1.0 - EARLY) / POSITION_HZ;

@@ -33,7 +33,7 @@ pub(super) struct Link {
     writer: Mutex<Writer>,
     /// Newest report with its time of arrival, ns.
     latest: Slot<(Report, u64)>,
-    asked_ns: Slot<u64>,
+    request_ns: Slot<u64>,
     identity: OnceLock<Identity>,
     gone: OnceLock<FieldBoxGone>,
 }
@@ -59,7 +59,7 @@ impl Link {
             reader: Mutex::new(Reader::new(listening, table.latency_s)),
             writer: Mutex::new(Writer::new(speaking)),
             latest: Slot::default(),
-            asked_ns: Slot::default(),
+            request_ns: Slot::default(),
             identity: OnceLock::new(),
             gone: OnceLock::new(),
             clock,
@@ -106,8 +106,8 @@ impl Link {
             }
             Err(TryLockError::WouldBlock) => {}
         }
-        if let Some(gone) = self.gone.get() {
-            return Err(gone.clone());
+        if let Some(loss) = self.gone.get() {
+            return Err(loss.clone());
         }
         let now_ns = clock.now_ns();
         let port = || self.port.clone();
@@ -135,11 +135,11 @@ impl Link {
     pub(super) fn say(&self, change: impl FnOnce(&mut Word)) -> Result<(), FieldBoxGone> {
         let now_ns = self.clock.now_ns();
         let mut writer = lock(&self.writer);
-        self.sent(writer.say(now_ns, change))?;
+        self.require_sent(writer.say(now_ns, change))?;
         let Some((report, _)) = self.latest.get() else {
             return Ok(());
         };
-        if let (true, Some(stop)) = (writer.heard(&report), report.stop) {
+        if let (true, Some(stop)) = (writer.acknowledge(&report), report.stop) {
             return Err(FieldBoxGone::Stopped {
                 why: in_words(stop),
             });
@@ -155,8 +155,8 @@ impl Link {
     }
 
     fn read_into(&self, reader: &mut Reader, now_s: &dyn Fn() -> f64) -> Result<(), FieldBoxGone> {
-        if let Some(gone) = self.gone.get() {
-            return Err(gone.clone());
+        if let Some(loss) = self.gone.get() {
+            return Err(loss.clone());
         }
         let newest = reader.read(now_s).map_err(|error| self.is_gone(&error))?;
         let now_ns = self.clock.now_ns();
@@ -169,13 +169,16 @@ impl Link {
         }
         match (reader.identity, reader.other_version) {
             (Some(identity), _) => self.introduce(identity),
-            (None, Some(theirs)) => {
+            (None, Some(version)) => {
                 let port = self.port.clone();
-                Err(self.end(FieldBoxGone::Version { port, theirs }))
+                Err(self.end(FieldBoxGone::Version {
+                    port,
+                    theirs: version,
+                }))
             }
             (None, None) => {
-                let asked_ns = self.asked_ns.get().unwrap_or(0);
-                if now_ns.saturating_sub(asked_ns) > ASK_AGAIN_NS {
+                let request_ns = self.request_ns.get().unwrap_or(0);
+                if now_ns.saturating_sub(request_ns) > ASK_AGAIN_NS {
                     self.ask(now_ns);
                 }
                 Ok(())
@@ -201,15 +204,15 @@ impl Link {
 
     /// Requests the identification; a lost request is repeated.
     fn ask(&self, now_ns: u64) {
-        self.asked_ns.set(now_ns);
+        self.request_ns.set(now_ns);
         let _ = lock(&self.writer).ask();
     }
 
     /// Converts the result of sending: a word that did not fit the system's buffer counts as lost on the line, since the box's
     /// acknowledgement decides.
-    fn sent(&self, sent: io::Result<()>) -> Result<(), FieldBoxGone> {
+    fn require_sent(&self, result: io::Result<()>) -> Result<(), FieldBoxGone> {
         use ErrorKind::{Interrupted, TimedOut, WouldBlock};
-        match sent {
+        match result {
             Err(error) if !matches!(error.kind(), Interrupted | TimedOut | WouldBlock) => {
                 Err(self.is_gone(&error))
             }
@@ -225,8 +228,8 @@ impl Link {
     }
 
     /// Ends the line for good; the first reason is kept.
-    fn end(&self, gone: FieldBoxGone) -> FieldBoxGone {
-        self.gone.get_or_init(|| gone).clone()
+    fn end(&self, loss: FieldBoxGone) -> FieldBoxGone {
+        self.gone.get_or_init(|| loss).clone()
     }
 }
 

@@ -119,12 +119,12 @@ impl Reader {
         let mut reports = Vec::new();
         for &byte in &self.bytes {
             self.of_frame += 1;
-            let heard = self.listener.hear(byte);
-            if let Some(message) = &heard {
+            let input = self.listener.hear(byte);
+            if let Some(message) = &input {
                 let bytes = std::mem::take(&mut self.of_frame);
                 self.since_poll.0 += if message.is_err() { bytes } else { 0 };
             }
-            match heard {
+            match input {
                 None => {}
                 Some(Ok(FromBox::Identity(identity))) => self.identity = Some(identity),
                 Some(Ok(FromBox::Report(report))) => {
@@ -140,7 +140,7 @@ impl Reader {
                         reports.extend(count.map(|count| (count, restarts, report)));
                     }
                 }
-                Some(Err(Refused::Version(theirs))) => self.other_version = Some(theirs),
+                Some(Err(Refused::Version(version))) => self.other_version = Some(version),
                 Some(Err(_)) => self.numbering.corrupt(&mut self.faults),
             }
         }
@@ -162,12 +162,12 @@ impl Reader {
                 restarts,
                 report,
             };
-            let placed = self.positions.add(dated);
+            let is_placed = self.positions.add(dated);
             if report.levels.converter_silent {
                 self.faults.failed += 1;
             } else {
                 self.since_poll.1 += 1;
-                self.faults.lost += u64::from(!(self.forces.add(dated) && placed));
+                self.faults.lost += u64::from(!(self.forces.add(dated) && is_placed));
             }
         }
         Ok(newest.map(|(.., report)| report))
@@ -239,11 +239,14 @@ mod tests {
         };
         assert_eq!(reader.health().faults, faults);
         assert_eq!(dated.len(), 12_000);
-        let off_s = dated
+        let errors_s = dated
             .iter()
             .map(|(now_s, dated)| (dated.host_s - now_s).abs());
-        assert!(off_s.fold(0.0, f64::max) < 1e-3);
+        assert!(errors_s.fold(0.0, f64::max) < 1e-3);
         assert!(dated.is_sorted_by(|a, b| a.1.own_s < b.1.own_s));
-        assert_eq!([5999, 6000].map(|at: usize| dated[at].1.restarts), [0, 1]);
+        assert_eq!(
+            [5999, 6000].map(|index: usize| dated[index].1.restarts),
+            [0, 1]
+        );
     }
 }

@@ -19,7 +19,7 @@ pub(super) struct Writer {
     /// Whether the box has acknowledged that word; the number itself recurs after 2¹⁶ words.
     enable_heard: bool,
     /// Unacknowledged words with their times, ns.
-    unheard: VecDeque<(u16, u64)>,
+    unacknowledged: VecDeque<(u16, u64)>,
 }
 
 impl Writer {
@@ -33,7 +33,7 @@ impl Writer {
             },
             enabled_by: None,
             enable_heard: false,
-            unheard: VecDeque::new(),
+            unacknowledged: VecDeque::new(),
         }
     }
 
@@ -45,15 +45,15 @@ impl Writer {
     /// Sends the present word with a changed level. Before an enable is switched on, a word without it is sent: a box that
     /// stopped, or restarted since, requires that.
     pub(super) fn say(&mut self, now_ns: u64, change: impl FnOnce(&mut Word)) -> io::Result<()> {
-        let before = self.word;
+        let previous = self.word;
         change(&mut self.word);
-        if self.word.enable && !before.enable {
-            self.unheard.clear();
-            let on = std::mem::replace(&mut self.word, before);
+        if self.word.enable && !previous.enable {
+            self.unacknowledged.clear();
+            let enable_word = std::mem::replace(&mut self.word, previous);
             self.send(now_ns)?;
             self.word = Word {
                 sequence: self.word.sequence,
-                ..on
+                ..enable_word
             };
             self.enabled_by = Some(self.word.sequence.wrapping_add(1));
             self.enable_heard = false;
@@ -66,22 +66,22 @@ impl Writer {
     /// Sends the present word with the next number.
     fn send(&mut self, now_ns: u64) -> io::Result<()> {
         self.word.sequence = self.word.sequence.wrapping_add(1);
-        if self.unheard.len() == MOST_UNHEARD {
-            self.unheard.pop_front();
+        if self.unacknowledged.len() == MOST_UNHEARD {
+            self.unacknowledged.pop_front();
         }
-        self.unheard.push_back((self.word.sequence, now_ns));
+        self.unacknowledged.push_back((self.word.sequence, now_ns));
         self.port.write_all(&ToBox::Word(self.word).encode())
     }
 
     /// Records the acknowledgement in `report`; returns whether the box has acknowledged the present enable.
-    pub(super) fn heard(&mut self, report: &Report) -> bool {
+    pub(super) fn acknowledge(&mut self, report: &Report) -> bool {
         // The acknowledged word is one of those sent since, or an earlier one.
         let includes =
             |number: u16, since: usize| usize::from(report.heard.wrapping_sub(number)) < since;
-        while let Some(&(number, _)) = self.unheard.front()
-            && includes(number, self.unheard.len())
+        while let Some(&(number, _)) = self.unacknowledged.front()
+            && includes(number, self.unacknowledged.len())
         {
-            self.unheard.pop_front();
+            self.unacknowledged.pop_front();
         }
         let Some(number) = self.enabled_by else {
             return false;
@@ -93,7 +93,10 @@ impl Writer {
 
     /// Returns the age of the oldest unacknowledged word while the enable is on, ns; 0 otherwise.
     pub(super) fn unheard_ns(&self, now_ns: u64) -> u64 {
-        let oldest = self.unheard.front().filter(|_| self.enabled_by.is_some());
+        let oldest = self
+            .unacknowledged
+            .front()
+            .filter(|_| self.enabled_by.is_some());
         oldest.map_or(0, |(_, said_ns)| now_ns.saturating_sub(*said_ns))
     }
 }
@@ -106,7 +109,7 @@ mod tests {
     /// Time between two words, ns.
     const BEAT_NS: u64 = 2_000_000;
 
-    fn report(heard: u16) -> Report {
+    fn report(word_number: u16) -> Report {
         Report {
             sequence: 0,
             device_us: 0,
@@ -114,7 +117,7 @@ mod tests {
             position: 0,
             levels: Levels::default(),
             stop: None,
-            heard,
+            heard: word_number,
         }
     }
 
@@ -125,26 +128,29 @@ mod tests {
         let mut now_ns = 0;
         let mut beat = |writer: &mut Writer, enable| {
             now_ns += BEAT_NS;
-            let turned = |word: &mut Word| {
+            let beat_word = |word: &mut Word| {
                 word.enable = enable;
                 word.heartbeat = !word.heartbeat;
             };
-            writer.say(now_ns, turned).unwrap();
+            writer.say(now_ns, beat_word).unwrap();
             now_ns
         };
         for armed in 0..2 {
             for _ in 0..9 {
                 beat(&mut writer, false);
-                assert!(!writer.heard(&report(writer.word.sequence)));
+                assert!(!writer.acknowledge(&report(writer.word.sequence)));
             }
-            let before = writer.word.sequence;
+            let previous = writer.word.sequence;
             beat(&mut writer, true);
-            assert!(!writer.heard(&report(before)), "it speaks of before");
+            assert!(
+                !writer.acknowledge(&report(previous)),
+                "it speaks of before"
+            );
             // Four minutes, in which the numbers recur three times; the box acknowledges one word late.
             for k in 0..120_000u32 {
                 let now_ns = beat(&mut writer, true);
                 let late = writer.word.sequence.wrapping_sub(1);
-                assert!(writer.heard(&report(late)), "{armed}: {k}");
+                assert!(writer.acknowledge(&report(late)), "{armed}: {k}");
                 assert!(writer.unheard_ns(now_ns) <= BEAT_NS);
             }
         }
@@ -153,8 +159,8 @@ mod tests {
             beat(&mut writer, true);
         }
         let now_ns = beat(&mut writer, true);
-        let elsewhere = writer.word.sequence.wrapping_sub(20_000);
-        assert!(writer.heard(&report(elsewhere)), "it had heard");
+        let unrelated = writer.word.sequence.wrapping_sub(20_000);
+        assert!(writer.acknowledge(&report(unrelated)), "it had heard");
         assert!(writer.unheard_ns(now_ns) >= 9 * BEAT_NS);
     }
 }

@@ -36,7 +36,7 @@ pub enum LineError {
     #[error(
         "GPIO line {line} of {chip} for the {name} is in use{}: end that program, take its overlay out of the system's \
          configuration, or wire another line and name it in [gpio]",
-        by(.consumer)
+        user_text(.consumer)
     )]
     Busy {
         /// Purpose of the line.
@@ -101,10 +101,10 @@ pub enum LineError {
     },
 }
 
-fn by(consumer: &Option<String>) -> String {
+fn user_text(consumer: &Option<String>) -> String {
     consumer.as_ref().map_or_else(
         || " by another program".to_owned(),
-        |by| format!(" by `{by}`"),
+        |name| format!(" by `{name}`"),
     )
 }
 
@@ -114,12 +114,12 @@ fn by(consumer: &Option<String>) -> String {
 /// [`LineError`] for the first line that is not available.
 pub fn take_lines(gpio: &Gpio, source: &dyn LineSource) -> Result<Lines, LineError> {
     let input = |name, line| {
-        let taken = source.input(name, line);
-        taken.map_err(|error| refused(error, name, line, source))
+        let line_handle = source.input(name, line);
+        line_handle.map_err(|error| line_error(error, name, line, source))
     };
     let output = |name, line| {
-        let taken = source.output(name, line);
-        taken.map_err(|error| refused(error, name, line, source))
+        let line_handle = source.output(name, line);
+        line_handle.map_err(|error| line_error(error, name, line, source))
     };
     let encoder = match (gpio.encoder_a, gpio.encoder_b) {
         (Some(a), Some(b)) => Some([input("encoder A", a)?, input("encoder B", b)?]),
@@ -146,14 +146,19 @@ pub fn take_lines(gpio: &Gpio, source: &dyn LineSource) -> Result<Lines, LineErr
     })
 }
 
-fn refused(source: io::Error, name: &'static str, line: u8, of: &dyn LineSource) -> LineError {
-    let chip = of.chip();
+fn line_error(
+    source: io::Error,
+    name: &'static str,
+    line: u8,
+    line_source: &dyn LineSource,
+) -> LineError {
+    let chip = line_source.chip();
     match source.kind() {
         io::ErrorKind::ResourceBusy => LineError::Busy {
             name,
             line,
             chip,
-            consumer: of.consumer(line),
+            consumer: line_source.consumer(line),
         },
         io::ErrorKind::PermissionDenied => LineError::Forbidden { name, line, chip },
         io::ErrorKind::NotFound => LineError::NoChip { name, chip },
@@ -254,7 +259,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn a_line_that_another_program_holds_is_refused_with_its_name() {
-        for (at, role) in [
+        for (line_number, role) in [
             (5, "encoder A"),
             (6, "encoder B"),
             (17, "e-stop"),
@@ -262,19 +267,22 @@ mod tests {
             (23, "amplifier enable"),
             (24, "heartbeat"),
         ] {
-            let refused = error(at, EBUSY, Some("w1-gpio"));
+            let busy = error(line_number, EBUSY, Some("w1-gpio"));
             let LineError::Busy {
                 name,
                 line,
                 ref chip,
                 ref consumer,
-            } = refused
+            } = busy
             else {
-                panic!("{refused}");
+                panic!("{busy}");
             };
-            assert_eq!((name, line, chip.as_str()), (role, at, "/dev/gpiochip9"));
+            assert_eq!(
+                (name, line, chip.as_str()),
+                (role, line_number, "/dev/gpiochip9")
+            );
             assert_eq!(consumer.as_deref(), Some("w1-gpio"));
-            let text = refused.to_string();
+            let text = busy.to_string();
             assert!(
                 text.contains("in use by `w1-gpio`") && text.contains("[gpio]"),
                 "{text}"
@@ -289,9 +297,9 @@ mod tests {
     #[test]
     fn a_chip_that_is_forbidden_or_missing_is_refused_with_what_to_do() {
         for errno in [EACCES, EPERM] {
-            let refused = error(24, errno, None);
-            let LineError::Forbidden { name, line, .. } = refused else {
-                panic!("{refused}");
+            let unavailable = error(24, errno, None);
+            let LineError::Forbidden { name, line, .. } = unavailable else {
+                panic!("{unavailable}");
             };
             assert_eq!((name, line), ("heartbeat", 24));
             let text = error(24, errno, None).to_string();
@@ -302,13 +310,13 @@ mod tests {
         }
         let missing = error(5, ENOENT, None);
         assert!(matches!(missing, LineError::NoChip { .. }), "{missing}");
-        let beyond = error(23, EINVAL, None);
+        let out_of_range = error(23, EINVAL, None);
         assert!(
-            matches!(beyond, LineError::NoLine { line: 23, .. }),
-            "{beyond}"
+            matches!(out_of_range, LineError::NoLine { line: 23, .. }),
+            "{out_of_range}"
         );
-        let other = error(23, EIO, None);
-        assert!(matches!(other, LineError::Failed { .. }), "{other}");
+        let unknown = error(23, EIO, None);
+        assert!(matches!(unknown, LineError::Failed { .. }), "{unknown}");
     }
 
     #[test]
@@ -326,11 +334,11 @@ mod tests {
                 .estop
                 .is_none()
         );
-        let half = Gpio {
+        let half_encoder = Gpio {
             encoder_b: None,
             ..wired()
         };
-        let refused = take_lines(&half, &sound).err().unwrap();
-        assert!(matches!(refused, LineError::HalfEncoder), "{refused}");
+        let failure = take_lines(&half_encoder, &sound).err().unwrap();
+        assert!(matches!(failure, LineError::HalfEncoder), "{failure}");
     }
 }

@@ -63,11 +63,11 @@ impl DevicePage {
             .map_err(|source| PageError::Unreachable { address, source })?;
         let answer = String::from_utf8_lossy(&answer);
         let first = answer.lines().next().unwrap_or_default();
-        let found = first
+        let is_page = first
             .strip_prefix("HTTP/")
             .and_then(|rest| rest.split_whitespace().nth(1))
             .is_some_and(|code| code == "200");
-        let body = answer.find('<').filter(|_| found);
+        let body = answer.find('<').filter(|_| is_page);
         let Some(body) = body else {
             let answer = first.chars().take(80).collect();
             return Err(PageError::NoPage { address, answer });
@@ -86,19 +86,19 @@ impl DevicePage {
             let element = elements.find(|element| element.has_tag_name(name))?;
             element.text().map(str::trim)
         };
-        let refused = |why: String| PageError::Setting { address, why };
+        let setting_error = |why: String| PageError::Setting { address, why };
         let unit = setting("scfgfu").unwrap_or("N");
         if unit != "N" {
-            return Err(refused(format!(
+            return Err(setting_error(format!(
                 "the device counts in {unit}: set its force unit to N on its page of configurations"
             )));
         }
         let counts = setting("cfgcpf")
             .or_else(|| setting("calcpf"))
-            .ok_or_else(|| refused("the counts per force, cfgcpf, are missing".to_owned()))?;
+            .ok_or_else(|| setting_error("the counts per force, cfgcpf, are missing".to_owned()))?;
         match counts.parse() {
             Ok(counts_per_n) if (1.0..=1e9).contains(&counts_per_n) => Ok(Self { counts_per_n }),
-            _ => Err(refused(format!(
+            _ => Err(setting_error(format!(
                 "{counts} counts per force are out of 1 to 1e9"
             ))),
         }
@@ -114,8 +114,8 @@ fn fetch(address: SocketAddr, patience: Duration) -> std::io::Result<Vec<u8>> {
     stream.write_all(request.as_bytes())?;
     let (mut answer, mut piece) = (Vec::new(), [0; 4096]);
     while (answer.len() as u64) < LIMIT_BYTES {
-        let left = until.saturating_duration_since(Instant::now());
-        stream.set_read_timeout(Some(left.max(Duration::from_millis(1))))?;
+        let remaining = until.saturating_duration_since(Instant::now());
+        stream.set_read_timeout(Some(remaining.max(Duration::from_millis(1))))?;
         match stream.read(&mut piece)? {
             0 => break,
             read => answer.extend_from_slice(&piece[..read]),
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     /// Returns the page read from a server's answer.
-    fn asked(answer: &'static str) -> Result<DevicePage, PageError> {
+    fn page_from(answer: &'static str) -> Result<DevicePage, PageError> {
         let server = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = server.local_addr().unwrap();
         let serving = std::thread::spawn(move || {
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn the_counts_per_newton_are_read_from_the_page() {
-        let page = asked(
+        let page = page_from(
             "HTTP/1.0 200 OK\r\nContent-Type: text/xml\r\n\r\n<?xml version=\"1.0\"?><netftapi2><runstat>0x00000000</runstat>\
              <scfgfu>N</scfgfu><cfgcpf>1000000</cfgcpf><cfgcpt>1000000</cfgcpt></netftapi2>\n",
         );
@@ -157,11 +157,17 @@ mod tests {
 
     #[test]
     fn a_page_that_says_nothing_of_use_is_refused_by_what_is_wrong() {
-        let other = "HTTP/1.1 404 Not Found\r\n\r\n<html>404</html>";
-        assert!(matches!(asked(other), Err(PageError::NoPage { .. })));
-        assert!(matches!(asked(""), Err(PageError::NoPage { .. })));
-        let torn = "HTTP/1.0 200 OK\r\n\r\n<netftapi2><cfgcpf>1";
-        assert!(matches!(asked(torn), Err(PageError::NotXml { .. })));
+        let not_found = "HTTP/1.1 404 Not Found\r\n\r\n<html>404</html>";
+        assert!(matches!(
+            page_from(not_found),
+            Err(PageError::NoPage { .. })
+        ));
+        assert!(matches!(page_from(""), Err(PageError::NoPage { .. })));
+        let truncated = "HTTP/1.0 200 OK\r\n\r\n<netftapi2><cfgcpf>1";
+        assert!(matches!(
+            page_from(truncated),
+            Err(PageError::NotXml { .. })
+        ));
         for page in [
             "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>lbf</scfgfu><cfgcpf>1000</cfgcpf></a>",
             "HTTP/1.0 200 OK\r\n\r\n<a><scfgfu>N</scfgfu></a>",
@@ -169,12 +175,12 @@ mod tests {
             "HTTP/1.0 200 OK\r\n\r\n<a><cfgcpf>NaN</cfgcpf></a>",
         ] {
             assert!(
-                matches!(asked(page), Err(PageError::Setting { .. })),
+                matches!(page_from(page), Err(PageError::Setting { .. })),
                 "{page}"
             );
         }
-        let nobody = TcpListener::bind("127.0.0.1:0").unwrap().local_addr();
-        let nobody = DevicePage::ask(nobody.unwrap(), Duration::from_millis(200));
-        assert!(matches!(nobody, Err(PageError::Unreachable { .. })));
+        let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr();
+        let unreachable = DevicePage::ask(address.unwrap(), Duration::from_millis(200));
+        assert!(matches!(unreachable, Err(PageError::Unreachable { .. })));
     }
 }

@@ -52,7 +52,7 @@ pub struct NetForce {
     nonsense: NonsenseWatch,
     /// Bytes and readings of the latest poll.
     polled: (u64, u64),
-    asked_s: Option<f64>,
+    request_s: Option<f64>,
     backlog: Backlog,
 }
 
@@ -63,7 +63,7 @@ struct Stream {
     /// Sample number of the newest record, by the device's count.
     sample: Option<u32>,
     /// Arrival of the latest record on the host's clock, s.
-    heard_s: Option<f64>,
+    last_s: Option<f64>,
 }
 
 /// Requests the stream from the device of `netft`, at `address` instead of the configured one if given.
@@ -94,13 +94,13 @@ pub fn open_net(
             page.counts_per_n
         }
     };
-    let any: SocketAddr = if address.is_ipv4() {
+    let wildcard: SocketAddr = if address.is_ipv4() {
         ([0, 0, 0, 0], 0).into()
     } else {
         ([0u16; 8], 0).into()
     };
     let connect = || -> std::io::Result<UdpSocket> {
-        let socket = UdpSocket::bind(any)?;
+        let socket = UdpSocket::bind(wildcard)?;
         // A connected socket receives datagrams of this device only.
         socket.connect(address)?;
         socket.set_nonblocking(true)?;
@@ -127,7 +127,7 @@ pub fn open_net(
         lost_before: 0,
         nonsense: NonsenseWatch::default(),
         polled: (0, 0),
-        asked_s: None,
+        request_s: None,
         backlog: Backlog::default(),
     })
 }
@@ -154,7 +154,7 @@ impl NetForce {
             return None;
         }
         self.stream.sample = Some(record.sample);
-        self.stream.heard_s = Some(arrival_s);
+        self.stream.last_s = Some(arrival_s);
         let place = self.count.place(record.sample, self.expected.as_ref());
         if matches!(place, CountPlace::Restarted(_)) {
             self.faults.restarted += 1;
@@ -181,10 +181,10 @@ impl NetForce {
 
     /// Returns whether a record can belong to the present stream.
     fn is_of_this_stream(&self, record: &Record, arrival_s: f64) -> bool {
-        let (Some(last), Some(heard_s)) = (self.stream.sample, self.stream.heard_s) else {
+        let (Some(last), Some(last_s)) = (self.stream.sample, self.stream.last_s) else {
             return true;
         };
-        let most = MOST_AHEAD + 2.0 * self.sample_hz * (arrival_s - heard_s).max(0.0);
+        let most = MOST_AHEAD + 2.0 * self.sample_hz * (arrival_s - last_s).max(0.0);
         let ahead = self.stream.sequence.ahead(record.sequence);
         let samples = f64::from(record.sample.wrapping_sub(last).cast_signed());
         let follows = ahead > 0;
@@ -199,15 +199,15 @@ impl NetForce {
 
     /// Requests the stream again if the device has been silent for long.
     fn ask_again(&mut self, now_s: f64) -> std::io::Result<()> {
-        let asked_s = *self.asked_s.get_or_insert(now_s);
+        let request_s = *self.request_s.get_or_insert(now_s);
         let since_s = self
             .stream
-            .heard_s
-            .map_or(asked_s, |heard_s| heard_s.max(asked_s));
+            .last_s
+            .map_or(request_s, |last_s| last_s.max(request_s));
         if now_s - since_s < ASK_AGAIN_S {
             return Ok(());
         }
-        self.asked_s = Some(now_s);
+        self.request_s = Some(now_s);
         // The device restarts its record numbers. If it was switched off, its sample count shows that.
         self.stream.sequence.restart();
         self.lost_before += self.stream.sequence.lost();
@@ -259,8 +259,11 @@ impl ForceSource for NetForce {
         }
         let now_s = now_s();
         if let Some(for_s) = self.backlog.take(now_s, emptied) {
-            let of = "force sensor";
-            return Err(SourceGone::Flood { of, for_s });
+            let device_name = "force sensor";
+            return Err(SourceGone::Flood {
+                of: device_name,
+                for_s,
+            });
         }
         self.ask_again(now_s).map_err(SourceGone::Network)
     }
@@ -326,12 +329,12 @@ mod tests {
                 source,
                 now_s: Cell::new(0.0),
             };
-            rig.asked();
+            rig.request();
             rig
         }
 
         /// Connects the device to the sender of a request, and returns the request.
-        fn asked(&self) -> Option<[u8; 8]> {
+        fn request(&self) -> Option<[u8; 8]> {
             let mut request = [0; 8];
             let (length, from) = self.device.recv_from(&mut request).ok()?;
             self.device.connect(from).unwrap();
@@ -419,16 +422,16 @@ mod tests {
             let words = [sequence, sequence, 0, 0, 0, 0, 0, 0, 0];
             device.send(&words.map(u32::to_be_bytes).concat()).unwrap();
         };
-        let mut sent = 2;
-        (1..=sent).for_each(record);
+        let mut sequence_sent = 2;
+        (1..=sequence_sent).for_each(record);
         let flood = (0..2000).find_map(|look| {
             now_s.set(1e-3 * f64::from(look));
-            let mut taken = 0;
+            let mut record_count = 0;
             // Another datagram arrives for each one that is read.
             let polled = source.poll(&|| now_s.get(), &mut |_| {
-                (sent, taken) = (sent + 1, taken + 1);
-                record(sent);
-                assert!(taken < 1000, "read without end");
+                (sequence_sent, record_count) = (sequence_sent + 1, record_count + 1);
+                record(sequence_sent);
+                assert!(record_count < 1000, "read without end");
             });
             polled.err()
         });
@@ -445,10 +448,10 @@ mod tests {
         assert_eq!(rig.stream((1, 1_000_000), 200, 7000.0).len(), 200);
         rig.now_s.set(rig.now_s.get() + 0.4);
         rig.poll().unwrap();
-        assert_eq!(rig.asked(), None);
+        assert_eq!(rig.request(), None);
         rig.now_s.set(rig.now_s.get() + 0.2);
         rig.poll().unwrap();
-        assert_eq!(rig.asked(), Some(Command::Stream.request()));
+        assert_eq!(rig.request(), Some(Command::Stream.request()));
         // The device continues its sample count.
         let goes_on = (1, 1_000_000 + 200 + (0.6 * 7000.0) as u32);
         assert_eq!(rig.stream(goes_on, 200, 7000.0).len(), 200);
@@ -479,15 +482,15 @@ mod tests {
             settled: true,
             ..ClockState::default()
         };
-        let beyond = (0..100_000).find_map(|k| {
+        let excess_ppm = (0..100_000).find_map(|k| {
             rig.send(k, k, 0.5);
             rig.now_s.set(f64::from(k) / 7812.0);
             rig.poll().unwrap();
             rig.source.health().clock.unwrap().beyond(&card)
         });
-        let gone = rig.source.off_rate(beyond.unwrap(), 0.0);
-        let SourceGone::Rate { counted_hz, .. } = gone else {
-            panic!("{gone:?}");
+        let loss = rig.source.off_rate(excess_ppm.unwrap(), 0.0);
+        let SourceGone::Rate { counted_hz, .. } = loss else {
+            panic!("{loss:?}");
         };
         assert!((counted_hz - 7812.0).abs() < 20.0, "{counted_hz}");
         assert!(rig.now_s.get() < 12.0, "{}", rig.now_s.get());
@@ -507,7 +510,7 @@ mod tests {
         rig.device.set_nonblocking(true).unwrap();
         rig.now_s.set(4.0);
         rig.poll().unwrap();
-        assert!(rig.asked().is_some());
+        assert!(rig.request().is_some());
         assert_eq!(rig.stream((1, 1), 50, 7000.0).len(), 50);
     }
 }

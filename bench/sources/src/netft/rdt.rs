@@ -63,8 +63,13 @@ impl Record {
     pub(super) fn read(datagram: &[u8]) -> Option<Self> {
         let record: &[u8; RECORD_BYTES] = datagram.try_into().ok()?;
         let word = |index: usize| {
-            let at = 4 * index;
-            u32::from_be_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]])
+            let offset = 4 * index;
+            u32::from_be_bytes([
+                record[offset],
+                record[offset + 1],
+                record[offset + 2],
+                record[offset + 3],
+            ])
         };
         Some(Self {
             sequence: word(0),
@@ -114,18 +119,18 @@ mod tests {
     /// Fault 40.
     #[test]
     fn what_the_status_says_is_told_apart_bit_by_bit() {
-        let of = |status| {
+        let condition = |status| {
             let mut bytes = [0; RECORD_BYTES];
             bytes[8..12].copy_from_slice(&u32::to_be_bytes(status));
             Record::read(&bytes).unwrap().condition()
         };
-        assert_eq!([of(0), of(1 << 16)], [Condition::Sound; 2]);
-        assert_eq!(of(1 << 31 | 1 << 17), Condition::Saturated);
+        assert_eq!([condition(0), condition(1 << 16)], [Condition::Sound; 2]);
+        assert_eq!(condition(1 << 31 | 1 << 17), Condition::Saturated);
         for bit in 18..32 {
-            assert_eq!(of(1 << bit), Condition::Failed, "bit {bit}");
+            assert_eq!(condition(1 << bit), Condition::Failed, "bit {bit}");
         }
         assert_eq!(
-            of(1 << 30 | 1 << 17),
+            condition(1 << 30 | 1 << 17),
             Condition::Failed,
             "the worse of both"
         );

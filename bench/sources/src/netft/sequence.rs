@@ -19,7 +19,7 @@ pub(super) enum Place {
 pub(super) struct Sequence {
     newest: Option<u32>,
     /// Bit k: whether number newest − k was received.
-    came: u64,
+    arrivals: u64,
     /// Datagrams without a number since then, each of which may be a missing record.
     unnumbered: u64,
     lost: u64,
@@ -36,21 +36,21 @@ impl Sequence {
     /// Records the number of a record.
     pub(super) fn take(&mut self, number: u32) -> Place {
         if self.newest.is_none() {
-            (self.newest, self.came) = (Some(number), u64::MAX);
+            (self.newest, self.arrivals) = (Some(number), u64::MAX);
             return Place::Next;
         }
         match self.ahead(number) {
             ahead @ 1.. => {
                 let ahead = ahead.unsigned_abs();
                 let missing = if ahead < u64::from(WINDOW) {
-                    let leaving = self.came >> (u64::from(WINDOW) - ahead);
-                    self.came = self.came << ahead | 1;
+                    let leaving = self.arrivals >> (u64::from(WINDOW) - ahead);
+                    self.arrivals = self.arrivals << ahead | 1;
                     ahead - u64::from(leaving.count_ones())
                 } else {
-                    let never = ahead - u64::from(WINDOW);
-                    let in_window = u64::from(self.came.count_zeros());
-                    self.came = 1;
-                    in_window + never
+                    let beyond_window = ahead - u64::from(WINDOW);
+                    let gap_count = u64::from(self.arrivals.count_zeros());
+                    self.arrivals = 1;
+                    gap_count + beyond_window
                 };
                 self.lose(missing);
                 self.newest = Some(number);
@@ -59,8 +59,8 @@ impl Sequence {
             behind => {
                 let bit = 1u64.checked_shl((-behind).try_into().unwrap_or(WINDOW));
                 match bit {
-                    Some(bit) if self.came & bit == 0 => {
-                        self.came |= bit;
+                    Some(bit) if self.arrivals & bit == 0 => {
+                        self.arrivals |= bit;
                         Place::Late
                     }
                     _ => Place::Repeated,
@@ -78,7 +78,7 @@ impl Sequence {
         let forgiven = missing.min(self.unnumbered);
         self.unnumbered -= forgiven;
         self.lost += missing - forgiven;
-        if self.came == u64::MAX {
+        if self.arrivals == u64::MAX {
             // No number is missing, so the datagrams without a number were not records of the stream.
             self.unnumbered = 0;
         }
@@ -86,7 +86,7 @@ impl Sequence {
 
     /// Restarts with the next number; missing numbers count as lost.
     pub(super) fn restart(&mut self) {
-        self.lose(u64::from(self.came.count_zeros()) * u64::from(self.newest.is_some()));
+        self.lose(u64::from(self.arrivals.count_zeros()) * u64::from(self.newest.is_some()));
         (self.newest, self.unnumbered) = (None, 0);
     }
 
@@ -153,27 +153,27 @@ mod tests {
             fates in prop::collection::vec(0u8..12, 1..2000),
         ) {
             // Each number is sent once, not at all, twice, or after its successor.
-            let (mut sent, mut counts, mut held) = (Vec::new(), (0, 0, 0), None);
+            let (mut numbers, mut counts, mut delayed) = (Vec::new(), (0, 0, 0), None);
             for (i, fate) in fates.iter().enumerate() {
                 let number = start.wrapping_add(i as u32);
                 match fate {
                     0 if i > 0 => counts.0 += 1,
-                    1 => { sent.extend([number; 2]); counts.2 += 1; }
-                    2 if held.is_none() && i > 0 => { held = Some(number); continue; }
-                    _ => sent.push(number),
+                    1 => { numbers.extend([number; 2]); counts.2 += 1; }
+                    2 if delayed.is_none() && i > 0 => { delayed = Some(number); continue; }
+                    _ => numbers.push(number),
                 }
-                if let Some(late) = held.take_if(|_| *fate != 0) {
-                    sent.push(late);
+                if let Some(late) = delayed.take_if(|_| *fate != 0) {
+                    numbers.push(late);
                     counts.1 += 1;
                 }
             }
             // A number still held is sent after its successors.
             let end = start.wrapping_add(fates.len() as u32);
-            sent.push(end);
-            if let Some(late) = held { sent.push(late); counts.1 += 1; }
-            sent.extend((1..=WINDOW).map(|k| end.wrapping_add(k)));
+            numbers.push(end);
+            if let Some(late) = delayed { numbers.push(late); counts.1 += 1; }
+            numbers.extend((1..=WINDOW).map(|k| end.wrapping_add(k)));
             let (mut sequence, mut late, mut repeated) = (Sequence::default(), 0, 0);
-            for number in sent {
+            for number in numbers {
                 match sequence.take(number) {
                     Place::Next => {}
                     Place::Late => late += 1,

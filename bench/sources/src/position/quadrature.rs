@@ -29,11 +29,11 @@ impl Quadrature {
     pub fn read(&mut self, a: bool, b: bool) -> i64 {
         // Gray code to position in the cycle.
         let phase = (u8::from(a) << 1 | u8::from(a ^ b)) & 3;
-        let moved = self
+        let step = self
             .phase
             .replace(phase)
             .map_or(0, |last| phase.wrapping_sub(last) & 3);
-        match moved {
+        match step {
             1 => {
                 self.forward = true;
                 self.count += 1;
@@ -71,14 +71,14 @@ mod tests {
     fn the_gray_code_is_followed_both_ways() {
         let mut encoder = Quadrature::default();
         let path = [0, 1, 2, 3, 4, 5, 4, 3, 2, 1, 0, -1, -2];
-        let read: Vec<_> = path
+        let counts: Vec<_> = path
             .iter()
             .map(|&count| {
                 let (a, b) = levels(count);
                 encoder.read(a, b)
             })
             .collect();
-        assert_eq!(read, path);
+        assert_eq!(counts, path);
         assert_eq!(encoder.skipped(), 0);
     }
 

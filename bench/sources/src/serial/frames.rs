@@ -50,7 +50,14 @@ impl Frame {
         let length = cobs::decode_in_place(encoded).ok()?;
         let frame: &[u8; FRAME_BYTES] = encoded.get(..length)?.try_into().ok()?;
         let (body, crc) = frame.split_at(FRAME_BYTES - 2);
-        let field = |at: usize| [body[at], body[at + 1], body[at + 2], body[at + 3]];
+        let field = |offset: usize| {
+            [
+                body[offset],
+                body[offset + 1],
+                body[offset + 2],
+                body[offset + 3],
+            ]
+        };
         (body[0] == VERSION && CRC.checksum(body).to_le_bytes() == crc).then(|| Self {
             sequence: u16::from_le_bytes([body[1], body[2]]),
             device_us: u32::from_le_bytes(field(3)),
@@ -196,11 +203,11 @@ pub(super) mod tests {
             for sequence in 0..50u16 {
                 bytes.extend(encode(sequence, u32::from(sequence) * 100, i32::from(sequence) * 1000, -7));
             }
-            let whole = decode(&mut FrameDecoder::default(), &bytes);
+            let samples = decode(&mut FrameDecoder::default(), &bytes);
             let mut decoder = FrameDecoder::default();
             let pieces: Vec<_> = bytes.chunks(cut).flat_map(|piece| decode(&mut decoder, piece)).collect();
-            prop_assert_eq!(&whole, &pieces);
-            prop_assert!(whole.len() >= 50);
+            prop_assert_eq!(&samples, &pieces);
+            prop_assert!(samples.len() >= 50);
         }
 
         /// Fault 21.

@@ -59,8 +59,8 @@ impl ForceSource for SerialForce {
         take: &mut dyn FnMut(TimedForce),
     ) -> Result<(), SourceGone> {
         self.bytes.clear();
-        let read = self.port.read_waiting(&mut self.bytes);
-        read.map_err(SourceGone::Port)?;
+        let result = self.port.read_waiting(&mut self.bytes);
+        result.map_err(SourceGone::Port)?;
         // The clock is read after the bytes: they may have arrived after the caller's reading, and no arrival may be stated too
         // early.
         let arrival_s = now_s();
@@ -85,9 +85,14 @@ impl ForceSource for SerialForce {
             }
         }
         let emptied = self.bytes.len() < MOST_BYTES;
-        let of = "force sensor";
+        let device_name = "force sensor";
         let flood = self.backlog.take(arrival_s, emptied);
-        flood.map_or(Ok(()), |for_s| Err(SourceGone::Flood { of, for_s }))
+        flood.map_or(Ok(()), |for_s| {
+            Err(SourceGone::Flood {
+                of: device_name,
+                for_s,
+            })
+        })
     }
 
     fn health(&self) -> SourceHealth {
@@ -144,7 +149,7 @@ mod tests {
         fast: f64,
         sequence: u16,
         now_s: Cell<f64>,
-        taken: usize,
+        count: usize,
         /// Largest error of a time, s.
         worst_s: f64,
     }
@@ -167,7 +172,7 @@ mod tests {
                 fast,
                 sequence: 40_000,
                 now_s: Cell::new(0.0),
-                taken: 0,
+                count: 0,
                 worst_s: 0.0,
             }
         }
@@ -186,12 +191,12 @@ mod tests {
 
         fn poll(&mut self) {
             let now_s = self.now_s.get();
-            let (taken, worst_s) = (&mut self.taken, &mut self.worst_s);
+            let (count, worst_s) = (&mut self.count, &mut self.worst_s);
             let mut take = |force: TimedForce| {
                 let Moment::Host(host_s) = force.at else {
                     panic!("not on the host's clock");
                 };
-                *taken += 1;
+                *count += 1;
                 *worst_s = worst_s.max((host_s - 1e3 * force.normal_n).abs());
             };
             self.source.poll(&|| now_s, &mut take).unwrap();
@@ -200,7 +205,7 @@ mod tests {
         /// Advances the time while the sensor sends or is silent.
         fn pass(&mut self, seconds: f64, sends: bool) {
             let end_s = self.now_s.get() + seconds;
-            (self.taken, self.worst_s) = (0, 0.0);
+            (self.count, self.worst_s) = (0, 0.0);
             while self.now_s.get() < end_s {
                 for k in 0..(BURST_S / PERIOD_S) as u32 {
                     if sends {
@@ -238,7 +243,7 @@ mod tests {
                 rig.reset();
                 rig.pass(0.5, true);
                 // With the text format, the first line serves only to detect the restart.
-                assert!(rig.taken > 495, "{protocol:?} {up_s}: {}", rig.taken);
+                assert!(rig.count > 495, "{protocol:?} {up_s}: {}", rig.count);
                 assert!(rig.worst_s < 3e-3, "{protocol:?} {up_s}: {}", rig.worst_s);
                 rig.pass(6.0, true);
                 assert!(rig.worst_s < 2e-3, "{protocol:?} {up_s}: {}", rig.worst_s);
@@ -265,7 +270,7 @@ mod tests {
             rig.pass(1.0, true);
             let faults = rig.source.health().faults;
             assert_eq!((faults.restarted, faults.repeated), (0, 0), "{protocol:?}");
-            assert!(rig.taken > 990 && rig.worst_s < 0.02, "{}", rig.worst_s);
+            assert!(rig.count > 990 && rig.worst_s < 0.02, "{}", rig.worst_s);
         }
     }
 
@@ -278,7 +283,7 @@ mod tests {
             rig.send(rig.now_s.get() + f64::from(k) * PERIOD_S);
         }
         rig.now_s.set(rig.now_s.get() + 4.0);
-        (rig.taken, rig.worst_s) = (0, 0.0);
+        (rig.count, rig.worst_s) = (0, 0.0);
         rig.poll();
         rig.pass(1.0, true);
         assert_eq!(rig.restarts(), 0);
@@ -309,7 +314,7 @@ mod tests {
         for garbled in ["3000000000,1,0\n", "17,1,0\n"] {
             rig.line.0.lock().unwrap().extend(garbled.as_bytes());
             rig.pass(0.5, true);
-            assert!(rig.taken >= 499 && rig.worst_s < 3e-3);
+            assert!(rig.count >= 499 && rig.worst_s < 3e-3);
         }
         let faults = rig.source.health().faults;
         assert_eq!((faults.corrupt, faults.restarted), (2, 0));

@@ -23,7 +23,7 @@ const LONGEST_LINE_BYTES: usize = 80;
 pub struct LineDecoder {
     line: Vec<u8>,
     /// Whether the first line, usually incomplete, has ended.
-    begun: bool,
+    is_synchronised: bool,
     clock: DeviceCount,
     expected: Option<ExpectedCount>,
     /// Device time of the last line if it does not match the expected time (restarted device or garbled line), µs.
@@ -70,11 +70,12 @@ impl LineDecoder {
     }
 
     fn end_of_line(&mut self) -> Option<ForceSample> {
-        if !std::mem::replace(&mut self.begun, true) || self.line.first() == Some(&b'#') {
+        if !std::mem::replace(&mut self.is_synchronised, true) || self.line.first() == Some(&b'#') {
             return None;
         }
-        let whole = self.line.len() <= LONGEST_LINE_BYTES;
-        let Some((device_us, normal_mn, lateral_mn)) = parse(&self.line).filter(|_| whole) else {
+        let is_complete = self.line.len() <= LONGEST_LINE_BYTES;
+        let Some((device_us, normal_mn, lateral_mn)) = parse(&self.line).filter(|_| is_complete)
+        else {
             self.faults.corrupt += 1;
             return None;
         };

@@ -52,27 +52,27 @@ impl std::fmt::Display for Scheduling {
 
 /// Returns the scheduling of a thread that requested `priority`, has `running` and may have `limit`; `set` asks the
 /// system.
-pub(super) fn asked(
+pub(super) fn request(
     priority: u8,
     running: Option<u8>,
     limit: u64,
     mut set: impl FnMut(u8) -> bool,
 ) -> Scheduling {
     if running.is_some() {
-        return found(running);
+        return inherited(running);
     }
     // A process with the capability is granted more than the limit.
     let within_limit = u8::try_from(limit).unwrap_or(u8::MAX).min(priority);
     let granted = [priority, within_limit]
         .into_iter()
-        .find(|&tried| tried > 0 && set(tried));
+        .find(|&level| level > 0 && set(level));
     granted.map_or(Scheduling::Refused { limit }, |priority| {
         Scheduling::RealTime { priority }
     })
 }
 
 /// Returns the scheduling of a thread that has the real-time priority `running`, if any.
-pub(super) fn found(running: Option<u8>) -> Scheduling {
+pub(super) fn inherited(running: Option<u8>) -> Scheduling {
     running.map_or(Scheduling::Normal, |priority| Scheduling::Found {
         priority,
     })
@@ -85,12 +85,12 @@ mod tests {
     /// Returns the scheduling of a thread that requests 20 from a system that grants up to `most`, and the priorities
     /// tried.
     fn ask_20(limit: u64, most: u8) -> (Scheduling, Vec<u8>) {
-        let mut tried = Vec::new();
-        let scheduling = asked(20, None, limit, |priority| {
-            tried.push(priority);
+        let mut priorities = Vec::new();
+        let scheduling = request(20, None, limit, |priority| {
+            priorities.push(priority);
             priority <= most
         });
-        (scheduling, tried)
+        (scheduling, priorities)
     }
 
     #[test]
@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn a_priority_that_is_there_is_not_changed() {
-        let scheduling = asked(20, Some(70), 99, |_| panic!("changed"));
+        let scheduling = request(20, Some(70), 99, |_| panic!("changed"));
         assert_eq!(scheduling, Scheduling::Found { priority: 70 });
         assert!(scheduling.is_real_time());
     }

@@ -18,7 +18,7 @@ pub fn ask(priority: u8) -> Scheduling {
     if !system::SUPPORTED {
         return Scheduling::Unsupported;
     }
-    granted::asked(
+    granted::request(
         priority,
         system::real_time_priority(),
         system::priority_limit(),
@@ -33,7 +33,7 @@ pub fn look() -> Scheduling {
     if !system::SUPPORTED {
         return Scheduling::Unsupported;
     }
-    granted::found(system::real_time_priority())
+    granted::inherited(system::real_time_priority())
 }
 
 /// Keeps all memory of this program, present and future, from being paged out.
@@ -64,16 +64,16 @@ mod tests {
 
     #[test]
     fn what_the_system_grants_is_what_a_thread_has_and_what_it_starts_has_not() {
-        let asked = on_a_thread(|| (ask(7), look(), on_a_thread(look)));
-        match asked {
-            (Scheduling::RealTime { priority }, looked, started) => {
+        let scheduling = on_a_thread(|| (ask(7), look(), on_a_thread(look)));
+        match scheduling {
+            (Scheduling::RealTime { priority }, own_scheduling, child_scheduling) => {
                 assert!((1..=7).contains(&priority), "{priority}");
-                assert_eq!(looked, Scheduling::Found { priority });
-                assert_eq!(started, Scheduling::Normal);
+                assert_eq!(own_scheduling, Scheduling::Found { priority });
+                assert_eq!(child_scheduling, Scheduling::Normal);
             }
-            (refused, looked, started) => {
+            (refused, own_scheduling, child_scheduling) => {
                 assert!(matches!(refused, Scheduling::Refused { .. }), "{refused:?}");
-                assert_eq!([looked, started], [Scheduling::Normal; 2]);
+                assert_eq!([own_scheduling, child_scheduling], [Scheduling::Normal; 2]);
             }
         }
     }

@@ -32,12 +32,12 @@ fn frame(response: u16, counts: [i32; 2]) -> Vec<u8> {
 fn bus(exchanges: impl IntoIterator<Item = ([u16; 2], Vec<u8>)>) -> Mock<u8> {
     let mut expected = Vec::new();
     for ([command, value], answer) in exchanges {
-        let mut sent = vec![0; 12];
-        sent[..2].copy_from_slice(&command.to_be_bytes());
-        sent[3..5].copy_from_slice(&value.to_be_bytes());
+        let mut request = vec![0; 12];
+        request[..2].copy_from_slice(&command.to_be_bytes());
+        request[3..5].copy_from_slice(&value.to_be_bytes());
         expected.extend([
             Transaction::transaction_start(),
-            Transaction::transfer_in_place(sent, answer),
+            Transaction::transfer_in_place(request, answer),
             Transaction::transaction_end(),
         ]);
     }
@@ -105,12 +105,12 @@ fn counts_of_both_ends_and_about_zero_are_read() {
 /// Fault 41.
 #[test]
 fn each_bit_that_is_turned_on_the_way_is_seen() {
-    let good = frame(READY, [0x12_3456, -77]);
+    let intact = frame(READY, [0x12_3456, -77]);
     // The last byte is padding.
-    for bit in 0..8 * (good.len() - 1) {
-        let mut turned = good.clone();
-        turned[bit / 8] ^= 1 << (bit % 8);
-        let mut bus = reads([turned]);
+    for bit in 0..8 * (intact.len() - 1) {
+        let mut corrupted = intact.clone();
+        corrupted[bit / 8] ^= 1 << (bit % 8);
+        let mut bus = reads([corrupted]);
         assert_eq!(chip(&bus).read(), Err(ConverterFault::Torn), "bit {bit}");
         bus.done();
     }
@@ -183,9 +183,9 @@ fn it_begins_with_a_reset_and_counts_once_its_filter_has_settled() {
     assert!(converter.needs_reset());
     converter.restart();
     assert!(!converter.needs_reset());
-    let taken: Vec<_> = (0..5).map(|_| converter.take()).collect();
+    let conversions: Vec<_> = (0..5).map(|_| converter.take()).collect();
     assert_eq!(
-        taken,
+        conversions,
         [None, None, Some([2, -2]), Some([3, -3]), Some([4, -4])]
     );
     bus.done();
@@ -194,9 +194,9 @@ fn it_begins_with_a_reset_and_counts_once_its_filter_has_settled() {
 /// Fault 41.
 #[test]
 fn a_torn_frame_is_lost_alone_and_after_a_gap_the_filter_settles_again() {
-    let torn = vec![0; 12];
+    let corrupted = vec![0; 12];
     let mut answers = vec![frame(READY, [9, 9]); 12];
-    answers[5] = torn;
+    answers[5] = corrupted;
     let mut bus = bus([
         configuration(0x0077),
         answers.into_iter().map(|a| ([0, 0], a)).collect(),

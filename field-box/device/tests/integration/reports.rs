@@ -28,18 +28,18 @@ fn report(counts: Option<[i32; 2]>) -> Report {
 
 #[test]
 fn a_conversion_is_of_the_moment_a_conversion_and_a_half_ago() {
-    let at = |at_us| Moment {
+    let moment = |at_us| Moment {
         at_us,
         position: at_us as i32,
     };
-    let mut moments = Moments::new(at(0));
+    let mut moments = Moments::new(moment(0));
     // Conversions every 512 µs, moments halfway.
     for k in 1..100 {
         let ready_us = 512 * k;
         if k >= 3 {
-            assert_eq!(moments.of_conversion(), at(ready_us - 768));
+            assert_eq!(moments.of_conversion(), moment(ready_us - 768));
         }
-        moments.latch(at(ready_us + 256));
+        moments.latch(moment(ready_us + 256));
     }
 }
 
@@ -83,22 +83,28 @@ fn numbers_of_reports_wrap() {
 #[test]
 fn a_report_says_what_the_guard_did_and_which_word_it_heard() {
     let mut amplifier = Amplifier::default();
-    let said = |amplifier: &Amplifier| {
+    let summary = |amplifier: &Amplifier| {
         let state = amplifier.state();
         (state.outputs.enable, state.stop, state.heard)
     };
     amplifier.hear(0, word(1, true), true);
-    assert_eq!(said(&amplifier), (false, Some(StopReason::NotReleased), 1));
+    assert_eq!(
+        summary(&amplifier),
+        (false, Some(StopReason::NotReleased), 1)
+    );
     amplifier.hear(1_000, word(2, false), true);
     amplifier.hear(2_000, word(3, true), true);
-    assert_eq!(said(&amplifier), (true, None, 3));
+    assert_eq!(summary(&amplifier), (true, None, 3));
     assert!(amplifier.state().outputs.heartbeat);
     amplifier.look(2_000 + SILENCE_US, true);
-    assert_eq!(said(&amplifier), (false, Some(StopReason::BenchSilent), 3));
+    assert_eq!(
+        summary(&amplifier),
+        (false, Some(StopReason::BenchSilent), 3)
+    );
     amplifier.hear(200_000, word(4, false), true);
     amplifier.hear(201_000, word(5, true), true);
     amplifier.look(202_000, false);
-    assert_eq!(said(&amplifier), (false, Some(StopReason::Estop), 5));
+    assert_eq!(summary(&amplifier), (false, Some(StopReason::Estop), 5));
     let report = Reports::default().next(Moment::default(), None, CLOSED, amplifier.state());
     assert_eq!((report.stop, report.heard), (Some(StopReason::Estop), 5));
     assert!(!report.levels.enable);

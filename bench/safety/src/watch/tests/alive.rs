@@ -49,9 +49,9 @@ fn a_stop_after_which_nothing_is_read_back_keeps_its_reason() {
 
     // A reading from before the stop does not count.
     let mut rig = Rig::armed(SafetyLines::default());
-    let stale = rig.signals.readback.get().unwrap();
+    let old_reading = rig.signals.readback.get().unwrap();
     rig.ask.send(SafetyCommand::Trip(Trip::Operator));
-    rig.pass(1000, |rig| rig.signals.readback.set(stale));
+    rig.pass(1000, |rig| rig.signals.readback.set(old_reading));
     assert_eq!(rig.trip(), Some(Trip::Operator));
 }
 

@@ -7,9 +7,9 @@ use crate::sliding_hour::{SlidingHour, Span};
 
 const S: u64 = 1000;
 
-fn allow(rig: &Rig, limit_s: f64, before: &[(i64, i64)]) {
+fn allow(rig: &Rig, limit_s: f64, spans: &[(i64, i64)]) {
     let mut hour = SlidingHour::default();
-    for &(start_s, end_s) in before {
+    for &(start_s, end_s) in spans {
         hour.add(Span {
             start_ns: start_s * 1_000_000_000,
             end_ns: end_s * 1_000_000_000,
@@ -22,7 +22,7 @@ fn allow(rig: &Rig, limit_s: f64, before: &[(i64, i64)]) {
     rig.ask.send(SafetyCommand::Allow(allowance));
 }
 
-fn left(rig: &Rig) -> DoseLeft {
+fn dose_left(rig: &Rig) -> DoseLeft {
     rig.signals.dose.get().unwrap()
 }
 
@@ -67,7 +67,7 @@ fn what_was_driven_before_the_program_started_counts() {
     let mut rig = Rig::new(SafetyLines::default());
     allow(&rig, 600.0, &[(-1000, -500), (-400, -301)]);
     rig.pass(10, |_| ());
-    assert!((left(&rig).left_s - 1.0).abs() < 1e-6);
+    assert!((dose_left(&rig).left_s - 1.0).abs() < 1e-6);
     rig.ask.send(SafetyCommand::Arm);
     rig.pass(10, |_| ());
     let Some(Trip::Dose { wait_s, .. }) = rig.trip() else {
@@ -82,26 +82,26 @@ fn the_faint_tone_costs_nothing_and_each_drive_that_is_felt_does() {
     let mut rig = Rig::new(SafetyLines::default());
     allow(&rig, 100.0, &[]);
     sound(&mut rig, 2.0, 5 * S);
-    assert_eq!(left(&rig).left_s, 100.0);
+    assert_eq!(dose_left(&rig).left_s, 100.0);
     // A modulation that falls below the faint level.
     for _ in 0..60 {
         sound(&mut rig, 20.0, 130);
         sound(&mut rig, 1.0, 36);
     }
-    let used_s = 100.0 - left(&rig).left_s;
+    let used_s = 100.0 - dose_left(&rig).left_s;
     assert!((9.8..=10.0).contains(&used_s), "{used_s}");
     // A plate that is driven without a command.
     sound(&mut rig, 0.0, 2 * S);
-    let before_s = left(&rig).left_s;
+    let previous_s = dose_left(&rig).left_s;
     rig.pass(3 * S, |rig| rig.read_back(10.0));
-    let used_s = before_s - left(&rig).left_s;
+    let used_s = previous_s - dose_left(&rig).left_s;
     assert!((used_s - 3.0).abs() < 0.01, "{used_s}");
 }
 
 #[test]
 fn whoever_keeps_the_account_is_sent_each_span_from_its_first_moment() {
     let mut rig = Rig::armed(SafetyLines::default());
-    let (spans, sent) = crossbeam_channel::unbounded();
+    let (spans, reports) = crossbeam_channel::unbounded();
     let allowance = Allowance {
         spans: Some(spans),
         ..Allowance::of(100.0)
@@ -109,13 +109,13 @@ fn whoever_keeps_the_account_is_sent_each_span_from_its_first_moment() {
     sound(&mut rig, 0.0, 2 * S);
     rig.ask.send(SafetyCommand::Allow(allowance));
     rig.pass(S, |_| ());
-    assert_eq!(sent.len(), 0);
+    assert_eq!(reports.len(), 0);
     sound(&mut rig, 20.0, 1);
-    let first = sent.recv().unwrap();
+    let first = reports.recv().unwrap();
     assert_eq!(first.start_ns, first.end_ns);
     sound(&mut rig, 20.0, 10 * S);
     sound(&mut rig, 0.0, 2 * S);
-    let spans: Vec<Span> = sent.try_iter().collect();
+    let spans: Vec<Span> = reports.try_iter().collect();
     assert!(spans.iter().all(|span| span.start_ns == first.start_ns));
     let last = spans.last().unwrap();
     let length_s = (last.end_ns - last.start_ns) as f64 * 1e-9;
@@ -129,7 +129,7 @@ fn whoever_keeps_the_account_is_sent_each_span_from_its_first_moment() {
 #[test]
 fn a_drive_whose_time_nobody_keeps_stops_and_all_of_it_is_kept_once_the_disk_is_back() {
     let mut rig = Rig::armed(SafetyLines::default());
-    let (spans, sent) = crate::span_reports();
+    let (spans, reports) = crate::span_reports();
     let allowance = Allowance {
         spans: Some(spans),
         ..Allowance::of(100.0)
@@ -153,10 +153,10 @@ fn a_drive_whose_time_nobody_keeps_stops_and_all_of_it_is_kept_once_the_disk_is_
     rig.ask.send(SafetyCommand::Arm);
     rig.pass(10, |_| ());
     assert!(rig.trip().is_some(), "not while it hangs");
-    let used_s = 100.0 - left(&rig).left_s;
+    let used_s = 100.0 - dose_left(&rig).left_s;
     let mut last: Option<Span> = None;
     for _ in 0..3 {
-        last = sent.try_iter().last().or(last);
+        last = reports.try_iter().last().or(last);
         rig.pass(10, |_| ());
     }
     let last = last.unwrap();
@@ -209,16 +209,16 @@ impl crate::InputLine for Held {
 
 /// Returns a bench with a dead-man switch that releases in a fifth of a second, and the switch.
 fn with_switch() -> (Rig, Arc<AtomicBool>) {
-    let held = Arc::new(AtomicBool::new(false));
+    let pressed = Arc::new(AtomicBool::new(false));
     let lines = SafetyLines {
-        dead_man: Some(Box::new(Held(Arc::clone(&held)))),
+        dead_man: Some(Box::new(Held(Arc::clone(&pressed)))),
         ..SafetyLines::default()
     };
     let limits = SafetyLimits {
         dead_man_release_ns: Some(200_000_000),
         ..LIMITS
     };
-    (Rig::with_limits(limits, lines), held)
+    (Rig::with_limits(limits, lines), pressed)
 }
 
 fn arm(rig: &mut Rig) -> SafetyState {
@@ -232,13 +232,13 @@ fn arm(rig: &mut Rig) -> SafetyState {
 /// Hazard 15.
 #[test]
 fn a_released_dead_man_switch_stops_and_wants_a_press_and_the_operator() {
-    let (mut rig, held) = with_switch();
+    let (mut rig, pressed) = with_switch();
     rig.pass(100, |_| ());
-    held.store(true, Ordering::Relaxed);
+    pressed.store(true, Ordering::Relaxed);
     rig.pass(100, |_| ());
     assert_eq!(arm(&mut rig), SafetyState::Armed);
     sound(&mut rig, 20.0, 2 * S);
-    held.store(false, Ordering::Relaxed);
+    pressed.store(false, Ordering::Relaxed);
     rig.pass(190, |_| ());
     assert_eq!(rig.trip(), None);
     let kills = rig.card.kills();
@@ -249,7 +249,7 @@ fn a_released_dead_man_switch_stops_and_wants_a_press_and_the_operator() {
     sound(&mut rig, 0.0, S);
     let unheld = Trip::DeadManNotHeld { hold: Hold::Press };
     assert_eq!(arm(&mut rig), SafetyState::Tripped { trip: unheld });
-    held.store(true, Ordering::Relaxed);
+    pressed.store(true, Ordering::Relaxed);
     rig.pass(S, |_| ());
     assert!(rig.trip().is_some(), "a press alone starts nothing");
     assert_eq!(arm(&mut rig), SafetyState::Armed);
@@ -259,8 +259,8 @@ fn a_released_dead_man_switch_stops_and_wants_a_press_and_the_operator() {
 /// Hazard 15.
 #[test]
 fn a_dead_man_switch_that_does_not_open_arms_nothing() {
-    let (mut rig, held) = with_switch();
-    held.store(true, Ordering::Relaxed);
+    let (mut rig, pressed) = with_switch();
+    pressed.store(true, Ordering::Relaxed);
     // The rig began with an open line.
     rig.watch.dead_man = Some(DeadMan::new(200_000_000));
     rig.pass(S, |_| ());
@@ -274,9 +274,9 @@ fn a_dead_man_switch_that_does_not_open_arms_nothing() {
 /// Hazard 15.
 #[test]
 fn a_drive_that_begins_without_a_new_press_is_stopped_although_the_bench_is_armed() {
-    let (mut rig, held) = with_switch();
+    let (mut rig, pressed) = with_switch();
     rig.pass(100, |_| ());
-    held.store(true, Ordering::Relaxed);
+    pressed.store(true, Ordering::Relaxed);
     rig.pass(100, |_| ());
     assert_eq!(arm(&mut rig), SafetyState::Armed);
     sound(&mut rig, 20.0, S);

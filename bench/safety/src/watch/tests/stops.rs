@@ -174,8 +174,8 @@ fn a_pressed_estop_is_no_absence_of_the_watch() {
     rig.ask.send(SafetyCommand::Arm);
     rig.pass(10, |_| ());
     assert_eq!(rig.watch.state, SafetyState::Armed);
-    let away_ns = rig.signals.longest_away_ns.load(Ordering::Relaxed);
-    assert_eq!(away_ns, 1_000_000);
+    let absence_ns = rig.signals.longest_away_ns.load(Ordering::Relaxed);
+    assert_eq!(absence_ns, 1_000_000);
 }
 
 /// Hazard 15.

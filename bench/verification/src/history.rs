@@ -118,7 +118,7 @@ impl SessionHistory {
         if is_complete && settled_numbers.len() < planned {
             self.defects.push(SessionDefect::NotAllSettled {
                 planned,
-                settled: settled.len(),
+                settled: settled_numbers.len(),
             });
         }
     }
@@ -516,16 +516,16 @@ mod tests {
                 "resumed_attempts":0}"#,
         );
         let stop = r#"{"document":"stop","time":"","exit_status":"success","num_events":3}"#;
-        let history = history(&[&start_event, &begin_line(2, 1), &settle_line(3, 1), stop]);
+        let complete = history(&[&start_event, &begin_line(2, 1), &settle_line(3, 1), stop]);
         assert_eq!(
-            history.defects,
+            complete.defects,
             [SessionDefect::NotAllSettled {
                 planned: 2,
                 settled: 1
             }]
         );
         let stop = stop.replace("success", "abort");
-        let history = history(&[&start_event, &begin_line(2, 1), &settle_line(3, 1), &stop]);
-        assert_eq!(history.defects, []);
+        let aborted = history(&[&start_event, &begin_line(2, 1), &settle_line(3, 1), &stop]);
+        assert_eq!(aborted.defects, []);
     }
 }

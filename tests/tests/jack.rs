@@ -88,7 +88,7 @@ impl Server {
             apparatus,
             jackd,
         };
-        let serves = ready.is_some() && server.jackd.ended().is_none();
+        let serves = ready.is_some() && server.jackd.exit_status().is_none();
         assert!(serves, "no server: {}", server.apparatus.output());
         server
     }
@@ -191,7 +191,7 @@ fn session() -> (Server, SessionFolder) {
     println!("{printed}");
     assert!(!printed.contains("panicked"), "{printed}");
     assert!(
-        server.jackd.ended().is_none() && server.apparatus.ended().is_none(),
+        server.jackd.exit_status().is_none() && server.apparatus.ended().is_none(),
         "the server or the apparatus is gone: {}",
         server.apparatus.output()
     );
@@ -234,7 +234,7 @@ fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
     let ended_s = session.phases("verdict").next().unwrap().audio_s;
     let missing_s = ended_s - began_s - recording.duration_s();
     assert!(missing_s.abs() < 0.1, "{missing_s} s");
-    assert_eq!(recording.not_finite(), 0);
+    assert_eq!(recording.nonfinite_samples(), 0);
     let step_rad = recording.greatest_phase_step_rad();
     println!(
         "{} frames, carrier phase within {step_rad:.2e} rad",

@@ -248,7 +248,7 @@ fn a_finger_that_follows_the_pixels_follows_the_slider_within_a_frame() {
     let mut all: Vec<Seen> = Vec::new();
     while all.is_empty() || begun.elapsed().as_secs_f64() < long_s {
         all.push(explore(&display, &mut seat));
-        assert_eq!(window.ended(), None, "{}", window.output());
+        assert_eq!(window.exit_status(), None, "{}", window.output());
     }
     let reports: Vec<FrameReport> = all.iter().filter_map(|seen| seen.report).collect();
     assert_eq!(reports.len(), all.len(), "an exploration was not reported");

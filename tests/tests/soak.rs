@@ -13,9 +13,9 @@ use std::time::{Duration, Instant};
 
 use bench_tests::campaign;
 use bench_tests::program::{bench, protocol};
-use bench_tests::recorded::every_sample;
+use bench_tests::recorded::require_every_sample;
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, patient_config, with};
+use bench_tests::session::{SessionFolder, patient_config, replace_parts};
 use recording::RecordingReader;
 
 /// Length of one trial of the protocol, s.
@@ -100,7 +100,7 @@ fn real_time_beside_a_busy_process_loses_no_sample() {
     let (study, path) = (folder.path().join("study"), folder.path().join("long.toml"));
     let text = std::fs::read_to_string(protocol("long.toml")).unwrap();
     // Without rests the plate would be driven for a whole hour, the limit of a person's dose, and the last trial would not fit.
-    let as_long = with(
+    let as_long = replace_parts(
         &text,
         &[
             ("per_condition = 54", &format!("per_condition = {trials}")),
@@ -126,7 +126,7 @@ fn real_time_beside_a_busy_process_loses_no_sample() {
     let mut running = Running::start(&mut run, &folder.path().join("output"));
     let mut memory = Vec::new();
     let status = loop {
-        if let Some(status) = running.ended() {
+        if let Some(status) = running.exit_status() {
             break status;
         }
         let at_s = begin.elapsed().as_secs_f64();
@@ -146,7 +146,7 @@ fn real_time_beside_a_busy_process_loses_no_sample() {
         "{printed}"
     );
     let session = SessionFolder::read(&study, "sub-01").unwrap();
-    let recordings = every_sample(&session, WITHIN_FRAMES);
+    let recordings = require_every_sample(&session, WITHIN_FRAMES);
     assert!(recordings >= trials, "{recordings} of {trials}");
     let lost: u64 = session
         .recordings()
@@ -162,7 +162,7 @@ fn real_time_beside_a_busy_process_loses_no_sample() {
         .lines()
         .find_map(|line| line.strip_prefix("at worst"));
     let kept_up = kept_up.expect("how well it kept up").trim();
-    campaign::found(
+    campaign::report(
         "trials in real time beside a busy process",
         recordings,
         &format!(

@@ -79,7 +79,7 @@ fn whatever_fails_nothing_is_called_saved_that_is_not() {
         "nothing was called saved that was not, in {:.0} s",
         begin.elapsed().as_secs_f64()
     );
-    campaign::found("failures of every operation", failures, &text);
+    campaign::report("failures of every operation", failures, &text);
     assert!(failures > 300, "{failures} failures");
 }
 
@@ -106,7 +106,7 @@ fn a_power_cut_at_any_operation_leaves_what_was_synced() {
         "what was synced was kept, in {:.0} s",
         begin.elapsed().as_secs_f64()
     );
-    campaign::found("power cuts at every operation", cuts, &text);
+    campaign::report("power cuts at every operation", cuts, &text);
     assert!(cuts > 100 * (random + 2), "{cuts} cuts");
 }
 
@@ -148,7 +148,7 @@ fn whatever_fails_no_participant_is_half_registered_and_no_copy_half_written() {
             }
         }
     }
-    campaign::found(
+    campaign::report(
         "failures of every operation of registering two participants",
         failures,
         "no file was half written, and nothing called saved that was not",

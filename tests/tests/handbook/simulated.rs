@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-use bench_tests::in_process::{Setup, apparatus, config, options, with_faults};
+use bench_tests::in_process::{Setup, apparatus, apparatus_with_faults, config, options};
 use bench_tests::session::require_consistent;
 use calibration::clear::ClearPlate;
 use calibration::guided::Guided;
@@ -281,7 +281,7 @@ pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, taken: &Take
     options.speed = cli::Speed::Max;
     let bench = Effective::calibrated(config(&[]), calibration).unwrap();
     let plan = Plan::new(bench, &options).unwrap();
-    let (apparatus, faults) = with_faults(setup());
+    let (apparatus, faults) = apparatus_with_faults(setup());
     let operator = Operator::new(shots, taken, move |deed| match deed {
         Deed::PressEstop => {
             faults.press_estop(true);

@@ -6,11 +6,11 @@ use std::collections::BTreeSet;
 use std::process::Command;
 use std::time::Duration;
 
-use bench_tests::held::threads;
 use bench_tests::program::{friction_bench, installed};
-use bench_tests::running::{Running, until};
+use bench_tests::running::{Running, wait_until};
 use bench_tests::screen::Screen;
 use bench_tests::session::{demo_with, patient_config};
+use bench_tests::thread_hold::threads;
 use rustix::process::Signal;
 
 /// Threads by name, and the calls in which each may wait. Every thread may also wait for another thread or for time (`futex`,
@@ -153,14 +153,14 @@ fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
         .arg("--config")
         .arg(&config)
         .current_dir(folder.path());
-    let mut session = Running::on(&screen, &mut run);
+    let mut session = Running::start_on(&screen, &mut run);
     let patience = Duration::from_secs(60);
     let log = study.join("sub-01/ses-01/events.jsonl");
     let logged = |words: &str| {
         let log = std::fs::read_to_string(&log).ok()?;
         log.contains(words).then_some(())
     };
-    if until(patience, || logged("\"trial_began\"")).is_none() {
+    if wait_until(patience, || logged("\"trial_began\"")).is_none() {
         panic!("no trial:\n{}", screen.shown());
     }
     let written = || usize::try_from(trace.metadata().unwrap().len()).unwrap();
@@ -168,13 +168,13 @@ fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
     let hearing = hearing_sigterm(session.pid());
     // A page is written while the plate is driven.
     screen.press("w");
-    let accepted = until(patience, || logged("\"trial_settled\""));
+    let accepted = wait_until(patience, || logged("\"trial_settled\""));
     assert!(accepted.is_some(), "{}", screen.shown());
     let to = written();
     screen.press("q");
     std::thread::sleep(Duration::from_millis(200));
     screen.press("y");
-    if until(patience, || session.ended()).is_none() {
+    if wait_until(patience, || session.exit_status()).is_none() {
         panic!("it goes on:\n{}", screen.shown());
     }
     // Threads make more calls at their start and end, while the plate is not driven.

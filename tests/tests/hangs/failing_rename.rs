@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use bench_tests::held::{Held, numbers};
 use bench_tests::hung::contradictions;
 use bench_tests::program::protocol;
-use bench_tests::running::{Running, until};
+use bench_tests::running::{Running, wait_until};
 use bench_tests::session::{SessionFolder, finish, text, unattended};
+use bench_tests::thread_hold::{ThreadHold, numbers};
 use protocols::{SessionEventKind, TrialOutcome, records_from_events};
 
 const MINUTE: Duration = Duration::from_secs(60);
@@ -38,7 +38,8 @@ fn a_trial_whose_description_cannot_be_renamed_is_not_accepted_and_is_repeated()
     let thread = i32::try_from(pid).unwrap();
     loop {
         // On a busy machine a session may finish unobserved.
-        let held = Held::at(pid, thread, &numbers("rename"), MINUTE).expect("a held rename");
+        let held =
+            ThreadHold::begin(pid, thread, &numbers("rename"), MINUTE).expect("a held rename");
         let text = std::fs::read_to_string(&new).unwrap_or_default();
         if text.contains("end = \"completed\"") {
             // The call fails because its file is gone; the next attempt finds a working disk.
@@ -47,7 +48,7 @@ fn a_trial_whose_description_cannot_be_renamed_is_not_accepted_and_is_repeated()
             break;
         }
     }
-    let ended = until(MINUTE, || running.ended()).expect("an end");
+    let ended = wait_until(MINUTE, || running.exit_status()).expect("an end");
     let printed = running.output();
     assert!(!ended.success(), "{printed}");
     // The verdict had accepted the trial; the session did not.

@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use bench_tests::campaign;
-use bench_tests::held::{Held, has_ended, numbers, threads};
 use bench_tests::hung::contradictions;
-use bench_tests::running::{Running, until};
+use bench_tests::running::{Running, wait_until};
 use bench_tests::session::{demo_with, unattended};
+use bench_tests::thread_hold::{ThreadHold, has_ended, numbers, threads};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustix::process::Signal;
@@ -98,7 +98,7 @@ impl Event {
     fn befall(&self, mut running: Running) {
         let pid = running.pid();
         let begun = Instant::now();
-        let _it_may_end = until(self.after, || {
+        let _it_may_end = wait_until(self.after, || {
             (has_ended(pid) || begun.elapsed() >= self.after).then_some(())
         });
         let held = self.held.and_then(|(name, call, long)| {
@@ -106,7 +106,10 @@ impl Event {
                 .into_iter()
                 .find(|thread| thread.name == name)?;
             let within = Duration::from_secs(1);
-            Some((Held::at(pid, thread.id, &numbers(call), within)?, long))
+            Some((
+                ThreadHold::begin(pid, thread.id, &numbers(call), within)?,
+                long,
+            ))
         });
         if let Some((held, long)) = held {
             let begun = Instant::now();
@@ -114,7 +117,7 @@ impl Event {
                 std::thread::sleep(long / 2);
                 running.signal(signal);
             }
-            let _until_then = until(long, || {
+            let _until_then = wait_until(long, || {
                 (has_ended(pid) || begun.elapsed() >= long).then_some(())
             });
             drop(held);
@@ -177,7 +180,7 @@ fn after_hangs_stops_and_kills_in_any_order_nothing_contradicts_anything() {
     let seen = seen.into_inner().unwrap();
     let hangs: usize = seen.iter().flatten().sum();
     let bad: Vec<_> = seen.iter().filter_map(|seen| seen.as_ref().err()).collect();
-    campaign::found(
+    campaign::report(
         "sequences of hang, stop, kill and resume",
         seen.len(),
         &format!(

@@ -10,7 +10,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use bench_tests::campaign;
-use bench_tests::hung::{Hung, Rig, Stop};
+use bench_tests::hung::{HungSession, Rig, Stop};
 
 use super::calls::CALLS;
 
@@ -55,7 +55,7 @@ fn ms(s: Option<f64>) -> String {
 
 /// Lets a thread hang and stops the bench.
 fn stopped(rig: &Rig, (thread, call): Place, stop: Stop, hang: Duration) -> Seen {
-    let mut session = Hung::driving(rig);
+    let mut session = HungSession::start(rig);
     let Some(held) = session.hold(thread, call, CALLED) else {
         session.end();
         return Seen::NotMet;
@@ -65,7 +65,7 @@ fn stopped(rig: &Rig, (thread, call): Place, stop: Stop, hang: Duration) -> Seen
     let asked_ns = session.ask(stop);
     let ends = stop == Stop::Terminate;
     let seen = session.watch(asked_ns, HANG.min(hang), ends);
-    while begun.elapsed() < hang && !bench_tests::held::has_ended(session.pid()) {
+    while begun.elapsed() < hang && !bench_tests::thread_hold::has_ended(session.pid()) {
         std::thread::sleep(Duration::from_millis(20));
     }
     drop(held);
@@ -90,7 +90,7 @@ fn stopped(rig: &Rig, (thread, call): Place, stop: Stop, hang: Duration) -> Seen
 
 /// Lets a thread hang without a stop, and stops the bench afterwards.
 fn unattended(rig: &Rig, (thread, call): Place) -> Seen {
-    let mut session = Hung::driving(rig);
+    let mut session = HungSession::start(rig);
     let Some(held) = session.hold(thread, call, CALLED) else {
         session.end();
         return Seen::NotMet;
@@ -224,7 +224,7 @@ fn sample(places: &[(Place, Stop)]) -> Vec<String> {
         let hang = Duration::from_millis(1500);
         let (words, ill) = at_place(&Rig::default(), *place, &[*stop], hang);
         let (thread, call) = place;
-        campaign::found(&format!("{thread} held in {call}"), 1, &words);
+        campaign::report(&format!("{thread} held in {call}"), 1, &words);
         bad.extend(ill);
     }
     bad
@@ -274,6 +274,6 @@ fn every_stop_at(rig: &Rig, place: Place) -> Vec<String> {
         bad.extend(ill);
     }
     let what = format!("{}: {thread} held in {call}", rig.scenario);
-    campaign::found(&what, 1, &words);
+    campaign::report(&what, 1, &words);
     bad
 }

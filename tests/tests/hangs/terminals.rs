@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use bench_tests::hung::{Hung, Rig, Stop, Stopped};
-use bench_tests::running::until;
+use bench_tests::hung::{HungSession, Rig, Stop, StopEffect};
+use bench_tests::running::wait_until;
 use participant_window::message::{Display, FORMAT, FromWindow, ToWindow};
 use participant_window::{Lines, place};
 
@@ -15,27 +15,27 @@ const MINUTE: Duration = Duration::from_secs(60);
 const FULL: Duration = Duration::from_millis(500);
 
 /// Requires the plate to be silent in time, allowing for the machine's lateness.
-fn require_in_time(seen: Stopped) {
+fn require_in_time(seen: StopEffect) {
     let in_time = seen.silent_s.is_some_and(|s| s <= 0.050 + seen.late_s);
     assert!(in_time, "silent too late: {seen:?}");
 }
 
-fn fill(session: &Hung) {
-    session.screen.look_away();
+fn fill(session: &HungSession) {
+    session.screen.stop_reading();
     let mut taken = Instant::now();
     let full = || {
-        if session.screen.takes_more() {
+        if session.screen.accepts_output() {
             taken = Instant::now();
         }
         (taken.elapsed() > FULL).then_some(())
     };
-    until(MINUTE, full).unwrap();
+    wait_until(MINUTE, full).unwrap();
 }
 
 /// Hazard 15.
 #[test]
 fn a_terminal_that_nobody_reads_takes_each_stop_key() {
-    let mut session = Hung::driving(&Rig::default());
+    let mut session = HungSession::start(&Rig::default());
     fill(&session);
     let asked_ns = session.ask(Stop::Interrupt);
     let seen = session.watch(asked_ns, Duration::from_secs(3), false);
@@ -46,7 +46,7 @@ fn a_terminal_that_nobody_reads_takes_each_stop_key() {
 
 /// Plays a window that answers the session until it hangs, and then keeps its end of the socket open.
 fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
-    let Some(met) = until(MINUTE, || place::connect(&socket).ok()?) else {
+    let Some(met) = wait_until(MINUTE, || place::connect(&socket).ok()?) else {
         return;
     };
     let mut lines = Lines::new(met).unwrap();
@@ -62,7 +62,7 @@ fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
     let mut message = FromWindow::Ready(display);
     while lines.send(&message).is_ok() && lines.receive::<ToWindow>(1000).is_ok() {
         message = FromWindow::Alive;
-        let hung = until(Duration::from_millis(100), || {
+        let hung = wait_until(Duration::from_millis(100), || {
             hangs.load(Ordering::Relaxed).then_some(())
         });
         if hung.is_some() {
@@ -79,7 +79,7 @@ fn a_window_that_hangs_delays_no_stop() {
         more: vec!["--participant-window=meeting"],
         ..Rig::default()
     };
-    let mut session = Hung::driving_beside(&rig, |folder| {
+    let mut session = HungSession::start_prepared(&rig, |folder| {
         let (socket, hangs) = (folder.join("meeting"), Arc::clone(&hangs));
         std::thread::spawn(move || window(socket, hangs));
     });

@@ -11,7 +11,7 @@
 use std::time::{Duration, Instant};
 
 use bench_tests::program::bench;
-use bench_tests::running::{Running, until};
+use bench_tests::running::{Running, wait_until};
 use bench_tests::screen::Screen;
 use bench_tests::session::{SessionFolder, VirtualParticipant, patient_config};
 use rustix::process::Signal;
@@ -36,22 +36,22 @@ fn ended_by(signal: Signal, after: Duration, command: &str) -> Result<Duration, 
     let before = screen.local_modes();
     let mut bench = bench();
     bench.args(command.split_whitespace());
-    let mut running = Running::on(&screen, bench.current_dir(folder.path()));
+    let mut running = Running::start_on(&screen, bench.current_dir(folder.path()));
     drop(bench);
     std::thread::sleep(after);
-    if running.ended().is_some() {
+    if running.exit_status().is_some() {
         return Err(format!("ended by itself: {}", end(&screen.shown())));
     }
     let sent = Instant::now();
     running.signal(signal);
-    if until(MINUTE, || running.ended()).is_none() {
+    if wait_until(MINUTE, || running.exit_status()).is_none() {
         return Err(format!("goes on: {}", end(&screen.shown())));
     }
     let took = sent.elapsed();
     if screen.local_modes() != before {
         return Err("its terminal is not as before".to_owned());
     }
-    let shown = screen.to_the_end();
+    let shown = screen.read_to_end();
     if shown.contains("panicked") {
         return Err(end(&shown));
     }

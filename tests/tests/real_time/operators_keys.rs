@@ -10,7 +10,7 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::time::Duration;
 
-use bench_tests::running::until;
+use bench_tests::running::wait_until;
 use bench_tests::session::{SessionFolder, demo_with};
 use protocols::{Interruption, SessionEventKind, TrialOutcome, TrialRecord, records_from_events};
 use recording::study::LOCK_FILE;
@@ -142,7 +142,7 @@ fn a_stopped_session_goes_on_once_it_is_rearmed_and_a_killed_one_is_resumed() {
             let shown = terminal.screen().contains("attempt 3");
             (shown || status.exists()).then_some(shown)
         };
-        until(Duration::from_secs(30), begun).unwrap_or_default()
+        wait_until(Duration::from_secs(30), begun).unwrap_or_default()
     });
     assert!(resumed, "{}", terminal.screen());
     terminal.shows(&["now  verdict", "trial 1/2", "attempt 3"]);
@@ -297,7 +297,7 @@ fn a_key_pressed_while_the_window_changes_its_size_is_read() {
         terminal.press(&["?"]);
         let shown = turn % 2 == 0;
         let read = || (terminal.screen().contains(help) == shown).then_some(());
-        until(Duration::from_secs(10), read)
+        wait_until(Duration::from_secs(10), read)
             .unwrap_or_else(|| panic!("turn {turn}:\n{}", terminal.screen()));
     }
 }

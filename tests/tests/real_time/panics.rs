@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use bench_tests::panicking::{HAND, OTHER_THREAD, Report};
 use bench_tests::program::workspace;
-use bench_tests::running::until;
+use bench_tests::running::wait_until;
 use bench_tests::screen::Screen;
 use bench_tests::session::{SessionFolder, patient_config};
 use recording::RecordingReader;
@@ -63,7 +63,7 @@ impl Panicked {
         let mut child = bench.spawn().unwrap();
         drop(bench);
         let mut idle = true;
-        let status = until(MINUTE, || {
+        let status = wait_until(MINUTE, || {
             if idle && screen.shown().contains("begins") {
                 // A session waits for its participant, or for the operator's space bar.
                 screen.press(" ");
@@ -76,7 +76,7 @@ impl Panicked {
             child.wait().unwrap();
         }
         let after = screen.local_modes();
-        let shown = screen.to_the_end();
+        let shown = screen.read_to_end();
         let status = status.unwrap_or_else(|| panic!("{part}: still running; {}", end(&shown)));
         let report = std::fs::read(folder.path().join("report.json"));
         let report = report.unwrap_or_else(|error| panic!("{part}: {error}; {}", end(&shown)));

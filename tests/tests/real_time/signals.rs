@@ -14,7 +14,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use bench_tests::program::bench;
-use bench_tests::recorded::{Recording, interrupted_in_good_order};
+use bench_tests::recorded::{Recording, require_orderly_interruption};
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, demo_with, finish, patient_config, text};
 use recording::study::event_log::ExitStatus;
@@ -199,7 +199,7 @@ fn ends_in_good_order(signal: Signal) {
     println!("{signal:?}: ended in {} ms", took.as_millis());
 
     let session = place.session();
-    let recording = interrupted_in_good_order(&session);
+    let recording = require_orderly_interruption(&session);
     assert!(recording.greatest_phase_step_rad() < 0.01);
     goes_on_in_the_same_order(&place.resume());
 }
@@ -262,7 +262,7 @@ fn killed(after: Duration) -> f64 {
         "{:?}",
         recording.warnings
     );
-    assert_eq!(recording.not_finite(), 0);
+    assert_eq!(recording.nonfinite_samples(), 0);
     goes_on_in_the_same_order(&place.resume());
     recorded_s - recording.duration_s()
 }

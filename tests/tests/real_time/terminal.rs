@@ -13,8 +13,8 @@ use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
 use bench_tests::program::{friction_bench, installed};
-use bench_tests::recorded::interrupted_in_good_order;
-use bench_tests::running::until;
+use bench_tests::recorded::require_orderly_interruption;
+use bench_tests::running::wait_until;
 use bench_tests::session::{SessionFolder, finish, patient_config, text};
 use config::CalibrationFile;
 use mock_world::scenario::built_in;
@@ -94,7 +94,7 @@ impl Terminal {
 
     pub(super) fn shows(&self, what: &[&str]) -> String {
         let mut last = String::new();
-        until(PATIENCE, || {
+        wait_until(PATIENCE, || {
             last = self.screen();
             what.iter().all(|word| last.contains(word)).then_some(())
         })
@@ -105,7 +105,7 @@ impl Terminal {
     /// Returns the script's output in `file`, once it exists.
     pub(super) fn wrote(&self, file: &str) -> String {
         let path = self.folder.path().join(file);
-        until(PATIENCE, || {
+        wait_until(PATIENCE, || {
             std::fs::read_to_string(&path)
                 .ok()
                 .filter(|text| !text.is_empty())
@@ -143,7 +143,7 @@ fn shows_the_session_and_restores_the_terminal(columns: u16, rows: u16) {
         "the safety line comes first:\n{screen}"
     );
     // A number, not a placeholder: the bare plate's 7 N·s/m, or more under the finger.
-    until(PATIENCE, || {
+    wait_until(PATIENCE, || {
         let screen = terminal.screen();
         let value = screen.split_once("|Z_m|")?.1.split_whitespace().next()?;
         value
@@ -239,7 +239,8 @@ pub(super) fn in_the_first_trial() -> (Terminal, Pid) {
         let bytes = signals.metadata().ok()?.len();
         (bytes > 192_000 * 16).then_some(())
     };
-    until(PATIENCE, recorded).unwrap_or_else(|| panic!("nothing recorded:\n{}", terminal.screen()));
+    wait_until(PATIENCE, recorded)
+        .unwrap_or_else(|| panic!("nothing recorded:\n{}", terminal.screen()));
     let pid = std::fs::read_to_string(study.join(LOCK_FILE)).unwrap();
     (
         terminal,
@@ -257,7 +258,7 @@ fn ends_in_good_order(end: impl Fn(&Terminal, Pid)) -> Terminal {
     assert!(took < STOP, "the session ended in {took:?}");
     println!("ended in {} ms", took.as_millis());
     let session = SessionFolder::read(&terminal.folder.path().join("study"), "sub-01").unwrap();
-    interrupted_in_good_order(&session);
+    require_orderly_interruption(&session);
     terminal
 }
 
@@ -333,7 +334,7 @@ impl Terminal {
             after.split_whitespace().next()?.parse::<f64>().ok()
         };
         let mut before = None;
-        until(PATIENCE, || {
+        wait_until(PATIENCE, || {
             std::thread::sleep(Duration::from_millis(300));
             let screen = self.screen();
             let driven = value(&screen, "drive ").filter(|v| (v / drive_v - 1.0).abs() < 0.1)?;
@@ -485,7 +486,7 @@ fn an_operator_is_guided_through_the_plates_calibration() {
 impl Terminal {
     /// Confirms each request until `what` is on the screen.
     fn obey_until(&self, what: &str) -> String {
-        until(4 * PATIENCE, || {
+        wait_until(4 * PATIENCE, || {
             let screen = self.screen();
             if screen.contains(what) {
                 return Some(screen);

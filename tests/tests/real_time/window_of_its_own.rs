@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use bench_tests::running::until;
+use bench_tests::running::wait_until;
 use participant_window::message::{Display, FORMAT, FromWindow, ToWindow};
 use participant_window::{Lines, place};
 
@@ -38,7 +38,7 @@ impl Window {
 }
 
 fn live(socket: &Path, said: &Receiver<FromWindow>) {
-    let Some(met) = until(Duration::from_secs(60), || place::connect(socket).ok()?) else {
+    let Some(met) = wait_until(Duration::from_secs(60), || place::connect(socket).ok()?) else {
         return;
     };
     let Ok(mut lines) = Lines::new(met) else {

@@ -195,7 +195,7 @@ const EDITS: [Edit; 37] = [
 ];
 
 /// Edits that blind a bench on a sound card with its own clock.
-const ON_A_CARD: [(&str, &str, &str); 6] = [
+const SOUND_CARD: [(&str, &str, &str); 6] = [
     ("silence_s = 0.25", "silence_s = 0.25", "0.05 to 0.1 s"),
     ("silence_s = 0.25", "silence_s = 1.0", "went silent"),
     ("silence_s = 0.25", "silence_s = 0.02", "silence_s"),
@@ -237,7 +237,7 @@ fn no_edit_of_a_file_blinds_the_watch() {
 
 #[test]
 fn a_card_of_its_own_clock_bears_no_long_silence() {
-    for (from, to, word) in ON_A_CARD {
+    for (from, to, word) in SOUND_CARD {
         let (folder, study) = room();
         let config = config_with(folder.path(), &[(from, to)]);
         let mut run = uncalibrated(&study, &config);

@@ -96,7 +96,7 @@ fn assert_profile_recorded(room: &Room, name: &str, measured: bool) {
 /// Requires the true errors of the recorded constants to be within four of their stated standard errors, which are below a
 /// hundredth.
 fn assert_errors_recorded(room: &Room, name: &str, seed: u64) {
-    let truth = Bench::of(UNKNOWN_BENCH, seed);
+    let truth = Bench::realise(UNKNOWN_BENCH, seed);
     let study = room.folder.path().join(name).join("study");
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     let force = calibration.force.unwrap().correction().matrix;
@@ -183,7 +183,7 @@ fn what_the_commands_measured_serves_a_session_as_well_as_the_truth() {
             assert_refused_out_of_range(&room);
         }
         room.change(|calibration| {
-            Bench::of(UNKNOWN_BENCH, seed).put_into(calibration);
+            Bench::realise(UNKNOWN_BENCH, seed).put_into(calibration);
             calibration.profile = None;
         });
         let by_truth = session(&room, "by-truth");

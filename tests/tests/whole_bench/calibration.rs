@@ -8,9 +8,9 @@ use std::fs;
 use std::path::Path;
 
 use bench_tests::campaign;
-use bench_tests::room::{Room, refused};
+use bench_tests::room::{Room, require_refusal};
 use bench_tests::session::{finish, text};
-use bench_tests::truth::{Bench, enough_hold};
+use bench_tests::truth::{Bench, has_coverage};
 use config::{CalibrationFile, Config, Effective, Quantity, Uniformity};
 use rayon::prelude::*;
 
@@ -57,7 +57,7 @@ fn misses(seed: u64) -> [Miss; 5] {
     room.succeed(&["plate"]);
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     let (pickup, plate) = (calibration.pickup.unwrap(), calibration.plate.unwrap());
-    let truth = Bench::of(&scenario, seed);
+    let truth = Bench::realise(&scenario, seed);
     [
         Miss::relative(&pickup.metres_per_unit, truth.metres_per_unit),
         Miss::of(&plate.resonance_hz, truth.resonance_hz),
@@ -91,9 +91,9 @@ fn unknown_benches_are_known_within_their_intervals() {
             errors[errors.len() / 2]
         ));
         assert!(worst <= demanded, "{name}: {worst:e} over {demanded:e}");
-        assert!(enough_hold(held, benches), "{name}: {held} of {benches}");
+        assert!(has_coverage(held, benches), "{name}: {held} of {benches}");
     }
-    campaign::found("unknown benches calibrated", benches, &lines.join("; "));
+    campaign::report("unknown benches calibrated", benches, &lines.join("; "));
 }
 
 #[test]
@@ -150,7 +150,7 @@ fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() 
 fn the_amplitude_along_the_plate_is_found_and_judged() {
     for (end_drop, verdict) in [(0.0, Uniformity::Uniform), (0.08, Uniformity::NotUniform)] {
         let room = Room::new(&format!("[plate]\nend_drop = {end_drop:?}\n"), 1);
-        refused(
+        require_refusal(
             room.calibrate(&["plate", "--along", "5"]),
             &["calibrate pickup"],
         );
@@ -210,7 +210,7 @@ fn drift_is_told_and_too_much_of_it_refused() {
         "{drift}"
     );
     fs::write(&room.scenario, "[plate]\nresonance_hz = 35212.0\n").unwrap();
-    refused(
+    require_refusal(
         room.calibrate(&["plate"]),
         &["has moved by +200", "calibration.drift_hz"],
     );
@@ -221,14 +221,14 @@ fn drift_is_told_and_too_much_of_it_refused() {
 #[test]
 fn the_wrong_ones_are_refused_each_by_its_name() {
     let room = Room::new("", 1);
-    refused(
+    require_refusal(
         room.watch(),
         &["there is no calibration", "calibrate pickup"],
     );
     room.succeed(&["pickup"]);
-    refused(room.watch(), &["is not complete", "calibrate plate"]);
+    require_refusal(room.watch(), &["is not complete", "calibrate plate"]);
     room.succeed(&["plate"]);
-    refused(room.watch(), &["is not complete", "calibrate force"]);
+    require_refusal(room.watch(), &["is not complete", "calibrate force"]);
     room.weigh();
     let output = finish(&mut room.watch());
     assert!(output.status.success(), "{}", text(&output));
@@ -236,7 +236,7 @@ fn the_wrong_ones_are_refused_each_by_its_name() {
     let again = |change: fn(&mut CalibrationFile), words: &[&str]| {
         fs::write(room.calibration(), &good).unwrap();
         room.change(change);
-        refused(room.watch(), words);
+        require_refusal(room.watch(), words);
     };
     again(
         |c| c.identity.input_device = "hw:CARD=Other".to_owned(),
@@ -280,14 +280,14 @@ fn the_wrong_ones_are_refused_each_by_its_name() {
         .unwrap()
         .replacen("0.000", "0.001", 1);
     fs::write(room.calibration(), edited).unwrap();
-    refused(room.watch(), &["was edited after it was measured"]);
+    require_refusal(room.watch(), &["was edited after it was measured"]);
 }
 
 #[test]
 fn what_cannot_be_measured_is_said() {
     let pickup: &[&str] = &["pickup"];
     let wrong = |scenario: &str, words: &[&str]| {
-        refused(Room::new(scenario, 1).calibrate(pickup), words);
+        require_refusal(Room::new(scenario, 1).calibrate(pickup), words);
     };
     wrong(
         "[force_sensor]\nnormal_offset_n = 0.4\n",
@@ -306,17 +306,17 @@ fn what_cannot_be_measured_is_said() {
         &["no resonance between 34200 and 35800 Hz"],
     );
     let room = Room::new("", 1);
-    refused(
+    require_refusal(
         room.calibrate(&["pickup", "--levels-v", "5,10", "--known-um", "0.4,8"]),
         &["--known-at-hz"],
     );
     let at = ["--known-at-hz", "35000"];
     let with = |words: &[&str]| room.calibrate(&[words, &at[..]].concat());
-    refused(
+    require_refusal(
         with(&["pickup", "--levels-v", "5,10", "--known-um", "0.4,8"]),
         &["8.000 µm", "calibration.max_amplitude_m"],
     );
-    refused(
+    require_refusal(
         with(&["pickup", "--levels-v", "5,10", "--known-um", "0.4"]),
         &["2 levels", "1 known amplitudes"],
     );
@@ -349,11 +349,11 @@ fn check_compares_the_channels_with_the_calibration() {
         ),
     ] {
         fs::write(&room.scenario, scenario).unwrap();
-        refused(room.check(), &["FAILED  channels", words]);
+        require_refusal(room.check(), &["FAILED  channels", words]);
     }
     room.change(|c| c.identity.gains = "preamplifier 20 dB".to_owned());
     fs::write(&room.scenario, "").unwrap();
-    refused(room.check(), &["FAILED  calibration", "preamplifier 20 dB"]);
+    require_refusal(room.check(), &["FAILED  calibration", "preamplifier 20 dB"]);
 }
 
 #[test]
@@ -409,7 +409,7 @@ fn typed_and_tabled_amplitudes_serve_as_well() {
     };
     for hz in [34_957.0, 35_043.0, 35_008.0] {
         let found = format!("known at {hz:.1} Hz (--known-at-hz)");
-        refused(
+        require_refusal(
             beside(hz),
             &[&found, "resonance is at 3", "--reference-channel"],
         );
@@ -450,7 +450,7 @@ fn volts_are_checked_against_a_meter_and_a_constant_that_is_wrong_twice_is_found
     );
 
     let before = fs::read(room.calibration()).unwrap();
-    refused(
+    require_refusal(
         room.calibrate(&["output", "--meter", "m", "--reads", "peak"]),
         &["RMS where peak was asked"],
     );
@@ -459,7 +459,7 @@ fn volts_are_checked_against_a_meter_and_a_constant_that_is_wrong_twice_is_found
         "[amplifier]\nvolts_per_unit = 65.0\n[converter]\nreadback_volts_per_unit = 65.0\n",
     )
     .unwrap();
-    refused(
+    require_refusal(
         room.calibrate(&against),
         &[
             "wrong together",

@@ -11,9 +11,9 @@ use std::path::Path;
 use bench_tests::campaign;
 use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
-use bench_tests::room::{Room, WEIGH, refused};
+use bench_tests::room::{Room, WEIGH, require_refusal};
 use bench_tests::session::{SessionFolder, demo_with, finish, text};
-use bench_tests::truth::{Bench, enough_hold};
+use bench_tests::truth::{Bench, has_coverage};
 use config::CalibrationFile;
 use config::MeasuredForce;
 use mock_world::scenario::Scenario;
@@ -44,7 +44,7 @@ fn misses(seed: u64) -> ([(f64, f64); 4], f64) {
         .unwrap()
         .realised(seed)
         .force_sensor;
-    let [[nn, nl], [ln, ll]] = Bench::of(&scenario, seed).force;
+    let [[nn, nl], [ln, ll]] = Bench::realise(&scenario, seed).force;
     let entries = [
         (&force.normal_per_normal, nn),
         (&force.normal_per_lateral, nl),
@@ -108,7 +108,7 @@ fn unknown_sensors_are_known_within_their_intervals() {
             widths[middle]
         ));
         assert!(most <= demanded, "{name}: {most:e} over {demanded:e}");
-        assert!(enough_hold(held, sensors), "{name}: {held} of {sensors}");
+        assert!(has_coverage(held, sensors), "{name}: {held} of {sensors}");
     }
     let tares = sorted(all.iter().map(|(_, tare_n)| *tare_n).collect());
     let worst = tares[tares.len() - 1];
@@ -117,7 +117,7 @@ fn unknown_sensors_are_known_within_their_intervals() {
         1e3 * tares[tares.len() / 2],
         1e3 * worst
     ));
-    campaign::found(
+    campaign::report(
         "unknown force sensors calibrated",
         sensors,
         &lines.join("; "),
@@ -148,7 +148,7 @@ fn the_plate_stays_silent_and_a_tilt_shows_as_crosstalk() {
 #[test]
 fn what_the_simulated_sensor_does_wrong_is_said() {
     let wrong = |scenario: &str, words: &[&str]| {
-        refused(Room::new(scenario, 1).calibrate(&WEIGH), words);
+        require_refusal(Room::new(scenario, 1).calibrate(&WEIGH), words);
     };
     wrong(
         "[force_sensor]\nnormal_gain = -1.0\n",
@@ -171,11 +171,11 @@ fn what_the_simulated_sensor_does_wrong_is_said() {
         ],
     );
     let room = Room::new("", 1);
-    refused(
+    require_refusal(
         room.calibrate(&["force", "--normal-g", "20,500", "--lateral-g", "20,50"]),
         &["500 g weigh", "safety.max_normal_n"],
     );
-    refused(
+    require_refusal(
         room.calibrate(&["force", "--tare"]),
         &["no calibrated force sensor", "known masses"],
     );
@@ -196,7 +196,7 @@ fn a_moved_zero_fails_the_check_until_it_is_tared() {
     let output = finish(&mut room.check());
     assert!(output.status.success(), "{}", text(&output));
     fs::write(&room.scenario, "[force_sensor]\nnormal_offset_n = 0.15\n").unwrap();
-    refused(
+    require_refusal(
         room.check(),
         &[
             "FAILED  force at zero",

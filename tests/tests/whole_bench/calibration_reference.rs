@@ -6,7 +6,7 @@
 
 use std::fs;
 
-use bench_tests::room::{Room, refused};
+use bench_tests::room::{Room, require_refusal};
 use bench_tests::session::{finish, text};
 use bench_tests::truth::Bench;
 use config::{CalibrationFile, Config, Effective};
@@ -43,7 +43,7 @@ fn velocity() -> Vec<&'static str> {
 fn a_vibrometer_on_an_input_gives_the_sensitivity_and_the_phase_and_z_m_comes_out_right() {
     let scenario = bench("displacement", 2e-6);
     let room = Room::new(&scenario, 1);
-    let truth = Bench::of(&scenario, 1);
+    let truth = Bench::realise(&scenario, 1);
     room.weigh();
 
     // The inputs have not been compared yet: the amplitude is known, the phase is not.
@@ -125,7 +125,7 @@ fn what_the_vibrometer_cannot_have_read_is_refused() {
         words
     };
     // That input has no signal.
-    refused(
+    require_refusal(
         room.calibrate(&DISPLACEMENT),
         &["input 3 (--reference-channel) reads no tone"],
     );
@@ -156,14 +156,14 @@ fn what_the_vibrometer_cannot_have_read_is_refused() {
             "cannot be used with",
         ),
     ] {
-        refused(room.calibrate(&words), &[said]);
+        require_refusal(room.calibrate(&words), &[said]);
     }
     fs::write(
         &room.scenario,
         bench("displacement", 1e-7).replace("4.0", "1.0"),
     )
     .unwrap();
-    refused(room.calibrate(&DISPLACEMENT), &["is cut off", "range"]);
+    require_refusal(room.calibrate(&DISPLACEMENT), &["is cut off", "range"]);
     assert!(!room.calibration().exists(), "nothing was measured");
 }
 
@@ -171,7 +171,7 @@ fn what_the_vibrometer_cannot_have_read_is_refused() {
 #[test]
 fn an_xrun_that_breaks_off_a_tone_ends_a_calibration() {
     let room = Room::new("", 1);
-    refused(
+    require_refusal(
         room.calibrate(&["pickup", "--fault", "xrun@2s:192"]),
         &["broke off a tone", "audio.buffer_frames"],
     );

@@ -116,7 +116,7 @@ impl Found {
                 .position(|pair| (pair[0] < amplitude_m) != (pair[1] < amplitude_m));
             let Some(at) = crossing else { continue };
             let series = &estimated.series;
-            let truth = course.at("mu", began_s + series.time_s[at]);
+            let truth = course.value("mu", began_s + series.time_s[at]);
             self.add(method, "mu", series.mu[at] - truth, series.mu_std[at]);
         }
     }
@@ -235,7 +235,7 @@ fn intervals_are_of_the_right_size_and_those_of_400_people_hold_the_truth_to_the
         .map(|key| found.line(*key))
         .collect();
     let z_t = ["trial", "dynamic"].map(|of| format!("{of} {:.2e}", found.median_z_t(of)));
-    campaign::found(
+    campaign::report(
         "intervals on an unkind bench",
         participants,
         &format!(

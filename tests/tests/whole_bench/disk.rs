@@ -86,7 +86,7 @@ fn a_file_size_limit_at_a_random_moment_of_a_trial_does_too() {
     let text = format!(
         "each kept what was recorded, {least:.1} to {greatest:.1} s, and the session was resumed"
     );
-    campaign::found("full disks at random moments", disks, &text);
+    campaign::report("full disks at random moments", disks, &text);
 }
 
 /// Requires a session with files limited to `limit` units to stop and keep its recording; returns the recorded seconds.
@@ -123,7 +123,7 @@ fn filled_up(limit: u64) -> f64 {
         (bytes..bytes + frame_bytes).contains(&limit_bytes),
         "{bytes}"
     );
-    assert_eq!(recording.not_finite(), 0);
+    assert_eq!(recording.nonfinite_samples(), 0);
     assert!(recording.greatest_phase_step_rad() < 0.01);
     let said = format!("{:.1} s of it are readable", recording.duration_s());
     assert!(printed.contains(&said), "no `{said}` in:\n{printed}");
@@ -190,7 +190,7 @@ fn removed_in_a_trial(speed: &str) -> String {
         .arg(&config)
         .args(["--protocol", "demo"]);
     let mut running = Running::start(&mut run, &folder.path().join("output"));
-    running.is_tampered_with();
+    running.skip_verification();
     let participant = study.join("sub-01");
     let signals = participant
         .join("ses-01/practice-01_attempt-1")

@@ -15,7 +15,7 @@ use bench_tests::program::{bench, friction_bench, workspace};
 use bench_tests::running::Running;
 use bench_tests::screen::Screen;
 use bench_tests::session::{
-    ON_A_CARD, SessionFolder, config_with, demo_with, finish, require_whole, text, unattended,
+    SOUND_CARD, SessionFolder, config_with, demo_with, finish, require_whole, text, unattended,
 };
 use config::Config;
 use recording::RecordingReader;
@@ -33,7 +33,7 @@ fn in_terminal(mut command: Command, columns: u16, rows: u16) -> (ExitStatus, St
     // Drop the parent's handles, so that the terminal closes with the program's own.
     drop(command);
     let status = child.wait().unwrap();
-    (status, screen.to_the_end())
+    (status, screen.read_to_end())
 }
 
 /// Fault 37.
@@ -139,7 +139,7 @@ fn where_a_dashboard_will_be_shown_a_small_terminal_is_a_warning() {
         &[
             ("\"sim\"", "\"absent\""),
             ("\"sim\"", "\"absent\""),
-            ON_A_CARD,
+            SOUND_CARD,
         ],
     );
     let mut command = bench();
@@ -240,7 +240,7 @@ fn a_tone_is_reported_only_if_one_was_played() {
     let absent = [
         ("\"sim\"", "\"absent\""),
         ("\"sim\"", "\"absent\""),
-        ON_A_CARD,
+        SOUND_CARD,
     ];
     let config = config_with(folder.path(), &absent);
     let output = finish(&mut uncalibrated(&study, &config));

@@ -189,7 +189,7 @@ fn kills_at_random_moments_take_at_most_a_second_each() {
         }
     });
     let (kills, seen) = (kills.into_inner(), seen.into_inner().unwrap());
-    campaign::found(
+    campaign::report(
         "kills at random moments",
         kills,
         &format!("{seen:?} in {:.0} s", begin.elapsed().as_secs_f64()),

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use bench_tests::campaign;
 use bench_tests::program::protocol;
-use bench_tests::recorded::every_sample;
+use bench_tests::recorded::require_every_sample;
 use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, unattended};
 
@@ -37,7 +37,7 @@ fn minutes_lose_no_sample_and_take_no_more_memory_than_one() {
     );
     let mut memory: Vec<(f64, i64)> = Vec::new();
     let status = loop {
-        if let Some(status) = running.ended() {
+        if let Some(status) = running.exit_status() {
             break status;
         }
         assert!(
@@ -74,7 +74,7 @@ fn minutes_lose_no_sample_and_take_no_more_memory_than_one() {
         greatest_around(simulated_s - STRETCH_S),
     );
     let speed = simulated_s / wall_s;
-    campaign::found(
+    campaign::report(
         "trials of one long session",
         trials,
         &format!(
@@ -87,5 +87,5 @@ fn minutes_lose_no_sample_and_take_no_more_memory_than_one() {
     );
 
     let session = SessionFolder::read(&study, "sub-01").unwrap();
-    assert!(every_sample(&session, 0) >= trials);
+    assert!(require_every_sample(&session, 0) >= trials);
 }

@@ -13,8 +13,8 @@ use analysis::model_check::quantile;
 use analysis::{Settings, analyse, find};
 use bench_tests::program::{bench, protocol};
 use bench_tests::recorded::Recording;
-use bench_tests::room::{Room, WEIGH, refused};
-use bench_tests::session::{SessionFolder, finish, text, with};
+use bench_tests::room::{Room, WEIGH, require_refusal};
+use bench_tests::session::{SessionFolder, finish, replace_parts, text};
 use bench_tests::truth::Skin;
 use config::CalibrationFile;
 use recording::manifest::End;
@@ -34,7 +34,7 @@ fn written(folder: &Path, text: &str) -> PathBuf {
 
 /// Returns the rig with forces on inputs of the card, which must have a converter for each.
 fn with_gauges() -> String {
-    let text = with(
+    let text = replace_parts(
         RIG,
         &[
             ("rate_hz = 100000", "rate_hz = 250000"),
@@ -51,7 +51,7 @@ fn with_gauges() -> String {
             ("convert_hz = 250000", "#"),
         ],
     );
-    let gauges = with(
+    let gauges = replace_parts(
         GAUGES,
         &[(
             "inputs = [3, 4, 5, 6, 7, 8]",
@@ -92,7 +92,7 @@ fn assert_every_sample(session: &SessionFolder, rate_hz: f64) {
         let ended_s = session.phases("verdict").nth(index).unwrap().audio_s;
         let frames = ((ended_s - began_s) * rate_hz).round() as usize;
         assert_eq!(recording.frames(), frames, "{}", path.display());
-        assert_eq!(recording.not_finite(), 0, "{}", path.display());
+        assert_eq!(recording.nonfinite_samples(), 0, "{}", path.display());
     }
 }
 
@@ -103,7 +103,7 @@ fn the_published_rig_is_calibrated_runs_and_finds_the_participant_unattended() {
     for rate_hz in [100_000, 125_000] {
         let room = Room::new(UNKNOWN_BENCH, 7);
         let folder = room.folder.path();
-        let rig = with(
+        let rig = replace_parts(
             RIG,
             &[("rate_hz = 100000", &format!("rate_hz = {rate_hz}"))],
         );
@@ -230,7 +230,7 @@ fn a_card_that_fails_stops_the_drive_names_itself_and_keeps_what_was_recorded() 
         let session = session(&study);
         let recording = Recording::read(&session.recordings()[0]);
         assert!(recording.duration_s() > 1.0, "{faults:?}");
-        assert_eq!(recording.not_finite(), 0, "{faults:?}");
+        assert_eq!(recording.nonfinite_samples(), 0, "{faults:?}");
     }
 }
 
@@ -251,7 +251,7 @@ fn a_drill_on_a_card_leaves_out_what_ends_the_card() {
     };
     let met = finish(&mut drill("estop,gpio-removed,card-lost-input"));
     assert!(met.status.success(), "{}", text(&met));
-    refused(drill("xrun"), &["audio.host = \"nidaqmx\" in bench.toml"]);
+    require_refusal(drill("xrun"), &["audio.host = \"nidaqmx\" in bench.toml"]);
 }
 
 /// Fault 47.
@@ -329,17 +329,17 @@ fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
         ),
     ] {
         let folder = tempfile::tempdir().unwrap();
-        let config = written(folder.path(), &with(RIG, changes));
+        let config = written(folder.path(), &replace_parts(RIG, changes));
         let mut check = bench();
         check
             .env("MOCK_NIDAQMX_PRODUCT", product)
             .args(["check", "--quick", "--mock", "--config"])
             .arg(&config);
-        refused(check, words);
+        require_refusal(check, words);
     }
     // Without the driver.
     let folder = tempfile::tempdir().unwrap();
-    let named = with(
+    let named = replace_parts(
         RIG,
         &[
             (
@@ -352,7 +352,7 @@ fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
     let config = written(folder.path(), &named);
     let mut check = bench();
     check.args(["check", "--quick", "--config"]).arg(&config);
-    refused(
+    require_refusal(
         check,
         &["install NI's driver", "nidaqmx.library in bench.toml"],
     );
@@ -364,7 +364,7 @@ fn without_a_simulated_apparatus_of_its_own_the_program_runs_on_the_library_alon
     let folder = tempfile::tempdir().unwrap();
     let library = mock_hw::rack::library().unwrap();
     let force = folder.path().join("force");
-    let named = with(
+    let named = replace_parts(
         RIG,
         &[
             (

@@ -106,7 +106,7 @@ fn both_methods_meet_their_error_quantiles_over_many_participants() {
         let (median, p90) = quantiles(&dynamic, of);
         format!("{name} {median:.2e}, {p90:.2e}")
     };
-    campaign::found(
+    campaign::report(
         "virtual participants",
         participants,
         &format!(

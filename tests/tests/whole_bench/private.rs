@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use bench_tests::program::{bench, protocol};
-use bench_tests::session::{ON_A_CARD, config_with, finish, text, unattended};
+use bench_tests::session::{SOUND_CARD, config_with, finish, text, unattended};
 
 use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
 
@@ -146,7 +146,7 @@ fn locks_on_hardware_are_in_a_folder_of_the_users_own() {
         ("\"sim\"", &*card),
         ("\"sim\"", &*card),
         ("\"/dev/ttyUSB0\"", &*port),
-        ON_A_CARD,
+        SOUND_CARD,
     ];
     let config = config_with(room.path(), &changes);
     let runtime = room.path().join("runtime");

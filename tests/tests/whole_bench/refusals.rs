@@ -11,9 +11,9 @@ use std::process::{Command, Output};
 use std::time::Duration;
 
 use bench_tests::program::bench;
-use bench_tests::running::{Running, until};
+use bench_tests::running::{Running, wait_until};
 use bench_tests::session::{
-    ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+    SOUND_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
 };
 use recording::RecordingReader;
 use tempfile::TempDir;
@@ -97,7 +97,7 @@ fn without_a_sound_card() {
             ("\"sim\"", "\"hw:CARD=Absent\""),
             // Each of these tests has a separate bench.
             ("/dev/ttyUSB0", "/dev/tty-absent"),
-            ON_A_CARD,
+            SOUND_CARD,
         ],
     );
     let absent = folder.path().join("absent.conf");
@@ -414,7 +414,7 @@ fn without_gpio() {
         let changes = [
             ("backend = \"none\"", backend),
             ("[safety]\n", waived),
-            ON_A_CARD,
+            SOUND_CARD,
         ];
         let config = config_with(folder.path(), &changes);
         let mut run = uncalibrated(&study, &config);
@@ -481,7 +481,7 @@ fn a_watch_that_nobody_reads_ends() {
     let mut lines = std::io::BufReader::new(watch.stdout.take().unwrap()).lines();
     lines.next().unwrap().unwrap();
     drop(lines);
-    let ended = until(MINUTE, || watch.try_wait().unwrap());
+    let ended = wait_until(MINUTE, || watch.try_wait().unwrap());
     if ended.is_none() {
         watch.kill().unwrap();
     }

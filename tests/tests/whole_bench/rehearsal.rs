@@ -6,7 +6,7 @@
 
 use bench_tests::program::{bench, protocol};
 use bench_tests::session::{
-    ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+    SOUND_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
 };
 use config::CalibrationFile;
 use recording::RecordingReader;
@@ -174,7 +174,7 @@ fn half_the_gain_and_a_silent_force_sensor_stop_the_program_in_time() {
     /// Duration of a period of the simulation and the plate's decay, s.
     const RINGS_S: f64 = 0.02;
     let (folder, _) = room();
-    let config = config_with(folder.path(), &[ON_A_CARD]);
+    let config = config_with(folder.path(), &[SOUND_CARD]);
     for (fault, words, within_s) in [
         ("amplifier-gain@5s:50", "reads back", 0.25),
         // The allowed silence, plus a period of the bursts and one of the watch.

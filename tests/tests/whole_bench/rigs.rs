@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use bench_tests::program::{bench, protocol, workspace};
 use bench_tests::room::WEIGH;
 use bench_tests::session::{finish, text};
-use bench_tests::shared::shared;
+use bench_tests::shared::shared_folder;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -177,7 +177,7 @@ fn assert_alike(rig: &str, found: Measured, usual: Measured) {
 
 /// Returns the usual bench's estimates of the person, computed once for all tests of a run.
 fn usual() -> Measured {
-    let folder = shared("usual-rig", |folder| {
+    let folder = shared_folder("usual-rig", |folder| {
         let usual = Rig::new("");
         usual.calibrate();
         let measured = serde_json::to_string(&usual.session()).unwrap();

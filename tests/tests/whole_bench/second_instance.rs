@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use bench_tests::program::bench;
 use bench_tests::running::Running;
-use bench_tests::session::{ON_A_CARD, config_with, demo_with, finish, text, unattended};
+use bench_tests::session::{SOUND_CARD, config_with, demo_with, finish, text, unattended};
 use config::Config;
 use devices::claim::Claim;
 use rustix::process::Signal;
@@ -35,7 +35,7 @@ fn a_second_instance_on_the_same_study() {
     let second = finish(&mut unattended(&study, "sub-02", "demo"));
     refused(&second, &["in use", &first.pid().to_string()]);
     assert!(!study.join("sub-02").exists());
-    assert!(first.ended().is_none());
+    assert!(first.exit_status().is_none());
     first.signal(Signal::CONT);
     assert!(first.wait(MINUTE).success(), "{}", first.output());
 }
@@ -52,7 +52,7 @@ fn a_second_instance_on_the_same_hardware() {
         ("\"sim\"", &*card),
         ("\"sim\"", &*card),
         ("\"/dev/ttyUSB0\"", &*port),
-        ON_A_CARD,
+        SOUND_CARD,
     ];
     let config = config_with(folder.path(), &changes);
     // The test itself is the other instance: on the same card with another sensor, then on the same sensor with another card.

@@ -144,7 +144,7 @@ fn recording_is_complete(path: &Path, session: &SessionFolder, index: usize) {
         (f64::from(recording.rate_hz), recording.channels),
         (RATE_HZ, 4)
     );
-    assert_eq!(recording.not_finite(), 0, "{at}");
+    assert_eq!(recording.nonfinite_samples(), 0, "{at}");
     // An independent reader finds the same frames.
     let wav = hound::WavReader::open(path.join("signals.wav")).unwrap();
     assert_eq!(wav.spec().sample_format, hound::SampleFormat::Float);

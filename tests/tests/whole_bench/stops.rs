@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use bench_tests::program::bench;
 use bench_tests::session::{
-    ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+    SOUND_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
 };
 use devices::estop_press::{EstopPress, record_path};
 
@@ -104,7 +104,7 @@ fn a_session_logs_how_long_its_stops_took() {
 fn a_real_bench_drives_only_after_its_e_stop_was_pressed() {
     let (folder, study) = room();
     let wired = [
-        ON_A_CARD,
+        SOUND_CARD,
         (
             "backend = \"none\"",
             "backend = \"rppal\"\nestop = 13\nheartbeat = 21",

@@ -10,7 +10,7 @@ use std::process::{Command, Output};
 
 use bench_tests::program::bench;
 use bench_tests::session::{demo_with, finish, text, unattended};
-use bench_tests::shared::shared;
+use bench_tests::shared::shared_folder;
 use recording::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -21,7 +21,7 @@ const PRACTICE: &str = "practice-01_attempt-1";
 
 /// Returns a study of one short session: a practice trial and two others.
 fn recorded() -> PathBuf {
-    shared("verified-study", |folder| {
+    shared_folder("verified-study", |folder| {
         let protocol = demo_with(
             folder,
             &[

@@ -254,7 +254,7 @@ fn a_trial_of_each_world_is_right_or_flagged_and_false_alarms_of_20_are_few() {
         let name = world
             .rsplit_once("/another")
             .map_or(world.as_str(), |_| "population, S = 220 mm²");
-        campaign::found(
+        campaign::report(
             &format!("errors in {name}"),
             sessions,
             &format!("{trials} trials, {flagged} flagged; {}", found.lines()),

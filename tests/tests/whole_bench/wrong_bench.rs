@@ -3,7 +3,7 @@
 use std::fs;
 
 use bench_tests::program::protocol;
-use bench_tests::room::{Room, refused};
+use bench_tests::room::{Room, require_refusal};
 
 /// Changes of the bench, as simulated, with the words that a user needs.
 const WRONG: [(&str, &str, &[&str]); 11] = [
@@ -90,7 +90,7 @@ fn no_session_begins_on_a_bench_that_is_not_what_was_calibrated() {
         let mut words = words.to_vec();
         words.extend(["FAILED", "nothing was driven but the test's faint tone"]);
         println!("{what}");
-        refused(session, &words);
+        require_refusal(session, &words);
         assert!(!study.exists(), "{what}: a study was made");
     }
 }
@@ -100,7 +100,7 @@ fn no_session_begins_on_a_bench_that_is_not_what_was_calibrated() {
 fn nothing_is_calibrated_under_a_finger() {
     let room = Room::new("[participant.behaviour]\nrests_unasked = true\n", 1);
     for what in ["pickup", "plate"] {
-        refused(
+        require_refusal(
             room.calibrate(&[what]),
             &["something rests on the plate", "remove the finger"],
         );

@@ -97,18 +97,19 @@ fn beginning(sentence: &str) -> &str {
 /// Reads the numbered sections of HAZARDS.md.
 pub fn hazards(document: &str) -> Vec<Entry> {
     let mut entries: Vec<Entry> = Vec::new();
-    let mut within = false;
+    let mut is_hazard = false;
     for line in document.lines() {
         if let Some(heading) = line.strip_prefix("## ") {
-            let numbered = heading.split_once(". ");
-            let numbered = numbered.and_then(|(number, title)| Some((number.parse().ok()?, title)));
-            within = numbered.is_some();
-            entries.extend(numbered.map(|(number, title)| Entry {
+            let title_parts = heading.split_once(". ");
+            let title_parts =
+                title_parts.and_then(|(number, title)| Some((number.parse().ok()?, title)));
+            is_hazard = title_parts.is_some();
+            entries.extend(title_parts.map(|(number, title)| Entry {
                 row: Row::Hazard(number),
                 title: title.to_owned(),
                 untested: None,
             }));
-        } else if within
+        } else if is_hazard
             && line.starts_with("- **Tests:** none")
             && let Some(entry) = entries.last_mut()
         {
@@ -165,13 +166,13 @@ pub fn gaps(entries: &[Entry], tests: &[Test]) -> Vec<Gap> {
 pub fn names_without_a_test(document: &str, tests: &[Test]) -> Vec<Gap> {
     let known: BTreeSet<&str> = tests.iter().map(|test| test.name.as_str()).collect();
     let name = |c: char| c.is_ascii_alphanumeric() || "_-:".contains(c);
-    let quoted = document.split('`').skip(1).step_by(2);
-    let named = quoted.filter(|text| text.contains("::") && text.chars().all(name));
-    let missing = named.filter(|name| !known.contains(name));
-    let missing = missing.map(|test| Gap::NoSuchTest {
+    let spans = document.split('`').skip(1).step_by(2);
+    let names = spans.filter(|text| text.contains("::") && text.chars().all(name));
+    let gaps = names.filter(|name| !known.contains(name));
+    let gaps = gaps.map(|test| Gap::NoSuchTest {
         test: test.to_owned(),
     });
-    missing.collect()
+    gaps.collect()
 }
 
 /// Returns the text of docs/traces.md.
@@ -210,13 +211,13 @@ pub fn document(faults: &[Entry], hazards: &[Entry], tests: &[Test]) -> String {
 }
 
 /// Compares docs/traces.md as `written` with its expected text.
-pub fn stale(written: &str, wanted: &str) -> Option<Gap> {
-    if written == wanted {
+pub fn stale(written: &str, expected: &str) -> Option<Gap> {
+    if written == expected {
         return None;
     }
-    let same = written.lines().zip(wanted.lines());
-    let same = same.take_while(|(written, wanted)| written == wanted);
+    let common_lines = written.lines().zip(expected.lines());
+    let common_lines = common_lines.take_while(|(written, expected)| written == expected);
     Some(Gap::Stale {
-        line: same.count() + 1,
+        line: common_lines.count() + 1,
     })
 }

@@ -36,11 +36,11 @@ const PATIENCE: u32 = 20;
 /// A screen to capture, and its condition.
 pub struct Shot {
     pub name: &'static str,
-    pub when: fn(&State) -> bool,
+    pub condition: fn(&State) -> bool,
     /// Number of readings after the condition for which the screen settles.
-    pub after: u32,
+    pub settling: u32,
     /// The operator's next action.
-    pub then: Option<Deed>,
+    pub deed: Option<Deed>,
 }
 
 /// Action of an operator after a capture.
@@ -51,13 +51,13 @@ pub enum Deed {
 }
 
 /// Captured states of the screen, by name.
-pub type Taken = Arc<Mutex<Vec<(&'static str, State)>>>;
+pub type Captures = Arc<Mutex<Vec<(&'static str, State)>>>;
 
 /// Simulated operator, who captures the screen and answers the questions of a calibration.
 struct Operator {
     state: State,
     shots: Vec<Shot>,
-    taken: Taken,
+    captures: Captures,
     deed: Box<dyn FnMut(Deed) -> Option<Action> + Send>,
     /// Number of readings since the question.
     waited: u32,
@@ -67,7 +67,7 @@ struct Operator {
 impl Operator {
     fn new(
         shots: Vec<Shot>,
-        taken: &Taken,
+        captures: &Captures,
         deed: impl FnMut(Deed) -> Option<Action> + Send + 'static,
     ) -> Self {
         let mut state = State::new(Theme::Colour);
@@ -75,7 +75,7 @@ impl Operator {
         Self {
             state,
             shots,
-            taken: taken.clone(),
+            captures: captures.clone(),
             deed: Box::new(deed),
             waited: 0,
             actions: Vec::new(),
@@ -91,7 +91,7 @@ impl Operator {
             Question::Done | Question::Review => Reply::Ready,
             // Read off the instrument's display, with its four decimals.
             Question::Number { .. } => {
-                let shown_um = self.state.readings.and_then(|now| now.known_m)? * 1e6;
+                let shown_um = self.state.readings.and_then(|readings| readings.known_m)? * 1e6;
                 Reply::Number((shown_um * 1e4).round() * 1e-4)
             }
         })
@@ -99,7 +99,7 @@ impl Operator {
 }
 
 /// Returns the event without the disk, folder and speed of this computer.
-fn of_no_computer(event: Event) -> Event {
+fn without_computer(event: Event) -> Event {
     match event {
         Event::Session(header) => Event::Session(SessionHeader {
             study: header.study.map(|_| "my-study".to_owned()),
@@ -120,7 +120,7 @@ fn of_no_computer(event: Event) -> Event {
 
 impl Front for Operator {
     fn show(&mut self, event: Event) {
-        let event = of_no_computer(event);
+        let event = without_computer(event);
         match &event {
             Event::Live(live) => self.state.apply(&Event::Tick { now_s: live.t_s }),
             Event::CalibrationReadings(_) => self.waited += 1,
@@ -131,17 +131,17 @@ impl Front for Operator {
         if !matches!(event, Event::Live(_) | Event::CalibrationReadings(_)) {
             return;
         }
-        let due = |shot: &mut Shot| {
-            let holds = (shot.when)(&self.state);
-            shot.after = shot.after.saturating_sub(holds.into());
-            holds && shot.after == 0
+        let is_due = |shot: &mut Shot| {
+            let is_met = (shot.condition)(&self.state);
+            shot.settling = shot.settling.saturating_sub(is_met.into());
+            is_met && shot.settling == 0
         };
-        if let Some(at) = self.shots.iter_mut().position(due) {
-            let shot = self.shots.remove(at);
-            let taken = (shot.name, self.state.clone());
-            self.taken.lock().unwrap().push(taken);
+        if let Some(index) = self.shots.iter_mut().position(is_due) {
+            let shot = self.shots.remove(index);
+            let capture = (shot.name, self.state.clone());
+            self.captures.lock().unwrap().push(capture);
             self.actions
-                .extend(shot.then.and_then(|deed| (self.deed)(deed)));
+                .extend(shot.deed.and_then(|deed| (self.deed)(deed)));
         }
     }
 
@@ -173,9 +173,9 @@ fn setup() -> Setup {
 /// Measures by `procedure` and adds the result to `calibration`.
 fn calibrate<C: Calibrates>(
     calibration: &mut CalibrationFile,
-    (bench, beside): (&Effective, &Path),
+    (bench, folder): (&Effective, &Path),
     shots: Vec<Shot>,
-    taken: &Taken,
+    captures: &Captures,
     procedure: C,
 ) {
     let bench = bench.clone();
@@ -185,8 +185,8 @@ fn calibrate<C: Calibrates>(
         let port = apparatus.vibrometer_port.unwrap();
         Instrument::open(&port, 115_200).unwrap()
     });
-    let ledger = driving_time::of_clear_plate(beside, bench.config(), &hardware).unwrap();
-    let operator = Operator::new(shots, taken, |_| None);
+    let ledger = driving_time::of_clear_plate(folder, bench.config(), &hardware).unwrap();
+    let operator = Operator::new(shots, captures, |_| None);
     let title = format!("calibrate {}", C::NAME);
     let outcome = rig::run(
         &bench,
@@ -211,15 +211,15 @@ fn calibrate<C: Calibrates>(
 
 /// Calibrates pickup, plate and force sensor with guidance for the operator, captures a shot of each, and writes the
 /// calibration to `path`.
-pub fn calibrated(path: &Path, [pickup, plate, force]: [Shot; 3], taken: &Taken) {
-    let described = config(&[]);
-    let identity = Identity::of(&described, String::new(), String::new());
+pub fn calibrate_bench(path: &Path, [pickup, plate, force]: [Shot; 3], captures: &Captures) {
+    let bench_config = config(&[]);
+    let identity = Identity::of(&bench_config, String::new(), String::new());
     let mut calibration = CalibrationFile::of(identity);
-    let held = |calibration: &CalibrationFile| {
-        Effective::under_calibration(described.clone(), calibration)
+    let bench_under = |calibration: &CalibrationFile| {
+        Effective::under_calibration(bench_config.clone(), calibration)
     };
 
-    let bench = held(&calibration);
+    let bench = bench_under(&calibration);
     let setup = PickupSetup::new(
         bench.config(),
         &calibration,
@@ -234,22 +234,22 @@ pub fn calibrated(path: &Path, [pickup, plate, force]: [Shot; 3], taken: &Taken)
         &mut calibration,
         (&bench, path),
         vec![pickup],
-        taken,
+        captures,
         procedure,
     );
 
-    let bench = held(&calibration);
+    let bench = bench_under(&calibration);
     let setup = PlateSetup::new(bench.config(), &calibration, 20.0).unwrap();
     let procedure = ClearPlate::new(PlateProcedure::new(setup), bench.config(), true);
     calibrate(
         &mut calibration,
         (&bench, path),
         vec![plate],
-        taken,
+        captures,
         procedure,
     );
 
-    let bench = held(&calibration).with_raw_forces();
+    let bench = bench_under(&calibration).with_raw_forces();
     let masses = [
         from_g(ForceAxis::Normal, &[20.0, 50.0, 100.0, 200.0]),
         from_g(ForceAxis::Lateral, &[20.0, 50.0, 100.0]),
@@ -264,14 +264,14 @@ pub fn calibrated(path: &Path, [pickup, plate, force]: [Shot; 3], taken: &Taken)
         &mut calibration,
         (&bench, path),
         vec![force],
-        taken,
+        captures,
         procedure,
     );
     std::fs::write(path, calibration.to_text().unwrap()).unwrap();
 }
 
 /// Runs the protocol `demo` in `folder` on the calibrated bench until the operator leaves.
-pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, taken: &Taken) {
+pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, captures: &Captures) {
     let mut options = options(&folder.join("my-study"));
     options.protocol = "demo".to_owned();
     options.headless = false;
@@ -282,7 +282,7 @@ pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, taken: &Take
     let bench = Effective::calibrated(config(&[]), calibration).unwrap();
     let plan = Plan::new(bench, &options).unwrap();
     let (apparatus, faults) = apparatus_with_faults(setup());
-    let operator = Operator::new(shots, taken, move |deed| match deed {
+    let operator = Operator::new(shots, captures, move |deed| match deed {
         Deed::PressEstop => {
             faults.press_estop(true);
             None
@@ -294,7 +294,7 @@ pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, taken: &Take
 }
 
 /// Draws the dashboard.
-pub fn drawn(state: &State, (columns, rows): (u16, u16)) -> Buffer {
+pub fn draw(state: &State, (columns, rows): (u16, u16)) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
     terminal.draw(|frame| view(state, frame)).unwrap();
     terminal.backend().buffer().clone()

@@ -39,7 +39,7 @@ const JACKD: [&str; 11] = [
 ];
 
 /// Lock that runs one server at a time: servers in real time would disturb each other.
-static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+static SERVER_LOCK: Mutex<()> = Mutex::new(());
 
 /// A server with the apparatus as its client, under a unique name.
 struct Server {
@@ -64,11 +64,11 @@ impl Server {
         let force_port = folder.path().join("force");
         // A server that lost its clients may write endlessly, so its output is discarded.
         let jackd = Running::start(
-            on(&name, Command::new(jackd)).args(JACKD),
+            on_server(&name, Command::new(jackd)).args(JACKD),
             Path::new("/dev/null"),
         );
         let mut apparatus = Running::start(
-            on(&name, Command::new(jack_apparatus()))
+            on_server(&name, Command::new(jack_apparatus()))
                 .arg("--force-link")
                 .arg(&force_port)
                 .args(["--touch-after-s", touch_after_s]),
@@ -88,8 +88,8 @@ impl Server {
             apparatus,
             jackd,
         };
-        let serves = ready.is_some() && server.jackd.exit_status().is_none();
-        assert!(serves, "no server: {}", server.apparatus.output());
+        let is_serving = ready.is_some() && server.jackd.exit_status().is_none();
+        assert!(is_serving, "no server: {}", server.apparatus.output());
         server
     }
 
@@ -136,7 +136,7 @@ impl Server {
                 ("lift_finger_s = 30.0", "lift_finger_s = 1.0"),
             ],
         );
-        let mut command = on(&self.name, bench());
+        let mut command = on_server(&self.name, bench());
         command
             .args([
                 "run",
@@ -168,7 +168,7 @@ impl Drop for Server {
     }
 }
 
-fn on(server: &str, mut command: Command) -> Command {
+fn on_server(server: &str, mut command: Command) -> Command {
     command
         .env("JACK_DEFAULT_SERVER", server)
         .env("JACK_NO_AUDIO_RESERVATION", "1")
@@ -191,7 +191,7 @@ fn session() -> (Server, SessionFolder) {
     println!("{printed}");
     assert!(!printed.contains("panicked"), "{printed}");
     assert!(
-        server.jackd.exit_status().is_none() && server.apparatus.ended().is_none(),
+        server.jackd.exit_status().is_none() && server.apparatus.exit_status().is_none(),
         "the server or the apparatus is gone: {}",
         server.apparatus.output()
     );
@@ -202,7 +202,7 @@ fn session() -> (Server, SessionFolder) {
 
 #[test]
 fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
-    let _alone = ONE_AT_A_TIME.lock();
+    let _lock = SERVER_LOCK.lock();
     let (_server, session) = session();
     let recordings = session.recordings();
     assert_eq!(recordings.len(), 1, "{recordings:?}");
@@ -244,18 +244,18 @@ fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
         let losses = [EventKind::Gap, EventKind::InputXrun, EventKind::OutputXrun];
         losses.contains(&event.kind)
     };
-    let reported = manifest.events.iter().any(is_loss);
-    let slips = step_rad >= SLIP_RAD;
-    finding::require(reported || !slips, || {
+    let is_reported = manifest.events.iter().any(is_loss);
+    let is_slipping = step_rad >= SLIP_RAD;
+    finding::require(is_reported || !is_slipping, || {
         format!("the carrier jumps by {step_rad} rad, and the bench does not report it")
     });
-    assert!(!slips, "the carrier jumps by {step_rad} rad");
+    assert!(!is_slipping, "the carrier jumps by {step_rad} rad");
 }
 
 /// Fault 21.
 #[test]
 fn a_force_sensor_that_is_not_there_is_named() {
-    let _alone = ONE_AT_A_TIME.lock();
+    let _lock = SERVER_LOCK.lock();
     // A server under load may refuse a client before the bench opens the sensor.
     let server = Server::start(TOUCH_S);
     let output = finish(&mut server.run(&server.folder.path().join("absent")));
@@ -286,7 +286,7 @@ fn calibration() -> CalibrationFile {
     let pickup = ["pickup", "--levels-v", "2,4,8", "--known-um", &known_um];
     let pickup = [&pickup[..], &["--known-at-hz", &known_at_hz]].concat();
     for words in [&pickup[..], &["plate"]] {
-        let mut calibrate = on(&server.name, bench());
+        let mut calibrate = on_server(&server.name, bench());
         calibrate
             .arg("calibrate")
             .args(words)
@@ -306,15 +306,15 @@ fn calibration() -> CalibrationFile {
 
 #[test]
 fn a_bench_is_calibrated_over_a_real_audio_server() {
-    let _alone = ONE_AT_A_TIME.lock();
-    let measured = calibration();
-    let (plate, truth) = (measured.plate.unwrap(), Scenario::default().plate);
-    let off_hz = plate.resonance_hz.value - truth.resonance_hz;
-    let off = plate.force_factor_n_per_v.value / truth.force_factor_n_per_v - 1.0;
-    println!("resonance off by {off_hz:.3} Hz, force factor by {off:.4}");
+    let _lock = SERVER_LOCK.lock();
+    let file = calibration();
+    let (plate, truth) = (file.plate.unwrap(), Scenario::default().plate);
+    let error_hz = plate.resonance_hz.value - truth.resonance_hz;
+    let error = plate.force_factor_n_per_v.value / truth.force_factor_n_per_v - 1.0;
+    println!("resonance off by {error_hz:.3} Hz, force factor by {error:.4}");
     // The amplitudes were computed from the commanded volts, of which the amplifier loses 1.5 % at the carrier.
     assert!(
-        off_hz.abs() < 0.5 && (off - 0.015).abs() < 0.002,
-        "{off_hz} Hz, {off}"
+        error_hz.abs() < 0.5 && (error - 0.015).abs() < 0.002,
+        "{error_hz} Hz, {error}"
     );
 }

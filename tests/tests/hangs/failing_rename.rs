@@ -32,25 +32,25 @@ fn a_trial_whose_description_cannot_be_renamed_is_not_accepted_and_is_repeated()
     let study = folder.path().join("study");
     let session = || unattended(&study, "sub-01", protocol("one-exploration.toml"));
     let mut running = Running::start(&mut session(), &folder.path().join("output"));
-    let new = study.join("sub-01/ses-01/trial-001_attempt-1/recording.toml.tmp");
+    let description = study.join("sub-01/ses-01/trial-001_attempt-1/recording.toml.tmp");
     let pid = running.pid();
     // In lock step one thread does everything. It first renames other files, and a description without an end.
     let thread = i32::try_from(pid).unwrap();
     loop {
         // On a busy machine a session may finish unobserved.
-        let held =
+        let hold =
             ThreadHold::begin(pid, thread, &numbers("rename"), MINUTE).expect("a held rename");
-        let text = std::fs::read_to_string(&new).unwrap_or_default();
+        let text = std::fs::read_to_string(&description).unwrap_or_default();
         if text.contains("end = \"completed\"") {
             // The call fails because its file is gone; the next attempt finds a working disk.
-            std::fs::remove_file(&new).unwrap();
-            drop(held);
+            std::fs::remove_file(&description).unwrap();
+            drop(hold);
             break;
         }
     }
-    let ended = wait_until(MINUTE, || running.exit_status()).expect("an end");
+    let status = wait_until(MINUTE, || running.exit_status()).expect("an end");
     let printed = running.output();
-    assert!(!ended.success(), "{printed}");
+    assert!(!status.success(), "{printed}");
     // The verdict had accepted the trial; the session did not.
     for words in [
         "trial-001_attempt-1 failed",
@@ -60,26 +60,26 @@ fn a_trial_whose_description_cannot_be_renamed_is_not_accepted_and_is_repeated()
         assert!(printed.contains(words), "no `{words}` in:\n{printed}");
     }
     let log = SessionFolder::read(&study, "sub-01").unwrap();
-    let settled = outcomes(&log);
+    let attempts = outcomes(&log);
     assert!(
-        matches!(settled[..], [(1, TrialOutcome::Interrupted { .. })]),
-        "{settled:?}"
+        matches!(attempts[..], [(1, TrialOutcome::Interrupted { .. })]),
+        "{attempts:?}"
     );
     assert_eq!(contradictions(&study), Vec::<String>::new());
 
-    let resumed = finish(session().arg("--resume"));
-    assert!(resumed.status.success(), "{}", text(&resumed));
+    let output = finish(session().arg("--resume"));
+    assert!(output.status.success(), "{}", text(&output));
     let log = SessionFolder::read(&study, "sub-01").unwrap();
-    let settled = outcomes(&log);
+    let attempts = outcomes(&log);
     assert!(
         matches!(
-            settled[..],
+            attempts[..],
             [
                 (1, TrialOutcome::Interrupted { .. }),
                 (2, TrialOutcome::Accepted)
             ]
         ),
-        "{settled:?}"
+        "{attempts:?}"
     );
     // `verify` and the analysis agree too: only the second attempt counts.
     assert_eq!(contradictions(&study), Vec::<String>::new());

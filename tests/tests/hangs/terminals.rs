@@ -15,21 +15,21 @@ const MINUTE: Duration = Duration::from_secs(60);
 const FULL: Duration = Duration::from_millis(500);
 
 /// Requires the plate to be silent in time, allowing for the machine's lateness.
-fn require_in_time(seen: StopEffect) {
-    let in_time = seen.silent_s.is_some_and(|s| s <= 0.050 + seen.late_s);
-    assert!(in_time, "silent too late: {seen:?}");
+fn require_in_time(effect: StopEffect) {
+    let is_in_time = effect.silent_s.is_some_and(|s| s <= 0.050 + effect.late_s);
+    assert!(is_in_time, "silent too late: {effect:?}");
 }
 
 fn fill(session: &HungSession) {
     session.screen.stop_reading();
-    let mut taken = Instant::now();
-    let full = || {
+    let mut output_time = Instant::now();
+    let is_full = || {
         if session.screen.accepts_output() {
-            taken = Instant::now();
+            output_time = Instant::now();
         }
-        (taken.elapsed() > FULL).then_some(())
+        (output_time.elapsed() > FULL).then_some(())
     };
-    wait_until(MINUTE, full).unwrap();
+    wait_until(MINUTE, is_full).unwrap();
 }
 
 /// Hazard 15.
@@ -38,18 +38,18 @@ fn a_terminal_that_nobody_reads_takes_each_stop_key() {
     let mut session = HungSession::start(&Rig::default());
     fill(&session);
     let asked_ns = session.ask(Stop::Interrupt);
-    let seen = session.watch(asked_ns, Duration::from_secs(3), false);
+    let effect = session.watch(asked_ns, Duration::from_secs(3), false);
     session.end();
     assert_eq!(session.contradictions(), Vec::<String>::new());
-    require_in_time(seen);
+    require_in_time(effect);
 }
 
 /// Plays a window that answers the session until it hangs, and then keeps its end of the socket open.
 fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
-    let Some(met) = wait_until(MINUTE, || place::connect(&socket).ok()?) else {
+    let Some(stream) = wait_until(MINUTE, || place::connect(&socket).ok()?) else {
         return;
     };
-    let mut lines = Lines::new(met).unwrap();
+    let mut lines = Lines::new(stream).unwrap();
     let display = Display {
         format: FORMAT,
         monitor: "HDMI-1".to_owned(),
@@ -62,10 +62,10 @@ fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
     let mut message = FromWindow::Ready(display);
     while lines.send(&message).is_ok() && lines.receive::<ToWindow>(1000).is_ok() {
         message = FromWindow::Alive;
-        let hung = wait_until(Duration::from_millis(100), || {
+        let hang = wait_until(Duration::from_millis(100), || {
             hangs.load(Ordering::Relaxed).then_some(())
         });
-        if hung.is_some() {
+        if hang.is_some() {
             std::thread::sleep(Duration::from_secs(10));
             return;
         }
@@ -86,8 +86,8 @@ fn a_window_that_hangs_delays_no_stop() {
     hangs.store(true, Ordering::Relaxed);
     std::thread::sleep(Duration::from_millis(200));
     let asked_ns = session.ask(Stop::Key);
-    let seen = session.watch(asked_ns, Duration::from_secs(3), false);
+    let effect = session.watch(asked_ns, Duration::from_secs(3), false);
     session.end();
     assert_eq!(session.contradictions(), Vec::<String>::new());
-    require_in_time(seen);
+    require_in_time(effect);
 }

@@ -5,6 +5,6 @@ mod frozen;
 mod operators_keys;
 mod panics;
 mod signals;
+mod simulated_window;
 mod standing_still;
 mod terminal;
-mod window_of_its_own;

@@ -31,25 +31,25 @@ fn its_stop_key_stops_the_drive_and_a_signal_ends_the_session() {
         .arg(&config);
     let mut session = Running::start_on(&screen, &mut run);
     let log = study.join("sub-01/ses-01/events.jsonl");
-    let logged = |words: &str| {
+    let log_with = |words: &str| {
         let log = std::fs::read_to_string(&log).ok()?;
         log.contains(words).then_some(())
     };
-    wait_until(MINUTE, || logged("\"trial_began\"")).unwrap();
+    wait_until(MINUTE, || log_with("\"trial_began\"")).unwrap();
     screen.stop_reading();
-    let mut taken = Instant::now();
-    let full = || {
+    let mut output_time = Instant::now();
+    let is_full = || {
         if screen.accepts_output() {
-            taken = Instant::now();
+            output_time = Instant::now();
         }
-        (taken.elapsed() > FULL).then_some(())
+        (output_time.elapsed() > FULL).then_some(())
     };
-    wait_until(MINUTE, full).unwrap();
+    wait_until(MINUTE, is_full).unwrap();
 
     screen.press("e");
-    wait_until(MINUTE, || logged("stopped by the operator")).unwrap();
+    wait_until(MINUTE, || log_with("stopped by the operator")).unwrap();
     assert!(!screen.accepts_output());
     session.signal(Signal::TERM);
     session.wait(END);
-    assert!(logged("\"document\":\"stop\"").is_some());
+    assert!(log_with("\"document\":\"stop\"").is_some());
 }

@@ -7,7 +7,7 @@ use std::process::Command;
 use bench_tests::program::bench;
 use bench_tests::session::{config_with, demo_with, finish, text, unattended};
 
-use super::refusals::{refused_before_anything_is_made, room, uncalibrated};
+use super::refusals::{assert_early_refusal, room, uncalibrated};
 
 /// Replaced parts of bench.toml and of the protocol, and a word of the refusal.
 struct Edit {
@@ -16,18 +16,21 @@ struct Edit {
     word: &'static str,
 }
 
-const fn bench_edit(edit: &'static [(&'static str, &'static str)], word: &'static str) -> Edit {
+const fn bench_edit(changes: &'static [(&'static str, &'static str)], word: &'static str) -> Edit {
     Edit {
-        bench: edit,
+        bench: changes,
         protocol: &[],
         word,
     }
 }
 
-const fn protocol_edit(edit: &'static [(&'static str, &'static str)], word: &'static str) -> Edit {
+const fn protocol_edit(
+    changes: &'static [(&'static str, &'static str)],
+    word: &'static str,
+) -> Edit {
     Edit {
         bench: &[],
-        protocol: edit,
+        protocol: changes,
         word,
     }
 }
@@ -231,7 +234,7 @@ fn no_edit_of_a_file_blinds_the_watch() {
         let (folder, study) = room();
         println!("{:?} {:?}", edit.bench, edit.protocol);
         let mut run = session(folder.path(), &study, &edit);
-        refused_before_anything_is_made(&mut run, &study, &[edit.word]);
+        assert_early_refusal(&mut run, &study, &[edit.word]);
     }
 }
 
@@ -241,14 +244,14 @@ fn a_card_of_its_own_clock_bears_no_long_silence() {
         let (folder, study) = room();
         let config = config_with(folder.path(), &[(from, to)]);
         let mut run = uncalibrated(&study, &config);
-        refused_before_anything_is_made(&mut run, &study, &[word]);
+        assert_early_refusal(&mut run, &study, &[word]);
     }
 }
 
 #[test]
 fn neither_check_nor_monitor_nor_a_calibration_drives_blind() {
     let (folder, _) = room();
-    let blind = config_with(
+    let config = config_with(
         folder.path(),
         &[("readback_tolerance = 0.25", "readback_tolerance = 1.0")],
     );
@@ -270,18 +273,18 @@ fn neither_check_nor_monitor_nor_a_calibration_drives_blind() {
             .current_dir(folder.path())
             .args(arguments)
             .arg("--config")
-            .arg(&blind);
-        let ended = finish(&mut command);
-        let printed = text(&ended);
-        assert!(!ended.status.success(), "{arguments:?}:\n{printed}");
+            .arg(&config);
+        let output = finish(&mut command);
+        let printed = text(&output);
+        assert!(!output.status.success(), "{arguments:?}:\n{printed}");
         assert!(
             printed.contains("readback_tolerance = 1"),
             "{arguments:?}:\n{printed}"
         );
     }
-    let mut faint = bench();
-    faint.args(["monitor", "--mock", "--headless", "--drive-v", "1.5"]);
-    let printed = text(&finish(&mut faint));
+    let mut monitor = bench();
+    monitor.args(["monitor", "--mock", "--headless", "--drive-v", "1.5"]);
+    let printed = text(&finish(&mut monitor));
     assert!(printed.contains("half of the drive's mean"), "{printed}");
 }
 
@@ -296,9 +299,9 @@ fn looser_limits_are_permitted_in_their_ranges_and_every_file_says_so() {
         ],
         word: "",
     };
-    let ended = finish(&mut session(folder.path(), &study, &edit));
-    let printed = text(&ended);
-    assert!(ended.status.success(), "{printed}");
+    let output = finish(&mut session(folder.path(), &study, &edit));
+    let printed = text(&output);
+    assert!(output.status.success(), "{printed}");
     assert!(
         printed.contains("safety.readback_tolerance = 0.4 (default 0.25)"),
         "{printed}"
@@ -306,9 +309,9 @@ fn looser_limits_are_permitted_in_their_ranges_and_every_file_says_so() {
     let manifest = study.join("sub-01/ses-01/trial-001_attempt-1/recording.toml");
     let manifest =
         recording::Manifest::parse(&std::fs::read_to_string(manifest).unwrap(), "").unwrap();
-    let loosened = manifest.hardware.unwrap().loosened;
+    let limits = manifest.hardware.unwrap().loosened;
     assert!(
-        loosened.contains(&"safety.readback_tolerance = 0.4 (default 0.25)".to_owned()),
-        "{loosened:?}"
+        limits.contains(&"safety.readback_tolerance = 0.4 (default 0.25)".to_owned()),
+        "{limits:?}"
     );
 }

@@ -13,7 +13,7 @@ use bench_tests::session::{finish, text};
 use recording::study::Study;
 use tempfile::TempDir;
 
-use super::refusals::refused;
+use super::refusals::assert_refusal;
 
 /// Makes a study of three participants, two of whom have codes with the same beginning.
 fn study() -> (TempDir, PathBuf) {
@@ -64,7 +64,7 @@ fn tree(folder: &Path) -> Vec<PathBuf> {
 #[test]
 fn one_participant_is_removed_with_every_trace() {
     let (_room, study) = study();
-    let others: Vec<_> = tree(&study)
+    let other_paths: Vec<_> = tree(&study)
         .into_iter()
         .filter(|path| !path.starts_with(study.join("sub-07")))
         .collect();
@@ -79,11 +79,11 @@ fn one_participant_is_removed_with_every_trace() {
         assert!(printed.contains(word), "no `{word}` in:\n{printed}");
     }
     let removals = study.join("removals.tsv");
-    let left: Vec<_> = tree(&study)
+    let remaining_paths: Vec<_> = tree(&study)
         .into_iter()
         .filter(|path| *path != removals)
         .collect();
-    assert_eq!(left, others);
+    assert_eq!(remaining_paths, other_paths);
     let table = fs::read_to_string(study.join("participants.tsv")).unwrap();
     let ids: Vec<_> = table
         .lines()
@@ -94,13 +94,13 @@ fn one_participant_is_removed_with_every_trace() {
     assert!(!log.contains("sub-"), "{log}");
     let (header, line) = log.split_once('\n').unwrap();
     assert_eq!(header, "removed_on\twhat");
-    let (date, what) = line.trim_end().split_once('\t').unwrap();
+    let (date, action) = line.trim_end().split_once('\t').unwrap();
     assert!(date.parse::<jiff::civil::Date>().is_ok(), "{date}");
-    assert_eq!(what, "a participant was removed");
+    assert_eq!(action, "a participant was removed");
 
     // Nothing is left to remove; removing another participant adds a line.
-    let again = forget(&study, &["sub-07", "--confirm", "sub-07"]);
-    refused(&again, &["holds nothing of sub-07"]);
+    let output = forget(&study, &["sub-07", "--confirm", "sub-07"]);
+    assert_refusal(&output, &["holds nothing of sub-07"]);
     assert!(
         forget(&study, &["sub-06", "--confirm", "sub-06"])
             .status
@@ -117,8 +117,8 @@ fn one_participant_is_removed_with_every_trace() {
 #[test]
 fn nothing_is_removed_without_both_answers() {
     let (_room, study) = study();
-    let before = tree(&study);
-    for (words, said) in [
+    let paths = tree(&study);
+    for (words, message) in [
         (&["sub-07"][..], "--confirm sub-07 answers both"),
         (&["sub-07", "--confirm", "sub-06"], "--confirm names sub-06"),
         (
@@ -127,21 +127,21 @@ fn nothing_is_removed_without_both_answers() {
         ),
         (&["../sub-07", "--confirm", "../sub-07"], "is not allowed"),
     ] {
-        refused(&forget(&study, words), &[said]);
-        assert_eq!(tree(&study), before);
+        assert_refusal(&forget(&study, words), &[message]);
+        assert_eq!(tree(&study), paths);
     }
-    let nowhere = study.join("sub-06");
-    refused(
-        &forget(&nowhere, &["sub-07", "--confirm", "sub-07"]),
+    let folder = study.join("sub-06");
+    assert_refusal(
+        &forget(&folder, &["sub-07", "--confirm", "sub-07"]),
         &["is not a study"],
     );
-    let held = Study::open(&study).unwrap();
-    refused(
+    let lock = Study::open(&study).unwrap();
+    assert_refusal(
         &forget(&study, &["sub-07", "--confirm", "sub-07"]),
         &["in use"],
     );
-    drop(held);
-    assert_eq!(tree(&study), before);
+    drop(lock);
+    assert_eq!(tree(&study), paths);
 }
 
 #[cfg(unix)]
@@ -167,8 +167,8 @@ fn no_link_leads_out_of_the_study() {
 
     // A participant's folder that is itself a link.
     symlink(&outside, study.join("sub-07")).unwrap();
-    let refused_link = forget(&study, &["sub-07", "--confirm", "sub-07"]);
-    refused(&refused_link, &["sub-07 is a symbolic link"]);
+    let output = forget(&study, &["sub-07", "--confirm", "sub-07"]);
+    assert_refusal(&output, &["sub-07 is a symbolic link"]);
     assert_eq!(tree(&outside), [outside.join("kept")]);
 }
 
@@ -203,19 +203,19 @@ fn a_study_that_cannot_be_changed_is_left_as_it_is() {
     // A pipe in place of the table: it is not read, and no file is removed.
     let table = study.join("participants.tsv");
     fs::remove_file(&table).unwrap();
-    let made = Command::new("mkfifo").arg(&table).status().unwrap();
-    assert!(made.success());
-    let before = tree(&study);
-    refused(
+    let status = Command::new("mkfifo").arg(&table).status().unwrap();
+    assert!(status.success());
+    let paths = tree(&study);
+    assert_refusal(
         &forget(&study, &["sub-07", "--confirm", "sub-07"]),
         &["participants.tsv", "a named pipe"],
     );
-    assert_eq!(tree(&study), before);
+    assert_eq!(tree(&study), paths);
 }
 
 /// Answers both questions on a terminal; returns the exit status of the command and its output.
 #[cfg(target_os = "linux")]
-fn answered(study: &Path, answers: &str) -> (Option<i32>, String) {
+fn answer_questions(study: &Path, answers: &str) -> (Option<i32>, String) {
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
     use std::io::Write;
     let operator = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
@@ -245,14 +245,14 @@ fn answered(study: &Path, answers: &str) -> (Option<i32>, String) {
 #[test]
 fn on_a_terminal_it_asks_twice() {
     let (_room, study) = study();
-    let before = tree(&study);
-    for no in ["no\n", "yes\nsub-06\n"] {
-        let (code, printed) = answered(&study, no);
+    let paths = tree(&study);
+    for answers in ["no\n", "yes\nsub-06\n"] {
+        let (code, printed) = answer_questions(&study, answers);
         assert_eq!(code, Some(1), "{printed}");
         assert!(printed.contains("nothing was removed"), "{printed}");
-        assert_eq!(tree(&study), before);
+        assert_eq!(tree(&study), paths);
     }
-    let (code, printed) = answered(&study, "yes\nsub-07\n");
+    let (code, printed) = answer_questions(&study, "yes\nsub-07\n");
     assert_eq!(code, Some(0), "{printed}");
     assert!(!study.join("sub-07").exists());
 }

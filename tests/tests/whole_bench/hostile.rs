@@ -19,7 +19,7 @@ use bench_tests::session::{config_with, finish, text};
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use tempfile::TempDir;
 
-use super::refusals::refused;
+use super::refusals::assert_refusal;
 
 /// Greatest time and memory of a refusal.
 const TIME: Duration = Duration::from_secs(10);
@@ -48,7 +48,7 @@ end_s = 0.5
 const FILES: [&str; 4] = ["recording.toml", "signals.wav", "force.csv", "position.csv"];
 
 /// Output and cost of a command.
-struct Took {
+struct RunCost {
     code: Option<i32>,
     printed: String,
     time: Duration,
@@ -56,9 +56,9 @@ struct Took {
 }
 
 /// Runs a command and watches its memory.
-fn measured(command: &mut Command) -> Took {
+fn measure(command: &mut Command) -> RunCost {
     let output = tempfile::NamedTempFile::new().unwrap();
-    let began = Instant::now();
+    let start = Instant::now();
     let mut child = command
         .stdin(Stdio::null())
         .stdout(output.reopen().unwrap())
@@ -67,34 +67,34 @@ fn measured(command: &mut Command) -> Took {
         .unwrap();
     let status = format!("/proc/{}/status", child.id());
     let mut peak_kb = 0;
-    let ended = loop {
+    let exit_status = loop {
         // Peak memory as recorded by the system.
         let status = fs::read_to_string(&status).unwrap_or_default();
         let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
         let peak = peak.and_then(|peak| peak.split_whitespace().next()?.parse().ok());
         peak_kb = peak_kb.max(peak.unwrap_or(0));
-        if let Some(ended) = child.try_wait().unwrap() {
-            break ended;
+        if let Some(exit_status) = child.try_wait().unwrap() {
+            break exit_status;
         }
-        if began.elapsed() > 6 * TIME {
+        if start.elapsed() > 6 * TIME {
             child.kill().unwrap();
             break child.wait().unwrap();
         }
         std::thread::sleep(Duration::from_millis(2));
     };
-    Took {
-        code: ended.code(),
+    RunCost {
+        code: exit_status.code(),
         printed: fs::read_to_string(output.path()).unwrap(),
-        time: began.elapsed(),
+        time: start.elapsed(),
         peak_kb,
     }
 }
 
-impl Took {
+impl RunCost {
     /// Requires an orderly refusal with these words, within the limits.
-    fn refused(&self, words: &[&str]) {
+    fn require_refusal(&self, words: &[&str]) {
         assert!(self.code.is_some_and(|code| code != 0), "{}", self.printed);
-        self.within_limits();
+        self.require_limits();
         for word in words {
             assert!(
                 self.printed.contains(word),
@@ -105,7 +105,7 @@ impl Took {
         assert!(self.printed.len() < 2000, "{}", self.printed.len());
     }
 
-    fn within_limits(&self) {
+    fn require_limits(&self) {
         let Self { time, peak_kb, .. } = self;
         assert!(
             *time < TIME && *peak_kb < MEMORY_KB,
@@ -165,13 +165,13 @@ fn signals(folder: &Path, declared: u32, bytes: u64) {
     file.set_len(44 + bytes).unwrap();
 }
 
-fn analyze(folder: &Path) -> Took {
-    measured(bench().arg("analyze").arg(folder))
+fn analyze(folder: &Path) -> RunCost {
+    measure(bench().arg("analyze").arg(folder))
 }
 
-fn replay(folder: &Path) -> Took {
+fn replay(folder: &Path) -> RunCost {
     let mut command = bench();
-    measured(
+    measure(
         command
             .args(["replay", "--headless", "--speed", "max"])
             .arg(folder),
@@ -185,9 +185,9 @@ fn pipe(path: &Path) {
 #[test]
 fn a_sound_recording_is_read() {
     let (_room, folder) = recording();
-    let read = analyze(&folder);
-    assert_eq!(read.code, Some(0), "{}", read.printed);
-    read.within_limits();
+    let cost = analyze(&folder);
+    assert_eq!(cost.code, Some(0), "{}", cost.printed);
+    cost.require_limits();
 }
 
 /// Fault 44.
@@ -197,7 +197,7 @@ fn what_is_no_file_in_a_recording_is_refused_by_its_name() {
         let (_room, folder) = recording();
         let path = folder.join(name);
         let mut listeners = Vec::new();
-        let makings: [(&str, &mut dyn FnMut()); 4] = [
+        let replacements: [(&str, &mut dyn FnMut()); 4] = [
             ("a named pipe", &mut || pipe(&path)),
             ("a device", &mut || symlink("/dev/zero", &path).unwrap()),
             ("a folder", &mut || fs::create_dir(&path).unwrap()),
@@ -205,16 +205,16 @@ fn what_is_no_file_in_a_recording_is_refused_by_its_name() {
                 listeners.push(UnixListener::bind(&path).unwrap())
             }),
         ];
-        for (what, make) in makings {
+        for (kind, replace) in replacements {
             if path.is_dir() {
                 fs::remove_dir(&path).unwrap();
             } else {
                 fs::remove_file(&path).unwrap();
             }
-            make();
-            let words = [name, what, "not a regular file"];
-            analyze(&folder).refused(&words);
-            replay(&folder).refused(&words);
+            replace();
+            let words = [name, kind, "not a regular file"];
+            analyze(&folder).require_refusal(&words);
+            replay(&folder).require_refusal(&words);
         }
     }
 }
@@ -227,33 +227,40 @@ fn what_is_no_file_beside_the_bench_is_refused_by_its_name() {
     pipe(&fifo);
     let config = config_with(room.path(), &[]);
     let study = room.path().join("study");
-    for (file, what) in [
+    for (file, kind) in [
         (fifo.as_path(), "a named pipe"),
         (Path::new("/dev/zero"), "a device"),
         (room.path(), "a folder"),
     ] {
-        let words = [what, file.to_str().unwrap()];
-        let mut as_config = bench();
-        as_config.args(["check", "--quick", "--config"]).arg(file);
-        let mut as_calibration = bench();
-        as_calibration.args(["monitor", "--mock", "--headless", "--duration-s", "1"]);
-        as_calibration
+        let words = [kind, file.to_str().unwrap()];
+        let mut config_command = bench();
+        config_command
+            .args(["check", "--quick", "--config"])
+            .arg(file);
+        let mut calibration_command = bench();
+        calibration_command.args(["monitor", "--mock", "--headless", "--duration-s", "1"]);
+        calibration_command
             .arg("--config")
             .arg(&config)
             .arg("--calibration")
             .arg(file);
-        let mut as_protocol = bench();
-        as_protocol.args(["run", "--mock", "--headless", "--participant", "sub-01"]);
-        as_protocol
+        let mut protocol_command = bench();
+        protocol_command.args(["run", "--mock", "--headless", "--participant", "sub-01"]);
+        protocol_command
             .args(["--consent-by", "K", "--study"])
             .arg(&study);
-        as_protocol.arg("--protocol").arg(file);
-        let mut as_scenario = bench();
-        as_scenario
+        protocol_command.arg("--protocol").arg(file);
+        let mut scenario_command = bench();
+        scenario_command
             .args(["monitor", "--headless", "--duration-s", "1", "--mock"])
             .arg(file);
-        for mut command in [as_config, as_calibration, as_protocol, as_scenario] {
-            measured(&mut command).refused(&words);
+        for mut command in [
+            config_command,
+            calibration_command,
+            protocol_command,
+            scenario_command,
+        ] {
+            measure(&mut command).require_refusal(&words);
         }
     }
     assert!(!study.exists());
@@ -272,14 +279,14 @@ fn a_log_that_is_no_file_stops_a_resumption() {
         let mut run = bench();
         run.args(["run", "--mock", "--headless", "--resume", "--speed", "max"]);
         run.args(["--participant", "sub-01", "--consent-by", "K", "--study"]);
-        measured(run.arg(&study))
+        measure(run.arg(&study))
     };
     let log = session.join("events.jsonl");
     pipe(&log);
-    resume().refused(&["events.jsonl", "a named pipe"]);
+    resume().require_refusal(&["events.jsonl", "a named pipe"]);
     fs::remove_file(&log).unwrap();
     File::create(&log).unwrap().set_len(5 << 30).unwrap();
-    resume().refused(&["events.jsonl", "longer than 67108864 bytes"]);
+    resume().require_refusal(&["events.jsonl", "longer than 67108864 bytes"]);
 }
 
 /// Fault 44.
@@ -292,7 +299,7 @@ fn rows_without_end_are_refused() {
             .open(folder.join(name))
             .unwrap();
         file.set_len(5 << 30).unwrap();
-        analyze(&folder).refused(&[name, "more than", "bytes in a recording of 1.000 s"]);
+        analyze(&folder).require_refusal(&[name, "more than", "bytes in a recording of 1.000 s"]);
     }
     let (_room, folder) = recording();
     let mut file = File::options()
@@ -301,7 +308,7 @@ fn rows_without_end_are_refused() {
         .unwrap();
     file.write_all("0.9,0.5,0.1\n".repeat(400_000).as_bytes())
         .unwrap();
-    analyze(&folder).refused(&["force.csv", "more than 300000 rows", "100000 a second"]);
+    analyze(&folder).require_refusal(&["force.csv", "more than 300000 rows", "100000 a second"]);
 }
 
 /// Fault 44.
@@ -309,10 +316,10 @@ fn rows_without_end_are_refused() {
 fn a_hundred_thousand_chunks_are_refused() {
     let (_room, folder) = recording();
     let path = folder.join("signals.wav");
-    let whole = fs::read(&path).unwrap();
+    let file = fs::read(&path).unwrap();
     let chunks = b"LIST\0\0\0\0".repeat(200_000);
-    fs::write(&path, [&whole[..36], &chunks, &whole[36..]].concat()).unwrap();
-    analyze(&folder).refused(&["signals.wav", "number of chunks", "at most 1000"]);
+    fs::write(&path, [&file[..36], &chunks, &file[36..]].concat()).unwrap();
+    analyze(&folder).require_refusal(&["signals.wav", "number of chunks", "at most 1000"]);
 }
 
 /// Fault 44.
@@ -331,7 +338,7 @@ fn a_hundred_thousand_intervals_and_events_are_refused() {
         let (_room, folder) = recording();
         let manifest = format!("{MANIFEST}{INTERVALS}{}", entry.repeat(count));
         fs::write(folder.join("recording.toml"), manifest).unwrap();
-        analyze(&folder).refused(&["recording.toml", word]);
+        analyze(&folder).require_refusal(&["recording.toml", word]);
     }
 }
 
@@ -347,9 +354,9 @@ fn the_most_intervals_and_events_that_are_read_are_read_in_time() {
     let intervals: String = (0..9_998).map(interval).collect();
     let manifest = format!("{MANIFEST}{INTERVALS}{intervals}{}", event.repeat(9_999));
     fs::write(folder.join("recording.toml"), manifest).unwrap();
-    let read = analyze(&folder);
-    assert_eq!(read.code, Some(0), "{:.2000}", read.printed);
-    read.within_limits();
+    let cost = analyze(&folder);
+    assert_eq!(cost.code, Some(0), "{:.2000}", cost.printed);
+    cost.require_limits();
 }
 
 #[test]
@@ -358,9 +365,9 @@ fn gigabytes_of_sound_audio_are_a_stream() {
     // Five gigabytes would be the same to the reader and take longer.
     const BYTES: u32 = 800_000_000;
     signals(&folder, BYTES, BYTES.into());
-    let read = analyze(&folder);
-    assert_eq!(read.code, Some(0), "{}", read.printed);
-    assert!(read.peak_kb < 60 * 1024, "{} kB", read.peak_kb);
+    let cost = analyze(&folder);
+    assert_eq!(cost.code, Some(0), "{}", cost.printed);
+    assert!(cost.peak_kb < 60 * 1024, "{} kB", cost.peak_kb);
 }
 
 /// Fault 44.
@@ -375,7 +382,7 @@ fn a_header_is_judged_before_gigabytes_are_read() {
     // An unknown sample format: the file is refused before its samples are read.
     file.write_all(&[0x55, 0]).unwrap();
     file.set_len(5 << 30).unwrap();
-    analyze(&folder).refused(&["signals.wav", "0x0055"]);
+    analyze(&folder).require_refusal(&["signals.wav", "0x0055"]);
 }
 
 /// Fault 44.
@@ -390,9 +397,9 @@ fn an_absurd_time_costs_one_row() {
             .replace("\n400e-3,", "\n0.9995,"),
     )
     .unwrap();
-    let read = finish(bench().arg("analyze").arg(&folder));
-    let printed = text(&read);
-    assert!(read.status.success(), "{printed}");
+    let output = finish(bench().arg("analyze").arg(&folder));
+    let printed = text(&output);
+    assert!(output.status.success(), "{printed}");
     for word in [
         "force.csv: 1 rows are left out because their time is more than 2 s outside",
         "force.csv: 1 rows are left out because their time leaps ahead",
@@ -406,19 +413,19 @@ fn a_recording_that_is_no_folder_is_refused() {
     let room = tempfile::tempdir().unwrap();
     let path = room.path().join("pipe");
     pipe(&path);
-    refused(&finish(bench().arg("analyze").arg(&path)), &["pipe"]);
-    refused(
+    assert_refusal(&finish(bench().arg("analyze").arg(&path)), &["pipe"]);
+    assert_refusal(
         &finish(bench().args(["replay", "--headless"]).arg(&path)),
         &["pipe"],
     );
 }
 
 /// Requires the output to be free of characters that a terminal would obey; returns it.
-fn harmless(output: &std::process::Output) -> String {
+fn require_harmless(output: &std::process::Output) -> String {
     for (name, bytes) in [("output", &output.stdout), ("errors", &output.stderr)] {
         let printed = std::str::from_utf8(bytes).unwrap();
-        let obeyed = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
-        assert!(!printed.contains(obeyed), "{name}: {printed:?}");
+        let is_control = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+        assert!(!printed.contains(is_control), "{name}: {printed:?}");
     }
     text(output)
 }
@@ -426,14 +433,14 @@ fn harmless(output: &std::process::Output) -> String {
 /// Fault 44.
 #[test]
 fn control_characters_of_a_recording_are_shown_and_not_obeyed() {
-    const EVIL: &str = "\u{1b}]0;owned\u{7}\u{9b}2J\u{202e}";
-    const SHOWN: &str = r"\u001b]0;owned\u0007\u009b2J\u202e";
+    const HOSTILE: &str = "\u{1b}]0;owned\u{7}\u{9b}2J\u{202e}";
+    const ESCAPED: &str = r"\u001b]0;owned\u0007\u009b2J\u202e";
     let (room, folder) = recording();
-    let evil = room.path().join(format!("trial{EVIL}"));
-    fs::rename(&folder, &evil).unwrap();
+    let hostile_path = room.path().join(format!("trial{HOSTILE}"));
+    fs::rename(&folder, &hostile_path).unwrap();
     let command = |words: &[&str]| {
         let mut command = bench();
-        harmless(&finish(command.args(words).arg(&evil)))
+        require_harmless(&finish(command.args(words).arg(&hostile_path)))
     };
     for words in [
         &["analyze"][..],
@@ -443,17 +450,17 @@ fn control_characters_of_a_recording_are_shown_and_not_obeyed() {
     ] {
         let printed = command(words);
         assert!(
-            words.contains(&"--table") || printed.contains(SHOWN),
+            words.contains(&"--table") || printed.contains(ESCAPED),
             "{words:?}: {printed}"
         );
     }
-    let json = finish(bench().args(["analyze", "--json", "-"]).arg(&evil));
+    let json = finish(bench().args(["analyze", "--json", "-"]).arg(&hostile_path));
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     let path = json["recordings"][0]["path"].as_str().unwrap();
-    assert_eq!(Path::new(path), evil);
+    assert_eq!(Path::new(path), hostile_path);
 
     // Text within the files, which errors quote.
-    fs::write(evil.join("force.csv"), "time_s,\u{9b}2J\n").unwrap();
+    fs::write(hostile_path.join("force.csv"), "time_s,\u{9b}2J\n").unwrap();
     assert!(command(&["analyze"]).contains("force.csv"));
     let escape = r"\u001b]0;owned\u0007\u009b2J\u202e";
     for line in [
@@ -462,7 +469,7 @@ fn control_characters_of_a_recording_are_shown_and_not_obeyed() {
         format!("events = [{{ kind = \"{escape}\", sample = 1 }}]\n"),
     ] {
         fs::write(
-            evil.join("recording.toml"),
+            hostile_path.join("recording.toml"),
             format!("{MANIFEST}{line}{INTERVALS}"),
         )
         .unwrap();
@@ -471,9 +478,9 @@ fn control_characters_of_a_recording_are_shown_and_not_obeyed() {
             assert!(printed.contains("recording.toml"), "{printed}");
         }
     }
-    let study = evil.parent().unwrap();
-    let listed = harmless(&finish(bench().arg("replay").arg(study)));
-    assert!(listed.contains("friction-bench replay"), "{listed}");
+    let study = hostile_path.parent().unwrap();
+    let list = require_harmless(&finish(bench().arg("replay").arg(study)));
+    assert!(list.contains("friction-bench replay"), "{list}");
 }
 
 /// Fault 44.
@@ -494,5 +501,5 @@ fn control_characters_of_a_protocol_are_shown_and_not_obeyed() {
     run.args(["--consent-by", "K\u{1b}[2J", "--protocol"])
         .arg(&protocol);
     let output = finish(run.arg("--study").arg(room.path().join("study")));
-    assert!(harmless(&output).contains(r"protocol\u001b[2J.toml"));
+    assert!(require_harmless(&output).contains(r"protocol\u001b[2J.toml"));
 }

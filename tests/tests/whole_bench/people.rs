@@ -14,13 +14,13 @@ use recording::writer::Ending;
 use recording::{AudioFormat, Manifest, RecordingWriter};
 use serde_json::Value;
 
-use super::refusals::{refused, refused_before_anything_is_made, room};
+use super::refusals::{assert_early_refusal, assert_refusal, room};
 
 #[test]
 fn a_protocol_keeps_what_it_asks_for_and_nothing_else() {
     let (folder, study) = room();
     let quiet = protocol("one-exploration.toml");
-    refused_before_anything_is_made(
+    assert_early_refusal(
         unattended(&study, "sub-01", &quiet).args(["--age", "31"]),
         &study,
         &["does not ask for the participant's age", "leave out --age"],
@@ -29,12 +29,12 @@ fn a_protocol_keeps_what_it_asks_for_and_nothing_else() {
     let text_of_it = fs::read_to_string(&quiet).unwrap();
     let asks = "[participant]\nask = [\"age\", \"handedness\"]\n\n[drive]";
     fs::write(&asking, text_of_it.replacen("[drive]", asks, 1)).unwrap();
-    refused_before_anything_is_made(
+    assert_early_refusal(
         unattended(&study, "sub-01", &asking).args(["--age", "17"]),
         &study,
         &["18 to 120", "not for children"],
     );
-    refused_before_anything_is_made(
+    assert_early_refusal(
         unattended(&study, "sub-01", &asking).args(["--handedness", "both"]),
         &study,
         &["right, left, ambidextrous"],
@@ -123,18 +123,18 @@ fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
     let (folder, study) = room();
     let recordings = recorded(&study);
     let why = ["--because", "the sensor's\tcable", "--by", "N. H."];
-    refused(
+    assert_refusal(
         &exclude(&study, &["sub-20", why[0], why[1], why[2], why[3]]),
         &["did you mean `sub-02`?"],
     );
-    refused(
+    assert_refusal(
         &exclude(
             &study,
             &["sub-02", "--trial", "3", why[0], why[1], why[2], why[3]],
         ),
         &["no recording of trial 3", "there are 1, 2"],
     );
-    refused(
+    assert_refusal(
         &exclude(&study, &["sub-02", "--because", " ", "--by", "me"]),
         &["--because is empty"],
     );
@@ -144,7 +144,7 @@ fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
         &["sub-02", "--trial", "2", why[0], why[1], why[2], why[3]],
     );
     assert!(done.status.success(), "{}", text(&done));
-    refused(
+    assert_refusal(
         &exclude(
             &study,
             &["sub-02", "--trial", "2", why[0], why[1], why[2], why[3]],
@@ -191,7 +191,7 @@ fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
     let page = text(&page);
     assert!(page.contains("These decisions were overridden"), "{page}");
     assert!(!page.contains("No recording is excluded"), "{page}");
-    refused(
+    assert_refusal(
         &finish(bench().arg("analyze").arg(&recordings[2])),
         &["nothing is left to analyse", "--include-excluded"],
     );
@@ -205,7 +205,7 @@ fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
     let table = study.join("exclusions.tsv");
     let held = fs::read_to_string(&table).unwrap();
     fs::write(&table, held.replace("\t2\tthe", "\t7\tthe")).unwrap();
-    refused(
+    assert_refusal(
         &command(&["analyze"], &study, &[]),
         &["exclusions.tsv, line 2", "trial 7"],
     );

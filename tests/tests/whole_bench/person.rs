@@ -21,7 +21,7 @@ use recording::RecordingReader;
 use safety::{GpioError, InputLine};
 use tui::Instruction;
 
-use super::refusals::{refused_before_anything_is_made, room};
+use super::refusals::{assert_early_refusal, room};
 
 /// Returns a bench that passes for hardware and allows 12 s an hour; a session of one exploration needs 10.4 s.
 fn short_hour() -> Config {
@@ -261,5 +261,5 @@ fn a_drive_over_its_dose_or_too_warm_says_when_to_go_on() {
         "drives the plate for 112 s within an hour",
         "allows 3 s",
     ];
-    refused_before_anything_is_made(&mut run, &study, &words);
+    assert_early_refusal(&mut run, &study, &words);
 }

@@ -14,7 +14,7 @@ use std::process::Command;
 use bench_tests::program::{bench, protocol};
 use bench_tests::session::{SOUND_CARD, config_with, finish, text, unattended};
 
-use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
+use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
 /// Returns the same command under a umask that removes no permissions.
 fn open_to_all(command: &Command) -> Command {
@@ -129,7 +129,7 @@ fn a_link_in_the_place_of_a_studys_lock_is_not_followed() {
     for target in [victim.clone(), room.path().join("absent")] {
         symlink(&target, &lock).unwrap();
         let run = finish(&mut unattended(&study, "sub-01", "demo"));
-        refused(&run, &[".friction-bench.lock", "a symbolic link"]);
+        assert_refusal(&run, &[".friction-bench.lock", "a symbolic link"]);
         fs::remove_file(&lock).unwrap();
     }
     assert_eq!(fs::read_to_string(&victim).unwrap(), "kept");
@@ -159,7 +159,7 @@ fn locks_on_hardware_are_in_a_folder_of_the_users_own() {
         run
     };
     let absent = ["no output device matches"];
-    refused_before_anything_is_made(&mut run(), &study, &absent);
+    assert_early_refusal(&mut run(), &study, &absent);
     let locks = names(&runtime);
     assert_eq!(locks.len(), 2, "{locks:?}");
 
@@ -169,10 +169,10 @@ fn locks_on_hardware_are_in_a_folder_of_the_users_own() {
     fs::remove_file(&locks[0]).unwrap();
     symlink(&victim, &locks[0]).unwrap();
     let words = ["a symbolic link", "friction-bench-"];
-    refused_before_anything_is_made(&mut run(), &study, &words);
+    assert_early_refusal(&mut run(), &study, &words);
     assert_eq!(fs::read_to_string(&victim).unwrap(), "kept");
 
     // A folder that others can write to is not used.
     fs::set_permissions(&runtime, fs::Permissions::from_mode(0o777)).unwrap();
-    refused_before_anything_is_made(&mut run(), &study, &absent);
+    assert_early_refusal(&mut run(), &study, &absent);
 }

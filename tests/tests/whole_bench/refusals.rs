@@ -27,7 +27,7 @@ pub fn room() -> (TempDir, PathBuf) {
     (folder, study)
 }
 
-pub fn refused(output: &Output, words: &[&str]) {
+pub fn assert_refusal(output: &Output, words: &[&str]) {
     let printed = text(output);
     let code = output.status.code();
     assert!(
@@ -48,8 +48,8 @@ pub fn refused(output: &Output, words: &[&str]) {
 }
 
 /// Requires a refusal before the study is made.
-pub fn refused_before_anything_is_made(command: &mut Command, study: &Path, words: &[&str]) {
-    refused(&finish(command), words);
+pub fn assert_early_refusal(command: &mut Command, study: &Path, words: &[&str]) {
+    assert_refusal(&finish(command), words);
     assert!(!study.exists(), "{} was made", study.display());
 }
 
@@ -83,7 +83,7 @@ fn without_a_configuration_it_says_how_to_get_one() {
         "bench.toml does not exist in this folder",
         "friction-bench init",
     ];
-    refused_before_anything_is_made(&mut run, &study, &words);
+    assert_early_refusal(&mut run, &study, &words);
 }
 
 /// Fault 4.
@@ -106,7 +106,7 @@ fn without_a_sound_card() {
         if let Some(path) = alsa_configuration {
             run.env("ALSA_CONFIG_PATH", path);
         }
-        refused_before_anything_is_made(
+        assert_early_refusal(
             &mut run,
             &study,
             &["no output device matches", "hw:CARD=Absent"],
@@ -128,14 +128,14 @@ fn without_consent() {
         "--study",
     ])
     .arg(&study);
-    refused_before_anything_is_made(
+    assert_early_refusal(
         &mut run,
         &study,
         &["no consent", "sub-01", "--consent-by NAME"],
     );
     // The value of an unset shell variable.
     run.args(["--consent-by", " "]);
-    refused_before_anything_is_made(&mut run, &study, &["--consent-by is empty"]);
+    assert_early_refusal(&mut run, &study, &["--consent-by is empty"]);
 }
 
 #[test]
@@ -151,7 +151,7 @@ fn without_a_participant() {
         "--study",
     ])
     .arg(&study);
-    refused_before_anything_is_made(&mut run, &study, &["--participant sub-01"]);
+    assert_early_refusal(&mut run, &study, &["--participant sub-01"]);
 }
 
 /// Fault 32.
@@ -172,7 +172,7 @@ fn names_that_are_no_pseudonyms() {
     ] {
         let mut run = unattended(&study, id, "demo");
         let words = [why, "is not allowed", "for example `sub-01`"];
-        refused_before_anything_is_made(&mut run, &study, &words);
+        assert_early_refusal(&mut run, &study, &words);
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
@@ -183,7 +183,7 @@ fn the_dashboard_and_the_participants_display_need_terminals() {
     let mut run = bench();
     run.args(["run", "--mock", "--participant", "sub-01", "--study"])
         .arg(&study);
-    refused_before_anything_is_made(
+    assert_early_refusal(
         &mut run,
         &study,
         &["the dashboard needs a terminal", "add --headless"],
@@ -192,7 +192,7 @@ fn the_dashboard_and_the_participants_display_need_terminals() {
     fs::write(&file, "kept").unwrap();
     let mut run = unattended(&study, "sub-01", "demo");
     run.arg("--participant-display").arg(&file);
-    refused_before_anything_is_made(
+    assert_early_refusal(
         &mut run,
         &study,
         &["a-file is not a terminal", "such as /dev/tty2"],
@@ -218,7 +218,7 @@ fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
         "`rate_hz`",
     ];
     let mut run = unattended(&study, "sub-01", "demo");
-    refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
+    assert_early_refusal(run.arg("--config").arg(&config), &study, &words);
 
     let protocol = demo_with(folder.path(), &[("min_n =", "mim_n =")]);
     let words = [
@@ -227,7 +227,7 @@ fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
         "`mim_n`",
         "`min_n`",
     ];
-    refused_before_anything_is_made(&mut unattended(&study, "sub-01", &protocol), &study, &words);
+    assert_early_refusal(&mut unattended(&study, "sub-01", &protocol), &study, &words);
 
     let scenario = folder.path().join("scenario.toml");
     fs::write(
@@ -248,7 +248,7 @@ fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
         .arg(&scenario)
         .arg("--study")
         .arg(&study);
-    refused_before_anything_is_made(&mut run, &study, &words);
+    assert_early_refusal(&mut run, &study, &words);
 }
 
 #[test]
@@ -297,7 +297,7 @@ fn a_rate_too_low_for_the_carrier_is_refused_with_the_arithmetic() {
         "sample rate 48000 Hz is not above",
         "2 × (carrier 35000 Hz + modulation 6 Hz) = 70012 Hz",
     ];
-    refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
+    assert_early_refusal(run.arg("--config").arg(&config), &study, &words);
 }
 
 /// Fault 2.
@@ -311,7 +311,7 @@ fn a_rate_that_the_card_has_not_is_refused_with_those_it_has() {
         "1–2 ch i32 96000 Hz",
         "1–2 ch i32 192000 Hz",
     ];
-    refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
+    assert_early_refusal(run.arg("--config").arg(&config), &study, &words);
 }
 
 /// Fault 2.
@@ -329,27 +329,27 @@ fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_h
         "does not offer 8 channels of i32 at 192000 Hz",
         "1–4 ch i32",
     ];
-    refused_before_anything_is_made(&mut configured(&inputs), &study, &words);
+    assert_early_refusal(&mut configured(&inputs), &study, &words);
     let outputs = [("output_channels = 2", "output_channels = 6")];
     let words = [
         "output device custom:sim",
         "does not offer 6 channels of i32 at 192000 Hz",
         "1–2 ch i32",
     ];
-    refused_before_anything_is_made(&mut configured(&outputs), &study, &words);
+    assert_early_refusal(&mut configured(&outputs), &study, &words);
     let format = [("sample_format = \"i32\"", "sample_format = \"i24\"")];
     let words = [
         "does not offer 2 channels of i24 at 192000 Hz",
         "1–2 ch i32",
     ];
-    refused_before_anything_is_made(&mut configured(&format), &study, &words);
+    assert_early_refusal(&mut configured(&format), &study, &words);
     let format = [("sample_format = \"i32\"", "sample_format = \"i20\"")];
     let words = [
         "bench.toml, line",
         "unknown value `i20`",
         "`f32`, `i32`, `i24`, `i16`",
     ];
-    refused_before_anything_is_made(&mut configured(&format), &study, &words);
+    assert_early_refusal(&mut configured(&format), &study, &words);
 
     let scenario = folder.path().join("scenario.toml");
     let offered =
@@ -366,7 +366,7 @@ fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_h
         .arg(&scenario)
         .arg("--study")
         .arg(&study);
-    refused_before_anything_is_made(&mut run, &study, &words);
+    assert_early_refusal(&mut run, &study, &words);
 }
 
 /// Fault 14.
@@ -380,7 +380,7 @@ fn ten_times_the_amplitude_is_refused_not_clamped() {
     );
     let mut run = unattended(&study, "sub-01", &protocol);
     let words = ["protocol.toml, line", "drive.mean_amplitude_v", "240 V"];
-    refused_before_anything_is_made(&mut run, &study, &words);
+    assert_early_refusal(&mut run, &study, &words);
 
     // Within the limit of any protocol, but above the configured limit at the modulation's peak.
     let protocol = demo_with(
@@ -388,13 +388,13 @@ fn ten_times_the_amplitude_is_refused_not_clamped() {
         &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 30.0")],
     );
     let mut run = unattended(&study, "sub-01", &protocol);
-    refused_before_anything_is_made(&mut run, &study, &["am-6hz-95", "58.5 V", "55 V"]);
+    assert_early_refusal(&mut run, &study, &["am-6hz-95", "58.5 V", "55 V"]);
 
     let config = config_with(folder.path(), &[("drive_v = 55.0", "drive_v = 550.0")]);
     let mut run = unattended(&study, "sub-01", "demo");
     let hard_limit = signalgen::HARD_LIMIT_V.to_string();
     let words = ["limits.drive_v = 550", &hard_limit];
-    refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
+    assert_early_refusal(run.arg("--config").arg(&config), &study, &words);
 }
 
 #[cfg(target_os = "linux")]
@@ -418,7 +418,7 @@ fn without_gpio() {
         ];
         let config = config_with(folder.path(), &changes);
         let mut run = uncalibrated(&study, &config);
-        refused_before_anything_is_made(&mut run, &study, &[word]);
+        assert_early_refusal(&mut run, &study, &[word]);
     }
 }
 
@@ -435,9 +435,9 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
     let bytes = fs::read(&signals).unwrap();
 
     let again = finish(&mut unattended(&study, "sub-01", &protocol));
-    refused(&again, &["sub-01 already has", "--resume", "--new-session"]);
+    assert_refusal(&again, &["sub-01 already has", "--resume", "--new-session"]);
     let resumed = finish(unattended(&study, "sub-01", &protocol).arg("--resume"));
-    refused(&resumed, &["has ended", "--new-session"]);
+    assert_refusal(&resumed, &["has ended", "--new-session"]);
     assert_eq!(fs::read(&signals).unwrap(), bytes);
     let after = SessionFolder::read(&study, "sub-01").unwrap();
     assert_eq!(after.documents, before.documents);
@@ -505,7 +505,7 @@ fn what_cannot_be_written_is_not_measured() {
         ])
         .arg("--calibration")
         .arg(&nowhere);
-    refused(
+    assert_refusal(
         &finish(&mut calibrate),
         &["cannot write into", "not there", "--calibration"],
     );
@@ -529,7 +529,7 @@ fn monitor_drives_only_what_passes_the_preflight() {
     let deaf = [("protocol = \"frames\"", "protocol = \"lines\"")];
     let output = monitor(&deaf, &drive);
     let words = ["FAILED  force sensor", "baud", "nothing was driven but"];
-    refused(&output, &words);
+    assert_refusal(&output, &words);
     assert_eq!(output.status.code(), Some(2), "as `run`");
     let printed = text(&output);
     assert!(!printed.contains("N·s/m"), "it watched:\n{printed}");
@@ -551,6 +551,6 @@ fn a_folder_that_is_no_study() {
     fs::create_dir(&study).unwrap();
     fs::write(study.join("thesis.tex"), "kept").unwrap();
     let output = finish(&mut unattended(&study, "sub-01", "demo"));
-    refused(&output, &["is not a study", "--study"]);
+    assert_refusal(&output, &["is not a study", "--study"]);
     assert_eq!(fs::read_dir(&study).unwrap().count(), 1);
 }

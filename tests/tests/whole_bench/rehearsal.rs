@@ -11,7 +11,7 @@ use bench_tests::session::{
 use config::CalibrationFile;
 use recording::RecordingReader;
 
-use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
+use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
 #[test]
 fn what_was_recorded_with_faults_says_so_everywhere() {
@@ -53,7 +53,7 @@ fn faults_are_refused_where_they_cannot_be_injected() {
     let config = config_with(folder.path(), &[]);
     let mut run = uncalibrated(&study, &config);
     run.args(["--fault", "estop@3s"]);
-    refused_before_anything_is_made(&mut run, &study, &["this is real", "friction-bench drill"]);
+    assert_early_refusal(&mut run, &study, &["this is real", "friction-bench drill"]);
 
     for (fault, words) in [
         ("estp@3s", "did you mean `estop`?"),
@@ -72,7 +72,7 @@ fn faults_are_refused_where_they_cannot_be_injected() {
             "--fault",
             fault,
         ]);
-        refused(&finish(&mut monitor), &[words]);
+        assert_refusal(&finish(&mut monitor), &[words]);
     }
     let mut drill = bench();
     drill.current_dir(folder.path()).args([
@@ -84,7 +84,7 @@ fn faults_are_refused_where_they_cannot_be_injected() {
         "--operator",
         "ME",
     ]);
-    refused(
+    assert_refusal(
         &finish(drill.args(["--only", "relay-welded"])),
         &["check --mock --fault relay-welded@0s"],
     );
@@ -102,7 +102,7 @@ fn a_fault_that_is_there_from_the_start_is_found_by_the_check_that_precedes() {
     ] {
         let mut run = unattended(&study, "sub-01", "demo");
         run.args(["--fault", fault]);
-        refused_before_anything_is_made(
+        assert_early_refusal(
             &mut run,
             &study,
             &[row, "nothing was driven but the test's faint tone"],
@@ -230,10 +230,10 @@ fn a_calibration_with_faults_says_so_and_is_in_force_nowhere() {
         assert!(beside.is_file(), "{printed}");
     }
     // No measurement is added to it, and no session uses it.
-    refused(&calibrate(&[]), &["holds a rehearsal"]);
+    assert_refusal(&calibrate(&[]), &["holds a rehearsal"]);
     let mut run = unattended(&study, "sub-01", "demo");
     run.arg("--calibration").arg(&calibration);
-    refused_before_anything_is_made(
+    assert_early_refusal(
         &mut run,
         &study,
         &["measured in a rehearsal", "button-held@1s"],
@@ -242,7 +242,7 @@ fn a_calibration_with_faults_says_so_and_is_in_force_nowhere() {
     std::fs::remove_file(&calibration).unwrap();
     assert!(calibrate(&[]).status.success());
     let before = std::fs::read(&calibration).unwrap();
-    refused(
+    assert_refusal(
         &calibrate(&["--fault", "button-held@1s"]),
         &["holds what was measured"],
     );

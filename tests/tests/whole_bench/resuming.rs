@@ -6,7 +6,7 @@ use bench_tests::running::Running;
 use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
 use rustix::process::Signal;
 
-use super::refusals::{MINUTE, ONE_TRIAL, refused, room};
+use super::refusals::{MINUTE, ONE_TRIAL, assert_refusal, room};
 
 /// Fault 35.
 #[test]
@@ -25,7 +25,7 @@ fn a_session_goes_on_in_its_own_order_or_not_at_all() {
     let before = SessionFolder::read(&study, "sub-01").unwrap();
     // `--protocol` defaults to huloux2021.
     let other = finish(unattended(&study, "sub-01", "huloux2021").arg("--resume"));
-    refused(
+    assert_refusal(
         &other,
         &[
             "begun with the protocol demo",
@@ -35,7 +35,7 @@ fn a_session_goes_on_in_its_own_order_or_not_at_all() {
     );
     let reordered =
         finish(unattended(&study, "sub-01", &protocol).args(["--resume", "--seed", "99"]));
-    refused(
+    assert_refusal(
         &reordered,
         &["begun with the seed", "another order", "--seed"],
     );
@@ -47,7 +47,7 @@ fn a_session_goes_on_in_its_own_order_or_not_at_all() {
         "--accept-edited-protocol",
         "demo.toml",
     ];
-    refused(&refusal, &words);
+    assert_refusal(&refusal, &words);
     let after = SessionFolder::read(&study, "sub-01").unwrap();
     assert_eq!(after.starts().len(), before.starts().len());
     let mut resume = unattended(&study, "sub-01", &edited);

@@ -10,7 +10,7 @@ use config::Config;
 use devices::claim::Claim;
 use rustix::process::Signal;
 
-use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
+use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
 const MINUTE: Duration = Duration::from_secs(60);
 
@@ -33,7 +33,7 @@ fn a_second_instance_on_the_same_study() {
     // Pause the first one for as long as the second takes: in simulated time no watch notices.
     first.signal(Signal::STOP);
     let second = finish(&mut unattended(&study, "sub-02", "demo"));
-    refused(&second, &["in use", &first.pid().to_string()]);
+    assert_refusal(&second, &["in use", &first.pid().to_string()]);
     assert!(!study.join("sub-02").exists());
     assert!(first.exit_status().is_none());
     first.signal(Signal::CONT);
@@ -68,7 +68,7 @@ fn a_second_instance_on_the_same_hardware() {
     ] {
         let held = first(changed);
         let mut run = uncalibrated(&study, &config);
-        refused_before_anything_is_made(&mut run, &study, &words);
+        assert_early_refusal(&mut run, &study, &words);
         let mut check = bench();
         check.args(["check", "--quick", "--config"]).arg(&config);
         let checked = finish(&mut check);
@@ -98,7 +98,7 @@ fn a_second_instance_on_the_same_hardware() {
     // The claim ends with its holder.
     let words = ["no output device matches", "hw:CARD=Absent"];
     let mut run = uncalibrated(&study, &config);
-    refused_before_anything_is_made(&mut run, &study, &words);
+    assert_early_refusal(&mut run, &study, &words);
     for entry in fs::read_dir(devices::lock_folder().unwrap()).unwrap() {
         let path = entry.unwrap().path();
         let name = path.to_string_lossy().into_owned();

@@ -12,7 +12,7 @@ use bench_tests::session::{
 };
 use devices::estop_press::{EstopPress, record_path};
 
-use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
+use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
 fn scenario(folder: &Path, text: &str) -> PathBuf {
     let path = folder.join("scenario.toml");
@@ -52,7 +52,7 @@ fn a_bench_that_its_stops_do_not_stop_is_not_driven() {
         .arg(&study)
         .arg("--mock")
         .arg(&scenario);
-        refused_before_anything_is_made(&mut run, &study, &[row]);
+        assert_early_refusal(&mut run, &study, &[row]);
 
         for arguments in [
             &[
@@ -73,7 +73,7 @@ fn a_bench_that_its_stops_do_not_stop_is_not_driven() {
                 .args(arguments)
                 .args(["--speed", "max", "--mock"])
                 .arg(&scenario);
-            refused(&finish(&mut command), &[row]);
+            assert_refusal(&finish(&mut command), &[row]);
         }
     }
 }
@@ -113,7 +113,7 @@ fn a_real_bench_drives_only_after_its_e_stop_was_pressed() {
     let config = config_with(folder.path(), &wired);
     let mut run = uncalibrated(&study, &config);
     run.current_dir(folder.path());
-    refused_before_anything_is_made(
+    assert_early_refusal(
         &mut run,
         &study,
         &["never been tested", "check --press-estop"],
@@ -135,7 +135,7 @@ fn a_real_bench_drives_only_after_its_e_stop_was_pressed() {
         record(pressed, line);
         let mut run = uncalibrated(&study, &config);
         run.current_dir(folder.path());
-        refused_before_anything_is_made(&mut run, &study, &[word]);
+        assert_early_refusal(&mut run, &study, &[word]);
     }
 }
 

@@ -13,7 +13,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 
-use crate::worlds::quantile;
+use crate::worlds::quantile_of;
 
 /// Number of participants in every test run; `FRICTION_BENCH_COVERAGE` asks for more.
 const PARTICIPANTS: usize = 4;
@@ -150,7 +150,7 @@ impl Coverage {
 
     /// Returns the median of the absolute error.
     fn median(&self, key: (&str, &str)) -> f64 {
-        quantile(
+        quantile_of(
             self.errors(key)
                 .iter()
                 .map(|stated| stated.error.abs())
@@ -160,7 +160,7 @@ impl Coverage {
     }
 
     fn median_z_t(&self, method: &str) -> f64 {
-        quantile(self.z_t.get(method).cloned().unwrap_or_default(), 0.5)
+        quantile_of(self.z_t.get(method).cloned().unwrap_or_default(), 0.5)
     }
 
     fn line(&self, key: (&str, &str)) -> String {

@@ -17,7 +17,7 @@ use bench_tests::session::{SOUND_CARD, config_with, finish, text, unattended};
 use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
 /// Returns the same command under a umask that removes no permissions.
-fn open_to_all(command: &Command) -> Command {
+fn without_umask(command: &Command) -> Command {
     let mut shell = Command::new("sh");
     shell.args(["-c", "umask 0; exec \"$@\"", "sh"]);
     shell.arg(command.get_program()).args(command.get_args());
@@ -49,13 +49,13 @@ fn a_study_is_the_users_own_unless_it_is_shared() {
     let (_room, study) = room();
     let session =
         |participant: &str| unattended(&study, participant, protocol("one-exploration.toml"));
-    let finished = |command: &Command| {
-        let output = finish(&mut open_to_all(command));
+    let require_success = |command: &Command| {
+        let output = finish(&mut without_umask(command));
         assert!(output.status.success(), "{}", text(&output));
     };
-    finished(&session("sub-01"));
+    require_success(&session("sub-01"));
     assert_eq!(modes(&study), ([0o700].into(), [0o600].into()));
-    finished(session("sub-02").arg("--shared"));
+    require_success(session("sub-02").arg("--shared"));
     assert_eq!(
         modes(&study.join("sub-02")),
         ([0o777].into(), [0o666].into())
@@ -69,14 +69,14 @@ fn a_study_is_the_users_own_unless_it_is_shared() {
     fs::set_permissions(&study, fs::Permissions::from_mode(0o755)).unwrap();
     let table = study.join("participants.tsv");
     fs::set_permissions(&table, fs::Permissions::from_mode(0o644)).unwrap();
-    finished(&session("sub-03"));
+    require_success(&session("sub-03"));
     assert_eq!((mode(&study), mode(&table)), (0o755, 0o644));
     assert_eq!(
         modes(&study.join("sub-03")),
         ([0o700].into(), [0o600].into())
     );
     // Removing a participant rewrites the table.
-    finished(
+    require_success(
         bench()
             .arg("forget")
             .arg(&study)
@@ -88,7 +88,7 @@ fn a_study_is_the_users_own_unless_it_is_shared() {
 #[test]
 fn a_calibration_names_its_operator_to_nobody_else() {
     let (room, _) = room();
-    let calibrate = |name: &str, shared: bool| {
+    let calibrate = |name: &str, is_shared: bool| {
         let folder = room.path().join(name);
         fs::create_dir(&folder).unwrap();
         let mut command = bench();
@@ -102,10 +102,10 @@ fn a_calibration_names_its_operator_to_nobody_else() {
         ]);
         command.args(["--operator", "A. Tester", "--calibration"]);
         command.arg(folder.join("calibration.toml"));
-        if shared {
+        if is_shared {
             command.arg("--shared");
         }
-        let output = finish(&mut open_to_all(&command));
+        let output = finish(&mut without_umask(&command));
         assert!(output.status.success(), "{}", text(&output));
         modes(&folder).1
     };
@@ -139,8 +139,8 @@ fn a_link_in_the_place_of_a_studys_lock_is_not_followed() {
 #[test]
 fn locks_on_hardware_are_in_a_folder_of_the_users_own() {
     let (room, study) = room();
-    let own = room.path().file_name().unwrap().to_string_lossy();
-    let card = format!("\"hw:CARD=Absent{own}\"");
+    let name = room.path().file_name().unwrap().to_string_lossy();
+    let card = format!("\"hw:CARD=Absent{name}\"");
     let port = format!("\"{}\"", room.path().join("port").display());
     let changes = [
         ("\"sim\"", &*card),

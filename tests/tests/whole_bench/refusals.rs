@@ -35,8 +35,8 @@ pub fn assert_refusal(output: &Output, words: &[&str]) {
         "{:?}:\n{printed}",
         output.status
     );
-    for unwanted in ["panicked", "backtrace", "RUST_BACKTRACE", "unwrap"] {
-        assert!(!printed.contains(unwanted), "`{unwanted}` in:\n{printed}");
+    for word in ["panicked", "backtrace", "RUST_BACKTRACE", "unwrap"] {
+        assert!(!printed.contains(word), "`{word}` in:\n{printed}");
     }
     assert!(
         output.stderr.starts_with(b"friction-bench: ") || output.stderr.starts_with(b"error: "),
@@ -160,7 +160,7 @@ fn names_that_are_no_pseudonyms() {
     let (folder, study) = room();
     let long = format!("sub-{}", "1".repeat(300));
     let (prefix, characters) = ("does not begin with `sub-`", "letters and digits");
-    for (id, why) in [
+    for (id, message) in [
         ("../x", prefix),
         ("", prefix),
         ("süb-01", prefix),
@@ -171,7 +171,7 @@ fn names_that_are_no_pseudonyms() {
         (&long, "the label is too long"),
     ] {
         let mut run = unattended(&study, id, "demo");
-        let words = [why, "is not allowed", "for example `sub-01`"];
+        let words = [message, "is not allowed", "for example `sub-01`"];
         assert_early_refusal(&mut run, &study, &words);
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
@@ -204,7 +204,7 @@ fn the_dashboard_and_the_participants_display_need_terminals() {
 #[test]
 fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
     let (folder, study) = room();
-    let line_of = |path: &Path, key: &str| {
+    let line_name = |path: &Path, key: &str| {
         let text = fs::read_to_string(path).unwrap();
         let index = text.lines().position(|line| line.starts_with(key)).unwrap();
         format!("line {}", index + 1)
@@ -212,7 +212,7 @@ fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
 
     let config = config_with(folder.path(), &[("rate_hz =", "rate_hx =")]);
     let words = [
-        &*line_of(&config, "rate_hx"),
+        &*line_name(&config, "rate_hx"),
         "bench.toml, line",
         "`rate_hx`",
         "`rate_hz`",
@@ -222,7 +222,7 @@ fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
 
     let protocol = demo_with(folder.path(), &[("min_n =", "mim_n =")]);
     let words = [
-        &*line_of(&protocol, "mim_n"),
+        &*line_name(&protocol, "mim_n"),
         "protocol.toml, line",
         "`mim_n`",
         "`min_n`",
@@ -318,7 +318,7 @@ fn a_rate_that_the_card_has_not_is_refused_with_those_it_has() {
 #[test]
 fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_has() {
     let (folder, study) = room();
-    let configured = |changes: &[(&str, &str)]| {
+    let run_with = |changes: &[(&str, &str)]| {
         let mut run = unattended(&study, "sub-01", "demo");
         run.arg("--config").arg(config_with(folder.path(), changes));
         run
@@ -329,32 +329,32 @@ fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_h
         "does not offer 8 channels of i32 at 192000 Hz",
         "1–4 ch i32",
     ];
-    assert_early_refusal(&mut configured(&inputs), &study, &words);
+    assert_early_refusal(&mut run_with(&inputs), &study, &words);
     let outputs = [("output_channels = 2", "output_channels = 6")];
     let words = [
         "output device custom:sim",
         "does not offer 6 channels of i32 at 192000 Hz",
         "1–2 ch i32",
     ];
-    assert_early_refusal(&mut configured(&outputs), &study, &words);
+    assert_early_refusal(&mut run_with(&outputs), &study, &words);
     let format = [("sample_format = \"i32\"", "sample_format = \"i24\"")];
     let words = [
         "does not offer 2 channels of i24 at 192000 Hz",
         "1–2 ch i32",
     ];
-    assert_early_refusal(&mut configured(&format), &study, &words);
+    assert_early_refusal(&mut run_with(&format), &study, &words);
     let format = [("sample_format = \"i32\"", "sample_format = \"i20\"")];
     let words = [
         "bench.toml, line",
         "unknown value `i20`",
         "`f32`, `i32`, `i24`, `i16`",
     ];
-    assert_early_refusal(&mut configured(&format), &study, &words);
+    assert_early_refusal(&mut run_with(&format), &study, &words);
 
     let scenario = folder.path().join("scenario.toml");
-    let offered =
+    let scenario_text =
         "purpose = \"a card of another kind\"\n\n[converter]\nformats = [\"u8\", \"i64\"]\n";
-    fs::write(&scenario, offered).unwrap();
+    fs::write(&scenario, scenario_text).unwrap();
     let words = [
         "does not offer 2 channels of i32 at 192000 Hz",
         "1–2 ch i64 96000 Hz",
@@ -410,10 +410,10 @@ fn without_gpio() {
         ),
     ];
     for (backend, word) in backends {
-        let waived = "[safety]\nwaived = [\"estop\"]\nwaived_by = \"A. Tester\"\n";
+        let keys = "[safety]\nwaived = [\"estop\"]\nwaived_by = \"A. Tester\"\n";
         let changes = [
             ("backend = \"none\"", backend),
-            ("[safety]\n", waived),
+            ("[safety]\n", keys),
             SOUND_CARD,
         ];
         let config = config_with(folder.path(), &changes);
@@ -430,28 +430,31 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
     let protocol = demo_with(folder.path(), ONE_TRIAL);
     let output = finish(&mut unattended(&study, "sub-01", &protocol));
     assert!(output.status.success(), "{}", text(&output));
-    let before = SessionFolder::read(&study, "sub-01").unwrap();
-    let signals = before.recordings()[0].join("signals.wav");
+    let session_before = SessionFolder::read(&study, "sub-01").unwrap();
+    let signals = session_before.recordings()[0].join("signals.wav");
     let bytes = fs::read(&signals).unwrap();
 
-    let again = finish(&mut unattended(&study, "sub-01", &protocol));
-    assert_refusal(&again, &["sub-01 already has", "--resume", "--new-session"]);
-    let resumed = finish(unattended(&study, "sub-01", &protocol).arg("--resume"));
-    assert_refusal(&resumed, &["has ended", "--new-session"]);
+    let output = finish(&mut unattended(&study, "sub-01", &protocol));
+    assert_refusal(
+        &output,
+        &["sub-01 already has", "--resume", "--new-session"],
+    );
+    let output = finish(unattended(&study, "sub-01", &protocol).arg("--resume"));
+    assert_refusal(&output, &["has ended", "--new-session"]);
     assert_eq!(fs::read(&signals).unwrap(), bytes);
-    let after = SessionFolder::read(&study, "sub-01").unwrap();
-    assert_eq!(after.documents, before.documents);
+    let session_after = SessionFolder::read(&study, "sub-01").unwrap();
+    assert_eq!(session_after.documents, session_before.documents);
 
     // A new session adds a folder; an existing folder in place of a trial's is left unchanged.
     let mut run = Running::start(
         unattended(&study, "sub-01", &protocol).arg("--new-session"),
         &folder.path().join("output"),
     );
-    let second = study.join("sub-01/ses-02");
-    let made = run.wait_for(MINUTE, || {
-        fs::create_dir(second.join("trial-001_attempt-1")).ok()
+    let second_session = study.join("sub-01/ses-02");
+    let result = run.wait_for(MINUTE, || {
+        fs::create_dir(second_session.join("trial-001_attempt-1")).ok()
     });
-    assert_eq!(made, Some(()), "{}", run.output());
+    assert_eq!(result, Some(()), "{}", run.output());
     let status = run.wait(MINUTE);
     assert!(!status.success());
     let printed = run.output();
@@ -461,7 +464,7 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
     );
     assert!(!printed.contains("panicked"), "{printed}");
     assert_eq!(
-        fs::read_dir(second.join("trial-001_attempt-1"))
+        fs::read_dir(second_session.join("trial-001_attempt-1"))
             .unwrap()
             .count(),
         0
@@ -481,17 +484,17 @@ fn a_watch_that_nobody_reads_ends() {
     let mut lines = std::io::BufReader::new(watch.stdout.take().unwrap()).lines();
     lines.next().unwrap().unwrap();
     drop(lines);
-    let ended = wait_until(MINUTE, || watch.try_wait().unwrap());
-    if ended.is_none() {
+    let status = wait_until(MINUTE, || watch.try_wait().unwrap());
+    if status.is_none() {
         watch.kill().unwrap();
     }
-    assert!(ended.expect("it drives on").success());
+    assert!(status.expect("it drives on").success());
 }
 
 #[test]
 fn what_cannot_be_written_is_not_measured() {
     let folder = tempfile::tempdir().unwrap();
-    let nowhere = folder.path().join("not there/calibration.toml");
+    let path = folder.path().join("not there/calibration.toml");
     let mut calibrate = bench();
     calibrate
         .args([
@@ -504,7 +507,7 @@ fn what_cannot_be_written_is_not_measured() {
             "T",
         ])
         .arg("--calibration")
-        .arg(&nowhere);
+        .arg(&path);
     assert_refusal(
         &finish(&mut calibrate),
         &["cannot write into", "not there", "--calibration"],
@@ -526,15 +529,15 @@ fn monitor_drives_only_what_passes_the_preflight() {
     };
     let drive = ["--drive-v", "20"];
     // The sensor's data cannot be decoded, as at a wrong baud rate.
-    let deaf = [("protocol = \"frames\"", "protocol = \"lines\"")];
-    let output = monitor(&deaf, &drive);
+    let wrong_protocol = [("protocol = \"frames\"", "protocol = \"lines\"")];
+    let output = monitor(&wrong_protocol, &drive);
     let words = ["FAILED  force sensor", "baud", "nothing was driven but"];
     assert_refusal(&output, &words);
     assert_eq!(output.status.code(), Some(2), "as `run`");
     let printed = text(&output);
     assert!(!printed.contains("N·s/m"), "it watched:\n{printed}");
     // Without a drive `monitor` shows the same bench, and prints that it has not been checked.
-    let output = monitor(&deaf, &[]);
+    let output = monitor(&wrong_protocol, &[]);
     let printed = text(&output);
     assert!(output.status.success(), "{printed}");
     let words = ["without a preflight", "drive 0.0 V", "normal –"];

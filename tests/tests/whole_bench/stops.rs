@@ -21,7 +21,7 @@ fn scenario(folder: &Path, text: &str) -> PathBuf {
 }
 
 /// Benches with a defective stop, and the row that reports it.
-const UNSTOPPABLE: [(&str, &str); 2] = [
+const DEFECTS: [(&str, &str); 2] = [
     (
         "[amplifier]\none_shot_s = 5.0\n",
         "FAILED  stop: heartbeat  the amplifier stays on",
@@ -36,9 +36,9 @@ const UNSTOPPABLE: [(&str, &str); 2] = [
 /// Hazard 15.
 #[test]
 fn a_bench_that_its_stops_do_not_stop_is_not_driven() {
-    for (faulty, row) in UNSTOPPABLE {
+    for (defect, row) in DEFECTS {
         let (folder, study) = room();
-        let scenario = scenario(folder.path(), faulty);
+        let scenario = scenario(folder.path(), defect);
         let mut run = bench();
         run.args([
             "run",
@@ -88,8 +88,8 @@ fn a_session_logs_how_long_its_stops_took() {
             ("per_condition = 4", "per_condition = 1"),
         ],
     );
-    let ended = finish(&mut unattended(&study, "sub-01", protocol));
-    assert!(ended.status.success(), "{}", text(&ended));
+    let output = finish(&mut unattended(&study, "sub-01", protocol));
+    assert!(output.status.success(), "{}", text(&output));
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let rows = session.starts()[0].preflight.as_array().unwrap();
     for name in ["stop: heartbeat", "stop: enable"] {
@@ -103,14 +103,14 @@ fn a_session_logs_how_long_its_stops_took() {
 #[test]
 fn a_real_bench_drives_only_after_its_e_stop_was_pressed() {
     let (folder, study) = room();
-    let wired = [
+    let changes = [
         SOUND_CARD,
         (
             "backend = \"none\"",
             "backend = \"rppal\"\nestop = 13\nheartbeat = 21",
         ),
     ];
-    let config = config_with(folder.path(), &wired);
+    let config = config_with(folder.path(), &changes);
     let mut run = uncalibrated(&study, &config);
     run.current_dir(folder.path());
     assert_early_refusal(
@@ -146,9 +146,9 @@ fn a_press_is_rehearsed_on_the_simulated_bench() {
     check
         .current_dir(folder.path())
         .args(["check", "--mock", "--quick", "--press-estop"]);
-    let ended = finish(&mut check);
-    let printed = text(&ended);
-    assert!(ended.status.success(), "{printed}");
+    let output = finish(&mut check);
+    let printed = text(&output);
+    assert!(output.status.success(), "{printed}");
     for word in ["Press the e-stop now.", "Release it.", "The e-stop works"] {
         assert!(printed.contains(word), "{printed}");
     }

@@ -67,7 +67,7 @@ pub async fn convert(apparatus: Apparatus) {
         };
         let guard_state = guard::state();
         let inputs = Inputs {
-            estop_closed: seen.estop_closed,
+            estop_closed: guard_state.estop_closed,
             button: button.is_high(),
             dead_man: dead_man.is_high(),
         };

@@ -401,7 +401,7 @@ fn run_without_screen(command: &mut Command, folder: &Path) -> (Option<i32>, Str
 }
 
 #[test]
-fn without_a_screen_the_command_says_what_it_needs() {
+fn a_missing_screen_is_reported() {
     let folder = private_folder();
     let (code, printed) = run_without_screen(&mut participant(friction_bench()), folder.path());
     assert_eq!(code, Some(2));
@@ -412,7 +412,7 @@ fn without_a_screen_the_command_says_what_it_needs() {
 }
 
 #[test]
-fn the_commands_arguments_signals_and_status_are_the_windows() {
+fn the_command_passes_arguments_signals_and_status_of_the_window() {
     let display = VirtualDisplay::start();
     let mut seat = Seat::open(&display.socket()).unwrap();
     let mut window = display.window("window.log");
@@ -449,7 +449,7 @@ fn lone_copy(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn a_window_that_is_not_installed_is_missed_by_name_and_one_on_the_path_is_found() {
+fn a_missing_window_is_named_and_one_on_the_path_is_found() {
     let (folder, programs) = (private_folder(), private_folder());
     let program = lone_copy(programs.path());
     let empty = tempfile::tempdir().unwrap();

@@ -59,7 +59,7 @@ fn two_files_that_use_each_other_are_a_circle() {
 }
 
 #[test]
-fn a_child_that_takes_what_its_parent_defines_closes_a_circle_with_a_parent_that_calls_it() {
+fn a_child_using_an_item_of_its_calling_parent_closes_a_circle() {
     let ties = only_circle(&[
         (
             "lib.rs",
@@ -71,7 +71,7 @@ fn a_child_that_takes_what_its_parent_defines_closes_a_circle_with_a_parent_that
 }
 
 #[test]
-fn a_glob_of_the_parent_takes_what_it_defines() {
+fn a_glob_import_of_the_parent_is_an_edge() {
     let ties = only_circle(&[
         (
             "lib.rs",
@@ -83,7 +83,7 @@ fn a_glob_of_the_parent_takes_what_it_defines() {
 }
 
 #[test]
-fn a_re_export_leads_to_the_file_that_defines() {
+fn a_re_export_leads_to_the_defining_file() {
     let ties = only_circle(&[
         ("lib.rs", "mod a;\nmod b;\npub use b::B as Renamed;"),
         ("a.rs", "use crate::Renamed;\npub struct A(Renamed);"),
@@ -123,7 +123,7 @@ fn a_parent_that_re_exports_closes_no_circle() {
 }
 
 #[test]
-fn a_parent_that_also_uses_what_it_re_exports_takes_it() {
+fn a_parent_that_uses_its_re_export_has_an_edge() {
     let ties = only_circle(&[
         (
             "lib.rs",
@@ -187,7 +187,7 @@ fn imports_in_groups_in_functions_and_of_variants_are_edges() {
 }
 
 #[test]
-fn macros_are_taken_by_their_names_alone() {
+fn a_macro_call_is_an_edge() {
     let ties = only_circle(&[
         (
             "lib.rs",
@@ -199,7 +199,7 @@ fn macros_are_taken_by_their_names_alone() {
 }
 
 #[test]
-fn a_circle_of_three_is_one_circle_and_what_hangs_on_it_is_not_part_of_it() {
+fn a_circle_of_three_files_excludes_their_other_dependencies() {
     let ties = only_circle(&[
         ("lib.rs", "mod a;\nmod b;\nmod c;\nmod d;"),
         ("a.rs", "pub fn a() { crate::b::b() }"),
@@ -225,7 +225,7 @@ fn code_for_tests_closes_no_circle() {
 }
 
 #[test]
-fn code_for_all_but_tests_closes_one() {
+fn code_under_cfg_not_test_closes_a_circle() {
     let ties = only_circle(&[
         LIB,
         ("a.rs", "pub struct A;\n#[cfg(not(test))]\nuse crate::b::B;"),
@@ -376,7 +376,7 @@ fn a_table_that_does_not_fit_the_workspace_is_found() {
 }
 
 #[test]
-fn an_arrow_that_runs_up_is_found() {
+fn an_upward_dependency_is_found() {
     let mut rows = rows(TABLE);
     rows[0].uses.insert("upper".to_owned());
     let (package, used) = package_names("lower", "upper");
@@ -385,7 +385,7 @@ fn an_arrow_that_runs_up_is_found() {
 }
 
 #[test]
-fn what_a_package_is_built_of_is_found_through_others_and_not_through_tests() {
+fn indirect_dependencies_are_found_without_those_of_tests() {
     let lock = "[[package]]\nname = \"upper\"\ndependencies = [\"lower\", \"middle\", \"only-tests\"]\n\
         [[package]]\nname = \"lower\"\ndependencies = [\"sound 1.0.0\"]\n\
         [[package]]\nname = \"sound\"\ndependencies = [\"sound-sys\"]\n[[package]]\nname = \"sound-sys\"\n\

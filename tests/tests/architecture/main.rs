@@ -75,7 +75,7 @@ fn require_none(problems: Vec<String>) {
 }
 
 #[test]
-fn packages_use_only_what_the_table_allows_and_only_those_above_them() {
+fn packages_use_only_allowed_packages_above_them() {
     let rows = rows(&architecture());
     assert!(!rows.is_empty(), "ARCHITECTURE.md has no table of edges");
     let faults = faults(&rows, &workspace_packages());
@@ -272,7 +272,7 @@ fn cpal_is_named_by_the_sound_card_of_signalgen_and_the_host_of_ni_cards_alone()
 }
 
 #[test]
-fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
+fn the_wall_clock_is_read_in_one_place_and_used_only_for_dates() {
     let readers = [
         "SystemTime",
         "Timestamp::now",

@@ -88,7 +88,7 @@ fn the_chapter_is_the_index() {
 }
 
 #[test]
-fn each_variant_that_says_something_is_in_the_index_in_its_own_words() {
+fn each_message_is_in_the_index_with_its_exact_text() {
     let mut problems = Vec::new();
     for group in index() {
         let mut subjects = BTreeSet::new();

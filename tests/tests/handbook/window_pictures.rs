@@ -40,7 +40,7 @@ fn draw(view: &ParticipantView, moving: Moving) -> Canvas {
 }
 
 #[test]
-fn the_ruler_page() {
+fn the_ruler_page_is_up_to_date() {
     let mut canvas = Canvas::new(SIZE.0 as usize, SIZE.1 as usize, GROUND);
     Ruler::new(SIZE.0, PIXEL_M).draw(&mut canvas, &Typeface::built_in().unwrap());
     require_picture("window-ruler.png", &canvas);

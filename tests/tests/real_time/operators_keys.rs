@@ -257,7 +257,7 @@ fn a_window_that_is_unfit_or_gone_pauses_the_session_until_it_is_back() {
 }
 
 #[test]
-fn a_stopped_calibration_goes_on_with_the_points_it_has() {
+fn a_stopped_calibration_continues_with_its_points() {
     let terminal = Terminal::calibrate(100, 30, "pickup --levels-v 10,20,30");
     terminal.confirm_clear_plate();
     terminal.type_amplitude(10.0, 1.0);

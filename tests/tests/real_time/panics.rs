@@ -265,7 +265,7 @@ fn a_panic_in_any_other_command_that_drives_stops_the_drive_and_restores_the_ter
 
 /// Each task of the program has a panic test above, or a reason to have none.
 #[test]
-fn no_task_is_forgotten() {
+fn every_task_has_a_panic_test() {
     let mut names = BTreeSet::new();
     let mut folders = vec![workspace().join("bench")];
     while let Some(folder) = folders.pop() {

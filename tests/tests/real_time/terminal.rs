@@ -189,12 +189,12 @@ fn shows_the_session_and_restores_the_terminal(columns: u16, rows: u16) {
 }
 
 #[test]
-fn on_a_terminal_of_80_by_24() {
+fn the_dashboard_works_on_a_terminal_of_80_by_24() {
     shows_the_session_and_restores_the_terminal(80, 24);
 }
 
 #[test]
-fn on_a_terminal_of_120_by_40() {
+fn the_dashboard_works_on_a_terminal_of_120_by_40() {
     shows_the_session_and_restores_the_terminal(120, 40);
 }
 

@@ -239,7 +239,7 @@ fn no_edit_of_a_file_blinds_the_watch() {
 }
 
 #[test]
-fn a_card_of_its_own_clock_bears_no_long_silence() {
+fn a_long_silence_limit_is_refused_on_a_sound_card() {
     for (from, to, word) in SOUND_CARD {
         let (folder, study) = room();
         let config = config_with(folder.path(), &[(from, to)]);

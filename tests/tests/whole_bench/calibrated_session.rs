@@ -172,7 +172,7 @@ fn assert_refused(room: &Room, reason: &str) {
 }
 
 #[test]
-fn what_the_commands_measured_serves_a_session_as_well_as_the_truth() {
+fn a_session_with_measured_constants_is_as_accurate_as_with_true_ones() {
     for seed in 1..=2 {
         let room = Room::new(UNKNOWN_BENCH, seed);
         room.succeed(&["pickup"]);

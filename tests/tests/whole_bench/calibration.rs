@@ -212,7 +212,7 @@ fn a_plate_is_measured_in_under_twenty_seconds_of_signal() {
 }
 
 #[test]
-fn drift_is_told_and_too_much_of_it_refused() {
+fn drift_is_reported_and_excessive_drift_refused() {
     let room = Room::calibrated();
     fs::write(&room.scenario, "[plate]\nresonance_hz = 35012.0\n").unwrap();
     let printed = room.succeed(&["plate"]);
@@ -296,7 +296,7 @@ fn the_wrong_ones_are_refused_each_by_its_name() {
 }
 
 #[test]
-fn what_cannot_be_measured_is_said() {
+fn impossible_measurements_are_refused_with_the_cause() {
     let pickup: &[&str] = &["pickup"];
     let require_refusal_of = |scenario: &str, words: &[&str]| {
         require_refusal(Room::new(scenario, 1).calibrate(pickup), words);
@@ -372,7 +372,7 @@ fn check_compares_the_channels_with_the_calibration() {
 }
 
 #[test]
-fn typed_and_tabled_amplitudes_serve_as_well() {
+fn typed_and_tabulated_amplitudes_give_the_sensitivity() {
     // γ U/(ω b_p) of the nominal plate at 5 to 40 V, behind the amplifier's roll-off at 200 kHz, rounded to nanometres as a
     // person would.
     let amplifier = (1.0 + (35.0f64 / 200.0).powi(2)).sqrt().recip();

@@ -165,7 +165,7 @@ fn the_plate_stays_silent_and_a_tilt_shows_as_crosstalk() {
 }
 
 #[test]
-fn what_the_simulated_sensor_does_wrong_is_said() {
+fn defects_of_the_simulated_sensor_are_reported() {
     let require_refusal_of = |scenario: &str, words: &[&str]| {
         require_refusal(Room::new(scenario, 1).calibrate(&WEIGH), words);
     };

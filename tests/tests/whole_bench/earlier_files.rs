@@ -105,7 +105,7 @@ fn add_differences(
 }
 
 #[test]
-fn what_has_changed_is_found_and_what_is_new_is_not() {
+fn changed_values_are_found_and_new_ones_ignored() {
     let released = serde_json::json!({ "path": "a", "kept": 1.0, "text": "x", "list": [1.0, 2.0] });
     let current = serde_json::json!({ "path": "b", "kept": 1.0 + 1e-7, "text": "x", "list": [1.0, 2.0], "new": 3 });
     let mut differences = Vec::new();

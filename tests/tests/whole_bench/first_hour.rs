@@ -84,7 +84,7 @@ fn a_demo_that_is_ended_ends_its_step_first() {
 
 /// The version of a release build includes the commit; a debug build, compiled at every change, says that it is one.
 #[test]
-fn the_version_tells_what_was_built() {
+fn the_version_names_the_build() {
     let version = text(&finish(bench().arg("--version")));
     let build = version
         .strip_prefix(concat!("friction-bench ", env!("CARGO_PKG_VERSION"), " ("))
@@ -132,7 +132,7 @@ fn a_check_of_simulated_hardware_passes_in_small_terminals_and_through_a_pipe() 
 }
 
 #[test]
-fn where_a_dashboard_will_be_shown_a_small_terminal_is_a_warning() {
+fn a_small_terminal_for_a_dashboard_is_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let config = config_with(
         folder.path(),
@@ -160,7 +160,7 @@ fn where_a_dashboard_will_be_shown_a_small_terminal_is_a_warning() {
 }
 
 #[test]
-fn a_reader_that_has_read_enough_ends_a_command_in_good_order() {
+fn a_closed_pipe_ends_a_command_in_good_order() {
     for words in [
         &["completions", "bash"][..],
         &["completions", "zsh"],
@@ -189,7 +189,7 @@ fn a_reader_that_has_read_enough_ends_a_command_in_good_order() {
 }
 
 #[test]
-fn a_misspelt_name_suggests_the_right_one_before_anything_else_is_asked_for() {
+fn a_misspelt_name_suggests_the_right_one_first() {
     let (_folder, study) = room();
     for (words, suggestion) in [
         (&["run", "--mock", "nominl", "--headless"][..], "`nominal`"),
@@ -330,7 +330,7 @@ fn an_operator_chooses_how_much_is_printed() {
 }
 
 #[test]
-fn a_configuration_that_does_not_exist_is_named_and_nothing_else_is_touched() {
+fn a_missing_configuration_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let output = finish(bench().args(["check", "--config", "bnech.toml"]));
     assert_refusal(&output, &["bnech.toml does not exist", "--config"]);
@@ -361,7 +361,7 @@ fn a_configuration_that_does_not_exist_is_named_and_nothing_else_is_touched() {
 }
 
 #[test]
-fn a_number_that_cannot_be_is_refused_with_what_is_wanted() {
+fn an_invalid_number_is_refused_with_the_expected_range() {
     for (words, expectation) in [
         (
             &["run", "--mock", "--seed", "-1"][..],
@@ -417,7 +417,7 @@ fn waived_config(folder: &Path) -> std::path::PathBuf {
 }
 
 #[test]
-fn waived_hardware_stops_stand_on_the_screen_and_in_every_file() {
+fn waived_hardware_stops_are_shown_and_recorded() {
     let (folder, study) = room();
     let config = waived_config(folder.path());
     let protocol = workspace().join("tests/protocols/one-exploration.toml");

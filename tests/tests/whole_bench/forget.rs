@@ -173,7 +173,7 @@ fn no_link_leads_out_of_the_study() {
 }
 
 #[test]
-fn what_names_the_participant_elsewhere_is_listed() {
+fn other_files_naming_the_participant_are_listed() {
     let (_room, study) = study();
     fs::create_dir(study.join("results")).unwrap();
     fs::write(
@@ -243,7 +243,7 @@ fn answer_questions(study: &Path, answers: &str) -> (Option<i32>, String) {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn on_a_terminal_it_asks_twice() {
+fn forget_asks_twice_on_a_terminal() {
     let (_room, study) = study();
     let paths = tree(&study);
     for answers in ["no\n", "yes\nsub-06\n"] {

@@ -343,7 +343,7 @@ fn a_hundred_thousand_intervals_and_events_are_refused() {
 }
 
 #[test]
-fn the_most_intervals_and_events_that_are_read_are_read_in_time() {
+fn the_largest_allowed_manifest_is_read_in_time() {
     let (_room, folder) = recording();
     let event = "\n[[events]]\nkind = \"force_over_range\"\nsample = 30000\nframes = 7\n";
     let interval = |i: usize| {
@@ -360,7 +360,7 @@ fn the_most_intervals_and_events_that_are_read_are_read_in_time() {
 }
 
 #[test]
-fn gigabytes_of_sound_audio_are_a_stream() {
+fn gigabytes_of_audio_are_streamed() {
     let (_room, folder) = recording();
     // Five gigabytes would be the same to the reader and take longer.
     const BYTES: u32 = 800_000_000;

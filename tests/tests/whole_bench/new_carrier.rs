@@ -120,7 +120,7 @@ fn the_carrier_follows_the_resonance_between_trials_if_the_protocol_says_so() {
 }
 
 #[test]
-fn without_an_operator_a_carrier_that_is_to_be_asked_for_stays() {
+fn a_carrier_change_without_an_operator_is_not_made() {
     let (session, printed, _folder) = session("new_carrier = \"ask\"");
     let events: Vec<_> = session.named("carrier_kept").collect();
     assert_eq!(events.len(), 1);

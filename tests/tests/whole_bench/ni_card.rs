@@ -171,7 +171,7 @@ fn a_card_with_a_converter_for_each_input_reads_forces_too() {
 
 /// The program's thread and the apparatus take turns, however busy the computer is.
 #[test]
-fn time_that_runs_free_stands_still_while_the_program_reads() {
+fn free_running_time_stops_while_the_program_reads() {
     let sessions = std::thread::scope(|scope| {
         let run = || {
             let folder = tempfile::tempdir().unwrap();
@@ -237,7 +237,7 @@ fn a_card_that_fails_stops_the_drive_names_itself_and_keeps_what_was_recorded() 
 
 /// A drill leaves out faults that make a card unusable; the others work as on any bench.
 #[test]
-fn a_drill_on_a_card_leaves_out_what_ends_the_card() {
+fn a_drill_on_a_card_skips_faults_that_disable_it() {
     let folder = tempfile::tempdir().unwrap();
     let config = write_config(folder.path(), RIG);
     let drill = |only: &str| {
@@ -361,7 +361,7 @@ fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
 
 /// The unmodified program, in real time, as on a real card.
 #[test]
-fn without_a_simulated_apparatus_of_its_own_the_program_runs_on_the_library_alone() {
+fn the_program_runs_on_the_simulated_library_alone() {
     let folder = tempfile::tempdir().unwrap();
     let library = mock_hw::rack::library().unwrap();
     let force = folder.path().join("force");

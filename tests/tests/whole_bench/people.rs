@@ -17,7 +17,7 @@ use serde_json::Value;
 use super::refusals::{assert_early_refusal, assert_refusal, room};
 
 #[test]
-fn a_protocol_keeps_what_it_asks_for_and_nothing_else() {
+fn only_requested_details_are_stored() {
     let (folder, study) = room();
     let plain_protocol = protocol("one-exploration.toml");
     assert_early_refusal(
@@ -57,7 +57,7 @@ fn a_protocol_keeps_what_it_asks_for_and_nothing_else() {
 }
 
 #[test]
-fn what_was_stated_stays_and_another_answer_is_told_of() {
+fn a_stated_detail_is_kept_and_a_different_answer_reported() {
     let (folder, study) = room();
     let asking_protocol = folder.path().join("asking.toml");
     let protocol_text = fs::read_to_string(protocol("one-exploration.toml")).unwrap();
@@ -128,7 +128,7 @@ fn exclude(study: &Path, words: &[&str]) -> Output {
 }
 
 #[test]
-fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
+fn exclusions_are_left_out_counted_and_named_in_every_result() {
     let (folder, study) = room();
     let recordings = write_study(&study);
     let reason = ["--because", "the sensor's\tcable", "--by", "N. H."];

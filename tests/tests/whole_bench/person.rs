@@ -95,7 +95,7 @@ fn a_person_is_not_driven_again_by_starting_the_program_again() {
 }
 
 #[test]
-fn simulated_time_is_on_nobodys_account() {
+fn simulated_driving_time_is_not_accounted() {
     let (_folder, study) = room();
     for _ in 0..2 {
         let report = hold_session(&study, "sub-01", short_hour(), Setup::default()).unwrap();

@@ -86,7 +86,7 @@ fn a_study_is_the_users_own_unless_it_is_shared() {
 }
 
 #[test]
-fn a_calibration_names_its_operator_to_nobody_else() {
+fn a_calibration_is_private_unless_shared() {
     let (room, _) = room();
     let calibrate = |name: &str, is_shared: bool| {
         let folder = room.path().join(name);

@@ -65,7 +65,7 @@ pub fn uncalibrated(study: &Path, config: &Path) -> Command {
 }
 
 #[test]
-fn without_a_configuration_it_says_how_to_get_one() {
+fn a_missing_configuration_is_refused_with_the_remedy() {
     let (folder, study) = room();
     let mut run = bench();
     run.current_dir(folder.path())
@@ -139,7 +139,7 @@ fn without_consent() {
 }
 
 #[test]
-fn without_a_participant() {
+fn a_missing_participant_is_refused() {
     let (_folder, study) = room();
     let mut run = bench();
     run.args([
@@ -473,7 +473,7 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
 }
 
 #[test]
-fn a_watch_that_nobody_reads_ends() {
+fn a_monitor_with_a_closed_pipe_ends() {
     let mut monitor = bench();
     monitor
         .args(["monitor", "--mock", "--headless", "--drive-v", "20"])
@@ -492,7 +492,7 @@ fn a_watch_that_nobody_reads_ends() {
 }
 
 #[test]
-fn what_cannot_be_written_is_not_measured() {
+fn an_unwritable_calibration_is_refused_before_measuring() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("not there/calibration.toml");
     let mut calibrate = bench();
@@ -549,7 +549,7 @@ fn monitor_drives_only_what_passes_the_preflight() {
 }
 
 #[test]
-fn a_folder_that_is_no_study() {
+fn a_folder_without_a_study_is_refused() {
     let (_folder, study) = room();
     fs::create_dir(&study).unwrap();
     fs::write(study.join("thesis.tex"), "kept").unwrap();

@@ -14,7 +14,7 @@ use recording::RecordingReader;
 use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
 #[test]
-fn what_was_recorded_with_faults_says_so_everywhere() {
+fn rehearsed_faults_are_declared_everywhere() {
     let (folder, study) = room();
     let protocol = demo_with(
         folder.path(),

@@ -90,7 +90,7 @@ fn counted_trials(events: &[Event]) -> Vec<&str> {
 }
 
 #[test]
-fn what_is_shown_rests_on_all_before_it_however_it_was_reached() {
+fn estimates_of_a_replay_do_not_depend_on_its_moves() {
     use ActionTime::{Finished, Polls};
     let folder = tempfile::tempdir().unwrap();
     let session = VirtualParticipant::run("nominal", 5, folder.path());

@@ -355,7 +355,7 @@ fn a_line_that_is_removed_from_the_log_is_found() {
 }
 
 #[test]
-fn what_was_put_there_is_named() {
+fn foreign_files_are_named() {
     let study = StudyCopy::new();
     let session = study.session();
     copy(&session.join(TRIAL), &session.join("trial-009_attempt-1"));
@@ -407,7 +407,7 @@ fn cut_in_last_trial(study: &StudyCopy) -> String {
 }
 
 #[test]
-fn an_interrupted_session_passes_and_is_resumed_with_a_word_on_its_last_trial() {
+fn an_interrupted_session_passes_and_its_last_trial_is_reported_on_resuming() {
     let study = StudyCopy::new();
     let name = cut_in_last_trial(&study);
     let (status, printed) = study.verify();
@@ -429,7 +429,7 @@ fn an_interrupted_session_passes_and_is_resumed_with_a_word_on_its_last_trial() 
 }
 
 #[test]
-fn a_damaged_last_trial_is_said_when_the_session_is_resumed() {
+fn a_damaged_last_trial_is_reported_on_resuming() {
     let study = StudyCopy::new();
     // The operator ended it after the first trial.
     let log = study.session().join("events.jsonl");

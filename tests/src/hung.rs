@@ -16,7 +16,7 @@ use crate::finding;
 use crate::program::bench;
 use crate::running::{POLL, Running, wait_until};
 use crate::screen::Screen;
-use crate::session::{SessionFolder, demo_with, finish, replace_parts, text};
+use crate::session::{SessionFolder, finish, replace_parts, text, write_demo_protocol};
 use crate::thread_hold::{Thread, ThreadHold, has_ended, numbers, threads};
 
 /// Longest time until a session drives the plate.
@@ -82,7 +82,7 @@ pub struct Rig {
     /// Number of trials.
     pub trials: u32,
     /// Further options of `run`.
-    pub more: Vec<&'static str>,
+    pub options: Vec<&'static str>,
 }
 
 impl Default for Rig {
@@ -91,7 +91,7 @@ impl Default for Rig {
             scenario: "nominal",
             stroke_s: 8.5,
             trials: 1,
-            more: Vec::new(),
+            options: Vec::new(),
         }
     }
 }
@@ -166,7 +166,7 @@ impl HungSession {
         prepare(folder.path());
         let trials = format!("per_condition = {}", rig.trials);
         let speed = format!("speed_m_per_s = {:.4}", 0.085 / rig.stroke_s);
-        demo_with(
+        write_demo_protocol(
             folder.path(),
             &[
                 ("practice = 1", "practice = 0"),
@@ -194,7 +194,7 @@ impl HungSession {
         run.args(["run", "--mock", rig.scenario, "--participant", "sub-01"])
             .args(["--consent-by", "A. Tester", "--protocol", "protocol.toml"])
             .args(["--study", "study", "--config", "bench.toml"])
-            .args(&rig.more)
+            .args(&rig.options)
             .current_dir(folder.path())
             .env("FRICTION_BENCH_OSCILLOSCOPE", &scope.0);
         let running = Running::start_on(&screen, &mut run);
@@ -205,7 +205,7 @@ impl HungSession {
             scope,
         };
         let drives = wait_until(PATIENCE, || {
-            let is_driving = session.logged("\"trial_began\"") && session.is_driven();
+            let is_driving = session.log_contains("\"trial_began\"") && session.is_driven();
             (is_driving || has_ended(session.pid())).then_some(is_driving)
         });
         (drives == Some(true)).then_some(session)
@@ -219,7 +219,7 @@ impl HungSession {
 
     /// Returns whether the session's log contains `words`.
     #[must_use]
-    pub fn logged(&self, words: &str) -> bool {
+    pub fn log_contains(&self, words: &str) -> bool {
         let log = self.study().join("sub-01/ses-01/events.jsonl");
         std::fs::read_to_string(log).is_ok_and(|log| log.contains(words))
     }
@@ -248,16 +248,17 @@ impl HungSession {
 
     /// Returns the threads with this name.
     #[must_use]
-    pub fn named(&self, name: &str) -> Vec<Thread> {
-        let mut found = threads(self.pid());
-        found.retain(|thread| thread.name == name);
-        found
+    pub fn threads_named(&self, name: &str) -> Vec<Thread> {
+        let mut matches = threads(self.pid());
+        matches.retain(|thread| thread.name == name);
+        matches
     }
 
-    /// Holds the thread `name` at its next call of `call`; `None` if there is no such thread, or it does not call within `timeout`.
+    /// Holds the thread `name` at its next call of `call`; `None` if there is no such thread, or it does not call within
+    /// `timeout`.
     #[must_use]
     pub fn hold(&self, name: &str, call: &str, timeout: Duration) -> Option<ThreadHold> {
-        let thread = self.named(name).into_iter().next()?;
+        let thread = self.threads_named(name).into_iter().next()?;
         ThreadHold::begin(self.pid(), thread.id, &numbers(call), timeout)
     }
 
@@ -319,10 +320,10 @@ impl HungSession {
         if !has_ended(self.pid()) {
             self.running.signal(Signal::TERM);
         }
-        let ended = wait_until(Duration::from_secs(20), || {
+        let end = wait_until(Duration::from_secs(20), || {
             has_ended(self.pid()).then_some(())
         });
-        if ended.is_none() {
+        if end.is_none() {
             self.running.signal(Signal::KILL);
         }
         let _ = wait_until(Duration::from_secs(5), || self.running.exit_status());
@@ -343,8 +344,8 @@ pub fn contradictions(study: &Path) -> Vec<String> {
     let Some(session) = SessionFolder::read(study, "sub-01") else {
         return vec!["no log".to_owned()];
     };
-    let accepted = accepted(&session);
-    for name in &accepted {
+    let trials = accepted_trials(&session);
+    for name in &trials {
         let folder = session.path.join(name);
         match recording::RecordingReader::open(&folder) {
             Ok(reader) => {
@@ -361,13 +362,13 @@ pub fn contradictions(study: &Path) -> Vec<String> {
     }
     match verification::session(&session.path, || {}) {
         // An interrupted session may be incomplete without being damaged.
-        Ok(verified) if !verified.is_whole() => {
-            findings.push(format!("verify: {}", verified_words(&verified)));
+        Ok(checks) if !checks.is_whole() => {
+            findings.push(format!("verify: {}", short_debug(&checks)));
         }
         Ok(_) => {}
         Err(error) => findings.push(format!("verify: {error}")),
     }
-    if !accepted.is_empty() {
+    if !trials.is_empty() {
         match analysis::find::recordings(&[study.to_owned()], false) {
             Ok(paths) => {
                 let names = paths.iter().filter_map(|path| path.file_name());
@@ -375,8 +376,8 @@ pub fn contradictions(study: &Path) -> Vec<String> {
                     .map(|name| name.to_string_lossy().into_owned())
                     .collect();
                 names.sort();
-                if names != accepted {
-                    findings.push(format!("accepted {accepted:?}, analysed {names:?}"));
+                if names != trials {
+                    findings.push(format!("accepted {trials:?}, analysed {names:?}"));
                 }
             }
             Err(error) => findings.push(format!("analyze: {error}")),
@@ -388,13 +389,13 @@ pub fn contradictions(study: &Path) -> Vec<String> {
     findings
 }
 
-fn verified_words(verified: &impl fmt::Debug) -> String {
-    let words = format!("{verified:?}");
+fn short_debug(checks: &impl fmt::Debug) -> String {
+    let words = format!("{checks:?}");
     words.chars().take(400).collect()
 }
 
 /// Returns the folders of the attempts that the log records as accepted, in order. The protocol has no practice trials.
-fn accepted(session: &SessionFolder) -> Vec<String> {
+fn accepted_trials(session: &SessionFolder) -> Vec<String> {
     let data = session.events().map(|event| event.data.clone());
     let kinds: Vec<SessionEventKind> = data
         .filter_map(|data| serde_json::from_value(data.into()).ok())
@@ -406,8 +407,8 @@ fn accepted(session: &SessionFolder) -> Vec<String> {
         )
     };
     let records = records_from_events(&kinds).into_iter();
-    let accepted = records.filter(|record| is_accepted(&record.outcome));
-    let mut names: Vec<String> = accepted
+    let records = records.filter(|record| is_accepted(&record.outcome));
+    let mut names: Vec<String> = records
         .map(|record| {
             let (number, attempt) = (record.key.number, record.key.attempt);
             format!("trial-{number:03}_attempt-{attempt}")

@@ -45,8 +45,8 @@ impl Clock for SetClock {
             .iter()
             .rev()
             .find(|(from_s, _)| now_s >= *from_s);
-        let wrong = SignedDuration::from_hours(error.map_or(0, |(_, hours)| *hours));
-        later(date, self.now_ns()).checked_add(wrong).unwrap()
+        let offset = SignedDuration::from_hours(error.map_or(0, |(_, hours)| *hours));
+        later(date, self.now_ns()).checked_add(offset).unwrap()
     }
 }
 

@@ -92,7 +92,7 @@ impl Screen {
     /// # Panics
     /// When the reader panicked.
     #[must_use]
-    pub fn shown(&self) -> String {
+    pub fn output(&self) -> String {
         String::from_utf8_lossy(&self.output.lock().expect("no reader panics")).into_owned()
     }
 

@@ -11,7 +11,7 @@ use crate::finding;
 use crate::program::{bench, protocol};
 
 /// Returns `run` on simulated hardware as fast as it computes, without a dashboard.
-pub fn unattended(study: &Path, participant: &str, protocol: impl AsRef<Path>) -> Command {
+pub fn headless_run(study: &Path, participant: &str, protocol: impl AsRef<Path>) -> Command {
     let mut command = bench();
     command
         .args(["run", "--mock", "--headless", "--speed", "max"])
@@ -168,7 +168,7 @@ pub fn require_whole(study: &Path) {
 ///
 /// # Panics
 /// When the protocol does not contain such a part.
-pub fn demo_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
+pub fn write_demo_protocol(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     let path = folder.join("protocol.toml");
     let text = protocols::built_in("demo").expect("the demo protocol");
     std::fs::write(&path, replace_parts(text, changes)).expect("a written protocol");
@@ -179,7 +179,7 @@ pub fn demo_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
 ///
 /// # Panics
 /// When it does not contain such a part.
-pub fn config_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
+pub fn write_bench_config(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     let path = folder.join("bench.toml");
     let printed = finish(bench().args(["run", "--mock", "--print-config"]));
     let mut config = replace_parts(&text(&printed), changes);
@@ -200,7 +200,7 @@ const NO_METER: (&str, &str) = (
 
 /// Writes the configuration of a bench that tolerates a busy machine, as a file in `folder`.
 pub fn patient_config(folder: &Path) -> PathBuf {
-    config_with(
+    write_bench_config(
         folder,
         &[
             ("loop_latency_s =", "loop_latency_s = 1.0 # not"),

@@ -140,7 +140,8 @@ pub struct ThreadHold {
 }
 
 impl ThreadHold {
-    /// Holds the thread `id` of the process `pid` at its next call of one of these numbers; `None` if it makes none within `timeout`.
+    /// Holds the thread `id` of the process `pid` at its next call of one of these numbers; `None` if it makes none within
+    /// `timeout`.
     ///
     /// # Panics
     /// When the system does not let this process trace its own child.

@@ -16,10 +16,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use bench_tests::finding;
-use bench_tests::program::{bench, installed, jack_apparatus};
+use bench_tests::program::{bench, find_program, jack_apparatus};
 use bench_tests::recorded::Recording;
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text};
+use bench_tests::session::{SessionFolder, finish, text, write_bench_config, write_demo_protocol};
 use config::CalibrationFile;
 use mock_world::scenario::Scenario;
 use recording::manifest::{End, EventKind, RecordedIntervalKind, RecordingEvent};
@@ -56,7 +56,7 @@ impl Server {
     /// # Panics
     /// When the server does not start, or does not call its clients in time, as may happen on a busy machine.
     fn start(touch_after_s: &str) -> Self {
-        let jackd = installed("jackd");
+        let jackd = find_program("jackd");
         let folder = tempfile::tempdir().unwrap();
         static SERVERS: AtomicU32 = AtomicU32::new(0);
         let number = SERVERS.fetch_add(1, Ordering::Relaxed);
@@ -64,11 +64,11 @@ impl Server {
         let force_port = folder.path().join("force");
         // A server that lost its clients may write endlessly, so its output is discarded.
         let jackd = Running::start(
-            on_server(&name, Command::new(jackd)).args(JACKD),
+            set_server(&name, Command::new(jackd)).args(JACKD),
             Path::new("/dev/null"),
         );
         let mut apparatus = Running::start(
-            on_server(&name, Command::new(jack_apparatus()))
+            set_server(&name, Command::new(jack_apparatus()))
                 .arg("--force-link")
                 .arg(&force_port)
                 .args(["--touch-after-s", touch_after_s]),
@@ -96,7 +96,7 @@ impl Server {
     /// Writes the configuration of the bench on this server, with its force sensor at `force_port`.
     fn config(&self, force_port: &Path) -> PathBuf {
         let port = format!("port = \"{}\" #", force_port.display());
-        config_with(
+        write_bench_config(
             self.folder.path(),
             &[
                 ("host = \"native\"", "host = \"jack\""),
@@ -123,7 +123,7 @@ impl Server {
     /// Returns `run` on this server, with its force sensor at `force_port`.
     fn run(&self, force_port: &Path) -> Command {
         let config = self.config(force_port);
-        let protocol = demo_with(
+        let protocol = write_demo_protocol(
             self.folder.path(),
             &[
                 ("practice = 1", "practice = 0"),
@@ -136,7 +136,7 @@ impl Server {
                 ("lift_finger_s = 30.0", "lift_finger_s = 1.0"),
             ],
         );
-        let mut command = on_server(&self.name, bench());
+        let mut command = set_server(&self.name, bench());
         command
             .args([
                 "run",
@@ -168,7 +168,7 @@ impl Drop for Server {
     }
 }
 
-fn on_server(server: &str, mut command: Command) -> Command {
+fn set_server(server: &str, mut command: Command) -> Command {
     command
         .env("JACK_DEFAULT_SERVER", server)
         .env("JACK_NO_AUDIO_RESERVATION", "1")
@@ -286,7 +286,7 @@ fn calibration() -> CalibrationFile {
     let pickup = ["pickup", "--levels-v", "2,4,8", "--known-um", &known_um];
     let pickup = [&pickup[..], &["--known-at-hz", &known_at_hz]].concat();
     for words in [&pickup[..], &["plate"]] {
-        let mut calibrate = on_server(&server.name, bench());
+        let mut calibrate = set_server(&server.name, bench());
         calibrate
             .arg("calibrate")
             .args(words)

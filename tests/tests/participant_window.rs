@@ -13,7 +13,7 @@ use std::process::Command;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use bench_tests::program::{friction_bench, installed, participants_window, protocol};
+use bench_tests::program::{find_program, friction_bench, participants_window, protocol};
 use bench_tests::running::Running;
 use participant_window::geometry::Geometry;
 use participant_window::message::{Beat, FrameReport, Shown, Track};
@@ -42,7 +42,7 @@ impl VirtualDisplay {
         let output = folder.path().join("xvfb.log");
         let screen = format!("{}x{}x24", SIZE.0, SIZE.1);
         let mut server = Running::start(
-            Command::new(installed("Xvfb"))
+            Command::new(find_program("Xvfb"))
                 .args([
                     "-displayfd",
                     "1",
@@ -311,25 +311,25 @@ fn a_window_that_dies_or_hangs_is_missed_and_another_takes_its_place() {
     let display = VirtualDisplay::start();
     let mut seat = Seat::open(&display.socket()).unwrap();
     seat.show(slider_content(None));
-    let mut killed = display.window("killed.log");
+    let mut first_window = display.window("killed.log");
     wait_for(&mut seat, "a window", is_taken);
 
-    let mut second = display.window("second.log");
-    assert_eq!(second.wait(PATIENCE).code(), Some(2));
+    let mut second_window = display.window("second.log");
+    assert_eq!(second_window.wait(PATIENCE).code(), Some(2));
     assert!(
-        second.output().contains("is open already"),
+        second_window.output().contains("is open already"),
         "{}",
-        second.output()
+        second_window.output()
     );
 
-    killed.signal(Signal::KILL);
+    first_window.signal(Signal::KILL);
     wait_for(&mut seat, "its death", is_left);
-    killed.wait(PATIENCE);
-    let hanging = display.window("hanging.log");
+    first_window.wait(PATIENCE);
+    let third_window = display.window("hanging.log");
     wait_for(&mut seat, "a window after it", is_taken);
-    hanging.signal(Signal::STOP);
+    third_window.signal(Signal::STOP);
     wait_for(&mut seat, "its hanging", is_left);
-    hanging.signal(Signal::CONT);
+    third_window.signal(Signal::CONT);
     wait_for(&mut seat, "its return", is_taken);
     let start_s = shared_s();
     drop(seat);
@@ -487,7 +487,7 @@ fn a_missing_window_is_named_and_one_on_the_path_is_found() {
 /// Returns the display libraries that a command opened, judging by file names in its strace.
 fn display_libraries(command: &Command, folder: &Path) -> Vec<String> {
     let trace = folder.join("trace");
-    let mut strace = Command::new(installed("strace"));
+    let mut strace = Command::new(find_program("strace"));
     strace
         .args(["-f", "-qq", "-e", "trace=open,openat", "-o"])
         .arg(&trace)

@@ -175,9 +175,9 @@ fn real_time_beside_a_busy_process_loses_no_sample() {
         ),
     );
     assert!(greatest_kb < LIMIT_KB, "{greatest_kb} kB");
-    let [_, middle, late] = part_kb;
+    let [_, middle_kb, late_kb] = part_kb;
     assert!(
-        seconds < LONG_S || late - middle < GROWTH_KB,
-        "{middle} kB, then {late} kB"
+        seconds < LONG_S || late_kb - middle_kb < GROWTH_KB,
+        "{middle_kb} kB, then {late_kb} kB"
     );
 }

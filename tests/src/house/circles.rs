@@ -108,14 +108,14 @@ fn circles(tree: &Tree, edges: &Edges) -> Vec<Circle> {
 
 /// Returns the files that `from` depends on, directly or through others.
 fn reachable(from: usize, edges: &Edges) -> BTreeSet<usize> {
-    let (mut reached, mut queue) = (BTreeSet::new(), vec![from]);
+    let (mut files, mut queue) = (BTreeSet::new(), vec![from]);
     while let Some(file) = queue.pop() {
         let outgoing = edges.range((file, 0)..=(file, usize::MAX));
         for (&(_, to), _) in outgoing {
-            if reached.insert(to) {
+            if files.insert(to) {
                 queue.push(to);
             }
         }
     }
-    reached
+    files
 }

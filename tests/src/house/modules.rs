@@ -85,13 +85,13 @@ impl Tree {
             path: path.to_owned(),
             error,
         })?;
-        let parsed = syn::parse_file(&text).map_err(|error| Unreadable::NotRust {
+        let syntax = syn::parse_file(&text).map_err(|error| Unreadable::NotRust {
             path: path.to_owned(),
             error,
         })?;
         let file = self.files.len();
         self.files.push(path.to_owned());
-        self.module(Body::new(&parsed.items), file, folder, parent, test)
+        self.module(Body::new(&syntax.items), file, folder, parent, test)
     }
 
     fn module(

@@ -149,7 +149,7 @@ fn table(text: &str, heading: &str) -> Vec<Vec<String>> {
 }
 
 /// Returns the texts between backquotes.
-fn quoted(cell: &str) -> impl Iterator<Item = String> {
+fn quoted_names(cell: &str) -> impl Iterator<Item = String> {
     cell.split('`').skip(1).step_by(2).map(str::to_owned)
 }
 
@@ -159,13 +159,13 @@ pub fn rows(architecture: &str) -> Vec<Row> {
         cells
             .get(column)
             .into_iter()
-            .flat_map(|c| quoted(c))
+            .flat_map(|c| quoted_names(c))
             .collect()
     };
     table(architecture, "## Allowed edges")
         .iter()
         .map(|cells| Row {
-            package: quoted(&cells[0]).next().unwrap_or_default(),
+            package: quoted_names(&cells[0]).next().unwrap_or_default(),
             uses: names(cells, 1),
             tests_use: names(cells, 2),
         })
@@ -177,7 +177,7 @@ pub fn pure_packages(architecture: &str) -> BTreeSet<String> {
     table(architecture, "# Architecture")
         .iter()
         .filter(|cells| cells.get(3).is_some_and(|pure| pure.trim() == "yes"))
-        .filter_map(|cells| quoted(&cells[1]).next())
+        .filter_map(|cells| quoted_names(&cells[1]).next())
         .collect()
 }
 

@@ -74,14 +74,14 @@ pub fn faults(document: &str) -> Vec<Entry> {
     let entry = |line: &str| {
         let mut cells = line.split('|').skip(1).map(str::trim);
         let number = cells.next()?;
-        let (number, planned) = match number.strip_suffix(", planned") {
+        let (number, reason) = match number.strip_suffix(", planned") {
             Some(number) => (number, Some("planned")),
             None => (number, None),
         };
         Some(Entry {
             row: Row::Fault(number.parse().ok()?),
             title: beginning(cells.next()?).to_owned(),
-            untested: planned,
+            untested: reason,
         })
     };
     rows.filter_map(entry).collect()
@@ -211,12 +211,12 @@ pub fn document(faults: &[Entry], hazards: &[Entry], tests: &[Test]) -> String {
 }
 
 /// Compares docs/traces.md as `written` with its expected text.
-pub fn stale(written: &str, expected: &str) -> Option<Gap> {
-    if written == expected {
+pub fn stale(text: &str, expected: &str) -> Option<Gap> {
+    if text == expected {
         return None;
     }
-    let common_lines = written.lines().zip(expected.lines());
-    let common_lines = common_lines.take_while(|(written, expected)| written == expected);
+    let common_lines = text.lines().zip(expected.lines());
+    let common_lines = common_lines.take_while(|(text, expected)| text == expected);
     Some(Gap::Stale {
         line: common_lines.count() + 1,
     })

@@ -290,7 +290,7 @@ fn a_module_without_a_file_is_an_error() {
 }
 
 /// Returns a workspace of three packages; `upper` has these further lines in its manifest.
-fn workspace_with(manifest_lines: &str) -> Vec<Package> {
+fn make_workspace(manifest_lines: &str) -> Vec<Package> {
     let manifest = |name: &str, manifest_lines: &str| {
         format!(
             "[package]\nname = \"{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\n{manifest_lines}"
@@ -335,23 +335,23 @@ fn an_edge_that_the_table_does_not_allow_is_found() {
     let rows = rows(TABLE);
     let manifest = "[dependencies]\nlower = { path = \"../lower\" }\n\
                    [dev-dependencies]\nmiddle = { path = \"../middle\" }";
-    assert_eq!(faults(&rows, &workspace_with(manifest)), []);
+    assert_eq!(faults(&rows, &make_workspace(manifest)), []);
     for table in ["dependencies", "build-dependencies"] {
-        let added = format!("[{table}]\nmiddle = {{ path = \"../middle\" }}");
+        let edited_manifest = format!("[{table}]\nmiddle = {{ path = \"../middle\" }}");
         let (package, used) = package_names("upper", "middle");
-        let problems = faults(&rows, &workspace_with(&added));
+        let problems = faults(&rows, &make_workspace(&edited_manifest));
         assert_eq!(problems, [Fault::NotAllowed { package, used }]);
     }
     let mut strict = rows.clone();
     strict[2].tests_use.clear();
     let (package, used) = package_names("upper", "middle");
-    let problems = faults(&strict, &workspace_with(manifest));
+    let problems = faults(&strict, &make_workspace(manifest));
     assert_eq!(problems, [Fault::NotAllowedInTests { package, used }]);
 }
 
 #[test]
 fn a_table_that_does_not_fit_the_workspace_is_found() {
-    let (rows, packages) = (rows(TABLE), workspace_with(""));
+    let (rows, packages) = (rows(TABLE), make_workspace(""));
     let package = "middle".to_owned();
     let mut shorter_table = rows.clone();
     shorter_table.retain(|row| row.package != package);
@@ -380,7 +380,7 @@ fn an_upward_dependency_is_found() {
     let mut rows = rows(TABLE);
     rows[0].uses.insert("upper".to_owned());
     let (package, used) = package_names("lower", "upper");
-    let problems = faults(&rows, &workspace_with(""));
+    let problems = faults(&rows, &make_workspace(""));
     assert_eq!(problems, [Fault::Upward { package, used }]);
 }
 
@@ -390,7 +390,7 @@ fn indirect_dependencies_are_found_without_those_of_tests() {
         [[package]]\nname = \"lower\"\ndependencies = [\"sound 1.0.0\"]\n\
         [[package]]\nname = \"sound\"\ndependencies = [\"sound-sys\"]\n[[package]]\nname = \"sound-sys\"\n\
         [[package]]\nname = \"only-tests\"\n";
-    let mut packages = workspace_with("[dependencies]\nlower = { path = \"../lower\" }");
+    let mut packages = make_workspace("[dependencies]\nlower = { path = \"../lower\" }");
     packages[0].built_of.insert("sound".to_owned());
     let tree = Lock::parse(lock).unwrap().tree("upper", &packages);
     assert_eq!(tree["sound-sys"], "sound");

@@ -100,12 +100,12 @@ fn no_package_has_a_circle_of_files() {
 fn every_source_file_belongs_to_a_module() {
     let mut problems = Vec::new();
     for package in workspace_packages() {
-        let mut reached = BTreeSet::new();
+        let mut module_files = BTreeSet::new();
         for root in package.roots() {
-            reached.extend(survey(root).unwrap().files);
+            module_files.extend(survey(root).unwrap().files);
         }
         let files = rust_files(&package.source()).unwrap();
-        let strays = files.iter().filter(|file| !reached.contains(*file));
+        let strays = files.iter().filter(|file| !module_files.contains(*file));
         problems.extend(strays.map(|file| format!("{}: no `mod` names it", relative_path(file))));
     }
     require_none(problems);
@@ -124,8 +124,8 @@ fn no_package_and_no_file_is_too_long() {
 fn the_safety_watch_uses_tasks_alone() {
     let safety = package("safety");
     assert_eq!(safety.uses, ["tasks".to_owned()].into());
-    let allowed = |row: &Row| row.package == "safety" && row.uses == safety.uses;
-    assert!(rows(&architecture()).iter().any(allowed));
+    let is_allowed = |row: &Row| row.package == "safety" && row.uses == safety.uses;
+    assert!(rows(&architecture()).iter().any(is_allowed));
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn program_files() -> Vec<PathBuf> {
 }
 
 /// Returns those of `files` whose code, without comments, has one of `words` not preceded by a letter or digit.
-fn files_with(files: Vec<PathBuf>, words: &[&str]) -> Vec<String> {
+fn find_files(files: Vec<PathBuf>, words: &[&str]) -> Vec<String> {
     let is_name_character = |c: char| c.is_alphanumeric() || c == '_';
     let has_word = |line: &str| {
         let code = line.split("//").next().unwrap_or_default();
@@ -218,9 +218,9 @@ const SIMULATOR_USERS: [&str; 5] = [
 /// Returns whether a file belongs to `schemas` and uses only the scenario files of the simulated world, which it describes.
 fn uses_only_scenarios(file: &str) -> bool {
     let text = std::fs::read_to_string(workspace().join(file)).unwrap();
-    let named = text.matches("mock_world::").count();
+    let count = text.matches("mock_world::").count();
     file.starts_with("bench/schemas/src/")
-        && named == text.matches("mock_world::scenario::").count()
+        && count == text.matches("mock_world::scenario::").count()
 }
 
 #[test]
@@ -240,7 +240,7 @@ fn the_simulated_apparatus_and_the_gpio_libraries_are_named_by_the_binary_alone(
         "gpiocdev",
         "gpiocdev_embedded_hal",
     ] {
-        let files = files_with(program_files(), &[&format!("{name}::")]);
+        let files = find_files(program_files(), &[&format!("{name}::")]);
         assert!(!files.is_empty(), "nothing uses {name}");
         for file in files {
             let is_binary_only = binary.contains(&file) && !library.contains(&file);
@@ -261,7 +261,7 @@ fn the_simulated_apparatus_and_the_gpio_libraries_are_named_by_the_binary_alone(
 fn cpal_is_named_by_the_sound_card_of_signalgen_and_the_host_of_ni_cards_alone() {
     let folder = format!("{}/audio/", relative_path(&package("signalgen").source()));
     let host = format!("{}/host/", relative_path(&package("daqmx").source()));
-    let files = files_with(program_files(), &["cpal::"]);
+    let files = find_files(program_files(), &["cpal::"]);
     assert!(!files.is_empty(), "nothing uses cpal");
     for name in files {
         assert!(
@@ -282,7 +282,7 @@ fn the_wall_clock_is_read_in_one_place_and_used_only_for_dates() {
     ];
     let simulated =
         ["mock-hw", "mock-world"].map(|name| rust_files(&package(name).source()).unwrap());
-    let files = files_with([program_files(), simulated.concat()].concat(), &readers);
+    let files = find_files([program_files(), simulated.concat()].concat(), &readers);
     let [clock] = &files[..] else {
         panic!("the wall clock is read in {files:?}");
     };

@@ -50,8 +50,8 @@ fn traces_are_up_to_date() {
     if std::env::var_os(WRITE).is_some_and(|value| value == "1") {
         std::fs::write(&path, &expected).unwrap();
     }
-    let written = std::fs::read_to_string(&path).unwrap_or_default();
-    require_none(texts(stale(&written, &expected).as_slice()));
+    let file_text = std::fs::read_to_string(&path).unwrap_or_default();
+    require_none(texts(stale(&file_text, &expected).as_slice()));
 }
 
 /// Reads the source files of two packages, the second of which lies in the first one's folder.

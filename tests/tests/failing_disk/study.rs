@@ -13,7 +13,7 @@ use crate::memory_disk::MemoryDisk;
 
 const PARTICIPANTS: [&str; 2] = ["sub-01", "sub-02"];
 const HEADER: &str = "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness";
-/// Files to copy, with texts that `copy_of` repeats beyond the length of a sector.
+/// Files to copy, with texts that `repeat_text` repeats beyond the length of a sector.
 const COPIES: [(&str, &str); 2] = [
     ("demo.toml", "# a protocol, long enough to be torn\n"),
     ("bench.toml", "rate_hz = 192000 # and much more to say\n"),
@@ -38,7 +38,7 @@ pub struct Registration {
     errors: Vec<String>,
 }
 
-fn copy_of(text: &str) -> String {
+fn repeat_text(text: &str) -> String {
     text.repeat(40)
 }
 
@@ -70,8 +70,8 @@ impl Registration {
         study.describe(&id, &person)?;
         self.descriptions.push(participant);
         for (name, text) in COPIES {
-            let path = session.snapshot(name, &copy_of(text))?;
-            self.copies.push((path, copy_of(text)));
+            let path = session.snapshot(name, &repeat_text(text))?;
+            self.copies.push((path, repeat_text(text)));
         }
         let result = session.log().stop(String::new(), ExitStatus::Success, None);
         result?;
@@ -112,7 +112,7 @@ impl Registration {
             let session = study.join(participant).join(study::session_name(1));
             for (name, text) in COPIES {
                 if let Ok(copy) = std::fs::read_to_string(session.join(name)) {
-                    assert_eq!(copy, copy_of(text), "{name} of {participant}");
+                    assert_eq!(copy, repeat_text(text), "{name} of {participant}");
                 }
             }
             let log = session.join(EVENTS_FILE);

@@ -90,8 +90,8 @@ struct Trial {
 pub struct Session {
     trials: Vec<Trial>,
     /// Streams of the events that the log accepted.
-    logged: Vec<String>,
-    stopped: bool,
+    logged_streams: Vec<String>,
+    is_stopped: bool,
 }
 
 impl Session {
@@ -140,7 +140,7 @@ impl Session {
             }
             session.trials.push(trial);
         }
-        session.stopped = log.as_mut().is_some_and(|log| {
+        session.is_stopped = log.as_mut().is_some_and(|log| {
             let result = log.stop(String::new(), ExitStatus::Success, None);
             result.is_ok()
         });
@@ -151,15 +151,15 @@ impl Session {
         if let Some(log) = log
             && log.event(stream, String::new(), 0.0, data).is_ok()
         {
-            self.logged.push(stream.to_owned());
+            self.logged_streams.push(stream.to_owned());
         }
     }
 
     /// Returns whether the recorder and the log accepted everything.
     pub fn is_saved(&self) -> bool {
         self.trials.iter().all(|trial| trial.saved.is_some())
-            && self.stopped
-            && self.logged.len() == 4
+            && self.is_stopped
+            && self.logged_streams.len() == 4
     }
 
     /// Returns the number of trials that are not saved.
@@ -174,7 +174,7 @@ impl Session {
             trial.require_content(&root.join(trial.folder.strip_prefix("/").unwrap()), end);
         }
         let path = root.join(LOG.strip_prefix('/').unwrap());
-        if self.logged.is_empty() && !path.exists() {
+        if self.logged_streams.is_empty() && !path.exists() {
             return;
         }
         let content = event_log::read(&path).unwrap();
@@ -188,10 +188,10 @@ impl Session {
         let numbers: Vec<u64> = events.clone().map(|event| event.seq_num).collect();
         assert_eq!(numbers, (1..=numbers.len() as u64).collect::<Vec<_>>());
         // Lines that were written but not reported as such may exist too.
-        for stream in &self.logged {
+        for stream in &self.logged_streams {
             assert!(events.any(|event| event.stream == *stream), "{content:?}");
         }
-        assert!(!self.stopped || content.stop().is_some());
+        assert!(!self.is_stopped || content.stop().is_some());
     }
 }
 
@@ -275,7 +275,7 @@ impl Trial {
         }
         if let Some((on_disk, sums)) = &self.saved {
             assert_eq!(on_disk.frames, self.input.counts().frames);
-            assert_eq!(*sums, sums_of(folder));
+            assert_eq!(*sums, checksums(folder));
         }
     }
 }
@@ -317,7 +317,7 @@ impl Data {
     }
 }
 
-fn sums_of(folder: &Path) -> BTreeMap<String, String> {
+fn checksums(folder: &Path) -> BTreeMap<String, String> {
     let mut summing = Summing::new(Arc::new(FileSystem), folder);
     while summing.advance(1 << 20).unwrap() > 0 {}
     summing.sums().unwrap().clone()

@@ -60,8 +60,8 @@ impl Page {
 
     /// Adds the anchor of a heading, with a number if an earlier heading has the same words.
     fn add_anchor(&mut self, words: &str) {
-        let numbered = (1..).map(|number| format!("{words}-{number}"));
-        let mut names = std::iter::once(words.to_owned()).chain(numbered);
+        let candidates = (1..).map(|number| format!("{words}-{number}"));
+        let mut names = std::iter::once(words.to_owned()).chain(candidates);
         let free = names.find(|name| !self.anchors.contains(name));
         self.anchors.extend(free);
     }
@@ -77,7 +77,7 @@ fn anchor(heading: &str) -> String {
     characters.flat_map(char::to_lowercase).collect()
 }
 
-fn without_dots(path: &Path) -> PathBuf {
+fn normalise(path: &Path) -> PathBuf {
     let mut result = PathBuf::new();
     for part in path.components() {
         match part {
@@ -101,7 +101,7 @@ fn dead_links(path: &Path) -> Vec<String> {
         let (file, fragment) = link.split_once('#').unwrap_or((link, ""));
         let target = match file {
             "" => path.to_owned(),
-            file => without_dots(&path.parent().unwrap().join(file)),
+            file => normalise(&path.parent().unwrap().join(file)),
         };
         if fragment.is_empty() {
             return !target.exists();

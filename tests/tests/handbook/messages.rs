@@ -130,7 +130,7 @@ fn each_message_is_in_the_index_with_its_exact_text() {
 #[test]
 fn each_type_with_messages_is_in_the_index_or_left_out_on_purpose() {
     let index = index();
-    let listed: BTreeSet<&str> = index
+    let index_types: BTreeSet<&str> = index
         .iter()
         .flat_map(|group| group.sources.iter().map(|(_, name)| name.as_str()))
         .collect();
@@ -146,7 +146,7 @@ fn each_type_with_messages_is_in_the_index_or_left_out_on_purpose() {
     }
     let unknown: Vec<_> = types
         .iter()
-        .filter(|name| !listed.contains(name.as_str()) && !LEFT_OUT.contains(&name.as_str()))
+        .filter(|name| !index_types.contains(name.as_str()) && !LEFT_OUT.contains(&name.as_str()))
         .collect();
     assert!(
         unknown.is_empty(),
@@ -154,7 +154,7 @@ fn each_type_with_messages_is_in_the_index_or_left_out_on_purpose() {
     );
     let stale: Vec<_> = LEFT_OUT
         .iter()
-        .filter(|name| !types.contains(**name) || listed.contains(**name))
+        .filter(|name| !types.contains(**name) || index_types.contains(**name))
         .collect();
     assert!(stale.is_empty(), "take these out of LEFT_OUT: {stale:?}");
 }

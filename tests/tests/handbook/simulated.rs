@@ -60,7 +60,7 @@ struct Operator {
     captures: Captures,
     deed: Box<dyn FnMut(Deed) -> Option<Action> + Send>,
     /// Number of readings since the question.
-    waited: u32,
+    reading_count: u32,
     actions: Vec<Action>,
 }
 
@@ -77,14 +77,14 @@ impl Operator {
             shots,
             captures: captures.clone(),
             deed: Box::new(deed),
-            waited: 0,
+            reading_count: 0,
             actions: Vec::new(),
         }
     }
 
     fn answer(&self) -> Option<Reply> {
         let page = self.state.calibration.as_ref()?;
-        if self.waited < PATIENCE {
+        if self.reading_count < PATIENCE {
             return None;
         }
         Some(match page.asked.as_ref()? {
@@ -99,7 +99,7 @@ impl Operator {
 }
 
 /// Returns the event without the disk, folder and speed of this computer.
-fn without_computer(event: Event) -> Event {
+fn strip_computer(event: Event) -> Event {
     match event {
         Event::Session(header) => Event::Session(SessionHeader {
             study: header.study.map(|_| "my-study".to_owned()),
@@ -120,11 +120,11 @@ fn without_computer(event: Event) -> Event {
 
 impl Front for Operator {
     fn show(&mut self, event: Event) {
-        let event = without_computer(event);
+        let event = strip_computer(event);
         match &event {
             Event::Live(live) => self.state.apply(&Event::Tick { now_s: live.t_s }),
-            Event::CalibrationReadings(_) => self.waited += 1,
-            Event::Calibration(_) => self.waited = 0,
+            Event::CalibrationReadings(_) => self.reading_count += 1,
+            Event::Calibration(_) => self.reading_count = 0,
             _ => {}
         }
         self.state.apply(&event);
@@ -147,7 +147,7 @@ impl Front for Operator {
 
     fn action(&mut self) -> Option<Action> {
         if let Some(reply) = self.answer() {
-            self.waited = 0;
+            self.reading_count = 0;
             return Some(Action::Answer(reply));
         }
         self.actions.pop()
@@ -195,18 +195,18 @@ fn calibrate<C: Calibrates>(
         apparatus.hands,
         instrument,
         |_| {
-            let guided = Guided::new(operator, title, true, BenchFacts::default(), &[]);
-            Ok((Box::new(guided), None))
+            let front = Guided::new(operator, title, true, BenchFacts::default(), &[]);
+            Ok((Box::new(front), None))
         },
         procedure,
     )
     .unwrap();
-    let judged = outcome.procedure.judge(outcome.date, "A. Tester").unwrap();
-    assert!(judged.faults.is_empty(), "{:?}", judged.faults);
+    let judgement = outcome.procedure.judge(outcome.date, "A. Tester").unwrap();
+    assert!(judgement.faults.is_empty(), "{:?}", judgement.faults);
     if calibration.identity.input_device.is_empty() {
         calibration.identity = outcome.identity;
     }
-    judged.part.put_into(calibration);
+    judgement.part.put_into(calibration);
 }
 
 /// Calibrates pickup, plate and force sensor with guidance for the operator, captures a shot of each, and writes the

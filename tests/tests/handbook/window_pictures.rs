@@ -47,11 +47,11 @@ fn the_ruler_page_is_up_to_date() {
 }
 
 /// Compares the window's pictures of a slider to follow and of the force shown afterwards.
-pub fn require_same_views(following: &ParticipantView, afterwards: &ParticipantView) {
+pub fn require_same_views(slider_view: &ParticipantView, force_view: &ParticipantView) {
     let moving = Moving {
-        slider_m: following.slider_m,
+        slider_m: slider_view.slider_m,
         finger_m: None,
     };
-    require_picture("window-slider.png", &draw(following, moving));
-    require_picture("window-force.png", &draw(afterwards, Moving::default()));
+    require_picture("window-slider.png", &draw(slider_view, moving));
+    require_picture("window-force.png", &draw(force_view, Moving::default()));
 }

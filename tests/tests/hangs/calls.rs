@@ -6,10 +6,10 @@ use std::collections::BTreeSet;
 use std::process::Command;
 use std::time::Duration;
 
-use bench_tests::program::{friction_bench, installed};
+use bench_tests::program::{find_program, friction_bench};
 use bench_tests::running::{Running, wait_until};
 use bench_tests::screen::Screen;
-use bench_tests::session::{demo_with, patient_config};
+use bench_tests::session::{patient_config, write_demo_protocol};
 use bench_tests::thread_hold::threads;
 use rustix::process::Signal;
 
@@ -137,9 +137,9 @@ fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
         ("countdown_s = 1.0", "countdown_s = 0.3"),
         ("feedback_s = 1.0", "feedback_s = 0.3"),
     ];
-    let protocol = demo_with(folder.path(), &changes);
+    let protocol = write_demo_protocol(folder.path(), &changes);
     let mut screen = Screen::open(120, 40);
-    let mut run = Command::new(installed("strace"));
+    let mut run = Command::new(find_program("strace"));
     // A filter in the kernel lets all other calls pass at their usual speed.
     run.args(["-f", "--decode-pids=comm", "--seccomp-bpf", "-qq"])
         .args(["-e", "signal=none", "-e", TRACE_FILTER, "-o"])
@@ -161,7 +161,7 @@ fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
         log.contains(words).then_some(())
     };
     if wait_until(patience, || log_with("\"trial_began\"")).is_none() {
-        panic!("no trial:\n{}", screen.shown());
+        panic!("no trial:\n{}", screen.output());
     }
     let trace_length = || usize::try_from(trace.metadata().unwrap().len()).unwrap();
     let start = trace_length();
@@ -169,13 +169,13 @@ fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
     // A page is written while the plate is driven.
     screen.press("w");
     let settled = wait_until(patience, || log_with("\"trial_settled\""));
-    assert!(settled.is_some(), "{}", screen.shown());
+    assert!(settled.is_some(), "{}", screen.output());
     let end = trace_length();
     screen.press("q");
     std::thread::sleep(Duration::from_millis(200));
     screen.press("y");
     if wait_until(patience, || session.exit_status()).is_none() {
-        panic!("it goes on:\n{}", screen.shown());
+        panic!("it goes on:\n{}", screen.output());
     }
     // Threads make more calls at their start and end, while the plate is not driven.
     let text = std::fs::read(&trace).unwrap();

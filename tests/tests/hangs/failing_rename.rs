@@ -5,7 +5,7 @@ use std::time::Duration;
 use bench_tests::hung::contradictions;
 use bench_tests::program::protocol;
 use bench_tests::running::{Running, wait_until};
-use bench_tests::session::{SessionFolder, finish, text, unattended};
+use bench_tests::session::{SessionFolder, finish, headless_run, text};
 use bench_tests::thread_hold::{ThreadHold, numbers};
 use protocols::{SessionEventKind, TrialOutcome, records_from_events};
 
@@ -30,7 +30,7 @@ fn outcomes(session: &SessionFolder) -> Vec<(u32, TrialOutcome)> {
 fn a_trial_whose_description_cannot_be_renamed_is_not_accepted_and_is_repeated() {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
-    let session = || unattended(&study, "sub-01", protocol("one-exploration.toml"));
+    let session = || headless_run(&study, "sub-01", protocol("one-exploration.toml"));
     let mut running = Running::start(&mut session(), &folder.path().join("output"));
     let description = study.join("sub-01/ses-01/trial-001_attempt-1/recording.toml.tmp");
     let pid = running.pid();

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use bench_tests::campaign;
 use bench_tests::hung::contradictions;
 use bench_tests::running::{Running, wait_until};
-use bench_tests::session::{demo_with, unattended};
+use bench_tests::session::{headless_run, write_demo_protocol};
 use bench_tests::thread_hold::{ThreadHold, has_ended, numbers, threads};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -54,13 +54,13 @@ impl StudyFolder {
         ];
         Self {
             study: folder.path().join("study"),
-            protocol: demo_with(folder.path(), &changes),
+            protocol: write_demo_protocol(folder.path(), &changes),
             folder,
         }
     }
 
     fn start(&self) -> Running {
-        let mut run = unattended(&self.study, "sub-01", &self.protocol);
+        let mut run = headless_run(&self.study, "sub-01", &self.protocol);
         if self.study.join("sub-01/ses-01/events.jsonl").exists() {
             run.arg("--resume");
         }
@@ -146,8 +146,8 @@ fn sequence(seed: u64) -> Result<usize, String> {
             return Err(format!("seed {seed}: after {events:?}: {conflicts:?}"));
         }
     }
-    let mut last = folder.start();
-    last.wait(MINUTE);
+    let mut last_run = folder.start();
+    last_run.wait(MINUTE);
     let conflicts = contradictions(&folder.study);
     if conflicts.is_empty() {
         Ok(hangs)

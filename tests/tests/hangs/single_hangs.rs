@@ -255,7 +255,7 @@ fn measure_table(count: usize) -> Vec<String> {
     let (queue, failures) = (Mutex::new(points.into_iter()), Mutex::new(Vec::new()));
     // Run in parallel, since most of the time is waiting.
     let worker = || {
-        while let Some((rig, point)) = next(&queue) {
+        while let Some((rig, point)) = next_point(&queue) {
             let point_failures = measure_all_stops(&rig, point);
             failures.lock().unwrap().extend(point_failures);
         }
@@ -268,7 +268,7 @@ fn measure_table(count: usize) -> Vec<String> {
     failures.into_inner().unwrap()
 }
 
-fn next<T>(queue: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
+fn next_point<T>(queue: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
     queue.lock().unwrap().next()
 }
 

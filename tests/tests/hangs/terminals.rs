@@ -76,7 +76,7 @@ fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
 fn a_window_that_hangs_delays_no_stop() {
     let hangs = Arc::new(AtomicBool::new(false));
     let rig = Rig {
-        more: vec!["--participant-window=meeting"],
+        options: vec!["--participant-window=meeting"],
         ..Rig::default()
     };
     let mut session = HungSession::start_prepared(&rig, |folder| {

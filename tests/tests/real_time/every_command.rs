@@ -42,13 +42,13 @@ fn time_to_end(signal: Signal, delay: Duration, command: &str) -> Result<Duratio
     if running.exit_status().is_some() {
         return Err(format!(
             "ended by itself: {}",
-            last_characters(&screen.shown())
+            last_characters(&screen.output())
         ));
     }
     let start = Instant::now();
     running.signal(signal);
     if wait_until(MINUTE, || running.exit_status()).is_none() {
-        return Err(format!("goes on: {}", last_characters(&screen.shown())));
+        return Err(format!("goes on: {}", last_characters(&screen.output())));
     }
     let duration = start.elapsed();
     if screen.local_modes() != modes {

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use bench_tests::running::wait_until;
-use bench_tests::session::{SessionFolder, demo_with};
+use bench_tests::session::{SessionFolder, write_demo_protocol};
 use protocols::{Interruption, SessionEventKind, TrialOutcome, TrialRecord, records_from_events};
 use recording::study::LOCK_FILE;
 use rustix::process::{Pid, Signal, kill_process};
@@ -42,7 +42,7 @@ fn session(min_instances: u32, options: &str) -> Terminal {
             ("every_trials = 2", "every_trials = 0"),
             ("min_instances = 5", instances.as_str()),
         ];
-        demo_with(folder, &changes);
+        write_demo_protocol(folder, &changes);
         // The session and the window meet only in a private folder.
         std::fs::set_permissions(folder, Permissions::from_mode(0o700)).unwrap();
         if options.contains("--participant-display") {

@@ -64,7 +64,7 @@ impl PanicRun {
         drop(bench);
         let mut is_idle = true;
         let status = wait_until(MINUTE, || {
-            if is_idle && screen.shown().contains("begins") {
+            if is_idle && screen.output().contains("begins") {
                 // A session waits for its participant, or for the operator's space bar.
                 screen.press(" ");
                 is_idle = false;

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use bench_tests::program::bench;
 use bench_tests::recorded::{Recording, require_orderly_interruption};
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, demo_with, finish, patient_config, text};
+use bench_tests::session::{SessionFolder, finish, patient_config, text, write_demo_protocol};
 use recording::study::event_log::ExitStatus;
 use rustix::process::Signal;
 use serde_json::Value;
@@ -41,7 +41,7 @@ impl StudyFolder {
         let folder = tempfile::tempdir().unwrap();
         let conditions = "[[conditions]]\nname = \"slow\"\nmodulation_hz = 3.0\n\n[[conditions]]\nname = \"am-6hz-95\"\n\n\
                           [[conditions]]\nname = \"middle\"\nmodulation_hz = 4.5\n";
-        let protocol = demo_with(
+        let protocol = write_demo_protocol(
             folder.path(),
             &[
                 ("practice = 1", "practice = 0"),

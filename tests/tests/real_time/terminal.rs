@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-use bench_tests::program::{friction_bench, installed};
+use bench_tests::program::{find_program, friction_bench};
 use bench_tests::recorded::require_orderly_interruption;
 use bench_tests::running::wait_until;
 use bench_tests::session::{SessionFolder, finish, patient_config, text};
@@ -44,7 +44,7 @@ impl Terminal {
         command: &str,
     ) -> Self {
         let terminal = Self {
-            tmux: installed("tmux"),
+            tmux: find_program("tmux"),
             folder: tempfile::tempdir().unwrap(),
         };
         patient_config(terminal.folder.path());

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use bench_tests::program::bench;
-use bench_tests::session::{config_with, demo_with, finish, text, unattended};
+use bench_tests::session::{finish, headless_run, text, write_bench_config, write_demo_protocol};
 
 use super::refusals::{assert_early_refusal, room, uncalibrated};
 
@@ -221,8 +221,8 @@ const SOUND_CARD: [(&str, &str, &str); 6] = [
 ];
 
 fn session(folder: &Path, study: &Path, edit: &Edit) -> Command {
-    let config = config_with(folder, edit.bench);
-    let mut run = unattended(study, "sub-01", demo_with(folder, edit.protocol));
+    let config = write_bench_config(folder, edit.bench);
+    let mut run = headless_run(study, "sub-01", write_demo_protocol(folder, edit.protocol));
     run.arg("--config").arg(config);
     run
 }
@@ -242,7 +242,7 @@ fn no_edit_of_a_file_blinds_the_watch() {
 fn a_long_silence_limit_is_refused_on_a_sound_card() {
     for (from, to, word) in SOUND_CARD {
         let (folder, study) = room();
-        let config = config_with(folder.path(), &[(from, to)]);
+        let config = write_bench_config(folder.path(), &[(from, to)]);
         let mut run = uncalibrated(&study, &config);
         assert_early_refusal(&mut run, &study, &[word]);
     }
@@ -251,7 +251,7 @@ fn a_long_silence_limit_is_refused_on_a_sound_card() {
 #[test]
 fn neither_check_nor_monitor_nor_a_calibration_drives_blind() {
     let (folder, _) = room();
-    let config = config_with(
+    let config = write_bench_config(
         folder.path(),
         &[("readback_tolerance = 0.25", "readback_tolerance = 1.0")],
     );

@@ -88,8 +88,8 @@ fn assert_profile_recorded(room: &Room, name: &str, is_measured: bool) {
     let recordings = find::recordings(&[study], false).unwrap();
     assert!(!recordings.is_empty());
     for recording in recordings {
-        let recorded = Recording::read(&recording).manifest.plate.profile;
-        assert_eq!(recorded, expected);
+        let profile = Recording::read(&recording).manifest.plate.profile;
+        assert_eq!(profile, expected);
     }
 }
 

@@ -12,7 +12,7 @@ use bench_tests::campaign;
 use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
 use bench_tests::room::{Room, WEIGH, require_refusal};
-use bench_tests::session::{SessionFolder, demo_with, finish, text};
+use bench_tests::session::{SessionFolder, finish, text, write_demo_protocol};
 use bench_tests::truth::{Bench, has_coverage};
 use config::CalibrationFile;
 use config::MeasuredForce;
@@ -91,18 +91,18 @@ fn unknown_sensors_are_known_within_their_intervals() {
     let seeds = (1..=sensors as u64).into_par_iter();
     let sensor_misses: Vec<_> = seeds.map(misses).collect();
     let mut lines = Vec::new();
-    let sorted = |mut values: Vec<f64>| {
+    let sort = |mut values: Vec<f64>| {
         values.sort_by(f64::total_cmp);
         values
     };
     for (i, (name, requirement)) in NAMES.iter().zip(REQUIREMENTS).enumerate() {
-        let errors = sorted(
+        let errors = sort(
             sensor_misses
                 .iter()
                 .map(|(entries, _)| entries[i].0.abs())
                 .collect(),
         );
-        let widths = sorted(
+        let widths = sort(
             sensor_misses
                 .iter()
                 .map(|(entries, _)| entries[i].1)
@@ -125,7 +125,7 @@ fn unknown_sensors_are_known_within_their_intervals() {
         );
         assert!(has_coverage(hits, sensors), "{name}: {hits} of {sensors}");
     }
-    let tares = sorted(sensor_misses.iter().map(|(_, tare_n)| *tare_n).collect());
+    let tares = sort(sensor_misses.iter().map(|(_, tare_n)| *tare_n).collect());
     let worst = tares[tares.len() - 1];
     lines.push(format!(
         "tare median {:.2} mN, worst {:.2} mN",
@@ -278,7 +278,7 @@ fn a_calibrated_session_records_the_forces_that_acted() {
     room.succeed(&["pickup"]);
     room.succeed(&["plate"]);
     let folder = room.folder.path();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder,
         &[
             ("practice = 1", "practice = 0"),

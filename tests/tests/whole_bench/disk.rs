@@ -13,7 +13,9 @@ use bench_tests::campaign;
 use bench_tests::program::{bench, friction_bench, protocol};
 use bench_tests::recorded::Recording;
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, demo_with, finish, patient_config, text, unattended};
+use bench_tests::session::{
+    SessionFolder, finish, headless_run, patient_config, text, write_demo_protocol,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use recording::manifest::End;
@@ -28,7 +30,7 @@ const LIMIT_UNIT: u64 = 512;
 
 /// Returns `command` with a limit on the size of each file it writes. The shell leaves SIGXFSZ unchanged, which kills a process
 /// that does not handle it.
-fn with_size_limit(command: &Command, units: u64) -> Command {
+fn limit_file_size(command: &Command, units: u64) -> Command {
     let mut shell = Command::new("sh");
     shell
         .arg("-c")
@@ -60,7 +62,7 @@ fn saved_recordings(session: &SessionFolder) -> Vec<&str> {
 
 /// Returns a session of one trial, which takes 16 MB.
 fn one_trial(study: &Path) -> Command {
-    unattended(study, "sub-01", protocol("one-exploration.toml"))
+    headless_run(study, "sub-01", protocol("one-exploration.toml"))
 }
 
 /// Fault 25.
@@ -96,7 +98,7 @@ fn a_file_size_limit_at_a_random_moment_of_a_trial_does_too() {
 fn run_with_limit(limit: u64) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
-    let output = finish(&mut with_size_limit(&one_trial(&study), limit));
+    let output = finish(&mut limit_file_size(&one_trial(&study), limit));
     let printed = text(&output);
     let words = ["STOPPED", "failed", "a limit on file sizes", "ended early"];
     require_failure(output.status, &printed, &words);
@@ -143,9 +145,13 @@ fn run_with_limit(limit: u64) -> f64 {
 /// Requires all force rows of a recording to be readable, and the last ones to reach the end of its audio.
 fn require_force_rows(end_s: f64, recording: &Path) {
     let mut rows = RecordingReader::open(recording).unwrap().force().unwrap();
-    let last = rows.by_ref().map(Result::unwrap).last().unwrap();
+    let last_row = rows.by_ref().map(Result::unwrap).last().unwrap();
     assert_eq!(rows.warnings(), []);
-    assert!((last.time_s - end_s).abs() < 0.2, "{} s", last.time_s);
+    assert!(
+        (last_row.time_s - end_s).abs() < 0.2,
+        "{} s",
+        last_row.time_s
+    );
 }
 
 /// Fault 25.
@@ -155,7 +161,7 @@ fn a_file_size_limit_that_lets_no_session_begin() {
     let study = folder.path().join("study");
     // Too small for the lock, then for the copy of the protocol.
     for limit in [0, 2] {
-        let output = finish(&mut with_size_limit(&one_trial(&study), limit));
+        let output = finish(&mut limit_file_size(&one_trial(&study), limit));
         require_failure(
             output.status,
             &text(&output),
@@ -245,7 +251,7 @@ fn a_session_that_does_not_fit_on_the_disk() {
     let conditions: String = (0..63)
         .map(|number| format!("[[conditions]]\nname = \"more-{number}\"\n\n"))
         .collect();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[
             ("[[conditions]]", &(conditions + "[[conditions]]")),
@@ -254,7 +260,7 @@ fn a_session_that_does_not_fit_on_the_disk() {
             ("countdown_s = 1.0", "countdown_s = 60.0"),
         ],
     );
-    let output = finish(&mut unattended(&study, "sub-01", &protocol));
+    let output = finish(&mut headless_run(&study, "sub-01", &protocol));
     let words = ["GB free", "GB are needed", "--study"];
     require_failure(output.status, &text(&output), &words);
     assert!(!study.join("sub-01").exists());

@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use bench_tests::program::{bench, installed, workspace};
+use bench_tests::program::{bench, find_program, workspace};
 use bench_tests::session::{finish, require_consistent, require_whole, text};
 use config::Config;
 use serde_json::Value;
@@ -27,7 +27,7 @@ struct Files {
 
 impl Files {
     /// Unpacks the files of every version.
-    fn all() -> Vec<Self> {
+    fn unpack_all() -> Vec<Self> {
         let fixtures = workspace().join("tests/fixtures");
         let entries = fs::read_dir(fixtures).unwrap();
         let versions = entries.map(|entry| entry.unwrap().path());
@@ -40,9 +40,9 @@ impl Files {
     }
 
     fn unpack(version: &Path) -> Self {
-        installed("xz");
+        find_program("xz");
         let folder = tempfile::tempdir().unwrap();
-        let output = Command::new(installed("tar"))
+        let output = Command::new(find_program("tar"))
             .arg("-xJf")
             .arg(version.join("files.tar.xz"))
             .arg("-C")
@@ -122,7 +122,7 @@ fn changed_values_are_found_and_new_ones_ignored() {
 
 #[test]
 fn files_of_every_release_are_read() {
-    for files in Files::all() {
+    for files in Files::unpack_all() {
         let version = &files.version;
         let configuration = fs::read_to_string(files.path("bench.toml")).unwrap();
         Config::parse(&configuration, "bench.toml")

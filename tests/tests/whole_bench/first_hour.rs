@@ -15,7 +15,8 @@ use bench_tests::program::{bench, friction_bench, workspace};
 use bench_tests::running::Running;
 use bench_tests::screen::Screen;
 use bench_tests::session::{
-    SOUND_CARD, SessionFolder, config_with, demo_with, finish, require_whole, text, unattended,
+    SOUND_CARD, SessionFolder, finish, headless_run, require_whole, text, write_bench_config,
+    write_demo_protocol,
 };
 use config::Config;
 use recording::RecordingReader;
@@ -134,7 +135,7 @@ fn a_check_of_simulated_hardware_passes_in_small_terminals_and_through_a_pipe() 
 #[test]
 fn a_small_terminal_for_a_dashboard_is_a_warning() {
     let folder = tempfile::tempdir().unwrap();
-    let config = config_with(
+    let config = write_bench_config(
         folder.path(),
         &[
             ("\"sim\"", "\"absent\""),
@@ -219,7 +220,7 @@ fn a_misspelt_name_suggests_the_right_one_first() {
 #[test]
 fn a_slider_that_leaves_the_plate_is_refused_with_both_numbers() {
     let (folder, study) = room();
-    let protocol = demo_with(folder.path(), &[("to_m = 0.095", "to_m = 0.95")]);
+    let protocol = write_demo_protocol(folder.path(), &[("to_m = 0.095", "to_m = 0.95")]);
     let line = fs::read_to_string(&protocol)
         .unwrap()
         .lines()
@@ -227,7 +228,7 @@ fn a_slider_that_leaves_the_plate_is_refused_with_both_numbers() {
         .unwrap();
     let line = format!("protocol.toml, line {}: ", line + 1);
     let words = [&line, "exploration.to_m = 0.95 m", "0.105 m"];
-    let mut run = unattended(&study, "sub-01", &protocol);
+    let mut run = headless_run(&study, "sub-01", &protocol);
     assert_early_refusal(&mut run, &study, &words);
     let mut check = bench();
     check.args(["check", "--mock", "--protocol"]).arg(&protocol);
@@ -242,7 +243,7 @@ fn a_tone_is_reported_only_if_one_was_played() {
         ("\"sim\"", "\"absent\""),
         SOUND_CARD,
     ];
-    let config = config_with(folder.path(), &absent);
+    let config = write_bench_config(folder.path(), &absent);
     let output = finish(&mut uncalibrated(&study, &config));
     assert_refusal(&output, &["nothing was driven"]);
     assert!(!text(&output).contains("tone"), "{}", text(&output));
@@ -265,7 +266,7 @@ fn a_study_lists_its_recordings_with_commands_that_a_shell_can_run() {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("Ana's study");
     let protocol = workspace().join("tests/protocols/one-exploration.toml");
-    let run = finish(&mut unattended(&study, "sub-01", protocol));
+    let run = finish(&mut headless_run(&study, "sub-01", protocol));
     assert!(run.status.success(), "{}", text(&run));
     let run_in_shell = |command: &str| {
         let program = friction_bench().display().to_string();
@@ -398,7 +399,7 @@ fn a_folder_that_cannot_be_written_is_named_and_the_cause_said_once() {
     fs::write(&study, "a file").unwrap();
     let mut model = bench();
     model.arg("model").arg("--out").arg(study.join("model"));
-    let mut session = unattended(&study.join("study"), "sub-01", "demo");
+    let mut session = headless_run(&study.join("study"), "sub-01", "demo");
     for (command, path) in [
         (&mut calibrate, absent.clone()),
         (&mut model, study.join("model")),
@@ -413,7 +414,7 @@ fn a_folder_that_cannot_be_written_is_named_and_the_cause_said_once() {
 
 fn waived_config(folder: &Path) -> std::path::PathBuf {
     let keys = "[safety]\nwaived = [\"estop\", \"heartbeat\"]\nwaived_by = \"A. Tester\"\n";
-    config_with(folder, &[("[safety]\n", keys)])
+    write_bench_config(folder, &[("[safety]\n", keys)])
 }
 
 #[test]
@@ -421,7 +422,7 @@ fn waived_hardware_stops_are_shown_and_recorded() {
     let (folder, study) = room();
     let config = waived_config(folder.path());
     let protocol = workspace().join("tests/protocols/one-exploration.toml");
-    let mut run = unattended(&study, "sub-01", protocol);
+    let mut run = headless_run(&study, "sub-01", protocol);
     let output = finish(run.arg("--config").arg(&config));
     assert!(output.status.success(), "{}", text(&output));
     let line = "hardware stops waived by A. Tester: estop, heartbeat";

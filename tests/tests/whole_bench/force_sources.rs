@@ -9,7 +9,7 @@ use std::path::Path;
 
 use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
-use bench_tests::session::{SessionFolder, demo_with, finish, text};
+use bench_tests::session::{SessionFolder, finish, text, write_demo_protocol};
 use mock_world::plant::MAKERS_MATRIX;
 use recording::manifest::ClockOf;
 use serde_json::Value;
@@ -30,7 +30,7 @@ fn results(scenario: &str, change: fn(&Path, String) -> String) -> (Recording, V
     let config = folder.join("bench.toml");
     let config_text = change(folder, String::from_utf8(printed.stdout).unwrap());
     fs::write(&config, config_text).unwrap();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder,
         &[
             ("practice = 1", "practice = 0"),

@@ -15,7 +15,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use bench_tests::program::bench;
-use bench_tests::session::{config_with, finish, text};
+use bench_tests::session::{finish, text, write_bench_config};
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use tempfile::TempDir;
 
@@ -142,14 +142,14 @@ fn recording() -> (TempDir, PathBuf) {
     (room, folder)
 }
 
-/// Writes a `signals.wav` of two channels with `declared` bytes of samples according to its header, and `bytes` zeros.
-fn signals(folder: &Path, declared: u32, bytes: u64) {
+/// Writes a `signals.wav` of two channels with `declared_bytes` of samples according to its header, and `bytes` zeros.
+fn signals(folder: &Path, declared_bytes: u32, bytes: u64) {
     let mut file = File::create(folder.join("signals.wav")).unwrap();
     let number = |value: u32| value.to_le_bytes();
     let half = |value: u16| value.to_le_bytes();
     let parts: [&[u8]; 12] = [
         b"RIFF",
-        &number(declared.saturating_add(36)),
+        &number(declared_bytes.saturating_add(36)),
         b"WAVEfmt ",
         &number(16),
         &half(3),
@@ -159,7 +159,7 @@ fn signals(folder: &Path, declared: u32, bytes: u64) {
         &half(8),
         &half(32),
         b"data",
-        &number(declared),
+        &number(declared_bytes),
     ];
     file.write_all(&parts.concat()).unwrap();
     file.set_len(44 + bytes).unwrap();
@@ -225,7 +225,7 @@ fn what_is_no_file_beside_the_bench_is_refused_by_its_name() {
     let room = tempfile::tempdir().unwrap();
     let fifo = room.path().join("fifo.toml");
     pipe(&fifo);
-    let config = config_with(room.path(), &[]);
+    let config = write_bench_config(room.path(), &[]);
     let study = room.path().join("study");
     for (file, kind) in [
         (fifo.as_path(), "a named pipe"),

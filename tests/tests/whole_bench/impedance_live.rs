@@ -10,7 +10,7 @@ use std::path::Path;
 
 use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
-use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
+use bench_tests::session::{SessionFolder, finish, headless_run, text, write_demo_protocol};
 use impedance::{
     ChannelScales, Demodulator, Filter, FilterSettings, InputChannel, OUTPUT_RATE_HZ,
     PlateConstants, Zm, ZmFrame,
@@ -73,7 +73,7 @@ fn the_recorded_unloaded_plate_reads_true_where_the_plain_ratio_does_not() {
     let folder = tempfile::tempdir().unwrap();
     let (study, truth) = (folder.path().join("study"), folder.path().join("truth"));
     std::fs::create_dir(&truth).unwrap();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[
             ("practice = 1", "practice = 0"),
@@ -82,7 +82,7 @@ fn the_recorded_unloaded_plate_reads_true_where_the_plain_ratio_does_not() {
         ],
     );
     let output = finish(
-        unattended(&study, "sub-01", &protocol)
+        headless_run(&study, "sub-01", &protocol)
             .arg("--mock-truth")
             .arg(&truth),
     );

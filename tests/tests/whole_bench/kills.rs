@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use bench_tests::campaign;
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
+use bench_tests::session::{SessionFolder, finish, headless_run, text, write_demo_protocol};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use recording::manifest::{End, RecordedIntervalKind};
@@ -102,7 +102,7 @@ struct StudyFolder {
 impl StudyFolder {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let protocol = demo_with(
+        let protocol = write_demo_protocol(
             folder.path(),
             &[
                 (
@@ -139,7 +139,7 @@ impl StudyFolder {
 
     /// Starts or resumes the session, depending on the existence of its folder, as an operator would.
     fn start(&self) -> Running {
-        let mut run = unattended(&self.study, "sub-01", &self.protocol);
+        let mut run = headless_run(&self.study, "sub-01", &self.protocol);
         if self.study.join("sub-01/ses-01").exists() {
             run.arg("--resume");
         }
@@ -163,7 +163,7 @@ struct KillStatistics {
 fn kills_at_random_moments_take_at_most_a_second_each() {
     let start = Instant::now();
     let reference = StudyFolder::new();
-    let output = finish(&mut unattended(
+    let output = finish(&mut headless_run(
         &reference.study,
         "sub-01",
         &reference.protocol,

@@ -8,7 +8,7 @@ use bench_tests::campaign;
 use bench_tests::program::protocol;
 use bench_tests::recorded::require_every_sample;
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, unattended};
+use bench_tests::session::{SessionFolder, headless_run};
 
 /// Number of trials of 11 s: two and a half minutes. `FRICTION_BENCH_SOAK_TRIALS` asks for more.
 const TRIALS: usize = 14;
@@ -32,7 +32,7 @@ fn minutes_lose_no_sample_and_take_no_more_memory_than_one() {
 
     let start = Instant::now();
     let mut running = Running::start(
-        &mut unattended(&study, "sub-01", &path),
+        &mut headless_run(&study, "sub-01", &path),
         &folder.path().join("output"),
     );
     let mut memory: Vec<(f64, i64)> = Vec::new();

@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use bench_tests::program::bench;
-use bench_tests::session::{SessionFolder, demo_with, finish, text};
+use bench_tests::session::{SessionFolder, finish, text, write_demo_protocol};
 use recording::Manifest;
 
 /// Runs two short trials while the room moves the resonance by 30 Hz/min.
@@ -24,7 +24,7 @@ fn session(new_carrier: &str) -> (SessionFolder, String, tempfile::TempDir) {
         ("new_carrier = \"ask\"", new_carrier),
         ("max_per_trial = 3", "max_per_trial = 0"),
     ];
-    demo_with(folder.path(), &changes);
+    write_demo_protocol(folder.path(), &changes);
     let (session, printed) = run(folder.path(), &[]);
     (session, printed, folder)
 }

@@ -240,12 +240,18 @@ fn a_card_that_fails_stops_the_drive_names_itself_and_keeps_what_was_recorded() 
 fn a_drill_on_a_card_skips_faults_that_disable_it() {
     let folder = tempfile::tempdir().unwrap();
     let config = write_config(folder.path(), RIG);
-    let drill = |only: &str| {
+    let drill = |faults: &str| {
         let mut drill = bench();
         drill
             .current_dir(folder.path())
             .args(["drill", "--mock", "nominal", "--speed", "max", "--headless"])
-            .args(["--uncalibrated", "--operator", "A. Tester", "--only", only])
+            .args([
+                "--uncalibrated",
+                "--operator",
+                "A. Tester",
+                "--only",
+                faults,
+            ])
             .arg("--config")
             .arg(&config);
         drill

@@ -4,7 +4,7 @@ use std::process::Command;
 
 use bench_tests::program::{python, workspace};
 use bench_tests::recorded::Recording;
-use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
+use bench_tests::session::{SessionFolder, finish, headless_run, text, write_demo_protocol};
 use serde_json::{Value, json};
 
 #[test]
@@ -12,7 +12,7 @@ fn a_trial_opens_in_scipy_and_pandas() {
     let python = python();
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[
             ("practice = 1", "practice = 0"),
@@ -20,7 +20,7 @@ fn a_trial_opens_in_scipy_and_pandas() {
             ("baseline_s = 0.8", "baseline_s = 1.5"),
         ],
     );
-    let output = finish(&mut unattended(&study, "sub-01", &protocol));
+    let output = finish(&mut headless_run(&study, "sub-01", &protocol));
     assert!(output.status.success(), "{}", text(&output));
     let path = SessionFolder::read(&study, "sub-01")
         .unwrap()

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use bench_tests::program::{bench, protocol};
-use bench_tests::session::{finish, text, unattended};
+use bench_tests::session::{finish, headless_run, text};
 use recording::writer::Ending;
 use recording::{AudioFormat, Manifest, RecordingWriter};
 use serde_json::Value;
@@ -21,7 +21,7 @@ fn only_requested_details_are_stored() {
     let (folder, study) = room();
     let plain_protocol = protocol("one-exploration.toml");
     assert_early_refusal(
-        unattended(&study, "sub-01", &plain_protocol).args(["--age", "31"]),
+        headless_run(&study, "sub-01", &plain_protocol).args(["--age", "31"]),
         &study,
         &["does not ask for the participant's age", "leave out --age"],
     );
@@ -34,17 +34,17 @@ fn only_requested_details_are_stored() {
     )
     .unwrap();
     assert_early_refusal(
-        unattended(&study, "sub-01", &asking_protocol).args(["--age", "17"]),
+        headless_run(&study, "sub-01", &asking_protocol).args(["--age", "17"]),
         &study,
         &["18 to 120", "not for children"],
     );
     assert_early_refusal(
-        unattended(&study, "sub-01", &asking_protocol).args(["--handedness", "both"]),
+        headless_run(&study, "sub-01", &asking_protocol).args(["--handedness", "both"]),
         &study,
         &["right, left, ambidextrous"],
     );
     let output =
-        finish(unattended(&study, "sub-01", &asking_protocol).args(["--handedness", "left"]));
+        finish(headless_run(&study, "sub-01", &asking_protocol).args(["--handedness", "left"]));
     let printed = text(&output);
     assert!(output.status.success(), "{printed}");
     assert!(printed.contains("not stated: age"), "{printed}");
@@ -68,7 +68,7 @@ fn a_stated_detail_is_kept_and_a_different_answer_reported() {
     )
     .unwrap();
     for (age, option) in [("31", None), ("32", Some("--new-session"))] {
-        let mut run = unattended(&study, "sub-01", &asking_protocol);
+        let mut run = headless_run(&study, "sub-01", &asking_protocol);
         let output = finish(run.args(["--age", age]).args(option));
         let printed = text(&output);
         assert!(output.status.success(), "{printed}");

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use bench_tests::in_process::{Setup, apparatus, config, options};
 use bench_tests::program::bench;
 use bench_tests::session::{
-    SessionFolder, config_with, finish, require_consistent, text, unattended,
+    SessionFolder, finish, headless_run, require_consistent, text, write_bench_config,
 };
 use config::{Config, Effective};
 use friction_bench::run::{Plan, on_terminal, run};
@@ -172,8 +172,8 @@ fn a_participant_who_lets_go_stops_the_session_and_what_was_recorded_reads() {
 fn a_session_with_a_dead_man_switch_says_so_and_runs() {
     let (folder, study) = room();
     let keys = "[safety]\ndead_man = \"button\"\n";
-    let config = config_with(folder.path(), &[("[safety]\n", keys)]);
-    let mut run = unattended(
+    let config = write_bench_config(folder.path(), &[("[safety]\n", keys)]);
+    let mut run = headless_run(
         &study,
         "sub-01",
         bench_tests::program::protocol("one-exploration.toml"),
@@ -223,7 +223,7 @@ fn a_drive_over_its_dose_or_too_warm_says_when_to_go_on() {
             "STOPPED: the plate is estimated at 30.0 °C, at its limit of 30.0 °C (limits.surface_c): go on in 6 s",
         ),
     ] {
-        let config = config_with(folder.path(), changes);
+        let config = write_bench_config(folder.path(), changes);
         let mut monitor = bench();
         monitor
             .args([
@@ -242,7 +242,7 @@ fn a_drive_over_its_dose_or_too_warm_says_when_to_go_on() {
         assert!(!output.status.success() && shown.contains(words), "{shown}");
     }
     // A calibration warms the plate like any other drive.
-    let config = config_with(folder.path(), &heat);
+    let config = write_bench_config(folder.path(), &heat);
     let mut calibrate = bench();
     calibrate
         .current_dir(folder.path())
@@ -253,8 +253,8 @@ fn a_drive_over_its_dose_or_too_warm_says_when_to_go_on() {
     let words = "stopped the calibration: the plate is estimated at 30.0 °C";
     assert!(shown.contains(words), "{shown}");
     // A protocol that exceeds the dose is refused with the arithmetic.
-    let config = config_with(folder.path(), &dose);
-    let mut run = unattended(&study, "sub-01", "demo");
+    let config = write_bench_config(folder.path(), &dose);
+    let mut run = headless_run(&study, "sub-01", "demo");
     run.arg("--config").arg(&config);
     let words = [
         "5 trials of 22.4 s",

@@ -12,12 +12,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use bench_tests::program::{bench, protocol};
-use bench_tests::session::{SOUND_CARD, config_with, finish, text, unattended};
+use bench_tests::session::{SOUND_CARD, finish, headless_run, text, write_bench_config};
 
 use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
 /// Returns the same command under a umask that removes no permissions.
-fn without_umask(command: &Command) -> Command {
+fn clear_umask(command: &Command) -> Command {
     let mut shell = Command::new("sh");
     shell.args(["-c", "umask 0; exec \"$@\"", "sh"]);
     shell.arg(command.get_program()).args(command.get_args());
@@ -48,9 +48,9 @@ fn modes(folder: &Path) -> (BTreeSet<u32>, BTreeSet<u32>) {
 fn a_study_is_the_users_own_unless_it_is_shared() {
     let (_room, study) = room();
     let session =
-        |participant: &str| unattended(&study, participant, protocol("one-exploration.toml"));
+        |participant: &str| headless_run(&study, participant, protocol("one-exploration.toml"));
     let require_success = |command: &Command| {
-        let output = finish(&mut without_umask(command));
+        let output = finish(&mut clear_umask(command));
         assert!(output.status.success(), "{}", text(&output));
     };
     require_success(&session("sub-01"));
@@ -105,7 +105,7 @@ fn a_calibration_is_private_unless_shared() {
         if is_shared {
             command.arg("--shared");
         }
-        let output = finish(&mut without_umask(&command));
+        let output = finish(&mut clear_umask(&command));
         assert!(output.status.success(), "{}", text(&output));
         modes(&folder).1
     };
@@ -128,7 +128,7 @@ fn a_link_in_the_place_of_a_studys_lock_is_not_followed() {
     let lock = study.join(".friction-bench.lock");
     for target in [victim.clone(), room.path().join("absent")] {
         symlink(&target, &lock).unwrap();
-        let run = finish(&mut unattended(&study, "sub-01", "demo"));
+        let run = finish(&mut headless_run(&study, "sub-01", "demo"));
         assert_refusal(&run, &[".friction-bench.lock", "a symbolic link"]);
         fs::remove_file(&lock).unwrap();
     }
@@ -148,7 +148,7 @@ fn locks_on_hardware_are_in_a_folder_of_the_users_own() {
         ("\"/dev/ttyUSB0\"", &*port),
         SOUND_CARD,
     ];
-    let config = config_with(room.path(), &changes);
+    let config = write_bench_config(room.path(), &changes);
     let runtime = room.path().join("runtime");
     fs::create_dir(&runtime).unwrap();
     fs::set_permissions(&runtime, fs::Permissions::from_mode(0o700)).unwrap();

@@ -7,7 +7,7 @@ use analysis::clustered;
 use analysis::find;
 use analysis::statistics::Coefficient;
 use bench_tests::program::{bench, python, workspace};
-use bench_tests::session::{demo_with, finish, text};
+use bench_tests::session::{finish, text, write_demo_protocol};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
@@ -26,7 +26,7 @@ fn script(name: &str, arguments: &[&Path]) -> Value {
 fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         path,
         &[
             ("practice = 1", "practice = 0"),

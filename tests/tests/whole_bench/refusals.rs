@@ -13,7 +13,7 @@ use std::time::Duration;
 use bench_tests::program::bench;
 use bench_tests::running::{Running, wait_until};
 use bench_tests::session::{
-    SOUND_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+    SOUND_CARD, SessionFolder, finish, headless_run, text, write_bench_config, write_demo_protocol,
 };
 use recording::RecordingReader;
 use tempfile::TempDir;
@@ -90,7 +90,7 @@ fn a_missing_configuration_is_refused_with_the_remedy() {
 #[test]
 fn without_a_sound_card() {
     let (folder, study) = room();
-    let config = config_with(
+    let config = write_bench_config(
         folder.path(),
         &[
             ("\"sim\"", "\"hw:CARD=Absent\""),
@@ -170,7 +170,7 @@ fn names_that_are_no_pseudonyms() {
         ("sub-01\n", characters),
         (&long, "the label is too long"),
     ] {
-        let mut run = unattended(&study, id, "demo");
+        let mut run = headless_run(&study, id, "demo");
         let words = [message, "is not allowed", "for example `sub-01`"];
         assert_early_refusal(&mut run, &study, &words);
     }
@@ -190,7 +190,7 @@ fn the_dashboard_and_the_participants_display_need_terminals() {
     );
     let file = folder.path().join("a-file");
     fs::write(&file, "kept").unwrap();
-    let mut run = unattended(&study, "sub-01", "demo");
+    let mut run = headless_run(&study, "sub-01", "demo");
     run.arg("--participant-display").arg(&file);
     assert_early_refusal(
         &mut run,
@@ -210,24 +210,28 @@ fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
         format!("line {}", index + 1)
     };
 
-    let config = config_with(folder.path(), &[("rate_hz =", "rate_hx =")]);
+    let config = write_bench_config(folder.path(), &[("rate_hz =", "rate_hx =")]);
     let words = [
         &*line_name(&config, "rate_hx"),
         "bench.toml, line",
         "`rate_hx`",
         "`rate_hz`",
     ];
-    let mut run = unattended(&study, "sub-01", "demo");
+    let mut run = headless_run(&study, "sub-01", "demo");
     assert_early_refusal(run.arg("--config").arg(&config), &study, &words);
 
-    let protocol = demo_with(folder.path(), &[("min_n =", "mim_n =")]);
+    let protocol = write_demo_protocol(folder.path(), &[("min_n =", "mim_n =")]);
     let words = [
         &*line_name(&protocol, "mim_n"),
         "protocol.toml, line",
         "`mim_n`",
         "`min_n`",
     ];
-    assert_early_refusal(&mut unattended(&study, "sub-01", &protocol), &study, &words);
+    assert_early_refusal(
+        &mut headless_run(&study, "sub-01", &protocol),
+        &study,
+        &words,
+    );
 
     let scenario = folder.path().join("scenario.toml");
     fs::write(
@@ -254,8 +258,8 @@ fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
 #[test]
 fn an_unknown_key_of_a_recording_is_named_with_its_line_and_the_nearest_known_one() {
     let (folder, study) = room();
-    let protocol = demo_with(folder.path(), ONE_TRIAL);
-    let output = finish(&mut unattended(&study, "sub-01", &protocol));
+    let protocol = write_demo_protocol(folder.path(), ONE_TRIAL);
+    let output = finish(&mut headless_run(&study, "sub-01", &protocol));
     assert!(output.status.success(), "{}", text(&output));
     let recording = &SessionFolder::read(&study, "sub-01").unwrap().recordings()[0];
     let path = recording.join("recording.toml");
@@ -291,8 +295,8 @@ pub(super) const ONE_TRIAL: &[(&str, &str)] = &[
 #[test]
 fn a_rate_too_low_for_the_carrier_is_refused_with_the_arithmetic() {
     let (folder, study) = room();
-    let config = config_with(folder.path(), &[("rate_hz = 192000", "rate_hz = 48000")]);
-    let mut run = unattended(&study, "sub-01", "demo");
+    let config = write_bench_config(folder.path(), &[("rate_hz = 192000", "rate_hz = 48000")]);
+    let mut run = headless_run(&study, "sub-01", "demo");
     let words = [
         "sample rate 48000 Hz is not above",
         "2 × (carrier 35000 Hz + modulation 6 Hz) = 70012 Hz",
@@ -304,8 +308,8 @@ fn a_rate_too_low_for_the_carrier_is_refused_with_the_arithmetic() {
 #[test]
 fn a_rate_that_the_card_has_not_is_refused_with_those_it_has() {
     let (folder, study) = room();
-    let config = config_with(folder.path(), &[("rate_hz = 192000", "rate_hz = 128000")]);
-    let mut run = unattended(&study, "sub-01", "demo");
+    let config = write_bench_config(folder.path(), &[("rate_hz = 192000", "rate_hz = 128000")]);
+    let mut run = headless_run(&study, "sub-01", "demo");
     let words = [
         "does not offer 2 channels of i32 at 128000 Hz",
         "1–2 ch i32 96000 Hz",
@@ -319,8 +323,9 @@ fn a_rate_that_the_card_has_not_is_refused_with_those_it_has() {
 fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_has() {
     let (folder, study) = room();
     let run_with = |changes: &[(&str, &str)]| {
-        let mut run = unattended(&study, "sub-01", "demo");
-        run.arg("--config").arg(config_with(folder.path(), changes));
+        let mut run = headless_run(&study, "sub-01", "demo");
+        run.arg("--config")
+            .arg(write_bench_config(folder.path(), changes));
         run
     };
     let inputs = [("input_channels = 4", "input_channels = 8")];
@@ -374,24 +379,24 @@ fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_h
 #[test]
 fn ten_times_the_amplitude_is_refused_not_clamped() {
     let (folder, study) = room();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 240.0")],
     );
-    let mut run = unattended(&study, "sub-01", &protocol);
+    let mut run = headless_run(&study, "sub-01", &protocol);
     let words = ["protocol.toml, line", "drive.mean_amplitude_v", "240 V"];
     assert_early_refusal(&mut run, &study, &words);
 
     // Within the limit of any protocol, but above the configured limit at the modulation's peak.
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 30.0")],
     );
-    let mut run = unattended(&study, "sub-01", &protocol);
+    let mut run = headless_run(&study, "sub-01", &protocol);
     assert_early_refusal(&mut run, &study, &["am-6hz-95", "58.5 V", "55 V"]);
 
-    let config = config_with(folder.path(), &[("drive_v = 55.0", "drive_v = 550.0")]);
-    let mut run = unattended(&study, "sub-01", "demo");
+    let config = write_bench_config(folder.path(), &[("drive_v = 55.0", "drive_v = 550.0")]);
+    let mut run = headless_run(&study, "sub-01", "demo");
     let hard_limit = signalgen::HARD_LIMIT_V.to_string();
     let words = ["limits.drive_v = 550", &hard_limit];
     assert_early_refusal(run.arg("--config").arg(&config), &study, &words);
@@ -416,7 +421,7 @@ fn without_gpio() {
             ("[safety]\n", keys),
             SOUND_CARD,
         ];
-        let config = config_with(folder.path(), &changes);
+        let config = write_bench_config(folder.path(), &changes);
         let mut run = uncalibrated(&study, &config);
         assert_early_refusal(&mut run, &study, &[word]);
     }
@@ -427,19 +432,19 @@ fn without_gpio() {
 #[test]
 fn a_session_or_a_trial_that_exists_is_never_overwritten() {
     let (folder, study) = room();
-    let protocol = demo_with(folder.path(), ONE_TRIAL);
-    let output = finish(&mut unattended(&study, "sub-01", &protocol));
+    let protocol = write_demo_protocol(folder.path(), ONE_TRIAL);
+    let output = finish(&mut headless_run(&study, "sub-01", &protocol));
     assert!(output.status.success(), "{}", text(&output));
     let session_before = SessionFolder::read(&study, "sub-01").unwrap();
     let signals = session_before.recordings()[0].join("signals.wav");
     let bytes = fs::read(&signals).unwrap();
 
-    let output = finish(&mut unattended(&study, "sub-01", &protocol));
+    let output = finish(&mut headless_run(&study, "sub-01", &protocol));
     assert_refusal(
         &output,
         &["sub-01 already has", "--resume", "--new-session"],
     );
-    let output = finish(unattended(&study, "sub-01", &protocol).arg("--resume"));
+    let output = finish(headless_run(&study, "sub-01", &protocol).arg("--resume"));
     assert_refusal(&output, &["has ended", "--new-session"]);
     assert_eq!(fs::read(&signals).unwrap(), bytes);
     let session_after = SessionFolder::read(&study, "sub-01").unwrap();
@@ -447,7 +452,7 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
 
     // A new session adds a folder; an existing folder in place of a trial's is left unchanged.
     let mut run = Running::start(
-        unattended(&study, "sub-01", &protocol).arg("--new-session"),
+        headless_run(&study, "sub-01", &protocol).arg("--new-session"),
         &folder.path().join("output"),
     );
     let second_session = study.join("sub-01/ses-02");
@@ -518,7 +523,7 @@ fn an_unwritable_calibration_is_refused_before_measuring() {
 fn monitor_drives_only_what_passes_the_preflight() {
     let folder = tempfile::tempdir().unwrap();
     let monitor = |changes: &[(&str, &str)], drive: &[&str]| {
-        let config = config_with(folder.path(), changes);
+        let config = write_bench_config(folder.path(), changes);
         let mut monitor = bench();
         monitor
             .args(["monitor", "--mock", "--headless", "--speed", "max"])
@@ -553,7 +558,7 @@ fn a_folder_without_a_study_is_refused() {
     let (_folder, study) = room();
     fs::create_dir(&study).unwrap();
     fs::write(study.join("thesis.tex"), "kept").unwrap();
-    let output = finish(&mut unattended(&study, "sub-01", "demo"));
+    let output = finish(&mut headless_run(&study, "sub-01", "demo"));
     assert_refusal(&output, &["is not a study", "--study"]);
     assert_eq!(fs::read_dir(&study).unwrap().count(), 1);
 }

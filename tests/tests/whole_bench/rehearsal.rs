@@ -6,7 +6,7 @@
 
 use bench_tests::program::{bench, protocol};
 use bench_tests::session::{
-    SOUND_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+    SOUND_CARD, SessionFolder, finish, headless_run, text, write_bench_config, write_demo_protocol,
 };
 use config::CalibrationFile;
 use recording::RecordingReader;
@@ -16,14 +16,14 @@ use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 #[test]
 fn rehearsed_faults_are_declared_everywhere() {
     let (folder, study) = room();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[
             ("practice = 1", "practice = 0"),
             ("per_condition = 4", "per_condition = 1"),
         ],
     );
-    let mut run = unattended(&study, "sub-01", protocol);
+    let mut run = headless_run(&study, "sub-01", protocol);
     run.args(["--fault", "xrun@3s:96", "--fault", "force-dropped@3500ms"]);
     let output = finish(&mut run);
     let printed = text(&output);
@@ -50,7 +50,7 @@ fn rehearsed_faults_are_declared_everywhere() {
 #[test]
 fn faults_are_refused_where_they_cannot_be_injected() {
     let (folder, study) = room();
-    let config = config_with(folder.path(), &[]);
+    let config = write_bench_config(folder.path(), &[]);
     let mut run = uncalibrated(&study, &config);
     run.args(["--fault", "estop@3s"]);
     assert_early_refusal(&mut run, &study, &["this is real", "friction-bench drill"]);
@@ -100,7 +100,7 @@ fn a_fault_that_is_there_from_the_start_is_found_by_the_check_that_precedes() {
         ("relay-welded@0s", "FAILED  relay"),
         ("amplifier-off@0s", "FAILED  "),
     ] {
-        let mut run = unattended(&study, "sub-01", "demo");
+        let mut run = headless_run(&study, "sub-01", "demo");
         run.args(["--fault", fault]);
         assert_early_refusal(
             &mut run,
@@ -174,7 +174,7 @@ fn half_the_gain_and_a_silent_force_sensor_stop_the_program_in_time() {
     /// Duration of a period of the simulation and the plate's decay, s.
     const DECAY_S: f64 = 0.02;
     let (folder, _) = room();
-    let config = config_with(folder.path(), &[SOUND_CARD]);
+    let config = write_bench_config(folder.path(), &[SOUND_CARD]);
     for (fault, words, limit_s) in [
         ("amplifier-gain@5s:50", "reads back", 0.25),
         // The allowed silence, plus a period of the bursts and one of the watch.
@@ -183,7 +183,7 @@ fn half_the_gain_and_a_silent_force_sensor_stop_the_program_in_time() {
         let study = folder.path().join(&fault[..5]);
         let truth = folder.path().join(format!("{}-truth", &fault[..5]));
         std::fs::create_dir(&truth).unwrap();
-        let mut run = unattended(&study, "sub-01", protocol("one-exploration.toml"));
+        let mut run = headless_run(&study, "sub-01", protocol("one-exploration.toml"));
         run.arg("--config").arg(&config).args(["--fault", fault]);
         let output = finish(run.arg("--mock-truth").arg(&truth));
         let printed = text(&output);
@@ -231,7 +231,7 @@ fn a_calibration_with_faults_says_so_and_is_in_force_nowhere() {
     }
     // No measurement is added to it, and no session uses it.
     assert_refusal(&calibrate(&[]), &["holds a rehearsal"]);
-    let mut run = unattended(&study, "sub-01", "demo");
+    let mut run = headless_run(&study, "sub-01", "demo");
     run.arg("--calibration").arg(&calibration);
     assert_early_refusal(
         &mut run,

@@ -3,7 +3,7 @@
 use std::fs;
 
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
+use bench_tests::session::{SessionFolder, finish, headless_run, text, write_demo_protocol};
 use rustix::process::Signal;
 
 use super::refusals::{MINUTE, ONE_TRIAL, assert_refusal, room};
@@ -12,9 +12,9 @@ use super::refusals::{MINUTE, ONE_TRIAL, assert_refusal, room};
 #[test]
 fn a_session_goes_on_in_its_own_order_or_not_at_all() {
     let (folder, study) = room();
-    let protocol = demo_with(folder.path(), ONE_TRIAL);
+    let protocol = write_demo_protocol(folder.path(), ONE_TRIAL);
     let mut run = Running::start(
-        &mut unattended(&study, "sub-01", &protocol),
+        &mut headless_run(&study, "sub-01", &protocol),
         &folder.path().join("output"),
     );
     let recording_path = study.join("sub-01/ses-01/trial-001_attempt-1");
@@ -24,7 +24,7 @@ fn a_session_goes_on_in_its_own_order_or_not_at_all() {
     run.wait(MINUTE);
     let session_before = SessionFolder::read(&study, "sub-01").unwrap();
     // `--protocol` defaults to huloux2021.
-    let output = finish(unattended(&study, "sub-01", "huloux2021").arg("--resume"));
+    let output = finish(headless_run(&study, "sub-01", "huloux2021").arg("--resume"));
     assert_refusal(
         &output,
         &[
@@ -33,11 +33,12 @@ fn a_session_goes_on_in_its_own_order_or_not_at_all() {
             "--new-session",
         ],
     );
-    let output = finish(unattended(&study, "sub-01", &protocol).args(["--resume", "--seed", "99"]));
+    let output =
+        finish(headless_run(&study, "sub-01", &protocol).args(["--resume", "--seed", "99"]));
     assert_refusal(&output, &["begun with the seed", "another order", "--seed"]);
     let edit = [("max_n = 0.8", "max_n = 0.9")];
-    let edited_protocol = demo_with(folder.path(), &[ONE_TRIAL, &edit[..]].concat());
-    let output = finish(unattended(&study, "sub-01", &edited_protocol).arg("--resume"));
+    let edited_protocol = write_demo_protocol(folder.path(), &[ONE_TRIAL, &edit[..]].concat());
+    let output = finish(headless_run(&study, "sub-01", &edited_protocol).arg("--resume"));
     let words = [
         "force.max_n was 0.8, is 0.9",
         "--accept-edited-protocol",
@@ -46,7 +47,7 @@ fn a_session_goes_on_in_its_own_order_or_not_at_all() {
     assert_refusal(&output, &words);
     let session_after = SessionFolder::read(&study, "sub-01").unwrap();
     assert_eq!(session_after.starts().len(), session_before.starts().len());
-    let mut resume = unattended(&study, "sub-01", &edited_protocol);
+    let mut resume = headless_run(&study, "sub-01", &edited_protocol);
     let output = finish(resume.args(["--resume", "--accept-edited-protocol"]));
     assert!(output.status.success(), "{}", text(&output));
     let session_after = SessionFolder::read(&study, "sub-01").unwrap();

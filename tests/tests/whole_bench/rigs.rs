@@ -55,7 +55,7 @@ impl Rig {
 
     /// Returns the rig that `init` writes with these words, on simulated `equipment`, completed with values only its owner
     /// knows.
-    fn with_config(equipment: &str, words: &[&str], replacements: &[[&str; 2]]) -> Self {
+    fn initialise(equipment: &str, words: &[&str], replacements: &[[&str; 2]]) -> Self {
         let rig = Self::new(equipment);
         let cal_file = workspace().join("bench/config/tests/data/FT09999.cal");
         fs::copy(cal_file, rig.folder.path().join("FT09999.cal")).unwrap();
@@ -202,7 +202,7 @@ fn a_field_box() {
     let equipment =
         "[force_sensor]\ninterface = \"field-box\"\nrate_hz = 4000.0\nburst_period_s = 0.001\n";
     let words = ["--rig", "field-box", "--box-port", "/dev/ttyACM0"];
-    assert_measures_the_same_person("field box", &Rig::with_config(equipment, &words, &[]));
+    assert_measures_the_same_person("field box", &Rig::initialise(equipment, &words, &[]));
 }
 
 #[test]
@@ -212,7 +212,7 @@ fn six_axes_in_the_network_with_a_box() {
     // A real sensor reports this on a web page, which the simulated one lacks.
     let replacements = [["#counts_per_n", "counts_per_n"]];
     let words = [&["--rig", "six-axis"][..], &words].concat();
-    let rig = Rig::with_config(equipment, &words, &replacements);
+    let rig = Rig::initialise(equipment, &words, &replacements);
     assert_measures_the_same_person("six axes in the network", &rig);
 }
 
@@ -228,20 +228,20 @@ fn six_gauges_on_the_card_with_a_box() {
         ["#latency_s = 0.0   ", "latency_s = 2.0e-4 "],
     ];
     let words = [&["--rig", "six-axis"][..], &words].concat();
-    let rig = Rig::with_config(equipment, &words, &replacements);
+    let rig = Rig::initialise(equipment, &words, &replacements);
     assert_measures_the_same_person("six gauges on the card", &rig);
 }
 
 #[test]
 fn a_card_of_national_instruments() {
     let words = ["--rig", "published", "--force-line", "frames"];
-    let rig = Rig::with_config("", &words, &[]);
+    let rig = Rig::initialise("", &words, &[]);
     assert_measures_the_same_person("card of National Instruments", &rig);
 }
 
 #[test]
 fn a_board_with_gpio() {
     let words = ["--rig", "raspberry-pi", "--force-line", "frames"];
-    let rig = Rig::with_config("", &words, &[]);
+    let rig = Rig::initialise("", &words, &[]);
     assert_measures_the_same_person("board with GPIO", &rig);
 }

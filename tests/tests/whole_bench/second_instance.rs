@@ -5,7 +5,9 @@ use std::time::Duration;
 
 use bench_tests::program::bench;
 use bench_tests::running::Running;
-use bench_tests::session::{SOUND_CARD, config_with, demo_with, finish, text, unattended};
+use bench_tests::session::{
+    SOUND_CARD, finish, headless_run, text, write_bench_config, write_demo_protocol,
+};
 use config::Config;
 use devices::claim::Claim;
 use rustix::process::Signal;
@@ -18,21 +20,21 @@ const MINUTE: Duration = Duration::from_secs(60);
 #[test]
 fn a_second_instance_on_the_same_study() {
     let (folder, study) = room();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[
             ("practice = 1", "practice = 0"),
             ("per_condition = 4", "per_condition = 1"),
         ],
     );
-    let mut first_run = unattended(&study, "sub-01", protocol);
+    let mut first_run = headless_run(&study, "sub-01", protocol);
     let mut first_run = Running::start(&mut first_run, &folder.path().join("output"));
     let log = study.join("sub-01/ses-01/events.jsonl");
     let has_begun = first_run.wait_for(MINUTE, || log.is_file().then_some(()));
     assert!(has_begun.is_some(), "{}", first_run.output());
     // Pause the first one for as long as the second takes: in simulated time no watch notices.
     first_run.signal(Signal::STOP);
-    let output = finish(&mut unattended(&study, "sub-02", "demo"));
+    let output = finish(&mut headless_run(&study, "sub-02", "demo"));
     assert_refusal(&output, &["in use", &first_run.pid().to_string()]);
     assert!(!study.join("sub-02").exists());
     assert!(first_run.exit_status().is_none());
@@ -54,7 +56,7 @@ fn a_second_instance_on_the_same_hardware() {
         ("\"/dev/ttyUSB0\"", &*port),
         SOUND_CARD,
     ];
-    let config = config_with(folder.path(), &changes);
+    let config = write_bench_config(folder.path(), &changes);
     // The test itself is the other instance: on the same card with another sensor, then on the same sensor with another card.
     let first_claim = |device: &str| {
         let text = fs::read_to_string(&config).unwrap();
@@ -83,7 +85,7 @@ fn a_second_instance_on_the_same_hardware() {
     // A simulated bench is never shared, whatever devices its configuration names.
     let simulated = folder.path().join("simulated");
     fs::create_dir(&simulated).unwrap();
-    let simulated = config_with(&simulated, &changes[2..3]);
+    let simulated = write_bench_config(&simulated, &changes[2..3]);
     let config_text = fs::read_to_string(&simulated).unwrap();
     let claim =
         Claim::take(&Config::parse(&config_text.replace("\"sim\"", &card), "bench.toml").unwrap());

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use bench_tests::program::workspace;
 use bench_tests::recorded::Recording;
-use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
+use bench_tests::session::{SessionFolder, finish, headless_run, text, write_demo_protocol};
 use recording::RecordingReader;
 use recording::manifest::{Direction, End, EventKind, RecordedIntervalKind};
 use recording::study::event_log::{Document, ExitStatus};
@@ -22,7 +22,7 @@ const RATE_HZ: f64 = 192_000.0;
 fn a_session_is_recorded_to_the_letter() {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
-    let output = finish(&mut unattended(&study, "sub-01", "demo"));
+    let output = finish(&mut headless_run(&study, "sub-01", "demo"));
     let printed = text(&output);
     assert_eq!(output.status.code(), Some(0), "{printed}");
     for line in [
@@ -252,7 +252,7 @@ fn contents(study: &Path) -> BTreeMap<String, Vec<u8>> {
 #[test]
 fn the_same_seed_gives_the_same_bytes_and_another_one_other_signals() {
     let folder = tempfile::tempdir().unwrap();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[
             ("practice = 1", "practice = 0"),
@@ -261,7 +261,7 @@ fn the_same_seed_gives_the_same_bytes_and_another_one_other_signals() {
     );
     let run = |run: &str, seed: &str| {
         let study = folder.path().join(run).join("study");
-        let output = finish(unattended(&study, "sub-07", &protocol).args(["--seed", seed]));
+        let output = finish(headless_run(&study, "sub-07", &protocol).args(["--seed", seed]));
         assert!(output.status.success(), "{}", text(&output));
         contents(&study)
     };

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use bench_tests::program::bench;
 use bench_tests::session::{
-    SOUND_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+    SOUND_CARD, SessionFolder, finish, headless_run, text, write_bench_config, write_demo_protocol,
 };
 use devices::estop_press::{EstopPress, record_path};
 
@@ -81,14 +81,14 @@ fn a_bench_that_its_stops_do_not_stop_is_not_driven() {
 #[test]
 fn a_session_logs_how_long_its_stops_took() {
     let (folder, study) = room();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[
             ("practice = 1", "practice = 0"),
             ("per_condition = 4", "per_condition = 1"),
         ],
     );
-    let output = finish(&mut unattended(&study, "sub-01", protocol));
+    let output = finish(&mut headless_run(&study, "sub-01", protocol));
     assert!(output.status.success(), "{}", text(&output));
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let rows = session.starts()[0].preflight.as_array().unwrap();
@@ -110,7 +110,7 @@ fn a_real_bench_drives_only_after_its_e_stop_was_pressed() {
             "backend = \"rppal\"\nestop = 13\nheartbeat = 21",
         ),
     ];
-    let config = config_with(folder.path(), &changes);
+    let config = write_bench_config(folder.path(), &changes);
     let mut run = uncalibrated(&study, &config);
     run.current_dir(folder.path());
     assert_early_refusal(
@@ -119,20 +119,20 @@ fn a_real_bench_drives_only_after_its_e_stop_was_pressed() {
         &["never been tested", "check --press-estop"],
     );
 
-    let record = |pressed: jiff::Timestamp, line: &str| {
+    let record = |press_time: jiff::Timestamp, line: &str| {
         let path = record_path(&folder.path().join("calibration.toml"));
-        EstopPress::record(&path, line.to_owned(), pressed).unwrap();
+        EstopPress::record(&path, line.to_owned(), press_time).unwrap();
     };
     let now = jiff::Timestamp::now();
     let hours = |hours: i64| jiff::SignedDuration::from_hours(hours);
-    for (pressed, line, word) in [
+    for (press_time, line, word) in [
         (now - hours(25), "rppal, line 13", "25.0 hours ago"),
         (now, "rppal, line 14", "was tested on rppal, line 14"),
         (now + hours(2), "rppal, line 13", "in the future"),
         // This machine has no such line, but the press is recent.
         (now - hours(1), "rppal, line 13", "Raspberry Pi"),
     ] {
-        record(pressed, line);
+        record(press_time, line);
         let mut run = uncalibrated(&study, &config);
         run.current_dir(folder.path());
         assert_early_refusal(&mut run, &study, &[word]);

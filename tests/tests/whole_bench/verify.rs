@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use bench_tests::program::bench;
-use bench_tests::session::{demo_with, finish, text, unattended};
+use bench_tests::session::{finish, headless_run, text, write_demo_protocol};
 use bench_tests::shared::shared_folder;
 use recording::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 use serde_json::Value;
@@ -22,7 +22,7 @@ const PRACTICE: &str = "practice-01_attempt-1";
 /// Returns a study of one short session: a practice trial and two others.
 fn recorded_study() -> PathBuf {
     shared_folder("verified-study", |folder| {
-        let protocol = demo_with(
+        let protocol = write_demo_protocol(
             folder,
             &[
                 ("per_condition = 4", "per_condition = 2"),
@@ -35,7 +35,7 @@ fn recorded_study() -> PathBuf {
                 ("min_instances = 5", "min_instances = 1"),
             ],
         );
-        let output = finish(&mut unattended(&folder.join("study"), "sub-01", protocol));
+        let output = finish(&mut headless_run(&folder.join("study"), "sub-01", protocol));
         assert!(output.status.success(), "{}", text(&output));
     })
 }
@@ -90,7 +90,7 @@ impl StudyCopy {
     /// Resumes the session.
     pub(super) fn resume(&self, options: &[&str]) -> Output {
         let protocol = recorded_study().join("protocol.toml");
-        let mut run = unattended(&self.study(), "sub-01", protocol);
+        let mut run = headless_run(&self.study(), "sub-01", protocol);
         finish(run.arg("--resume").args(options))
     }
 

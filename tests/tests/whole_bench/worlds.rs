@@ -263,10 +263,10 @@ fn a_trial_of_each_world_is_right_or_flagged_and_false_alarms_of_20_are_few() {
     for (world, errors) in worlds.iter().zip(&world_errors) {
         let (trials, flagged) = (errors.trials.len(), errors.flagged());
         let unflagged = errors.trials.iter().filter(|trial| !trial.flagged);
-        let wrong = unflagged.filter(|trial| trial.is_wrong()).count();
+        let wrong_count = unflagged.filter(|trial| trial.is_wrong()).count();
         assert!(
-            wrong * 10 <= trials,
-            "{world}: {wrong} of {trials} are wrong and not flagged"
+            wrong_count * 10 <= trials,
+            "{world}: {wrong_count} of {trials} are wrong and not flagged"
         );
         if !world.starts_with("laws/") && sessions >= MANY {
             assert!(

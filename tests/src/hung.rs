@@ -178,10 +178,10 @@ impl HungSession {
                 ),
             ],
         );
-        let printed = finish(bench().args(["run", "--mock", rig.scenario, "--print-config"]));
+        let output = finish(bench().args(["run", "--mock", rig.scenario, "--print-config"]));
         // Limits that allow for a busy machine.
         let config = replace_parts(
-            &text(&printed),
+            &text(&output),
             &[
                 ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
                 ("silence_s =", "silence_s = 1.0 # not"),

@@ -137,16 +137,16 @@ fn copy_files(from: &Path, to: &Path) {
 /// Runs a command that must be refused with these words.
 pub fn require_refusal(mut command: Command, words: &[&str]) {
     let output = finish(&mut command);
-    let printed = text(&output);
+    let transcript = text(&output);
     assert!(
         !output.status.success(),
-        "{command:?} was not refused: {printed}"
+        "{command:?} was not refused: {transcript}"
     );
     for word in words {
         assert!(
-            printed.contains(word),
-            "{command:?} does not say {word:?}: {printed}"
+            transcript.contains(word),
+            "{command:?} does not say {word:?}: {transcript}"
         );
     }
-    assert!(!printed.contains("panicked"), "{printed}");
+    assert!(!transcript.contains("panicked"), "{transcript}");
 }

@@ -181,8 +181,8 @@ pub fn write_demo_protocol(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
 /// When it does not contain such a part.
 pub fn write_bench_config(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     let path = folder.join("bench.toml");
-    let printed = finish(bench().args(["run", "--mock", "--print-config"]));
-    let mut config = replace_parts(&text(&printed), changes);
+    let output = finish(bench().args(["run", "--mock", "--print-config"]));
+    let mut config = replace_parts(&text(&output), changes);
     if changes.contains(&SOUND_CARD) {
         config = replace_parts(&config, &[NO_METER]);
     }

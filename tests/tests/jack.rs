@@ -187,15 +187,15 @@ fn session() -> (Server, SessionFolder) {
         &server.folder.path().join("output"),
     );
     let status = run.wait(Duration::from_secs(120));
-    let printed = run.output();
-    println!("{printed}");
-    assert!(!printed.contains("panicked"), "{printed}");
+    let transcript = run.output();
+    println!("{transcript}");
+    assert!(!transcript.contains("panicked"), "{transcript}");
     assert!(
         server.jackd.exit_status().is_none() && server.apparatus.exit_status().is_none(),
         "the server or the apparatus is gone: {}",
         server.apparatus.output()
     );
-    assert!(status.success(), "{printed}");
+    assert!(status.success(), "{transcript}");
     let session = SessionFolder::read(&server.study(), "sub-01").unwrap();
     (server, session)
 }
@@ -259,16 +259,19 @@ fn a_force_sensor_that_is_not_there_is_named() {
     // A server under load may refuse a client before the bench opens the sensor.
     let server = Server::start(TOUCH_S);
     let output = finish(&mut server.run(&server.folder.path().join("absent")));
-    let printed = text(&output);
-    assert!(!printed.contains("client activation error"), "{printed}");
+    let transcript = text(&output);
+    assert!(
+        !transcript.contains("client activation error"),
+        "{transcript}"
+    );
     assert!(
         output.status.code().is_some_and(|code| code != 0),
-        "{printed}"
+        "{transcript}"
     );
     for word in ["the force sensor", "absent"] {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
-    assert!(!printed.contains("panicked"), "{printed}");
+    assert!(!transcript.contains("panicked"), "{transcript}");
     assert!(!server.study().exists());
 }
 
@@ -295,11 +298,11 @@ fn calibration() -> CalibrationFile {
             .arg("--calibration")
             .arg(&path);
         let output = finish(&mut calibrate);
-        let printed = text(&output);
-        println!("{printed}");
-        assert!(!printed.contains("panicked"), "{printed}");
+        let transcript = text(&output);
+        println!("{transcript}");
+        assert!(!transcript.contains("panicked"), "{transcript}");
         // The server reports an xrun whenever a client connects, also for the bench; a calibration must not stop on these.
-        assert!(output.status.success(), "{printed}");
+        assert!(output.status.success(), "{transcript}");
     }
     CalibrationFile::read(&path).unwrap().0
 }

@@ -57,11 +57,11 @@ impl VirtualDisplay {
             &output,
         );
         let number = server.wait_for(PATIENCE, || {
-            let printed = std::fs::read_to_string(&output).ok()?;
-            let line = printed
+            let transcript = std::fs::read_to_string(&output).ok()?;
+            let line = transcript
                 .lines()
                 .find_map(|line| line.trim().parse::<u32>().ok());
-            line.filter(|_| printed.ends_with('\n'))
+            line.filter(|_| transcript.ends_with('\n'))
         });
         let number = number.unwrap_or_else(|| panic!("no virtual display: {}", server.output()));
         let scales = folder.path().join("friction-bench");
@@ -396,18 +396,18 @@ fn run_without_screen(command: &mut Command, folder: &Path) -> (Option<i32>, Str
         .env_remove("WAYLAND_DISPLAY")
         .output()
         .unwrap();
-    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
-    (output.status.code(), printed)
+    let transcript = String::from_utf8_lossy(&output.stderr).into_owned();
+    (output.status.code(), transcript)
 }
 
 #[test]
 fn a_missing_screen_is_reported() {
     let folder = private_folder();
-    let (code, printed) = run_without_screen(&mut participant(friction_bench()), folder.path());
+    let (code, transcript) = run_without_screen(&mut participant(friction_bench()), folder.path());
     assert_eq!(code, Some(2));
     assert!(
-        printed.contains("DISPLAY") && !printed.contains("panic"),
-        "{printed}"
+        transcript.contains("DISPLAY") && !transcript.contains("panic"),
+        "{transcript}"
     );
 }
 
@@ -435,8 +435,11 @@ fn the_command_passes_arguments_signals_and_status_of_the_window() {
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(2));
-    let printed = String::from_utf8_lossy(&output.stderr);
-    assert!(printed.contains("there is no monitor nowhere"), "{printed}");
+    let transcript = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        transcript.contains("there is no monitor nowhere"),
+        "{transcript}"
+    );
 }
 
 /// Makes a copy of friction-bench in a folder without the window's program.
@@ -453,7 +456,7 @@ fn a_missing_window_is_named_and_one_on_the_path_is_found() {
     let (folder, programs) = (private_folder(), private_folder());
     let program = lone_copy(programs.path());
     let empty = tempfile::tempdir().unwrap();
-    let (code, printed) = run_without_screen(
+    let (code, transcript) = run_without_screen(
         participant(&program).env("PATH", empty.path()),
         folder.path(),
     );
@@ -463,25 +466,25 @@ fn a_missing_window_is_named_and_one_on_the_path_is_found() {
         &format!("neither in {} nor on the PATH", programs.path().display()),
         "cargo build --release -p friction-bench-participant",
     ] {
-        assert!(printed.contains(words), "{printed}");
+        assert!(transcript.contains(words), "{transcript}");
     }
     let window_folder = participants_window().parent().unwrap();
-    let (code, printed) = run_without_screen(
+    let (code, transcript) = run_without_screen(
         participant(&program).env("PATH", window_folder),
         folder.path(),
     );
     assert_eq!(code, Some(2));
     assert!(
-        printed.starts_with("friction-bench-participant: no screen to open a window on"),
-        "{printed}"
+        transcript.starts_with("friction-bench-participant: no screen to open a window on"),
+        "{transcript}"
     );
     std::fs::write(programs.path().join("friction-bench-participant"), "").unwrap();
-    let (code, printed) = run_without_screen(
+    let (code, transcript) = run_without_screen(
         participant(&program).env("PATH", window_folder),
         folder.path(),
     );
     assert_eq!(code, Some(2));
-    assert!(printed.contains("does not start"), "{printed}");
+    assert!(transcript.contains("does not start"), "{transcript}");
 }
 
 /// Returns the display libraries that a command opened, judging by file names in its strace.

@@ -140,11 +140,11 @@ fn real_time_beside_a_busy_process_loses_no_sample() {
         std::thread::sleep(Duration::from_millis(250));
     };
     let duration_s = start.elapsed().as_secs_f64();
-    let printed = running.output();
-    assert!(status.success(), "{printed}");
+    let transcript = running.output();
+    assert!(status.success(), "{transcript}");
     assert!(
-        printed.contains("drop-outs         0 frames lost, 0 input and 0 output xruns"),
-        "{printed}"
+        transcript.contains("drop-outs         0 frames lost, 0 input and 0 output xruns"),
+        "{transcript}"
     );
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let recordings = require_every_sample(&session, LENGTH_TOLERANCE_FRAMES);
@@ -161,7 +161,7 @@ fn real_time_beside_a_busy_process_loses_no_sample() {
         greatest(&memory, from * duration_s, to * duration_s)
             .expect("memory is read four times a second")
     });
-    let load = printed
+    let load = transcript
         .lines()
         .find_map(|line| line.strip_prefix("at worst"));
     let load = load.expect("how well it kept up").trim();

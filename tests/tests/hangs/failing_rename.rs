@@ -49,15 +49,15 @@ fn a_trial_whose_description_cannot_be_renamed_is_not_accepted_and_is_repeated()
         }
     }
     let status = wait_until(MINUTE, || running.exit_status()).expect("an end");
-    let printed = running.output();
-    assert!(!status.success(), "{printed}");
+    let transcript = running.output();
+    assert!(!status.success(), "{transcript}");
     // The verdict had accepted the trial; the session did not.
     for words in [
         "trial-001_attempt-1 failed",
         "recording.toml",
         "trials accepted   0 of 1",
     ] {
-        assert!(printed.contains(words), "no `{words}` in:\n{printed}");
+        assert!(transcript.contains(words), "no `{words}` in:\n{transcript}");
     }
     let log = SessionFolder::read(&study, "sub-01").unwrap();
     let attempts = outcomes(&log);

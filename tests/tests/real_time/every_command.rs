@@ -24,8 +24,8 @@ const EARLY: Duration = Duration::from_millis(700);
 /// Time from a command's start to a signal during its work.
 const LATE: Duration = Duration::from_millis(1800);
 
-fn last_characters(shown: &str) -> String {
-    let tail: Vec<char> = shown.chars().rev().take(2000).collect();
+fn last_characters(transcript: &str) -> String {
+    let tail: Vec<char> = transcript.chars().rev().take(2000).collect();
     tail.into_iter().rev().collect()
 }
 
@@ -54,9 +54,9 @@ fn time_to_end(signal: Signal, delay: Duration, command: &str) -> Result<Duratio
     if screen.local_modes() != modes {
         return Err("its terminal is not as before".to_owned());
     }
-    let shown = screen.read_to_end();
-    if shown.contains("panicked") {
-        return Err(last_characters(&shown));
+    let transcript = screen.read_to_end();
+    if transcript.contains("panicked") {
+        return Err(last_characters(&transcript));
     }
     Ok(duration)
 }

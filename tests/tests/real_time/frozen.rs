@@ -43,15 +43,15 @@ fn a_session_that_was_frozen_is_stopped_when_it_goes_on() {
     run.signal(Signal::CONT);
     let status = run.wait(MINUTE);
 
-    let printed = run.output();
-    assert!(!status.success(), "{printed}");
+    let transcript = run.output();
+    assert!(!status.success(), "{transcript}");
     assert!(
-        printed.contains("the safety watch itself did not run for 2."),
-        "{printed}"
+        transcript.contains("the safety watch itself did not run for 2."),
+        "{transcript}"
     );
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let recordings = session.recordings();
-    assert!(!recordings.is_empty(), "{printed}");
+    assert!(!recordings.is_empty(), "{transcript}");
     for recording in recordings {
         assert!(RecordingReader::open(&recording).unwrap().frames() > 0);
     }

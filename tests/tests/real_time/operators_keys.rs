@@ -193,8 +193,8 @@ fn a_lost_participants_terminal_pauses_the_session_and_is_brought_back() {
     terminal.expect_text(&["Show again on the participant's terminal"]);
     terminal.press(&["y"]);
     terminal.expect_text(&["DRIVING", "attempt 2"]);
-    let shown = terminal.tmux(&["capture-pane", "-p", "-t", &second_pane]);
-    assert!(!shown.is_empty());
+    let pane = terminal.tmux(&["capture-pane", "-p", "-t", &second_pane]);
+    assert!(!pane.is_empty());
     quit(&terminal);
     assert!(matches!(
         &outcomes(&terminal)[0],

@@ -32,15 +32,15 @@ struct PanicRun {
     folder: tempfile::TempDir,
     status: ExitStatus,
     /// Everything shown on its terminal.
-    shown: String,
+    transcript: String,
     /// Whether the terminal was restored.
     is_restored: bool,
     report: Report,
 }
 
 /// Returns the end of the output.
-fn last_characters(shown: &str) -> String {
-    let tail: Vec<char> = shown.chars().rev().take(2000).collect();
+fn last_characters(transcript: &str) -> String {
+    let tail: Vec<char> = transcript.chars().rev().take(2000).collect();
     tail.into_iter().rev().collect()
 }
 
@@ -76,18 +76,18 @@ impl PanicRun {
             child.wait().unwrap();
         }
         let final_modes = screen.local_modes();
-        let shown = screen.read_to_end();
-        let status =
-            status.unwrap_or_else(|| panic!("{part}: still running; {}", last_characters(&shown)));
+        let transcript = screen.read_to_end();
+        let status = status
+            .unwrap_or_else(|| panic!("{part}: still running; {}", last_characters(&transcript)));
         let report = std::fs::read(folder.path().join("report.json"));
-        let report =
-            report.unwrap_or_else(|error| panic!("{part}: {error}; {}", last_characters(&shown)));
+        let report = report
+            .unwrap_or_else(|error| panic!("{part}: {error}; {}", last_characters(&transcript)));
         Self {
             part,
             status,
             is_restored: modes == final_modes
                 && final_modes.contains(LocalModes::ICANON | LocalModes::ECHO),
-            shown,
+            transcript,
             report: serde_json::from_slice(&report).unwrap(),
             folder,
         }
@@ -100,7 +100,7 @@ impl PanicRun {
         assert!(
             panicked_ns > 0,
             "{part} never panicked: {}",
-            last_characters(&self.shown)
+            last_characters(&self.transcript)
         );
         let last_edge = |line: &str| report.edges.iter().rfind(|edge| edge.line == line).unwrap();
         let beat = last_edge("heartbeat");
@@ -135,18 +135,20 @@ impl PanicRun {
 
     /// Requires a restored terminal with a message that names the part and the remedy.
     fn require_words(&self) {
-        let Self { part, shown, .. } = self;
+        let Self {
+            part, transcript, ..
+        } = self;
         assert!(self.is_restored, "{part}: the terminal is not as before");
         assert_ne!(self.status.code(), None, "{part}: {}", self.status);
         assert!(!self.status.success(), "{part}");
-        let message = match shown.rsplit_once("\x1b[?1049l") {
+        let message = match transcript.rsplit_once("\x1b[?1049l") {
             Some((_, message)) => message,
-            None => shown,
+            None => transcript,
         };
         assert!(
-            !shown.contains("\x1b[?1049h") || message.len() < shown.len(),
+            !transcript.contains("\x1b[?1049h") || message.len() < transcript.len(),
             "{part}: {}",
-            last_characters(shown)
+            last_characters(transcript)
         );
         for words in [
             &format!("an error in the program itself, in its part `{part}`: on purpose"),
@@ -158,16 +160,26 @@ impl PanicRun {
             );
         }
         for words in ["panicked at", "RUST_BACKTRACE", "stack backtrace"] {
-            assert!(!shown.contains(words), "{part}: {words:?} in {message:?}");
+            assert!(
+                !transcript.contains(words),
+                "{part}: {words:?} in {message:?}"
+            );
         }
     }
 
     /// Requires the interrupted recording to be readable, and the log to be whole.
     fn require_recording(&self) {
-        let Self { part, shown, .. } = self;
+        let Self {
+            part, transcript, ..
+        } = self;
         let session = SessionFolder::read(&self.folder.path().join("study"), "sub-01").unwrap();
         let recordings = session.recordings();
-        assert_eq!(recordings.len(), 1, "{part}: {}", last_characters(shown));
+        assert_eq!(
+            recordings.len(),
+            1,
+            "{part}: {}",
+            last_characters(transcript)
+        );
         let reader = RecordingReader::open(&recordings[0]).unwrap();
         let duration_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
         assert!(duration_s > 0.3, "{part}: {duration_s} s kept");

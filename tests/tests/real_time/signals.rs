@@ -186,11 +186,14 @@ fn interrupt(signal: Signal) -> (StudyFolder, Duration) {
     running.signal(signal);
     let status = running.wait(MINUTE);
     let duration = start.elapsed();
-    let printed = running.output();
+    let transcript = running.output();
     // On a late machine the safety watch stops the session before this test does.
-    assert!(printed.contains("stopped before its end"), "{printed}");
-    assert_eq!(status.code(), Some(1), "{printed}");
-    assert!(!printed.contains("panicked"), "{printed}");
+    assert!(
+        transcript.contains("stopped before its end"),
+        "{transcript}"
+    );
+    assert_eq!(status.code(), Some(1), "{transcript}");
+    assert!(!transcript.contains("panicked"), "{transcript}");
     (folder, duration)
 }
 

@@ -275,17 +275,20 @@ fn neither_check_nor_monitor_nor_a_calibration_drives_blind() {
             .arg("--config")
             .arg(&config);
         let output = finish(&mut command);
-        let printed = text(&output);
-        assert!(!output.status.success(), "{arguments:?}:\n{printed}");
+        let transcript = text(&output);
+        assert!(!output.status.success(), "{arguments:?}:\n{transcript}");
         assert!(
-            printed.contains("readback_tolerance = 1"),
-            "{arguments:?}:\n{printed}"
+            transcript.contains("readback_tolerance = 1"),
+            "{arguments:?}:\n{transcript}"
         );
     }
     let mut monitor = bench();
     monitor.args(["monitor", "--mock", "--headless", "--drive-v", "1.5"]);
-    let printed = text(&finish(&mut monitor));
-    assert!(printed.contains("half of the drive's mean"), "{printed}");
+    let transcript = text(&finish(&mut monitor));
+    assert!(
+        transcript.contains("half of the drive's mean"),
+        "{transcript}"
+    );
 }
 
 #[test]
@@ -300,11 +303,11 @@ fn looser_limits_are_permitted_in_their_ranges_and_every_file_says_so() {
         word: "",
     };
     let output = finish(&mut session(folder.path(), &study, &edit));
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     assert!(
-        printed.contains("safety.readback_tolerance = 0.4 (default 0.25)"),
-        "{printed}"
+        transcript.contains("safety.readback_tolerance = 0.4 (default 0.25)"),
+        "{transcript}"
     );
     let manifest = study.join("sub-01/ses-01/trial-001_attempt-1/recording.toml");
     let manifest =

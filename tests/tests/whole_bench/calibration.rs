@@ -106,8 +106,8 @@ fn unknown_benches_are_known_within_their_intervals() {
 fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() {
     let room = Room::new("", 1);
     room.succeed(&["pickup"]);
-    let printed = room.succeed(&["plate", "--finger"]);
-    assert!(printed.contains("under a finger"), "{printed}");
+    let transcript = room.succeed(&["plate", "--finger"]);
+    assert!(transcript.contains("under a finger"), "{transcript}");
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     let (finger, plate) = (
         calibration.finger.clone().unwrap(),
@@ -152,8 +152,8 @@ fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() 
     );
 
     // A new measurement of the plate discards the response of the previous one.
-    let printed = room.succeed(&["plate"]);
-    assert!(printed.contains("was taken out"), "{printed}");
+    let transcript = room.succeed(&["plate"]);
+    assert!(transcript.contains("was taken out"), "{transcript}");
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     assert_eq!(calibration.finger, None);
 }
@@ -189,8 +189,8 @@ fn the_amplitude_along_the_plate_is_found_and_judged() {
 fn a_plate_is_measured_in_under_twenty_seconds_of_signal() {
     let room = Room::new("", 1);
     room.succeed(&["pickup"]);
-    let printed = room.succeed(&["plate"]);
-    let driven_s: f64 = printed
+    let transcript = room.succeed(&["plate"]);
+    let driven_s: f64 = transcript
         .lines()
         .find_map(|line| line.trim().strip_prefix("driven for"))
         .and_then(|rest| rest.trim().strip_suffix(" s"))
@@ -215,8 +215,11 @@ fn a_plate_is_measured_in_under_twenty_seconds_of_signal() {
 fn drift_is_reported_and_excessive_drift_refused() {
     let room = Room::calibrated();
     fs::write(&room.scenario, "[plate]\nresonance_hz = 35012.0\n").unwrap();
-    let printed = room.succeed(&["plate"]);
-    let drift = printed.lines().find(|line| line.contains("drift")).unwrap();
+    let transcript = room.succeed(&["plate"]);
+    let drift = transcript
+        .lines()
+        .find(|line| line.contains("drift"))
+        .unwrap();
     assert!(
         drift.contains("+12.0") || drift.contains("+11.9"),
         "{drift}"
@@ -343,11 +346,11 @@ fn impossible_measurements_are_refused_with_the_cause() {
 fn check_compares_the_channels_with_the_calibration() {
     let room = Room::calibrated();
     let output = finish(&mut room.check());
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     assert!(
-        printed.contains("gain and phase as calibrated"),
-        "{printed}"
+        transcript.contains("gain and phase as calibrated"),
+        "{transcript}"
     );
     for (scenario, words) in [
         (

@@ -75,15 +75,15 @@ impl Room {
     fn require_refusal(&self, words: &[&str]) {
         let file_before = fs::read(self.calibration()).ok();
         let output = finish(&mut self.calibrate("channels"));
-        let printed = text(&output);
-        assert!(!output.status.success(), "not refused: {printed}");
+        let transcript = text(&output);
+        assert!(!output.status.success(), "not refused: {transcript}");
         for word in words {
             assert!(
-                printed.contains(word),
-                "it does not say {word:?}: {printed}"
+                transcript.contains(word),
+                "it does not say {word:?}: {transcript}"
             );
         }
-        assert!(!printed.contains("panicked"), "{printed}");
+        assert!(!transcript.contains("panicked"), "{transcript}");
         let file_after = fs::read(self.calibration()).ok();
         assert_eq!(file_before, file_after, "nothing is put in force");
     }
@@ -240,7 +240,7 @@ fn converters_are_known_within_their_intervals() {
 #[test]
 fn the_round_trip_is_told_and_the_bench_is_put_back() {
     let room = Room::new("[converter]\noffset_units = 0.004\n", 1);
-    let (printed, calibration) = room.succeed("channels");
+    let (transcript, calibration) = room.succeed("channels");
     let channels = calibration.channels.unwrap();
     let gain = (1.0_f64 + (CARRIER_HZ / 200e3_f64).powi(2)).sqrt().recip();
     let error = channels.round_trip.value - gain;
@@ -249,10 +249,10 @@ fn the_round_trip_is_told_and_the_bench_is_put_back() {
     let latency = channels.latency.value * RATE_HZ;
     assert!((0.0..400.0).contains(&latency), "{latency}");
     assert!(channels.inputs.iter().all(|input| input.clips_at.is_none()));
-    assert!(printed.contains("clips above 0.90"), "{printed}");
+    assert!(transcript.contains("clips above 0.90"), "{transcript}");
     assert!(
-        printed.contains("a constant offset of +0.0040"),
-        "{printed}"
+        transcript.contains("a constant offset of +0.0040"),
+        "{transcript}"
     );
     let points = fs::read_to_string(room.folder.path().join("calibration-channels.csv")).unwrap();
     assert!(points.starts_with("cabling,input,frequency_hz,drive_v"));
@@ -398,10 +398,10 @@ fn the_measured_clipping_level_is_flagged_in_its_place() {
     // A clipped signal, which the plate's calibration would have accepted before, is now refused.
     room.set_scenario(&format!("{scenario}[pickup]\nmetres_per_unit = 1.0e-6\n"));
     let output = finish(&mut room.calibrate("pickup"));
-    let printed = text(&output);
+    let transcript = text(&output);
     assert!(
-        printed.contains("the pickup's input is saturated"),
-        "{printed}"
+        transcript.contains("the pickup's input is saturated"),
+        "{transcript}"
     );
 }
 

@@ -144,9 +144,12 @@ fn unknown_sensors_are_known_within_their_intervals() {
 #[test]
 fn the_plate_stays_silent_and_a_tilt_shows_as_crosstalk() {
     let room = Room::new("[masses]\ntilt_rad = 0.03\nerror = 0.0\n", 1);
-    let printed = room.weigh();
-    assert!(printed.contains("driven for       0.0 s"), "{printed}");
-    assert!(printed.contains("tilted by +1.72°"), "{printed}");
+    let transcript = room.weigh();
+    assert!(
+        transcript.contains("driven for       0.0 s"),
+        "{transcript}"
+    );
+    assert!(transcript.contains("tilted by +1.72°"), "{transcript}");
     let force = measured_force(&room);
     // The inverse of a rotation.
     let (sin, cos) = 0.03f64.sin_cos();
@@ -225,9 +228,9 @@ fn a_moved_zero_fails_the_check_until_it_is_tared() {
     );
     let points = room.folder.path().join("calibration-force.csv");
     let table = fs::read_to_string(&points).unwrap();
-    let printed = room.succeed(&["force", "--tare"]);
+    let transcript = room.succeed(&["force", "--tare"]);
     assert_eq!(fs::read_to_string(&points).unwrap(), table);
-    assert!(printed.contains("by +15"), "{printed}");
+    assert!(transcript.contains("by +15"), "{transcript}");
     let force_after = measured_force(&room);
     assert_eq!(
         force_after.correction().matrix,
@@ -311,8 +314,9 @@ fn a_calibrated_session_records_the_forces_that_acted() {
         if is_calibrated {
             command.arg("--calibration").arg(room.calibration());
         }
-        let printed = text(&finish(&mut command));
-        let session = SessionFolder::read(&study, "sub-01").unwrap_or_else(|| panic!("{printed}"));
+        let transcript = text(&finish(&mut command));
+        let session =
+            SessionFolder::read(&study, "sub-01").unwrap_or_else(|| panic!("{transcript}"));
         let recording = session.recordings()[0].clone();
         let truth_n: Vec<[f64; 2]> = rows(&truth.join("truth.csv"))
             .iter()

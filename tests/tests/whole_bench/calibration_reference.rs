@@ -47,8 +47,11 @@ fn a_vibrometer_on_an_input_gives_the_sensitivity_and_the_phase_and_z_m_comes_ou
     room.weigh();
 
     // The inputs have not been compared yet: the amplitude is known, the phase is not.
-    let printed = room.succeed(&DISPLACEMENT);
-    assert!(printed.contains("not kept: nobody knows how"), "{printed}");
+    let transcript = room.succeed(&DISPLACEMENT);
+    assert!(
+        transcript.contains("not kept: nobody knows how"),
+        "{transcript}"
+    );
     let calibration_file = || CalibrationFile::read(&room.calibration()).unwrap().0;
     assert_eq!(calibration_file().pickup.unwrap().phase_rad, None);
 
@@ -112,9 +115,9 @@ fn monitor_z_m(room: &Room) -> (f64, f64) {
         "3",
     ];
     let output = finish(&mut room.command(&words));
-    let printed = text(&output);
-    let line = printed.lines().rfind(|line| line.contains("Z_m "));
-    let line = line.unwrap_or_else(|| panic!("no Z_m in {printed}"));
+    let transcript = text(&output);
+    let line = transcript.lines().rfind(|line| line.contains("Z_m "));
+    let line = line.unwrap_or_else(|| panic!("no Z_m in {transcript}"));
     let words: Vec<&str> = line.split("Z_m ").nth(1).unwrap().split(' ').collect();
     let number = |word: &str| word.trim_end_matches('i').parse().unwrap();
     (number(words[0]), number(words[1]))

@@ -41,14 +41,14 @@ fn limit_file_size(command: &Command, units: u64) -> Command {
 }
 
 /// Requires the program to have exited with an error and these words, without a panic.
-fn require_failure(status: ExitStatus, printed: &str, words: &[&str]) {
+fn require_failure(status: ExitStatus, transcript: &str, words: &[&str]) {
     assert!(
         status.code().is_some_and(|code| code != 0),
-        "{status:?}: {printed}"
+        "{status:?}: {transcript}"
     );
-    assert!(!printed.contains("panicked"), "{printed}");
+    assert!(!transcript.contains("panicked"), "{transcript}");
     for word in words {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
 }
 
@@ -99,9 +99,9 @@ fn run_with_limit(limit: u64) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
     let output = finish(&mut limit_file_size(&one_trial(&study), limit));
-    let printed = text(&output);
+    let transcript = text(&output);
     let words = ["STOPPED", "failed", "a limit on file sizes", "ended early"];
-    require_failure(output.status, &printed, &words);
+    require_failure(output.status, &transcript, &words);
 
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let stops = session.stops();
@@ -131,7 +131,10 @@ fn run_with_limit(limit: u64) -> f64 {
     assert_eq!(recording.nonfinite_samples(), 0);
     assert!(recording.greatest_phase_step_rad() < 0.01);
     let message = format!("{:.1} s of it are readable", recording.duration_s());
-    assert!(printed.contains(&message), "no `{message}` in:\n{printed}");
+    assert!(
+        transcript.contains(&message),
+        "no `{message}` in:\n{transcript}"
+    );
     require_force_rows(recording.duration_s(), recording_path);
 
     // Without the limit the session can be resumed.
@@ -180,8 +183,8 @@ fn a_file_size_limit_that_lets_no_session_begin() {
 #[test]
 fn a_session_folder_removed_in_a_trial_stops_the_drive() {
     for speed in ["max", "real"] {
-        let printed = remove_in_trial(speed);
-        assert!(!printed.contains("accepted: "), "{printed}");
+        let transcript = remove_in_trial(speed);
+        assert!(!transcript.contains("accepted: "), "{transcript}");
     }
 }
 
@@ -212,14 +215,18 @@ fn remove_in_trial(speed: &str) -> String {
     let new_path = folder.path().join("elsewhere");
     std::fs::rename(&participant, &new_path).unwrap();
     let status = running.wait(MINUTE);
-    let printed = running.output();
+    let transcript = running.output();
     // The message is the same whether the recorder or the log accesses the disk first.
-    require_failure(status, &printed, &["the file or its folder does not exist"]);
+    require_failure(
+        status,
+        &transcript,
+        &["the file or its folder does not exist"],
+    );
     assert!(!participant.exists(), "made anew");
     // Moved away, not lost.
     let recording = Recording::read(&new_path.join("ses-01/practice-01_attempt-1"));
     assert!(recording.frames() * recording.channels * 4 > 900_000);
-    printed
+    transcript
 }
 
 /// Fault 25.

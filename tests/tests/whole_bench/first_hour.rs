@@ -44,18 +44,18 @@ fn the_demo_succeeds_in_a_terminal_without_a_size() {
     let demo = folder.path().join("a demo");
     let mut command = bench();
     command.arg("demo").arg(&demo).current_dir(&folder);
-    let (status, shown) = run_in_terminal(command, 0, 0);
-    assert!(status.success(), "{shown}");
+    let (status, transcript) = run_in_terminal(command, 0, 0);
+    assert!(status.success(), "{transcript}");
     for file in [
         "calibration/calibration.toml",
         "study/sub-01/ses-01/events.jsonl",
         "results.json",
     ] {
-        assert!(demo.join(file).is_file(), "no {file}: {shown}");
+        assert!(demo.join(file).is_file(), "no {file}: {transcript}");
     }
     require_whole(&demo.join("study"));
     // The last line of the output is a command that can be copied.
-    let last_line = shown.trim_end().lines().last().unwrap();
+    let last_line = transcript.trim_end().lines().last().unwrap();
     let script = format!("set -- {last_line}; shift 6; printf %s \"$1\"");
     let study = finish(Command::new("bash").args(["-c", &script])).stdout;
     assert_eq!(OsStr::from_bytes(&study), demo.join("study"), "{last_line}");
@@ -121,11 +121,11 @@ fn a_check_of_simulated_hardware_passes_in_small_terminals_and_through_a_pipe() 
         command
     };
     for (columns, rows) in [(0, 0), (40, 10), (78, 22)] {
-        let (status, shown) = run_in_terminal(check(), columns, rows);
-        assert!(status.success(), "{columns} × {rows}: {shown}");
+        let (status, transcript) = run_in_terminal(check(), columns, rows);
+        assert!(status.success(), "{columns} × {rows}: {transcript}");
         assert!(
-            !shown.contains("terminal"),
-            "no dashboard is shown: {shown}"
+            !transcript.contains("terminal"),
+            "no dashboard is shown: {transcript}"
         );
     }
     let output = finish(&mut check());
@@ -149,15 +149,22 @@ fn a_small_terminal_for_a_dashboard_is_a_warning() {
         .arg("check")
         .arg("--config")
         .arg(config);
-    let (status, shown) = run_in_terminal(command, 40, 10);
-    assert_eq!(status.code(), Some(1), "there is no such card: {shown}");
+    let (status, transcript) = run_in_terminal(command, 40, 10);
+    assert_eq!(
+        status.code(),
+        Some(1),
+        "there is no such card: {transcript}"
+    );
     let line = |name: &str| {
-        let line = shown.lines().find(|line| line.contains(name));
-        line.unwrap_or_else(|| panic!("no {name} in {shown}"))
+        let line = transcript.lines().find(|line| line.contains(name));
+        line.unwrap_or_else(|| panic!("no {name} in {transcript}"))
     };
-    assert!(line("hardware").starts_with("FAILED"), "{shown}");
-    assert!(line("terminal").starts_with("warning terminal"), "{shown}");
-    assert!(line("terminal").contains("40 × 10"), "{shown}");
+    assert!(line("hardware").starts_with("FAILED"), "{transcript}");
+    assert!(
+        line("terminal").starts_with("warning terminal"),
+        "{transcript}"
+    );
+    assert!(line("terminal").contains("40 × 10"), "{transcript}");
 }
 
 #[test]
@@ -183,9 +190,9 @@ fn a_closed_pipe_ends_a_command_in_good_order() {
         // Close the pipe before any output.
         drop(child.stdout.take());
         let output = child.wait_with_output().unwrap();
-        let printed = text(&output);
-        assert!(output.status.success(), "{words:?}: {printed}");
-        assert!(printed.is_empty(), "{words:?}: {printed}");
+        let transcript = text(&output);
+        assert!(output.status.success(), "{words:?}: {transcript}");
+        assert!(transcript.is_empty(), "{words:?}: {transcript}");
     }
 }
 
@@ -253,8 +260,8 @@ fn a_tone_is_reported_only_if_one_was_played() {
 fn a_sensor_that_sends_lines_brings_its_configuration() {
     let check = finish(bench().args(["check", "--mock", "arduino", "--quick"]));
     assert!(check.status.success(), "{}", text(&check));
-    let printed = finish(bench().args(["run", "--mock", "arduino", "--print-config"]));
-    let config = Config::parse(&text(&printed), "printed").unwrap();
+    let output = finish(bench().args(["run", "--mock", "arduino", "--print-config"]));
+    let config = Config::parse(&text(&output), "printed").unwrap();
     let config::Sensor::Serial(serial) = config.force.unwrap().sensor else {
         panic!("not on a serial line");
     };
@@ -273,8 +280,10 @@ fn a_study_lists_its_recordings_with_commands_that_a_shell_can_run() {
         let command = command.replacen("friction-bench", &format!("'{program}'"), 1);
         finish(Command::new("sh").args(["-c", &command]))
     };
-    let printed = text(&run);
-    let results = printed.lines().find(|line| line.starts_with("to results"));
+    let transcript = text(&run);
+    let results = transcript
+        .lines()
+        .find(|line| line.starts_with("to results"));
     let analyze = &results.unwrap()["to results".len()..];
     let analyze = analyze.trim().replace("--figures figures", "");
     let output = run_in_shell(&analyze);
@@ -356,9 +365,9 @@ fn a_missing_configuration_is_named() {
         text(&output)
     );
     // An edited file is printed with its effective values.
-    let printed = finish(bench().args(["run", "--print-config"]).current_dir(&folder));
-    let printed = Config::parse(&text(&printed), "printed").unwrap();
-    assert_eq!(printed, Config::read(&path).unwrap());
+    let output = finish(bench().args(["run", "--print-config"]).current_dir(&folder));
+    let config = Config::parse(&text(&output), "printed").unwrap();
+    assert_eq!(config, Config::read(&path).unwrap());
 }
 
 #[test]
@@ -426,8 +435,11 @@ fn waived_hardware_stops_are_shown_and_recorded() {
     let output = finish(run.arg("--config").arg(&config));
     assert!(output.status.success(), "{}", text(&output));
     let line = "hardware stops waived by A. Tester: estop, heartbeat";
-    let shown = text(&output);
-    assert!(shown.contains(&format!("warning: {line}")), "{shown}");
+    let transcript = text(&output);
+    assert!(
+        transcript.contains(&format!("warning: {line}")),
+        "{transcript}"
+    );
 
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let safety = &session.starts()[0].configuration["safety"];
@@ -445,8 +457,8 @@ fn waived_hardware_stops_are_shown_and_recorded() {
     }
     let mut replay = bench();
     replay.args(["replay", "--headless", "--speed", "max"]);
-    let printed = text(&finish(replay.arg(&recordings[0])));
-    assert!(printed.contains(line), "{printed}");
+    let transcript = text(&finish(replay.arg(&recordings[0])));
+    assert!(transcript.contains(line), "{transcript}");
 
     let mut check = bench();
     check.args(["check", "--mock", "--quick", "--config"]);

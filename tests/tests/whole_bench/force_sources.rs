@@ -25,10 +25,10 @@ fn session(scenario: &str, change: fn(&Path, String) -> String) -> String {
 fn results(scenario: &str, change: fn(&Path, String) -> String) -> (Recording, Value) {
     let room = tempfile::tempdir().unwrap();
     let folder = room.path();
-    let printed = finish(bench().args(["run", "--mock", scenario, "--print-config"]));
-    assert!(printed.status.success(), "{}", text(&printed));
+    let output = finish(bench().args(["run", "--mock", scenario, "--print-config"]));
+    assert!(output.status.success(), "{}", text(&output));
     let config = folder.join("bench.toml");
-    let config_text = change(folder, String::from_utf8(printed.stdout).unwrap());
+    let config_text = change(folder, String::from_utf8(output.stdout).unwrap());
     fs::write(&config, config_text).unwrap();
     let protocol = write_demo_protocol(
         folder,

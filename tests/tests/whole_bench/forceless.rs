@@ -32,10 +32,14 @@ fn a_bench_without_a_force_sensor_refuses_only_what_needs_one() {
             .arg(&config)
             .current_dir(folder.path());
         let output = finish(&mut command);
-        let printed = text(&output);
-        assert_eq!(output.status.success(), is_success, "{words:?}: {printed}");
-        assert!(!printed.contains("NaN"), "{words:?}: {printed}");
-        printed
+        let transcript = text(&output);
+        assert_eq!(
+            output.status.success(),
+            is_success,
+            "{words:?}: {transcript}"
+        );
+        assert!(!transcript.contains("NaN"), "{words:?}: {transcript}");
+        transcript
     };
     let flags = ["--headless", "--speed", "max"];
     let words_with_flags = |words: &[&'static str]| [words, &flags[..]].concat();
@@ -52,14 +56,14 @@ fn a_bench_without_a_force_sensor_refuses_only_what_needs_one() {
             "no `{word}` in {monitor_output}"
         );
     }
-    let printed = run(&["check"], true);
-    assert!(printed.contains("warning force sensor"), "{printed}");
+    let transcript = run(&["check"], true);
+    assert!(transcript.contains("warning force sensor"), "{transcript}");
     let path = calibration.to_str().unwrap();
     for part in ["pickup", "plate"] {
         let words = ["calibrate", part, "--operator", "T", "--calibration", path];
-        let printed = run(&[&words[..], &flags[..]].concat(), true);
+        let transcript = run(&[&words[..], &flags[..]].concat(), true);
         let word = "nothing but you tells whether the plate is clear";
-        assert!(printed.contains(word), "{printed}");
+        assert!(transcript.contains(word), "{transcript}");
     }
     let words = [
         "calibrate",
@@ -69,11 +73,14 @@ fn a_bench_without_a_force_sensor_refuses_only_what_needs_one() {
         "--normal-g",
         "20,50",
     ];
-    let printed = run(
+    let transcript = run(
         &[&words[..], &["--lateral-g", "20,50"], &flags[..]].concat(),
         false,
     );
-    assert!(printed.contains("describe it as [force]"), "{printed}");
+    assert!(
+        transcript.contains("describe it as [force]"),
+        "{transcript}"
+    );
     let session = [
         "run",
         "--participant",
@@ -85,8 +92,8 @@ fn a_bench_without_a_force_sensor_refuses_only_what_needs_one() {
         "--study",
         "study",
     ];
-    let printed = run(&[&session[..], &flags[..]].concat(), false);
+    let transcript = run(&[&session[..], &flags[..]].concat(), false);
     for word in ["[force] of bench.toml", "`monitor`"] {
-        assert!(printed.contains(word), "no `{word}` in {printed}");
+        assert!(transcript.contains(word), "no `{word}` in {transcript}");
     }
 }

@@ -69,14 +69,14 @@ fn one_participant_is_removed_with_every_trace() {
         .filter(|path| !path.starts_with(study.join("sub-07")))
         .collect();
     let output = forget(&study, &["sub-07", "--confirm", "sub-07"]);
-    let printed = text(&output);
-    assert_eq!(output.status.code(), Some(0), "{printed}");
+    let transcript = text(&output);
+    assert_eq!(output.status.code(), Some(0), "{transcript}");
     for word in [
         "sub-07: 2 files in 3 folders, 5000 bytes",
         "participants.tsv",
         "is removed",
     ] {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
     let removals = study.join("removals.tsv");
     let remaining_paths: Vec<_> = tree(&study)
@@ -187,12 +187,12 @@ fn other_files_naming_the_participant_are_listed() {
     )
     .unwrap();
     fs::write(study.join("sub-07.svg"), "").unwrap();
-    let printed = text(&forget(&study, &["sub-07", "--confirm", "sub-07"]));
+    let transcript = text(&forget(&study, &["sub-07", "--confirm", "sub-07"]));
     assert!(
-        printed.contains("all.json") && printed.contains("sub-07.svg"),
-        "{printed}"
+        transcript.contains("all.json") && transcript.contains("sub-07.svg"),
+        "{transcript}"
     );
-    assert!(!printed.contains("other.json"), "{printed}");
+    assert!(!transcript.contains("other.json"), "{transcript}");
     assert!(study.join("results/all.json").exists());
 }
 
@@ -247,12 +247,12 @@ fn forget_asks_twice_on_a_terminal() {
     let (_room, study) = study();
     let paths = tree(&study);
     for answers in ["no\n", "yes\nsub-06\n"] {
-        let (code, printed) = answer_questions(&study, answers);
-        assert_eq!(code, Some(1), "{printed}");
-        assert!(printed.contains("nothing was removed"), "{printed}");
+        let (code, transcript) = answer_questions(&study, answers);
+        assert_eq!(code, Some(1), "{transcript}");
+        assert!(transcript.contains("nothing was removed"), "{transcript}");
         assert_eq!(tree(&study), paths);
     }
-    let (code, printed) = answer_questions(&study, "yes\nsub-07\n");
-    assert_eq!(code, Some(0), "{printed}");
+    let (code, transcript) = answer_questions(&study, "yes\nsub-07\n");
+    assert_eq!(code, Some(0), "{transcript}");
     assert!(!study.join("sub-07").exists());
 }

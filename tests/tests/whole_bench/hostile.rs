@@ -50,7 +50,7 @@ const FILES: [&str; 4] = ["recording.toml", "signals.wav", "force.csv", "positio
 /// Output and cost of a command.
 struct RunCost {
     code: Option<i32>,
-    printed: String,
+    transcript: String,
     time: Duration,
     peak_kb: u64,
 }
@@ -84,7 +84,7 @@ fn measure(command: &mut Command) -> RunCost {
     };
     RunCost {
         code: exit_status.code(),
-        printed: fs::read_to_string(output.path()).unwrap(),
+        transcript: fs::read_to_string(output.path()).unwrap(),
         time: start.elapsed(),
         peak_kb,
     }
@@ -93,16 +93,20 @@ fn measure(command: &mut Command) -> RunCost {
 impl RunCost {
     /// Requires an orderly refusal with these words, within the limits.
     fn require_refusal(&self, words: &[&str]) {
-        assert!(self.code.is_some_and(|code| code != 0), "{}", self.printed);
+        assert!(
+            self.code.is_some_and(|code| code != 0),
+            "{}",
+            self.transcript
+        );
         self.require_limits();
         for word in words {
             assert!(
-                self.printed.contains(word),
+                self.transcript.contains(word),
                 "no `{word}` in:\n{}",
-                self.printed
+                self.transcript
             );
         }
-        assert!(self.printed.len() < 2000, "{}", self.printed.len());
+        assert!(self.transcript.len() < 2000, "{}", self.transcript.len());
     }
 
     fn require_limits(&self) {
@@ -111,7 +115,7 @@ impl RunCost {
             *time < TIME && *peak_kb < MEMORY_KB,
             "{time:?}, {peak_kb} kB"
         );
-        assert!(!self.printed.contains("panicked"), "{}", self.printed);
+        assert!(!self.transcript.contains("panicked"), "{}", self.transcript);
     }
 }
 
@@ -186,7 +190,7 @@ fn pipe(path: &Path) {
 fn a_sound_recording_is_read() {
     let (_room, folder) = recording();
     let cost = analyze(&folder);
-    assert_eq!(cost.code, Some(0), "{}", cost.printed);
+    assert_eq!(cost.code, Some(0), "{}", cost.transcript);
     cost.require_limits();
 }
 
@@ -355,7 +359,7 @@ fn the_largest_allowed_manifest_is_read_in_time() {
     let manifest = format!("{MANIFEST}{INTERVALS}{intervals}{}", event.repeat(9_999));
     fs::write(folder.join("recording.toml"), manifest).unwrap();
     let cost = analyze(&folder);
-    assert_eq!(cost.code, Some(0), "{:.2000}", cost.printed);
+    assert_eq!(cost.code, Some(0), "{:.2000}", cost.transcript);
     cost.require_limits();
 }
 
@@ -366,7 +370,7 @@ fn gigabytes_of_audio_are_streamed() {
     const BYTES: u32 = 800_000_000;
     signals(&folder, BYTES, BYTES.into());
     let cost = analyze(&folder);
-    assert_eq!(cost.code, Some(0), "{}", cost.printed);
+    assert_eq!(cost.code, Some(0), "{}", cost.transcript);
     assert!(cost.peak_kb < 60 * 1024, "{} kB", cost.peak_kb);
 }
 
@@ -398,13 +402,13 @@ fn an_absurd_time_costs_one_row() {
     )
     .unwrap();
     let output = finish(bench().arg("analyze").arg(&folder));
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     for word in [
         "force.csv: 1 rows are left out because their time is more than 2 s outside",
         "force.csv: 1 rows are left out because their time leaps ahead",
     ] {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
 }
 
@@ -423,9 +427,9 @@ fn a_recording_that_is_no_folder_is_refused() {
 /// Requires the output to be free of characters that a terminal would obey; returns it.
 fn require_harmless(output: &std::process::Output) -> String {
     for (name, bytes) in [("output", &output.stdout), ("errors", &output.stderr)] {
-        let printed = std::str::from_utf8(bytes).unwrap();
+        let transcript = std::str::from_utf8(bytes).unwrap();
         let is_control = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
-        assert!(!printed.contains(is_control), "{name}: {printed:?}");
+        assert!(!transcript.contains(is_control), "{name}: {transcript:?}");
     }
     text(output)
 }
@@ -448,10 +452,10 @@ fn control_characters_of_a_recording_are_shown_and_not_obeyed() {
         &["analyze", "--json", "-"],
         &["replay", "--headless", "--speed", "max", "--verbose"],
     ] {
-        let printed = command(words);
+        let transcript = command(words);
         assert!(
-            words.contains(&"--table") || printed.contains(ESCAPED),
-            "{words:?}: {printed}"
+            words.contains(&"--table") || transcript.contains(ESCAPED),
+            "{words:?}: {transcript}"
         );
     }
     let json = finish(bench().args(["analyze", "--json", "-"]).arg(&hostile_path));
@@ -474,8 +478,8 @@ fn control_characters_of_a_recording_are_shown_and_not_obeyed() {
         )
         .unwrap();
         for words in [&["analyze"][..], &["replay", "--headless"]] {
-            let printed = command(words);
-            assert!(printed.contains("recording.toml"), "{printed}");
+            let transcript = command(words);
+            assert!(transcript.contains("recording.toml"), "{transcript}");
         }
     }
     let study = hostile_path.parent().unwrap();

@@ -145,13 +145,13 @@ fn the_live_unloaded_plate_reads_true() {
         "--duration-s",
         "5.5",
     ]));
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
-    let lines: Vec<_> = printed
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    let lines: Vec<_> = transcript
         .lines()
         .filter(|line| line.contains("Z_m"))
         .collect();
-    assert_eq!(lines.len(), 5, "a line a second:\n{printed}");
+    assert_eq!(lines.len(), 5, "a line a second:\n{transcript}");
     // The nominal plate with its further mode at 41.2 kHz; the test of the recording reads the same value from the simulation.
     let z_p = Complex64::new(7.0098, -0.0122);
     for line in lines {

@@ -51,11 +51,11 @@ fn minutes_lose_no_sample_and_take_no_more_memory_than_one() {
         std::thread::sleep(Duration::from_millis(100));
     };
     let wall_s = start.elapsed().as_secs_f64();
-    let printed = running.output();
-    assert!(status.success(), "{printed}");
+    let transcript = running.output();
+    assert!(status.success(), "{transcript}");
     assert!(
-        printed.contains("drop-outs         0 frames lost, 0 input and 0 output xruns"),
-        "{printed}"
+        transcript.contains("drop-outs         0 frames lost, 0 input and 0 output xruns"),
+        "{transcript}"
     );
 
     let simulated_s = memory.last().unwrap().0;

@@ -60,13 +60,16 @@ fn edit_log(study: &StudyCopy, edit: impl Fn(&mut Vec<Value>)) {
 
 /// Requires the study to be whole, with two trials accepted and analysed.
 fn require_two(study: &StudyCopy) {
-    let (status, printed) = study.verify();
-    assert_eq!(status, 0, "{printed}");
-    assert!(printed.contains("complete, 2 of 2"), "{printed}");
+    let (status, transcript) = study.verify();
+    assert_eq!(status, 0, "{transcript}");
+    assert!(transcript.contains("complete, 2 of 2"), "{transcript}");
     let output = finish(bench().arg("analyze").arg(study.study()));
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
-    assert!(printed.contains("accepted 2, analysed 2"), "{printed}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    assert!(
+        transcript.contains("accepted 2, analysed 2"),
+        "{transcript}"
+    );
 }
 
 /// Fault 27.
@@ -77,11 +80,11 @@ fn the_last_accepted_trial_is_repeated_if_its_recording_is_lost() {
     fs::remove_dir_all(study.session().join(SECOND)).unwrap();
     interrupt_recording(&study, TRIAL);
     let output = study.resume(&[]);
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     let message = format!("the recording of {TRIAL} is lost");
     for words in [&message[..], "counts as interrupted and is repeated"] {
-        assert!(printed.contains(words), "no `{words}` in:\n{printed}");
+        assert!(transcript.contains(words), "no `{words}` in:\n{transcript}");
     }
     let log = fs::read_to_string(study.session().join("events.jsonl")).unwrap();
     let lost_events = log.lines().filter(|line| line.contains("\"not_saved\""));
@@ -107,8 +110,8 @@ fn recordings_that_were_moved_are_asked_for_and_repeated_only_by_the_operators_w
         "put them back",
         "--repeat-lost",
     ] {
-        let printed = text(&output);
-        assert!(printed.contains(words), "no `{words}` in:\n{printed}");
+        let transcript = text(&output);
+        assert!(transcript.contains(words), "no `{words}` in:\n{transcript}");
     }
     assert!(!text(&output).contains(SECOND), "{}", text(&output));
     assert_eq!(fs::read(&log).unwrap(), log_content);

@@ -25,8 +25,8 @@ fn session(new_carrier: &str) -> (SessionFolder, String, tempfile::TempDir) {
         ("max_per_trial = 3", "max_per_trial = 0"),
     ];
     write_demo_protocol(folder.path(), &changes);
-    let (session, printed) = run(folder.path(), &[]);
-    (session, printed, folder)
+    let (session, transcript) = run(folder.path(), &[]);
+    (session, transcript, folder)
 }
 
 fn run(folder: &Path, options: &[&str]) -> (SessionFolder, String) {
@@ -42,9 +42,9 @@ fn run(folder: &Path, options: &[&str]) -> (SessionFolder, String) {
         .arg(&study)
         .args(options);
     let output = finish(&mut command);
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
-    (SessionFolder::read(&study, "sub-01").unwrap(), printed)
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    (SessionFolder::read(&study, "sub-01").unwrap(), transcript)
 }
 
 /// Puts the session into the state that a kill before its second trial leaves.
@@ -101,7 +101,7 @@ fn the_carrier_follows_the_resonance_between_trials_if_the_protocol_says_so() {
     // When resumed, the session uses the new carrier and the skin estimated before.
     assert_eq!(fits[1].data["skin"]["trials"], 2);
     kill_before_the_second_trial(&folder.path().join("study/sub-01/ses-01"));
-    let (resumed_session, printed) = run(folder.path(), &["--resume"]);
+    let (resumed_session, transcript) = run(folder.path(), &["--resume"]);
     let events: Vec<_> = resumed_session.named("carrier_changed").collect();
     assert_eq!(events.len(), 2);
     assert_eq!(events[1].data["by"], "resumed session");
@@ -116,17 +116,20 @@ fn the_carrier_follows_the_resonance_between_trials_if_the_protocol_says_so() {
     let fits: Vec<_> = resumed_session.named("fit").collect();
     assert_eq!(fits.len(), 2);
     assert_eq!(fits[1].data["skin"]["trials"], 2);
-    assert!(printed.contains(", of 1 trial"), "{printed}");
+    assert!(transcript.contains(", of 1 trial"), "{transcript}");
 }
 
 #[test]
 fn a_carrier_change_without_an_operator_is_not_made() {
-    let (session, printed, _folder) = session("new_carrier = \"ask\"");
+    let (session, transcript, _folder) = session("new_carrier = \"ask\"");
     let events: Vec<_> = session.named("carrier_kept").collect();
     assert_eq!(events.len(), 1);
     assert_eq!(events[0].data["because"], "nobody to ask");
     assert_eq!(session.named("carrier_changed").count(), 0);
-    assert!(printed.contains("nobody is here to confirm"), "{printed}");
+    assert!(
+        transcript.contains("nobody is here to confirm"),
+        "{transcript}"
+    );
     let manifests = manifests(&session);
     assert_eq!(manifests[0].carrier_hz, manifests[1].carrier_hz);
 }

@@ -220,14 +220,14 @@ fn a_card_that_fails_stops_the_drive_names_itself_and_keeps_what_was_recorded() 
             run.args(["--fault", fault]);
         }
         let output = finish(&mut run);
-        let printed = text(&output);
-        assert!(!output.status.success(), "{faults:?}: {printed}");
+        let transcript = text(&output);
+        assert!(!output.status.success(), "{faults:?}: {transcript}");
         assert!(
-            printed.contains("STOPPED") && printed.contains(message),
-            "{faults:?}: {printed}"
+            transcript.contains("STOPPED") && transcript.contains(message),
+            "{faults:?}: {transcript}"
         );
-        assert!(printed.contains(counts), "{faults:?}: {printed}");
-        assert!(!printed.contains("panicked"), "{faults:?}: {printed}");
+        assert!(transcript.contains(counts), "{faults:?}: {transcript}");
+        assert!(!transcript.contains("panicked"), "{faults:?}: {transcript}");
         let session = session(&study);
         let recording = Recording::read(&session.recordings()[0]);
         assert!(recording.duration_s() > 1.0, "{faults:?}");

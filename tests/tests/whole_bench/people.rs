@@ -45,9 +45,9 @@ fn only_requested_details_are_stored() {
     );
     let output =
         finish(headless_run(&study, "sub-01", &asking_protocol).args(["--handedness", "left"]));
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
-    assert!(printed.contains("not stated: age"), "{printed}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    assert!(transcript.contains("not stated: age"), "{transcript}");
     let table = fs::read_to_string(study.join("participants.tsv")).unwrap();
     assert_eq!(
         table,
@@ -70,10 +70,10 @@ fn a_stated_detail_is_kept_and_a_different_answer_reported() {
     for (age, option) in [("31", None), ("32", Some("--new-session"))] {
         let mut run = headless_run(&study, "sub-01", &asking_protocol);
         let output = finish(run.args(["--age", age]).args(option));
-        let printed = text(&output);
-        assert!(output.status.success(), "{printed}");
-        let has_note = printed.contains("says age 31 of sub-01, and keeps it: 32 was not taken");
-        assert_eq!(has_note, age == "32", "{printed}");
+        let transcript = text(&output);
+        assert!(output.status.success(), "{transcript}");
+        let has_note = transcript.contains("says age 31 of sub-01, and keeps it: 32 was not taken");
+        assert_eq!(has_note, age == "32", "{transcript}");
     }
     let table = fs::read_to_string(study.join("participants.tsv")).unwrap();
     assert!(table.ends_with("\t31\tn/a\tn/a\n"), "{table}");
@@ -173,11 +173,14 @@ fn exclusions_are_left_out_counted_and_named_in_every_result() {
     let out = folder.path().join("out");
     let figures = out.display().to_string();
     let output = command(&["analyze"], &study, &["--table", "--figures", &figures]);
-    let printed = text(&output);
-    assert!(printed.contains("excluded: 1 of 3 recordings"), "{printed}");
+    let transcript = text(&output);
     assert!(
-        printed.contains("sub-02, trial 2: the sensor's"),
-        "{printed}"
+        transcript.contains("excluded: 1 of 3 recordings"),
+        "{transcript}"
+    );
+    assert!(
+        transcript.contains("sub-02, trial 2: the sensor's"),
+        "{transcript}"
     );
     let table = fs::read_to_string(out.join("excluded.tsv")).unwrap();
     assert!(
@@ -218,10 +221,10 @@ fn exclusions_are_left_out_counted_and_named_in_every_result() {
         &["nothing is left to analyse", "--include-excluded"],
     );
 
-    let printed = text(&command(&["verify"], &study, &[]));
+    let transcript = text(&command(&["verify"], &study, &[]));
     assert!(
-        printed.contains("excluded from analysis: sub-02, trial 2"),
-        "{printed}"
+        transcript.contains("excluded from analysis: sub-02, trial 2"),
+        "{transcript}"
     );
     // An invalid edit by hand stops the analysis.
     let table = study.join("exclusions.tsv");
@@ -231,17 +234,20 @@ fn exclusions_are_left_out_counted_and_named_in_every_result() {
         &command(&["analyze"], &study, &[]),
         &["exclusions.tsv, line 2", "trial 7"],
     );
-    let printed = text(&command(&["verify"], &study, &[]));
+    let transcript = text(&command(&["verify"], &study, &[]));
     assert!(
-        printed.contains("WRONG: ") && printed.contains("trial 7"),
-        "{printed}"
+        transcript.contains("WRONG: ") && transcript.contains("trial 7"),
+        "{transcript}"
     );
 
     // Removing a participant also removes the lines of this table.
     let output = command(&["forget"], &study, &["sub-02", "--confirm", "sub-02"]);
-    let printed = text(&output);
-    assert!(printed.contains("a line in exclusions.tsv"), "{printed}");
-    assert!(!printed.contains("would stay"), "{printed}");
+    let transcript = text(&output);
+    assert!(
+        transcript.contains("a line in exclusions.tsv"),
+        "{transcript}"
+    );
+    assert!(!transcript.contains("would stay"), "{transcript}");
     assert!(!fs::read_to_string(&table).unwrap().contains("sub-02"));
     assert!(!command(&["analyze"], &study, &[]).stdout.is_empty());
 }

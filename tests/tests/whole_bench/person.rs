@@ -179,15 +179,15 @@ fn a_session_with_a_dead_man_switch_says_so_and_runs() {
         bench_tests::program::protocol("one-exploration.toml"),
     );
     let output = finish(run.arg("--config").arg(&config));
-    let shown = text(&output);
-    assert!(output.status.success(), "{shown}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     assert!(
-        shown.contains("dead-man switch in use: released for 0.2 s it stops the drive"),
-        "{shown}"
+        transcript.contains("dead-man switch in use: released for 0.2 s it stops the drive"),
+        "{transcript}"
     );
     assert!(
-        shown.contains("driving time left this hour: 2 min of 2 min"),
-        "{shown}"
+        transcript.contains("driving time left this hour: 2 min of 2 min"),
+        "{transcript}"
     );
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let rows = session.starts()[0].preflight.as_array().unwrap().clone();
@@ -238,8 +238,11 @@ fn a_drive_over_its_dose_or_too_warm_says_when_to_go_on() {
             .args(["--duration-s", "20", "--config"])
             .arg(&config);
         let output = finish(&mut monitor);
-        let shown = text(&output);
-        assert!(!output.status.success() && shown.contains(words), "{shown}");
+        let transcript = text(&output);
+        assert!(
+            !output.status.success() && transcript.contains(words),
+            "{transcript}"
+        );
     }
     // A calibration warms the plate like any other drive.
     let config = write_bench_config(folder.path(), &heat);
@@ -249,9 +252,9 @@ fn a_drive_over_its_dose_or_too_warm_says_when_to_go_on() {
         .args(["calibrate", "pickup", "--mock", "--headless"])
         .args(["--speed", "max", "--operator", "ME", "--config"])
         .arg(&config);
-    let shown = text(&finish(&mut calibrate));
+    let transcript = text(&finish(&mut calibrate));
     let words = "stopped the calibration: the plate is estimated at 30.0 °C";
-    assert!(shown.contains(words), "{shown}");
+    assert!(transcript.contains(words), "{transcript}");
     // A protocol that exceeds the dose is refused with the arithmetic.
     let config = write_bench_config(folder.path(), &dose);
     let mut run = headless_run(&study, "sub-01", "demo");

@@ -28,22 +28,22 @@ pub fn room() -> (TempDir, PathBuf) {
 }
 
 pub fn assert_refusal(output: &Output, words: &[&str]) {
-    let printed = text(output);
+    let transcript = text(output);
     let code = output.status.code();
     assert!(
         code.is_some_and(|code| code != 0),
-        "{:?}:\n{printed}",
+        "{:?}:\n{transcript}",
         output.status
     );
     for word in ["panicked", "backtrace", "RUST_BACKTRACE", "unwrap"] {
-        assert!(!printed.contains(word), "`{word}` in:\n{printed}");
+        assert!(!transcript.contains(word), "`{word}` in:\n{transcript}");
     }
     assert!(
         output.stderr.starts_with(b"friction-bench: ") || output.stderr.starts_with(b"error: "),
-        "{printed}"
+        "{transcript}"
     );
     for word in words {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
 }
 
@@ -462,12 +462,12 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
     assert_eq!(result, Some(()), "{}", run.output());
     let status = run.wait(MINUTE);
     assert!(!status.success());
-    let printed = run.output();
+    let transcript = run.output();
     assert!(
-        printed.contains("trial-001_attempt-1 exists already and is never overwritten"),
-        "{printed}"
+        transcript.contains("trial-001_attempt-1 exists already and is never overwritten"),
+        "{transcript}"
     );
-    assert!(!printed.contains("panicked"), "{printed}");
+    assert!(!transcript.contains("panicked"), "{transcript}");
     assert_eq!(
         fs::read_dir(second_session.join("trial-001_attempt-1"))
             .unwrap()
@@ -539,18 +539,18 @@ fn monitor_drives_only_what_passes_the_preflight() {
     let words = ["FAILED  force sensor", "baud", "nothing was driven but"];
     assert_refusal(&output, &words);
     assert_eq!(output.status.code(), Some(2), "as `run`");
-    let printed = text(&output);
-    assert!(!printed.contains("N·s/m"), "it watched:\n{printed}");
+    let transcript = text(&output);
+    assert!(!transcript.contains("N·s/m"), "it watched:\n{transcript}");
     // Without a drive `monitor` shows the same bench, and prints that it has not been checked.
     let output = monitor(&wrong_protocol, &[]);
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     let words = ["without a preflight", "drive 0.0 V", "normal –"];
     for word in words {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
-    let printed = text(&monitor(&[], &drive));
-    assert!(!printed.contains("preflight"), "{printed}");
+    let transcript = text(&monitor(&[], &drive));
+    assert!(!transcript.contains("preflight"), "{transcript}");
 }
 
 #[test]

@@ -26,9 +26,9 @@ fn rehearsed_faults_are_declared_everywhere() {
     let mut run = headless_run(&study, "sub-01", protocol);
     run.args(["--fault", "xrun@3s:96", "--fault", "force-dropped@3500ms"]);
     let output = finish(&mut run);
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
-    assert!(printed.contains("REHEARSAL, not data"), "{printed}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    assert!(transcript.contains("REHEARSAL, not data"), "{transcript}");
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let faults = ["xrun@3s:96", "force-dropped@3.5s"];
     assert_eq!(session.starts()[0].rehearsed, faults);
@@ -127,11 +127,14 @@ fn a_fault_comes_at_its_time_in_a_monitor_and_a_drill_ends_with_its_times() {
         ])
         .args(["--duration-s", "6", "--fault", "estop@2s"]);
     let output = finish(&mut monitor);
-    let printed = text(&output);
-    assert_eq!(output.status.code(), Some(1), "{printed}");
-    assert!(printed.contains("STOPPED: e-stop pressed"), "{printed}");
+    let transcript = text(&output);
+    assert_eq!(output.status.code(), Some(1), "{transcript}");
+    assert!(
+        transcript.contains("STOPPED: e-stop pressed"),
+        "{transcript}"
+    );
     // One line for the first second, one for the second as it stops, and no later ones.
-    assert_eq!(printed.matches("Z_m").count(), 2, "{printed}");
+    assert_eq!(transcript.matches("Z_m").count(), 2, "{transcript}");
 
     let mut drill = bench();
     drill.current_dir(folder.path()).args([
@@ -146,10 +149,10 @@ fn a_fault_comes_at_its_time_in_a_monitor_and_a_drill_ends_with_its_times() {
         "estop",
     ]);
     let output = finish(&mut drill);
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     for words in ["1 of 1 met", "drill.toml", "row 17"] {
-        assert!(printed.contains(words), "{printed}");
+        assert!(transcript.contains(words), "{transcript}");
     }
 }
 
@@ -186,11 +189,11 @@ fn half_the_gain_and_a_silent_force_sensor_stop_the_program_in_time() {
         let mut run = headless_run(&study, "sub-01", protocol("one-exploration.toml"));
         run.arg("--config").arg(&config).args(["--fault", fault]);
         let output = finish(run.arg("--mock-truth").arg(&truth));
-        let printed = text(&output);
-        assert_eq!(output.status.code(), Some(1), "{printed}");
+        let transcript = text(&output);
+        assert_eq!(output.status.code(), Some(1), "{transcript}");
         assert!(
-            printed.contains("STOPPED") && printed.contains(words),
-            "{printed}"
+            transcript.contains("STOPPED") && transcript.contains(words),
+            "{transcript}"
         );
         let truth = std::fs::read_to_string(truth.join("truth.csv")).unwrap();
         let driven_m = amplitude_m(&truth, FAULT_S - 0.3..FAULT_S);
@@ -218,16 +221,16 @@ fn a_calibration_with_faults_says_so_and_is_in_force_nowhere() {
         finish(&mut calibrate)
     };
     let output = calibrate(&["--fault", "button-held@1s"]);
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
-    assert!(printed.contains("REHEARSAL, not data"), "{printed}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    assert!(transcript.contains("REHEARSAL, not data"), "{transcript}");
     let (file, _) = CalibrationFile::read(&calibration).unwrap();
     assert_eq!(file.rehearsed, ["button-held@1s"]);
     for name in ["csv", "svg"] {
         let path = folder
             .path()
             .join(format!("calibration-rehearsal-pickup.{name}"));
-        assert!(path.is_file(), "{printed}");
+        assert!(path.is_file(), "{transcript}");
     }
     // No measurement is added to it, and no session uses it.
     assert_refusal(&calibrate(&[]), &["holds a rehearsal"]);

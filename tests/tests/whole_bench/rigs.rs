@@ -65,13 +65,13 @@ impl Rig {
             .current_dir(&rig.folder);
         let output = finish(&mut init);
         assert!(output.status.success(), "{}", text(&output));
-        let printed = text(&output);
+        let transcript = text(&output);
         for step in [
             "is written for",
             "limits           as by default",
             "calibrate plate",
         ] {
-            assert!(printed.contains(step), "no {step:?} in {printed}");
+            assert!(transcript.contains(step), "no {step:?} in {transcript}");
         }
         let path = rig.folder.path().join("bench.toml");
         let mut config_text = fs::read_to_string(&path).unwrap();

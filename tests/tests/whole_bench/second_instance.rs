@@ -75,10 +75,10 @@ fn a_second_instance_on_the_same_hardware() {
         check.args(["check", "--quick", "--config"]).arg(&config);
         let output = finish(&mut check);
         assert_eq!(output.status.code(), Some(1));
-        let printed = text(&output);
+        let transcript = text(&output);
         assert!(
-            printed.contains("FAILED  hardware") && printed.contains(words[0]),
-            "{printed}"
+            transcript.contains("FAILED  hardware") && transcript.contains(words[0]),
+            "{transcript}"
         );
         drop(claim);
     }

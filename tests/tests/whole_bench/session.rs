@@ -23,26 +23,26 @@ fn a_session_is_recorded_to_the_letter() {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
     let output = finish(&mut headless_run(&study, "sub-01", "demo"));
-    let printed = text(&output);
-    assert_eq!(output.status.code(), Some(0), "{printed}");
+    let transcript = text(&output);
+    assert_eq!(output.status.code(), Some(0), "{transcript}");
     for line in [
         "trials accepted   4 of 4",
         "drop-outs         0 frames lost, 0 input and 0 output xruns",
     ] {
-        assert!(printed.contains(line), "no `{line}` in:\n{printed}");
+        assert!(transcript.contains(line), "no `{line}` in:\n{transcript}");
     }
     let number = |name: &str| -> f64 {
-        let line = printed.lines().find(|line| line.starts_with(name));
-        let rest = line.unwrap_or_else(|| panic!("no `{name}` in:\n{printed}"));
+        let line = transcript.lines().find(|line| line.starts_with(name));
+        let rest = line.unwrap_or_else(|| panic!("no `{name}` in:\n{transcript}"));
         let word = rest[name.len()..].split_whitespace().next().unwrap();
         word.parse().unwrap()
     };
     assert!(
         (0.5..0.8).contains(&number("mean normal force")),
-        "{printed}"
+        "{transcript}"
     );
-    assert!(number("instances") >= 4.0 * 5.0, "{printed}");
-    assert!(printed.contains(&study.join("sub-01").display().to_string()));
+    assert!(number("instances") >= 4.0 * 5.0, "{transcript}");
+    assert!(transcript.contains(&study.join("sub-01").display().to_string()));
 
     require_study_files(&study);
     let session = SessionFolder::read(&study, "sub-01").unwrap();

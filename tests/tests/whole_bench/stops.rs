@@ -147,10 +147,10 @@ fn a_press_is_rehearsed_on_the_simulated_bench() {
         .current_dir(folder.path())
         .args(["check", "--mock", "--quick", "--press-estop"]);
     let output = finish(&mut check);
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     for word in ["Press the e-stop now.", "Release it.", "The e-stop works"] {
-        assert!(printed.contains(word), "{printed}");
+        assert!(transcript.contains(word), "{transcript}");
     }
     // Such a record would count for the real bench that the configuration names.
     assert!(!folder.path().join("calibration-estop.toml").exists());

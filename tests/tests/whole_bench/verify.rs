@@ -102,12 +102,12 @@ impl StudyCopy {
 
     /// Requires `verify` to report damage in these words.
     fn require_damage(&self, words: &[&str]) {
-        let (status, printed) = self.verify();
-        assert_eq!(status, 1, "{printed}");
+        let (status, transcript) = self.verify();
+        assert_eq!(status, 1, "{transcript}");
         for word in words.iter().chain(&["NOT WHOLE"]) {
-            assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+            assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
         }
-        assert!(!printed.contains("panicked"), "{printed}");
+        assert!(!transcript.contains("panicked"), "{transcript}");
     }
 }
 
@@ -127,17 +127,17 @@ fn copy(source: &Path, target: &Path) {
 #[test]
 fn a_whole_study_passes_with_every_sum() {
     let study = StudyCopy::new();
-    let (status, printed) = study.verify();
-    assert_eq!(status, 0, "{printed}");
+    let (status, transcript) = study.verify();
+    assert_eq!(status, 0, "{transcript}");
     for line in [
         "complete, 2 of 2 trials accepted",
         "practice              sums agree",
         "accepted              sums agree",
         "nothing is damaged or missing",
     ] {
-        assert!(printed.contains(line), "no `{line}` in:\n{printed}");
+        assert!(transcript.contains(line), "no `{line}` in:\n{transcript}");
     }
-    assert!(!printed.contains("note"), "{printed}");
+    assert!(!transcript.contains("note"), "{transcript}");
     // One session of it, and as JSON.
     let output = finish(bench().args(["verify", "--json", "-"]).arg(study.session()));
     let findings: Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -218,10 +218,10 @@ fn a_truncated_wav_and_an_edited_description_are_found_also_without_sums() {
         })
         .collect();
     fs::write(&log, content).unwrap();
-    let (status, printed) = study.verify();
-    assert_eq!(status, 0, "{printed}");
-    assert!(printed.contains("no sum recorded: "), "{printed}");
-    assert!(!printed.contains("sums agree"), "{printed}");
+    let (status, transcript) = study.verify();
+    assert_eq!(status, 0, "{transcript}");
+    assert!(transcript.contains("no sum recorded: "), "{transcript}");
+    assert!(!transcript.contains("sums agree"), "{transcript}");
 
     let path = study.file(SIGNALS_FILE);
     let length = path.metadata().unwrap().len();
@@ -270,12 +270,12 @@ fn an_accepted_trial_without_its_whole_recording_is_found_and_missed_by_the_anal
     ]);
     let output = finish(bench().arg("analyze").arg(study.study()));
     assert_eq!(output.status.code(), Some(1));
-    let printed = text(&output);
+    let transcript = text(&output);
     for line in [
         "accepted 2, analysed 1; left out: 1 missed",
         "trial-001_attempt-1 (accepted): its recording was broken off",
     ] {
-        assert!(printed.contains(line), "no `{line}` in:\n{printed}");
+        assert!(transcript.contains(line), "no `{line}` in:\n{transcript}");
     }
 
     let study = StudyCopy::new();
@@ -303,11 +303,11 @@ fn a_row_long_after_the_end_is_wrong_in_a_completed_recording_alone() {
     study.require_damage(&[message]);
     let manifest = study.file(MANIFEST_FILE);
     study.edit(&manifest, "end = \"completed\"", "end = \"interrupted\"");
-    let (_, printed) = study.verify();
-    assert!(!printed.contains(message), "{printed}");
+    let (_, transcript) = study.verify();
+    assert!(!transcript.contains(message), "{transcript}");
     assert!(
-        printed.contains("position.csv: 1 rows are left out"),
-        "{printed}"
+        transcript.contains("position.csv: 1 rows are left out"),
+        "{transcript}"
     );
 }
 
@@ -410,22 +410,22 @@ fn cut_in_last_trial(study: &StudyCopy) -> String {
 fn an_interrupted_session_passes_and_its_last_trial_is_reported_on_resuming() {
     let study = StudyCopy::new();
     let name = cut_in_last_trial(&study);
-    let (status, printed) = study.verify();
-    assert_eq!(status, 0, "{printed}");
+    let (status, transcript) = study.verify();
+    assert_eq!(status, 0, "{transcript}");
     for word in [
         "unfinished: the program was killed",
         "interrupted           no sum recorded",
         "was torn",
     ] {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
     let output = study.resume(&[]);
     assert!(output.status.success(), "{}", text(&output));
     let line = format!("the last trial before this: {name}: interrupted, no sum recorded");
     assert!(text(&output).contains(&line), "{}", text(&output));
-    let (status, printed) = study.verify();
-    assert_eq!(status, 0, "{printed}");
-    assert!(printed.contains("complete, 2 of 2"), "{printed}");
+    let (status, transcript) = study.verify();
+    assert_eq!(status, 0, "{transcript}");
+    assert!(transcript.contains("complete, 2 of 2"), "{transcript}");
 }
 
 #[test]
@@ -483,10 +483,10 @@ fn a_misspelt_folder_suggests_the_right_one() {
             .arg("verify")
             .arg(study.folder.path().join("studdy")),
     );
-    let printed = text(&output);
-    assert_eq!(output.status.code(), Some(2), "{printed}");
+    let transcript = text(&output);
+    assert_eq!(output.status.code(), Some(2), "{transcript}");
     let suggestion = format!("did you mean `{}`?", study.study().display());
-    assert!(printed.contains(&suggestion), "{printed}");
+    assert!(transcript.contains(&suggestion), "{transcript}");
     // A recording or another file is not a study.
     for (path, words) in [
         (study.session().join(TRIAL), "is a recording"),

@@ -157,7 +157,7 @@ fn real_time_beside_a_busy_process_loses_no_sample() {
 
     let greatest_kb =
         greatest(&memory, 0.0, f64::INFINITY).expect("memory is read four times a second");
-    let part_kb = PARTS.map(|(from, to)| {
+    let parts = PARTS.map(|(from, to)| {
         greatest(&memory, from * duration_s, to * duration_s)
             .expect("memory is read four times a second")
     });
@@ -170,12 +170,12 @@ fn real_time_beside_a_busy_process_loses_no_sample() {
         recordings,
         &format!(
             "{duration_s:.0} s, every sample of audio there, {lost} of force lost and counted; {load}; at most {} kB, early, in \
-             the middle and at the end {part_kb:?}",
+             the middle and at the end {parts:?}",
             greatest_kb
         ),
     );
     assert!(greatest_kb < LIMIT_KB, "{greatest_kb} kB");
-    let [_, middle_kb, late_kb] = part_kb;
+    let [_, middle_kb, late_kb] = parts;
     assert!(
         seconds < LONG_S || late_kb - middle_kb < GROWTH_KB,
         "{middle_kb} kB, then {late_kb} kB"

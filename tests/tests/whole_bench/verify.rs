@@ -74,7 +74,7 @@ impl StudyCopy {
         fs::write(file, text.replacen(part, replacement, 1)).unwrap();
     }
 
-    /// Removes the lines of the log selected by `of`.
+    /// Removes the lines of the log selected by `is_removed`.
     fn remove_lines(&self, is_removed: impl Fn(&str) -> bool) {
         let log = self.session().join("events.jsonl");
         let text = fs::read_to_string(&log).unwrap();

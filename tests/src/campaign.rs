@@ -20,7 +20,7 @@ pub fn repeats(variable: &str, usual: usize) -> usize {
     }
 }
 
-/// Prints the result of `count` repetitions of `what`; in a campaign, also appends it to the results.
+/// Prints the result of `count` repetitions of `test`; in a campaign, also appends it to the results.
 ///
 /// # Panics
 /// When the campaign's file cannot be written.

@@ -21,7 +21,7 @@ pub struct Package {
     /// Packages of the workspace that only its tests, benchmarks and examples use.
     pub tests_use: BTreeSet<String>,
     /// All its dependencies, in any kind of target.
-    pub built_of: BTreeSet<String>,
+    pub dependencies: BTreeSet<String>,
 }
 
 impl Package {
@@ -73,7 +73,7 @@ pub fn packages(folder: &Path) -> Result<Vec<Package>, cargo_metadata::Error> {
                 .cloned()
                 .collect(),
             uses,
-            built_of: dependencies(false, false),
+            dependencies: dependencies(false, false),
         }
     };
     Ok(metadata.packages.iter().map(package).collect())
@@ -247,9 +247,9 @@ impl Lock {
             let Some(name) = package.get("name").and_then(toml::Value::as_str) else {
                 continue;
             };
-            let built_of = package.get("dependencies").and_then(toml::Value::as_array);
+            let entries = package.get("dependencies").and_then(toml::Value::as_array);
             // Written as "name", or as "name version" if there are several versions.
-            let names = built_of.into_iter().flatten();
+            let names = entries.into_iter().flatten();
             let names = names.filter_map(|name| name.as_str()?.split(' ').next());
             let dependencies = lock.entry(name.to_owned()).or_default();
             dependencies.extend(names.map(str::to_owned));
@@ -263,9 +263,9 @@ impl Lock {
         while let Some(name) = queue.pop() {
             // Cargo.lock also includes the dependencies of the workspace's tests.
             let member = packages.iter().find(|package| package.name == name);
-            let built_of =
-                member.map_or_else(|| self.0.get(&name), |member| Some(&member.built_of));
-            for used in built_of.into_iter().flatten() {
+            let dependencies =
+                member.map_or_else(|| self.0.get(&name), |member| Some(&member.dependencies));
+            for used in dependencies.into_iter().flatten() {
                 if !tree.contains_key(used) {
                     tree.insert(used.clone(), name.clone());
                     queue.push(used.clone());

@@ -210,7 +210,7 @@ pub fn document(faults: &[Entry], hazards: &[Entry], tests: &[Test]) -> String {
     text
 }
 
-/// Compares docs/traces.md as `written` with its expected text.
+/// Compares `text`, the content of docs/traces.md, with its `expected` text.
 pub fn stale(text: &str, expected: &str) -> Option<Gap> {
     if text == expected {
         return None;

@@ -391,7 +391,7 @@ fn indirect_dependencies_are_found_without_those_of_tests() {
         [[package]]\nname = \"sound\"\ndependencies = [\"sound-sys\"]\n[[package]]\nname = \"sound-sys\"\n\
         [[package]]\nname = \"only-tests\"\n";
     let mut packages = make_workspace("[dependencies]\nlower = { path = \"../lower\" }");
-    packages[0].built_of.insert("sound".to_owned());
+    packages[0].dependencies.insert("sound".to_owned());
     let tree = Lock::parse(lock).unwrap().tree("upper", &packages);
     assert_eq!(tree["sound-sys"], "sound");
     assert_eq!(tree.len(), 3, "{tree:?}");

@@ -270,8 +270,8 @@ pub fn driving_times(bytes: &[u8]) -> bool {
             participant: None,
             bench: path.to_owned(),
         };
-        let open_account = |paths, whose| {
-            let account = DoseAccount::open(Some(paths), whose, 3600.0, 1.0).ok()?;
+        let open_account = |paths, owner| {
+            let account = DoseAccount::open(Some(paths), owner, 3600.0, 1.0).ok()?;
             let remaining_s = account.left_s(&BOOT, Timestamp::UNIX_EPOCH);
             assert!((0.0..=3600.0).contains(&remaining_s), "{remaining_s}");
             Some(())

@@ -49,8 +49,8 @@ pub fn threads(pid: u32) -> Vec<Thread> {
 #[must_use]
 pub fn has_ended(pid: u32) -> bool {
     let state = state(pid);
-    let alone = std::fs::read_dir(format!("/proc/{pid}/task")).map_or(0, Iterator::count) <= 1;
-    state.is_empty() || alone && state.starts_with(['Z', 'X'])
+    let is_alone = std::fs::read_dir(format!("/proc/{pid}/task")).map_or(0, Iterator::count) <= 1;
+    state.is_empty() || is_alone && state.starts_with(['Z', 'X'])
 }
 
 /// Returns the state letter of a thread and the rest of its `/proc/…/stat` line; empty for a thread that has ended.

@@ -149,12 +149,12 @@ fn nothing_is_removed_without_both_answers() {
 fn no_link_leads_out_of_the_study() {
     use std::os::unix::fs::symlink;
     let (room, study) = study();
-    let outside = room.path().join("outside");
-    fs::create_dir(&outside).unwrap();
-    fs::write(outside.join("kept"), "kept").unwrap();
+    let target_folder = room.path().join("outside");
+    fs::create_dir(&target_folder).unwrap();
+    fs::write(target_folder.join("kept"), "kept").unwrap();
     let trial = study.join("sub-07/ses-01/trial-001_attempt-1");
-    symlink(&outside, trial.join("link")).unwrap();
-    symlink(outside.join("kept"), trial.join("force.csv")).unwrap();
+    symlink(&target_folder, trial.join("link")).unwrap();
+    symlink(target_folder.join("kept"), trial.join("force.csv")).unwrap();
     let output = forget(&study, &["sub-07", "--confirm", "sub-07"]);
     assert!(output.status.success(), "{}", text(&output));
     assert!(
@@ -162,14 +162,14 @@ fn no_link_leads_out_of_the_study() {
         "{}",
         text(&output)
     );
-    assert_eq!(tree(&outside), [outside.join("kept")]);
+    assert_eq!(tree(&target_folder), [target_folder.join("kept")]);
     assert!(!study.join("sub-07").exists());
 
     // A participant's folder that is itself a link.
-    symlink(&outside, study.join("sub-07")).unwrap();
+    symlink(&target_folder, study.join("sub-07")).unwrap();
     let output = forget(&study, &["sub-07", "--confirm", "sub-07"]);
     assert_refusal(&output, &["sub-07 is a symbolic link"]);
-    assert_eq!(tree(&outside), [outside.join("kept")]);
+    assert_eq!(tree(&target_folder), [target_folder.join("kept")]);
 }
 
 #[test]

@@ -170,8 +170,8 @@ fn exclusions_are_left_out_counted_and_named_in_every_result() {
         &["already"],
     );
 
-    let out = folder.path().join("out");
-    let figures = out.display().to_string();
+    let figure_folder = folder.path().join("out");
+    let figures = figure_folder.display().to_string();
     let output = command(&["analyze"], &study, &["--table", "--figures", &figures]);
     let transcript = text(&output);
     assert!(
@@ -182,7 +182,7 @@ fn exclusions_are_left_out_counted_and_named_in_every_result() {
         transcript.contains("sub-02, trial 2: the sensor's"),
         "{transcript}"
     );
-    let table = fs::read_to_string(out.join("excluded.tsv")).unwrap();
+    let table = fs::read_to_string(figure_folder.join("excluded.tsv")).unwrap();
     assert!(
         table.contains("sub-02\tall\t2\tthe sensor's\\tcable\tN. H.\t"),
         "{table}"

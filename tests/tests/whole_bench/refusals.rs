@@ -158,7 +158,7 @@ fn a_missing_participant_is_refused() {
 #[test]
 fn names_that_are_no_pseudonyms() {
     let (folder, study) = room();
-    let long = format!("sub-{}", "1".repeat(300));
+    let long_id = format!("sub-{}", "1".repeat(300));
     let (prefix, characters) = ("does not begin with `sub-`", "letters and digits");
     for (id, message) in [
         ("../x", prefix),
@@ -168,7 +168,7 @@ fn names_that_are_no_pseudonyms() {
         ("sub-０１", characters),
         (" sub-01", prefix),
         ("sub-01\n", characters),
-        (&long, "the label is too long"),
+        (&long_id, "the label is too long"),
     ] {
         let mut run = headless_run(&study, id, "demo");
         let words = [message, "is not allowed", "for example `sub-01`"];

@@ -151,8 +151,8 @@ fn estimates_of_a_replay_do_not_depend_on_its_moves() {
         number: 1,
         attempt: 1,
     };
-    let past = replay::past_crops(recording, label).unwrap();
-    assert_eq!(vec![&Event::Crop(past[0].clone())], crop);
+    let past_crops = replay::past_crops(recording, label).unwrap();
+    assert_eq!(vec![&Event::Crop(past_crops[0].clone())], crop);
 
     // A paused replay moves and pauses again.
     let (paused_report, _) = replay_with(

@@ -57,15 +57,15 @@ pub fn wav(bytes: &[u8]) -> bool {
     let Ok((mut reader, _)) = WavReader::new(Cursor::new(bytes)) else {
         return false;
     };
-    let promised = reader.frames();
-    let (mut read, mut block) = (0, Vec::new());
+    let frame_count = reader.frames();
+    let (mut read_count, mut block) = (0, Vec::new());
     while let Ok(frames) = reader.read_block(1024, &mut block) {
         if frames == 0 {
             break;
         }
-        read += frames as u64;
+        read_count += frames as u64;
     }
-    assert_eq!(read, promised);
+    assert_eq!(read_count, frame_count);
     true
 }
 
@@ -75,9 +75,9 @@ pub fn manifest(bytes: &[u8]) -> bool {
     let Some(manifest) = text(bytes).and_then(|text| parse(text).ok()) else {
         return false;
     };
-    let written = manifest.to_toml().expect("what was read can be written");
+    let toml = manifest.to_toml().expect("what was read can be written");
     assert_eq!(
-        parse(&written).expect("what was written can be read"),
+        parse(&toml).expect("what was written can be read"),
         manifest
     );
     true
@@ -106,26 +106,30 @@ pub fn calibration(bytes: &[u8]) -> bool {
     let Ok((calibration, _)) = parse(&format!("sha256 = \"{hash}\"\n{body}")) else {
         return false;
     };
-    let written = calibration.to_text().expect("what was read can be written");
-    let (again, _) = parse(&written).expect("what was written can be read");
+    let toml = calibration.to_text().expect("what was read can be written");
+    let (copy, _) = parse(&toml).expect("what was written can be read");
     // Compared as text because NaN is not equal to itself.
-    assert_eq!(format!("{again:?}"), format!("{calibration:?}"));
+    assert_eq!(format!("{copy:?}"), format!("{calibration:?}"));
     true
 }
 
 /// Reads bytes as `force.csv`: times increase from row to row.
 pub fn force_rows(bytes: &[u8]) -> bool {
-    beside_sound_files(FORCE_FILE, bytes, |reader| {
+    read_with_sound_files(FORCE_FILE, bytes, |reader| {
         let rows = reader.force().ok()?;
-        Some(increasing(rows.map_while(Result::ok).map(|row| row.time_s)))
+        Some(count_increasing(
+            rows.map_while(Result::ok).map(|row| row.time_s),
+        ))
     })
 }
 
 /// Reads bytes as `position.csv`: times increase from row to row.
 pub fn position_rows(bytes: &[u8]) -> bool {
-    beside_sound_files(POSITION_FILE, bytes, |reader| {
+    read_with_sound_files(POSITION_FILE, bytes, |reader| {
         let rows = reader.position().ok()?;
-        Some(increasing(rows.map_while(Result::ok).map(|row| row.time_s)))
+        Some(count_increasing(
+            rows.map_while(Result::ok).map(|row| row.time_s),
+        ))
     })
 }
 
@@ -137,17 +141,19 @@ pub fn force_frames(bytes: &[u8]) -> bool {
 /// Decodes bytes from a field box: each decoded message encodes to bytes that decode to the same message.
 pub fn field_box(bytes: &[u8]) -> bool {
     let mut listener = Listener::default();
-    let heard: Vec<FromBox> = bytes
+    let messages: Vec<FromBox> = bytes
         .iter()
         .filter_map(|&byte| listener.hear(byte)?.ok())
         .collect();
-    for message in &heard {
-        let mut again = Listener::default();
-        let said = message.encode();
-        let mut back = said.iter().filter_map(|&byte| again.hear(byte));
-        assert_eq!(back.next(), Some(Ok(*message)));
+    for message in &messages {
+        let mut second_listener = Listener::default();
+        let encoded = message.encode();
+        let mut decoded = encoded
+            .iter()
+            .filter_map(|&byte| second_listener.hear(byte));
+        assert_eq!(decoded.next(), Some(Ok(*message)));
     }
-    !heard.is_empty()
+    !messages.is_empty()
 }
 
 /// Decodes bytes of a serial line in the text format; the first byte sets the chunk size of the rest.
@@ -157,19 +163,19 @@ pub fn force_lines(bytes: &[u8]) -> bool {
 
 /// Checks that the chunk size has no effect, forces are finite, and device times of the text format increase.
 fn force_line(protocol: ForceProtocol, bytes: &[u8]) -> bool {
-    let Some((&cut, bytes)) = bytes.split_first() else {
+    let Some((&chunk_size, bytes)) = bytes.split_first() else {
         return false;
     };
-    let decode = |cut: usize| -> (Vec<ForceSample>, _) {
+    let decode = |chunk_size: usize| -> (Vec<ForceSample>, _) {
         let (mut decoder, mut samples) = (decoder(protocol), Vec::new());
-        for piece in bytes.chunks(cut) {
-            decoder.decode(piece, &mut samples);
+        for chunk in bytes.chunks(chunk_size) {
+            decoder.decode(chunk, &mut samples);
         }
         (samples, decoder.faults())
     };
-    let whole = decode(bytes.len().max(1));
-    assert_eq!(decode(usize::from(cut).max(1)), whole);
-    let (samples, _) = whole;
+    let reference = decode(bytes.len().max(1));
+    assert_eq!(decode(usize::from(chunk_size).max(1)), reference);
+    let (samples, _) = reference;
     for sample in &samples {
         assert!(sample.normal_n.is_finite() && sample.lateral_n.is_finite());
     }
@@ -179,15 +185,15 @@ fn force_line(protocol: ForceProtocol, bytes: &[u8]) -> bool {
     !samples.is_empty()
 }
 
-/// Serial port that returns at most `cut` bytes per read.
+/// Serial port that returns at most `chunk_size` bytes per read.
 struct Port {
     bytes: Cursor<Vec<u8>>,
-    cut: usize,
+    chunk_size: usize,
 }
 
 impl Read for Port {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let length = buffer.len().min(self.cut);
+        let length = buffer.len().min(self.chunk_size);
         match self.bytes.read(&mut buffer[..length])? {
             0 => Err(ErrorKind::WouldBlock.into()),
             n => Ok(n),
@@ -197,34 +203,39 @@ impl Read for Port {
 
 /// Decodes bytes from a vibrometer; the first byte sets the chunk size, which has no effect. Amplitudes are finite.
 pub fn vibrometer(bytes: &[u8]) -> bool {
-    let Some((&cut, bytes)) = bytes.split_first() else {
+    let Some((&chunk_size, bytes)) = bytes.split_first() else {
         return false;
     };
-    let listen = |cut: usize| {
-        let mut heard = Vec::new();
+    let decode = |chunk_size: usize| {
+        let mut amplitudes_m = Vec::new();
         let port = Port {
             bytes: Cursor::new(bytes.to_vec()),
-            cut,
+            chunk_size,
         };
         let mut instrument = Instrument::on(Box::new(port), Path::new("vibrometer"));
-        let sound = (0..=bytes.len() / cut).all(|_| instrument.poll(|m| heard.push(m)).is_ok());
-        (heard, sound)
+        let is_sound = (0..=bytes.len() / chunk_size)
+            .all(|_| instrument.poll(|m| amplitudes_m.push(m)).is_ok());
+        (amplitudes_m, is_sound)
     };
-    let whole = listen(512);
-    assert_eq!(listen(usize::from(cut).max(1)), whole);
-    let (heard, sound) = whole;
-    assert!(heard.iter().all(|amplitude_m| amplitude_m.is_finite()));
-    sound && !heard.is_empty()
+    let reference = decode(512);
+    assert_eq!(decode(usize::from(chunk_size).max(1)), reference);
+    let (amplitudes_m, is_sound) = reference;
+    assert!(
+        amplitudes_m
+            .iter()
+            .all(|amplitude_m| amplitude_m.is_finite())
+    );
+    is_sound && !amplitudes_m.is_empty()
 }
 
 /// Reads bytes as a table of known amplitudes.
 pub fn known_amplitudes(bytes: &[u8]) -> bool {
-    in_a_file(bytes, |path| read_table(path).is_ok())
+    read_in_file(bytes, |path| read_table(path).is_ok())
 }
 
 /// Reads bytes as a session's log.
 pub fn event_log(bytes: &[u8]) -> bool {
-    in_a_file(bytes, |path| {
+    read_in_file(bytes, |path| {
         event_log::read(path).is_ok_and(|log| !log.documents.is_empty())
     })
 }
@@ -236,21 +247,21 @@ pub fn exclusions(bytes: &[u8]) -> bool {
         std::fs::create_dir_all(&study).expect("a folder");
         let path = study.join(EXCLUSIONS_FILE);
         std::fs::write(&path, bytes).expect("written");
-        let Ok(read) = exclusions::read(&study) else {
+        let Ok(document) = exclusions::read(&study) else {
             return false;
         };
         // The first write replaces control characters by spaces, so compare the second write with it.
-        let written = exclusions::to_tsv(&read.list);
-        std::fs::write(&path, &written).expect("written");
-        let again = exclusions::read(&study).expect("what was written is read");
-        assert_eq!(exclusions::to_tsv(&again.list), written);
-        !read.list.is_empty()
+        let tsv = exclusions::to_tsv(&document.list);
+        std::fs::write(&path, &tsv).expect("written");
+        let copy = exclusions::read(&study).expect("what was written is read");
+        assert_eq!(exclusions::to_tsv(&copy.list), tsv);
+        !document.list.is_empty()
     })
 }
 
 /// Reads bytes as the record of driving times, of a participant and of a bench.
 pub fn driving_times(bytes: &[u8]) -> bool {
-    in_a_file(bytes, |path| {
+    read_in_file(bytes, |path| {
         let participant = AccountPaths {
             participant: Some(path.to_owned()),
             bench: path.with_file_name("no-bench"),
@@ -259,15 +270,15 @@ pub fn driving_times(bytes: &[u8]) -> bool {
             participant: None,
             bench: path.to_owned(),
         };
-        let left = |paths, whose| {
-            let account = DoseAccount::open(Some(paths), whose, 3600.0, 1.0).ok()?;
-            let left_s = account.left_s(&BOOT, Timestamp::UNIX_EPOCH);
-            assert!((0.0..=3600.0).contains(&left_s), "{left_s}");
+        let open_account = |paths, owner| {
+            let account = DoseAccount::open(Some(paths), owner, 3600.0, 1.0).ok()?;
+            let remaining_s = account.left_s(&BOOT, Timestamp::UNIX_EPOCH);
+            assert!((0.0..=3600.0).contains(&remaining_s), "{remaining_s}");
             Some(())
         };
-        let of_participant = left(participant, Whose::Named);
-        let of_bench = left(bench, Whose::Unnamed);
-        of_participant.or(of_bench).is_some()
+        let participant_account = open_account(participant, Whose::Named);
+        let bench_account = open_account(bench, Whose::Unnamed);
+        participant_account.or(bench_account).is_some()
     })
 }
 
@@ -281,7 +292,7 @@ pub fn plate_warmth(bytes: &[u8]) -> bool {
         room_c: 22.0,
         limit_c: 40.0,
     };
-    in_a_file(bytes, |path| {
+    read_in_file(bytes, |path| {
         let Ok(warmth) = PlateWarmth::open(Some(path.to_owned()), heat) else {
             return false;
         };
@@ -300,14 +311,14 @@ pub fn scenario(bytes: &[u8]) -> bool {
 
 /// Reads bytes as the record of an e-stop press: required at a usual date and at the earliest and latest timestamps.
 pub fn estop_press(bytes: &[u8]) -> bool {
-    in_a_file(bytes, |path| {
-        let ask = |now| EstopPress::require(path, "/dev/gpiochip0, line 17", now, 24.0);
+    read_in_file(bytes, |path| {
+        let require_at = |now| EstopPress::require(path, "/dev/gpiochip0, line 17", now, 24.0);
         let now = "2026-01-01T12:00:00Z".parse().expect("a date");
         for extreme in [Timestamp::MIN, Timestamp::MAX] {
-            assert!(ask(extreme).is_err());
+            assert!(require_at(extreme).is_err());
         }
         // The seeds do not name this computer.
-        matches!(ask(now), Ok(_) | Err(EstopPressError::OtherComputer))
+        matches!(require_at(now), Ok(_) | Err(EstopPressError::OtherComputer))
     })
 }
 
@@ -324,14 +335,14 @@ thread_local! {
     });
 }
 
-fn in_a_file(bytes: &[u8], reads: impl Fn(&Path) -> bool) -> bool {
+fn read_in_file(bytes: &[u8], read: impl Fn(&Path) -> bool) -> bool {
     FILE.with_borrow(|(_, path)| {
         std::fs::write(path, bytes).expect("written");
-        reads(path)
+        read(path)
     })
 }
 
-fn beside_sound_files(
+fn read_with_sound_files(
     file: &str,
     bytes: &[u8],
     rows: impl Fn(&RecordingReader) -> Option<usize>,
@@ -351,7 +362,7 @@ fn beside_sound_files(
 }
 
 /// Returns the number of `times_s`, which must increase.
-fn increasing(times_s: impl Iterator<Item = f64>) -> usize {
+fn count_increasing(times_s: impl Iterator<Item = f64>) -> usize {
     let (mut rows, mut last_s) = (0, f64::NEG_INFINITY);
     for time_s in times_s {
         assert!(time_s > last_s);

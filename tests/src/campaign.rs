@@ -20,7 +20,7 @@ pub fn repeats(variable: &str, usual: usize) -> usize {
     }
 }
 
-/// Prints the result of `count` repetitions of `what`; in a campaign, also appends it to the results.
+/// Prints the result of `count` repetitions of `test`; in a campaign, also appends it to the results.
 ///
 /// # Panics
 /// When the campaign's file cannot be written.
@@ -28,14 +28,14 @@ pub fn repeats(variable: &str, usual: usize) -> usize {
     clippy::print_stdout,
     reason = "measured numbers, for whoever asks with --nocapture"
 )]
-pub fn found(what: &str, count: usize, text: &str) {
-    println!("{what}, {count} times: {text}");
+pub fn report(test: &str, count: usize, text: &str) {
+    println!("{test}, {count} times: {text}");
     if let Some(path) = std::env::var_os(RESULTS) {
         let file = std::fs::File::options()
             .create(true)
             .append(true)
             .open(path);
-        let written = file.and_then(|mut file| writeln!(file, "{what}\t{count}\t{text}"));
-        written.expect("the campaign's file of results");
+        let result = file.and_then(|mut file| writeln!(file, "{test}\t{count}\t{text}"));
+        result.expect("the campaign's file of results");
     }
 }

@@ -79,8 +79,8 @@ mod tests {
 
         let contradiction = || "a contradiction".to_owned();
         assert!(catch_unwind(|| require_in(file(), false, contradiction)).is_err());
-        let again = catch_unwind(|| require_none_in(file())).unwrap_err();
-        let text = again.downcast::<String>().unwrap();
+        let panic = catch_unwind(|| require_none_in(file())).unwrap_err();
+        let text = panic.downcast::<String>().unwrap();
         assert!(text.ends_with("a contradiction"), "{text}");
     }
 }

@@ -13,11 +13,11 @@ use rustix::process::Signal;
 use tempfile::TempDir;
 
 use crate::finding;
-use crate::held::{Held, Thread, has_ended, numbers, threads};
 use crate::program::bench;
-use crate::running::{POLL, Running, until};
+use crate::running::{POLL, Running, wait_until};
 use crate::screen::Screen;
-use crate::session::{SessionFolder, demo_with, finish, text, with};
+use crate::session::{SessionFolder, finish, replace_parts, text, write_demo_protocol};
+use crate::thread_hold::{Thread, ThreadHold, has_ended, numbers, threads};
 
 /// Longest time until a session drives the plate.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -82,7 +82,7 @@ pub struct Rig {
     /// Number of trials.
     pub trials: u32,
     /// Further options of `run`.
-    pub more: Vec<&'static str>,
+    pub options: Vec<&'static str>,
 }
 
 impl Default for Rig {
@@ -91,13 +91,13 @@ impl Default for Rig {
             scenario: "nominal",
             stroke_s: 8.5,
             trials: 1,
-            more: Vec::new(),
+            options: Vec::new(),
         }
     }
 }
 
 /// A session on its own terminal.
-pub struct Hung {
+pub struct HungSession {
     /// The terminal.
     pub screen: Screen,
     running: Running,
@@ -110,13 +110,13 @@ pub struct Hung {
 struct ScopeFile(PathBuf);
 
 impl ScopeFile {
-    fn beside(folder: &Path) -> Self {
+    fn for_folder(folder: &Path) -> Self {
         let name = folder
             .file_name()
             .map_or_else(Default::default, |name| name.to_string_lossy().into_owned());
         let memory = Path::new("/dev/shm");
-        let place = if memory.is_dir() { memory } else { folder };
-        Self(place.join(format!("oscilloscope-{name}")))
+        let parent = if memory.is_dir() { memory } else { folder };
+        Self(parent.join(format!("oscilloscope-{name}")))
     }
 }
 
@@ -128,7 +128,7 @@ impl Drop for ScopeFile {
 
 /// Effect of a stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stopped {
+pub struct StopEffect {
     /// Time from the stop to the last driven sample at the plate, s; `None` if it was driven until the end of the observation.
     pub silent_s: Option<f64>,
     /// Time from the stop to the end of the process, s; `None` if it ran until the end of the observation.
@@ -137,36 +137,36 @@ pub struct Stopped {
     pub late_s: f64,
 }
 
-impl Hung {
+impl HungSession {
     /// Starts a session and waits until its trial is being recorded and the plate driven.
     ///
     /// # Panics
     /// When no session drives.
     #[must_use]
-    pub fn driving(rig: &Rig) -> Self {
-        Self::driving_beside(rig, |_: &Path| ())
+    pub fn start(rig: &Rig) -> Self {
+        Self::start_prepared(rig, |_: &Path| ())
     }
 
-    /// Does the same after `start` has prepared the session's folder, for instance with a window to connect to.
+    /// Does the same after `prepare` has prepared the session's folder, for instance with a window to connect to.
     ///
     /// # Panics
     /// When no session drives.
     #[must_use]
-    pub fn driving_beside(rig: &Rig, start: impl Fn(&Path)) -> Self {
+    pub fn start_prepared(rig: &Rig, prepare: impl Fn(&Path)) -> Self {
         // On a busy machine the check before a session may refuse it.
-        let begun = (0..STARTS).find_map(|_| Self::begun(rig, &start));
-        begun.unwrap_or_else(|| panic!("no drive in {STARTS} sessions"))
+        let session = (0..STARTS).find_map(|_| Self::try_start(rig, &prepare));
+        session.unwrap_or_else(|| panic!("no drive in {STARTS} sessions"))
     }
 
-    fn begun(rig: &Rig, start: impl Fn(&Path)) -> Option<Self> {
+    fn try_start(rig: &Rig, prepare: impl Fn(&Path)) -> Option<Self> {
         let folder = tempfile::tempdir().expect("a folder");
         // The session and the window meet only in a private folder.
-        let mine = Permissions::from_mode(0o700);
-        std::fs::set_permissions(folder.path(), mine).expect("a folder of its own");
-        start(folder.path());
+        let private = Permissions::from_mode(0o700);
+        std::fs::set_permissions(folder.path(), private).expect("a folder of its own");
+        prepare(folder.path());
         let trials = format!("per_condition = {}", rig.trials);
         let speed = format!("speed_m_per_s = {:.4}", 0.085 / rig.stroke_s);
-        demo_with(
+        write_demo_protocol(
             folder.path(),
             &[
                 ("practice = 1", "practice = 0"),
@@ -178,37 +178,37 @@ impl Hung {
                 ),
             ],
         );
-        let printed = finish(bench().args(["run", "--mock", rig.scenario, "--print-config"]));
+        let output = finish(bench().args(["run", "--mock", rig.scenario, "--print-config"]));
         // Limits that allow for a busy machine.
-        let config = with(
-            &text(&printed),
+        let config = replace_parts(
+            &text(&output),
             &[
                 ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
                 ("silence_s =", "silence_s = 1.0 # not"),
             ],
         );
         std::fs::write(folder.path().join("bench.toml"), config).expect("a configuration");
-        let scope = ScopeFile::beside(folder.path());
+        let scope = ScopeFile::for_folder(folder.path());
         let screen = Screen::open(120, 40);
         let mut run = bench();
         run.args(["run", "--mock", rig.scenario, "--participant", "sub-01"])
             .args(["--consent-by", "A. Tester", "--protocol", "protocol.toml"])
             .args(["--study", "study", "--config", "bench.toml"])
-            .args(&rig.more)
+            .args(&rig.options)
             .current_dir(folder.path())
             .env("FRICTION_BENCH_OSCILLOSCOPE", &scope.0);
-        let running = Running::on(&screen, &mut run);
+        let running = Running::start_on(&screen, &mut run);
         let session = Self {
             screen,
             running,
             folder,
             scope,
         };
-        let began = until(PATIENCE, || {
-            let drives = session.logged("\"trial_began\"") && session.is_driven();
-            (drives || has_ended(session.pid())).then_some(drives)
+        let drives = wait_until(PATIENCE, || {
+            let is_driving = session.log_contains("\"trial_began\"") && session.is_driven();
+            (is_driving || has_ended(session.pid())).then_some(is_driving)
         });
-        (began == Some(true)).then_some(session)
+        (drives == Some(true)).then_some(session)
     }
 
     /// Returns the study's folder.
@@ -219,7 +219,7 @@ impl Hung {
 
     /// Returns whether the session's log contains `words`.
     #[must_use]
-    pub fn logged(&self, words: &str) -> bool {
+    pub fn log_contains(&self, words: &str) -> bool {
         let log = self.study().join("sub-01/ses-01/events.jsonl");
         std::fs::read_to_string(log).is_ok_and(|log| log.contains(words))
     }
@@ -248,17 +248,18 @@ impl Hung {
 
     /// Returns the threads with this name.
     #[must_use]
-    pub fn named(&self, name: &str) -> Vec<Thread> {
-        let mut found = threads(self.pid());
-        found.retain(|thread| thread.name == name);
-        found
+    pub fn threads_named(&self, name: &str) -> Vec<Thread> {
+        let mut matches = threads(self.pid());
+        matches.retain(|thread| thread.name == name);
+        matches
     }
 
-    /// Holds the thread `name` at its next call of `call`; `None` if there is no such thread, or it does not call `within`.
+    /// Holds the thread `name` at its next call of `call`; `None` if there is no such thread, or it does not call within
+    /// `timeout`.
     #[must_use]
-    pub fn hold(&self, name: &str, call: &str, within: Duration) -> Option<Held> {
-        let thread = self.named(name).into_iter().next()?;
-        Held::at(self.pid(), thread.id, &numbers(call), within)
+    pub fn hold(&self, name: &str, call: &str, timeout: Duration) -> Option<ThreadHold> {
+        let thread = self.threads_named(name).into_iter().next()?;
+        ThreadHold::begin(self.pid(), thread.id, &numbers(call), timeout)
     }
 
     /// Requests a stop; returns the time of the request, ns.
@@ -266,12 +267,12 @@ impl Hung {
     /// # Panics
     /// When the e-stop cannot be pressed.
     pub fn ask(&mut self, stop: Stop) -> u64 {
-        if let Some(first) = match stop {
+        if let Some(key) = match stop {
             Stop::Quit => Some("q"),
             Stop::Interrupt => Some("\u{3}"),
             _ => None,
         } {
-            self.screen.press(first);
+            self.screen.press(key);
             std::thread::sleep(ANSWER);
         }
         let now_ns = monotonic_ns();
@@ -286,32 +287,32 @@ impl Hung {
 
     /// Observes the effect of a stop requested at `asked_ns`, for up to `longest`.
     #[must_use]
-    pub fn watch(&self, asked_ns: u64, longest: Duration, to_the_end: bool) -> Stopped {
-        let mut seen = Stopped {
+    pub fn watch(&self, asked_ns: u64, longest: Duration, awaits_end: bool) -> StopEffect {
+        let mut effect = StopEffect {
             silent_s: None,
             ended_s: None,
             late_s: 0.0,
         };
-        let mut looked = Instant::now();
-        let since_s = |ns: u64| ns.saturating_sub(asked_ns) as f64 * 1e-9;
-        let _longest = until(longest, || {
+        let mut poll_time = Instant::now();
+        let delay_s = |ns: u64| ns.saturating_sub(asked_ns) as f64 * 1e-9;
+        let _longest = wait_until(longest, || {
             let now_ns = monotonic_ns();
-            let late = looked.elapsed().saturating_sub(POLL);
-            seen.late_s = seen.late_s.max(late.as_secs_f64());
-            looked = Instant::now();
-            let ended = has_ended(self.pid());
-            let driven_ns = self.readings().driven_ns;
-            if ended && seen.ended_s.is_none() {
-                seen.ended_s = Some(since_s(now_ns));
+            let lateness = poll_time.elapsed().saturating_sub(POLL);
+            effect.late_s = effect.late_s.max(lateness.as_secs_f64());
+            poll_time = Instant::now();
+            let has_ended_now = has_ended(self.pid());
+            let last_driven_ns = self.readings().driven_ns;
+            if has_ended_now && effect.ended_s.is_none() {
+                effect.ended_s = Some(delay_s(now_ns));
             }
-            if seen.silent_s.is_none()
-                && (ended || now_ns.saturating_sub(driven_ns.max(asked_ns)) > QUIET_NS)
+            if effect.silent_s.is_none()
+                && (has_ended_now || now_ns.saturating_sub(last_driven_ns.max(asked_ns)) > QUIET_NS)
             {
-                seen.silent_s = Some(since_s(driven_ns));
+                effect.silent_s = Some(delay_s(last_driven_ns));
             }
-            (seen.silent_s.is_some() && (ended || !to_the_end)).then_some(())
+            (effect.silent_s.is_some() && (has_ended_now || !awaits_end)).then_some(())
         });
-        seen
+        effect
     }
 
     /// Ends the program, by force if necessary.
@@ -319,13 +320,13 @@ impl Hung {
         if !has_ended(self.pid()) {
             self.running.signal(Signal::TERM);
         }
-        let ended = until(Duration::from_secs(20), || {
+        let end = wait_until(Duration::from_secs(20), || {
             has_ended(self.pid()).then_some(())
         });
-        if ended.is_none() {
+        if end.is_none() {
             self.running.signal(Signal::KILL);
         }
-        let _ = until(Duration::from_secs(5), || self.running.ended());
+        let _ = wait_until(Duration::from_secs(5), || self.running.exit_status());
     }
 
     /// Returns the contradictions in the study between log, recordings and `verify`.
@@ -339,62 +340,62 @@ impl Hung {
 /// recordings that `analyze` finds.
 #[must_use]
 pub fn contradictions(study: &Path) -> Vec<String> {
-    let mut found = Vec::new();
+    let mut findings = Vec::new();
     let Some(session) = SessionFolder::read(study, "sub-01") else {
         return vec!["no log".to_owned()];
     };
-    let accepted = accepted(&session);
-    for name in &accepted {
+    let trials = accepted_trials(&session);
+    for name in &trials {
         let folder = session.path.join(name);
         match recording::RecordingReader::open(&folder) {
             Ok(reader) => {
-                let end = reader.manifest().trial.as_ref().and_then(|trial| trial.end);
-                if end != Some(recording::manifest::End::Completed) {
-                    found.push(format!("{name} is accepted, its recording {end:?}"));
+                let ending = reader.manifest().trial.as_ref().and_then(|trial| trial.end);
+                if ending != Some(recording::manifest::End::Completed) {
+                    findings.push(format!("{name} is accepted, its recording {ending:?}"));
                 }
                 if reader.frames() == 0 {
-                    found.push(format!("{name} is accepted without a sample"));
+                    findings.push(format!("{name} is accepted without a sample"));
                 }
             }
-            Err(error) => found.push(format!("{name} is accepted, and unreadable: {error}")),
+            Err(error) => findings.push(format!("{name} is accepted, and unreadable: {error}")),
         }
     }
     match verification::session(&session.path, || {}) {
         // An interrupted session may be incomplete without being damaged.
-        Ok(verified) if !verified.is_whole() => {
-            found.push(format!("verify: {}", verified_words(&verified)));
+        Ok(checks) if !checks.is_whole() => {
+            findings.push(format!("verify: {}", short_debug(&checks)));
         }
         Ok(_) => {}
-        Err(error) => found.push(format!("verify: {error}")),
+        Err(error) => findings.push(format!("verify: {error}")),
     }
-    if !accepted.is_empty() {
+    if !trials.is_empty() {
         match analysis::find::recordings(&[study.to_owned()], false) {
             Ok(paths) => {
-                let analysed = paths.iter().filter_map(|path| path.file_name());
-                let mut analysed: Vec<String> = analysed
+                let names = paths.iter().filter_map(|path| path.file_name());
+                let mut names: Vec<String> = names
                     .map(|name| name.to_string_lossy().into_owned())
                     .collect();
-                analysed.sort();
-                if analysed != accepted {
-                    found.push(format!("accepted {accepted:?}, analysed {analysed:?}"));
+                names.sort();
+                if names != trials {
+                    findings.push(format!("accepted {trials:?}, analysed {names:?}"));
                 }
             }
-            Err(error) => found.push(format!("analyze: {error}")),
+            Err(error) => findings.push(format!("analyze: {error}")),
         }
     }
-    if !found.is_empty() {
-        finding::keep(&found.join("\n"));
+    if !findings.is_empty() {
+        finding::keep(&findings.join("\n"));
     }
-    found
+    findings
 }
 
-fn verified_words(verified: &impl fmt::Debug) -> String {
-    let words = format!("{verified:?}");
+fn short_debug(checks: &impl fmt::Debug) -> String {
+    let words = format!("{checks:?}");
     words.chars().take(400).collect()
 }
 
 /// Returns the folders of the attempts that the log records as accepted, in order. The protocol has no practice trials.
-fn accepted(session: &SessionFolder) -> Vec<String> {
+fn accepted_trials(session: &SessionFolder) -> Vec<String> {
     let data = session.events().map(|event| event.data.clone());
     let kinds: Vec<SessionEventKind> = data
         .filter_map(|data| serde_json::from_value(data.into()).ok())
@@ -406,8 +407,8 @@ fn accepted(session: &SessionFolder) -> Vec<String> {
         )
     };
     let records = records_from_events(&kinds).into_iter();
-    let accepted = records.filter(|record| is_accepted(&record.outcome));
-    let mut names: Vec<String> = accepted
+    let records = records.filter(|record| is_accepted(&record.outcome));
+    let mut names: Vec<String> = records
         .map(|record| {
             let (number, attempt) = (record.key.number, record.key.attempt);
             format!("trial-{number:03}_attempt-{attempt}")

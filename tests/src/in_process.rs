@@ -29,7 +29,7 @@ use crate::program::protocol;
 struct SetClock {
     clock: ApparatusClock,
     /// Start of each wrong date, s, and its error, h.
-    set: &'static [(f64, i64)],
+    date_errors: &'static [(f64, i64)],
 }
 
 impl Clock for SetClock {
@@ -40,9 +40,13 @@ impl Clock for SetClock {
     fn utc(&self) -> Timestamp {
         let date: Timestamp = "2026-01-01T09:00:00Z".parse().unwrap();
         let now_s = self.now_ns() as f64 * 1e-9;
-        let set = self.set.iter().rev().find(|(from_s, _)| now_s >= *from_s);
-        let wrong = SignedDuration::from_hours(set.map_or(0, |(_, hours)| *hours));
-        later(date, self.now_ns()).checked_add(wrong).unwrap()
+        let error = self
+            .date_errors
+            .iter()
+            .rev()
+            .find(|(from_s, _)| now_s >= *from_s);
+        let offset = SignedDuration::from_hours(error.map_or(0, |(_, hours)| *hours));
+        later(date, self.now_ns()).checked_add(offset).unwrap()
     }
 }
 
@@ -100,25 +104,25 @@ pub struct Setup {
     /// Whether the participant has a button.
     pub button: bool,
     /// Start of each wrong date, s, and its error, h.
-    pub set: &'static [(f64, i64)],
+    pub date_errors: &'static [(f64, i64)],
     /// Whether it passes for hardware.
-    pub real: bool,
+    pub is_real: bool,
     /// The dead-man switch, and the person who holds it.
     pub dead_man: Option<(Box<dyn InputLine>, Watcher)>,
 }
 
 /// Returns a bench in lock step.
 pub fn apparatus(setup: Setup) -> Bench {
-    with_faults(setup).0
+    apparatus_with_faults(setup).0
 }
 
 /// Returns a bench in lock step, and a panel to inject its faults.
-pub fn with_faults(setup: Setup) -> (Bench, FaultPanel) {
+pub fn apparatus_with_faults(setup: Setup) -> (Bench, FaultPanel) {
     let Setup {
         scenario,
         button,
-        set,
-        real,
+        date_errors,
+        is_real,
         dead_man,
     } = setup;
     let (dead_man, holder) = dead_man.unzip();
@@ -127,7 +131,7 @@ pub fn with_faults(setup: Setup) -> (Bench, FaultPanel) {
     let pins = apparatus.pins().unwrap();
     let clock = SetClock {
         clock: apparatus.clock(),
-        set,
+        date_errors,
     };
     let mut watchers = vec![participant(apparatus.senses())];
     watchers.extend(holder);
@@ -155,13 +159,13 @@ pub fn with_faults(setup: Setup) -> (Bench, FaultPanel) {
         field_box: None,
         clock: Arc::new(clock),
         guard: Box::new(()),
-        simulated: !real,
-        pace: if real {
+        simulated: !is_real,
+        pace: if is_real {
             safety::Pace::Card
         } else {
             safety::Pace::Simulated
         },
-        keeps_accounts: real,
+        keeps_accounts: is_real,
         schedule: Schedule::Lockstep(Box::new(move || Ok(apparatus.step()?))),
     };
     let bench = Bench {

@@ -3,7 +3,6 @@
 pub mod campaign;
 pub mod finding;
 pub mod handbook;
-pub mod held;
 pub mod house;
 pub mod hung;
 pub mod in_process;
@@ -15,4 +14,5 @@ pub mod running;
 pub mod screen;
 pub mod session;
 pub mod shared;
+pub mod thread_hold;
 pub mod truth;

@@ -49,7 +49,7 @@ pub fn protocol(name: &str) -> PathBuf {
 ///
 /// # Panics
 /// When it is missing, with the remedy.
-pub fn installed(name: &str) -> PathBuf {
+pub fn find_program(name: &str) -> PathBuf {
     let path = std::env::var_os("PATH").unwrap_or_default();
     std::env::split_paths(&path)
         .map(|folder| folder.join(name))
@@ -97,20 +97,25 @@ fn up_to_date(package: &str, binary: &str) -> PathBuf {
 fn is_fresh(binary: &Path) -> bool {
     let Ok(list) = std::fs::read_to_string(binary.with_extension("d")) else {
         // Cargo writes no list if only tests were built.
-        let latest = latest_source(workspace()).ok();
-        return modified(binary).is_some_and(|built| latest.is_some_and(|source| source <= built));
+        let newest = latest_source(workspace()).ok();
+        return modification_time(binary)
+            .is_some_and(|time| newest.is_some_and(|source| source <= time));
     };
-    let Some(((_, sources), built)) = list.trim_end().split_once(": ").zip(modified(binary)) else {
+    let Some(((_, sources), time)) = list
+        .trim_end()
+        .split_once(": ")
+        .zip(modification_time(binary))
+    else {
         return false;
     };
     sources
         .replace("\\ ", "\0")
         .split(' ')
         .map(|source| source.replace('\0', " "))
-        .all(|source| modified(Path::new(&source)).is_some_and(|modified| modified <= built))
+        .all(|source| modification_time(Path::new(&source)).is_some_and(|source| source <= time))
 }
 
-fn modified(path: &Path) -> Option<SystemTime> {
+fn modification_time(path: &Path) -> Option<SystemTime> {
     path.metadata().and_then(|file| file.modified()).ok()
 }
 

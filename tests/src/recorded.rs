@@ -62,7 +62,7 @@ impl Recording {
     }
 
     /// Returns the number of samples that are not finite.
-    pub fn not_finite(&self) -> usize {
+    pub fn nonfinite_samples(&self) -> usize {
         self.samples
             .iter()
             .filter(|sample| !sample.is_finite())
@@ -73,16 +73,16 @@ impl Recording {
     /// counts every frame: one frame lost or repeated turns all later phases by 65.6° at 192 kHz. Blocks below a tenth of the
     /// greatest amplitude are left out.
     pub fn drive_phases_rad(&self) -> Vec<f64> {
-        let piece = (self.rate_hz / 1000) as usize;
+        let block = (self.rate_hz / 1000) as usize;
         let cycles = self.manifest.carrier_hz / 1000.0;
         assert!(cycles.fract() == 0.0, "pieces of whole cycles");
-        let oscillator: Vec<_> = (0..piece)
-            .map(|n| Complex64::cis(-TAU * cycles * n as f64 / piece as f64))
+        let oscillator: Vec<_> = (0..block)
+            .map(|k| Complex64::cis(-TAU * cycles * k as f64 / block as f64))
             .collect();
         let index = usize::from(self.manifest.channels.drive.index);
         let envelope: Vec<Complex64> = self
             .samples
-            .chunks_exact(piece * self.channels)
+            .chunks_exact(block * self.channels)
             .map(|frames| {
                 let drive = frames.iter().skip(index).step_by(self.channels);
                 drive.zip(&oscillator).map(|(&x, o)| o * f64::from(x)).sum()
@@ -90,12 +90,12 @@ impl Recording {
             .collect();
         let greatest = envelope
             .iter()
-            .map(|piece| piece.norm())
+            .map(|block| block.norm())
             .fold(0.0, f64::max);
         envelope
             .iter()
-            .filter(|piece| piece.norm() > 0.1 * greatest)
-            .map(|piece| piece.arg())
+            .filter(|block| block.norm() > 0.1 * greatest)
+            .map(|block| block.arg())
             .collect()
     }
 
@@ -115,23 +115,23 @@ impl Recording {
 }
 
 /// Requires each recording of a completed session on the simulated bench to have every sample in its place; returns the number
-/// of recordings. In real time the length of a recording may differ from the log's times by `within` frames.
+/// of recordings. In real time the length of a recording may differ from the log's times by `tolerance` frames.
 ///
 /// # Panics
 /// When a recording does not.
-pub fn every_sample(session: &SessionFolder, within: usize) -> usize {
+pub fn require_every_sample(session: &SessionFolder, tolerance: usize) -> usize {
     let recordings = session.recordings();
     for (index, path) in recordings.iter().enumerate() {
         let recording = Recording::read(path);
-        let at_s = |event: Option<&LogEvent>| event.expect("an event of each trial").audio_s;
-        let began_s = at_s(session.named("trial_began").nth(index));
-        let ended_s = at_s(session.phases("verdict").nth(index));
+        let audio_s = |event: Option<&LogEvent>| event.expect("an event of each trial").audio_s;
+        let began_s = audio_s(session.named("trial_began").nth(index));
+        let ended_s = audio_s(session.phases("verdict").nth(index));
         let frames = ((ended_s - began_s) * 192_000.0).round() as usize;
         let name = path.display();
-        let off = recording.frames().abs_diff(frames);
-        assert!(off <= within, "{name}: {off} frames off");
+        let error = recording.frames().abs_diff(frames);
+        assert!(error <= tolerance, "{name}: {error} frames off");
         assert_eq!(recording.channels, 4, "{name}");
-        assert_eq!(recording.not_finite(), 0, "{name}");
+        assert_eq!(recording.nonfinite_samples(), 0, "{name}");
         assert!(recording.greatest_phase_step_rad() < 0.01, "{name}");
     }
     recordings.len()
@@ -141,7 +141,7 @@ pub fn every_sample(session: &SessionFolder, within: usize) -> usize {
 ///
 /// # Panics
 /// When it did not.
-pub fn interrupted_in_good_order(session: &SessionFolder) -> Recording {
+pub fn require_orderly_interruption(session: &SessionFolder) -> Recording {
     let stop = session.stops()[0];
     assert_eq!(stop.exit_status, ExitStatus::Abort);
     assert_eq!(stop.reason.as_deref(), Some("stopped before its end"));
@@ -154,13 +154,13 @@ pub fn interrupted_in_good_order(session: &SessionFolder) -> Recording {
         .and_then(|trial| trial.end);
     assert_eq!(end, Some(End::Interrupted));
     assert!(recording.duration_s() > 1.0, "{} s", recording.duration_s());
-    assert_eq!(recording.not_finite(), 0);
-    let saved = session.events().last().map(|event| &event.data);
-    let saved = saved.expect("the recording's event, last of all");
-    assert_eq!(saved.get("interrupted"), Some(&true.into()), "{saved:?}");
+    assert_eq!(recording.nonfinite_samples(), 0);
+    let event = session.events().last().map(|event| &event.data);
+    let event = event.expect("the recording's event, last of all");
+    assert_eq!(event.get("interrupted"), Some(&true.into()), "{event:?}");
     // A busy computer may have no time for the checksums.
-    let sums = saved.get("sha256").and_then(|sums| sums.as_object());
-    assert!(sums.is_none_or(|sums| sums.len() == 4), "{saved:?}");
+    let sums = event.get("sha256").and_then(|sums| sums.as_object());
+    assert!(sums.is_none_or(|sums| sums.len() == 4), "{event:?}");
     session.require_whole();
     recording
 }

@@ -8,7 +8,7 @@ use config::CalibrationFile;
 
 use crate::program::bench;
 use crate::session::{finish, text};
-use crate::shared::shared;
+use crate::shared::shared_folder;
 
 /// Words of `calibrate` for the usual masses at the simulated bench's site.
 pub const WEIGH: [&str; 7] = [
@@ -49,12 +49,12 @@ impl Room {
     /// # Panics
     /// When a calibration fails.
     pub fn calibrated() -> Self {
-        let calibrated = shared("calibrated-room", |folder| {
-            let first = Self::new("", 1);
-            first.succeed(&["pickup"]);
-            first.succeed(&["plate"]);
-            first.weigh();
-            copy_files(first.folder.path(), folder);
+        let calibrated = shared_folder("calibrated-room", |folder| {
+            let bench = Self::new("", 1);
+            bench.succeed(&["pickup"]);
+            bench.succeed(&["plate"]);
+            bench.weigh();
+            copy_files(bench.folder.path(), folder);
         });
         let room = Self::new("", 1);
         copy_files(&calibrated, room.folder.path());
@@ -67,7 +67,7 @@ impl Room {
     }
 
     /// Adds the options that select this room's simulated bench and its calibration.
-    fn on_bench<'c>(&self, command: &'c mut Command) -> &'c mut Command {
+    fn add_bench_options<'c>(&self, command: &'c mut Command) -> &'c mut Command {
         command
             .args(["--seed", &self.seed, "--mock"])
             .arg(&self.scenario)
@@ -78,7 +78,7 @@ impl Room {
     /// Returns a command on this room's simulated bench, with its calibration.
     pub fn command(&self, words: &[&str]) -> Command {
         let mut command = bench();
-        self.on_bench(command.args(words).args(["--speed", "max"]));
+        self.add_bench_options(command.args(words).args(["--speed", "max"]));
         command
     }
 
@@ -86,14 +86,14 @@ impl Room {
     pub fn calibrate(&self, words: &[&str]) -> Command {
         let mut command = bench();
         command.arg("calibrate").args(words);
-        self.on_bench(command.args(["--speed", "max", "--operator", "A. Tester"]));
+        self.add_bench_options(command.args(["--speed", "max", "--operator", "A. Tester"]));
         command
     }
 
     /// Returns a complete `check`.
     pub fn check(&self) -> Command {
         let mut command = bench();
-        self.on_bench(command.arg("check"));
+        self.add_bench_options(command.arg("check"));
         command
     }
 
@@ -135,18 +135,18 @@ fn copy_files(from: &Path, to: &Path) {
 }
 
 /// Runs a command that must be refused with these words.
-pub fn refused(mut command: Command, words: &[&str]) {
+pub fn require_refusal(mut command: Command, words: &[&str]) {
     let output = finish(&mut command);
-    let said = text(&output);
+    let transcript = text(&output);
     assert!(
         !output.status.success(),
-        "{command:?} was not refused: {said}"
+        "{command:?} was not refused: {transcript}"
     );
     for word in words {
         assert!(
-            said.contains(word),
-            "{command:?} does not say {word:?}: {said}"
+            transcript.contains(word),
+            "{command:?} does not say {word:?}: {transcript}"
         );
     }
-    assert!(!said.contains("panicked"), "{said}");
+    assert!(!transcript.contains("panicked"), "{transcript}");
 }

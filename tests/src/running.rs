@@ -31,7 +31,7 @@ fn heed_sigint() {
 pub struct Running {
     child: Child,
     output: PathBuf,
-    writes: Option<WrittenStudy>,
+    study: Option<WrittenStudy>,
 }
 
 impl Running {
@@ -39,7 +39,7 @@ impl Running {
     pub fn start(command: &mut Command, output: &Path) -> Self {
         let file = File::create(output).expect("a file for the program's output");
         let errors = file.try_clone().expect("a second handle");
-        let writes = WrittenStudy::of(command);
+        let study = WrittenStudy::from_command(command);
         let child = command
             .stdin(Stdio::null())
             .stdout(file)
@@ -49,28 +49,28 @@ impl Running {
         Self {
             child,
             output: output.to_owned(),
-            writes,
+            study,
         }
     }
 
     /// Starts `command` on `screen`.
-    pub fn on(screen: &Screen, command: &mut Command) -> Self {
+    pub fn start_on(screen: &Screen, command: &mut Command) -> Self {
         screen.attach(command);
         HEED_SIGINT.call_once(heed_sigint);
-        let writes = WrittenStudy::of(command);
+        let study = WrittenStudy::from_command(command);
         let child = command
             .spawn()
             .unwrap_or_else(|error| panic!("{command:?} does not start: {error}"));
         Self {
             child,
             output: PathBuf::new(),
-            writes,
+            study,
         }
     }
 
     /// Declares that the test itself changes the recorded files, so that they need not verify.
-    pub fn is_tampered_with(&mut self) {
-        self.writes = None;
+    pub fn skip_verification(&mut self) {
+        self.study = None;
     }
 
     /// Returns its process number.
@@ -91,7 +91,7 @@ impl Running {
     }
 
     /// Returns its exit status, if it has ended.
-    pub fn ended(&mut self) -> Option<ExitStatus> {
+    pub fn exit_status(&mut self) -> Option<ExitStatus> {
         self.child.try_wait().expect("a child can be waited for")
     }
 
@@ -105,39 +105,39 @@ impl Running {
     /// Waits for its end.
     ///
     /// # Panics
-    /// When it runs for longer than `within`.
-    pub fn wait(&mut self, within: Duration) -> ExitStatus {
-        until(within, || self.ended()).unwrap_or_else(|| {
+    /// When it runs for longer than `timeout`.
+    pub fn wait(&mut self, timeout: Duration) -> ExitStatus {
+        wait_until(timeout, || self.exit_status()).unwrap_or_else(|| {
             panic!(
-                "still running after {within:?}; it printed:\n{}",
+                "still running after {timeout:?}; it printed:\n{}",
                 self.output()
             )
         })
     }
 
     /// Asks it to end in good order, and kills it if it does not.
-    pub fn end(&mut self, within: Duration) {
+    pub fn end(&mut self, timeout: Duration) {
         self.signal(Signal::TERM);
-        if until(within, || self.ended()).is_none() {
+        if wait_until(timeout, || self.exit_status()).is_none() {
             // It may just have ended.
             let _ = self.child.kill();
         }
     }
 
-    /// Waits for `what`; `None` if the program ends first.
+    /// Waits until `poll` returns a value; `None` if the program ends first.
     ///
     /// # Panics
-    /// When neither happens `within`.
+    /// When neither happens within `timeout`.
     pub fn wait_for<T>(
         &mut self,
-        within: Duration,
-        mut what: impl FnMut() -> Option<T>,
+        timeout: Duration,
+        mut poll: impl FnMut() -> Option<T>,
     ) -> Option<T> {
-        until(within, || match what() {
-            Some(found) => Some(Some(found)),
-            None => self.ended().map(|_| None),
+        wait_until(timeout, || match poll() {
+            Some(value) => Some(Some(value)),
+            None => self.exit_status().map(|_| None),
         })
-        .unwrap_or_else(|| panic!("nothing within {within:?}; it printed:\n{}", self.output()))
+        .unwrap_or_else(|| panic!("nothing within {timeout:?}; it printed:\n{}", self.output()))
     }
 }
 
@@ -146,20 +146,20 @@ impl Drop for Running {
         let _ = self.child.kill();
         let _ = self.child.wait();
         // Only one failure is reported at a time.
-        if let Some(writes) = self.writes.take().filter(|_| !std::thread::panicking()) {
-            writes.require_consistent();
+        if let Some(study) = self.study.take().filter(|_| !std::thread::panicking()) {
+            study.require_consistent();
         }
     }
 }
 
 /// Repeats `ask` until it returns an answer or the time is over.
-pub fn until<T>(within: Duration, mut ask: impl FnMut() -> Option<T>) -> Option<T> {
-    let begin = Instant::now();
+pub fn wait_until<T>(timeout: Duration, mut ask: impl FnMut() -> Option<T>) -> Option<T> {
+    let start = Instant::now();
     loop {
         if let Some(answer) = ask() {
             return Some(answer);
         }
-        if begin.elapsed() > within {
+        if start.elapsed() > timeout {
             return None;
         }
         std::thread::sleep(POLL);

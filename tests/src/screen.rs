@@ -12,12 +12,12 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
 
-/// A pseudo-terminal; its output is read until `look_away`.
+/// A pseudo-terminal; its output is read until `stop_reading`.
 pub struct Screen {
     controller: File,
     path: PathBuf,
-    shown: Arc<Mutex<Vec<u8>>>,
-    looked_at: Arc<AtomicBool>,
+    output: Arc<Mutex<Vec<u8>>>,
+    is_read: Arc<AtomicBool>,
     reader: JoinHandle<()>,
 }
 
@@ -44,17 +44,18 @@ impl Screen {
             .into_string()
             .expect("a name in UTF-8");
         let controller = File::from(controller);
-        let mut output = controller.try_clone().expect("a second handle");
-        let shown = Arc::new(Mutex::new(Vec::new()));
-        let looked_at = Arc::new(AtomicBool::new(true));
-        let (to, looks) = (Arc::clone(&shown), Arc::clone(&looked_at));
+        let mut source = controller.try_clone().expect("a second handle");
+        let output = Arc::new(Mutex::new(Vec::new()));
+        let is_read = Arc::new(AtomicBool::new(true));
+        let (buffer, is_reading) = (Arc::clone(&output), Arc::clone(&is_read));
         let reader = std::thread::spawn(move || {
             let mut bytes = [0; 4096];
-            while looks.load(Ordering::Relaxed)
+            while is_reading.load(Ordering::Relaxed)
                 // Fails once no program has the terminal open.
-                && let Ok(n @ 1..) = output.read(&mut bytes)
+                && let Ok(n @ 1..) = source.read(&mut bytes)
             {
-                to.lock()
+                buffer
+                    .lock()
                     .expect("no reader panics")
                     .extend_from_slice(&bytes[..n]);
             }
@@ -62,8 +63,8 @@ impl Screen {
         Self {
             controller,
             path: path.into(),
-            shown,
-            looked_at,
+            output,
+            is_read,
             reader,
         }
     }
@@ -82,8 +83,8 @@ impl Screen {
     /// # Panics
     /// When the terminal is gone.
     pub fn press(&mut self, keys: &str) {
-        let typed = self.controller.write_all(keys.as_bytes());
-        typed.expect("the terminal takes keys");
+        let result = self.controller.write_all(keys.as_bytes());
+        result.expect("the terminal takes keys");
     }
 
     /// Returns everything shown so far.
@@ -91,8 +92,8 @@ impl Screen {
     /// # Panics
     /// When the reader panicked.
     #[must_use]
-    pub fn shown(&self) -> String {
-        String::from_utf8_lossy(&self.shown.lock().expect("no reader panics")).into_owned()
+    pub fn output(&self) -> String {
+        String::from_utf8_lossy(&self.output.lock().expect("no reader panics")).into_owned()
     }
 
     /// Returns the local modes of the terminal, for lines and echo.
@@ -106,8 +107,8 @@ impl Screen {
     }
 
     /// Stops reading, so that the terminal's buffer fills.
-    pub fn look_away(&self) {
-        self.looked_at.store(false, Ordering::Relaxed);
+    pub fn stop_reading(&self) {
+        self.is_read.store(false, Ordering::Relaxed);
     }
 
     /// Returns whether the terminal accepts more output from the program.
@@ -115,10 +116,10 @@ impl Screen {
     /// # Panics
     /// When the terminal is gone.
     #[must_use]
-    pub fn takes_more(&self) -> bool {
+    pub fn accepts_output(&self) -> bool {
         let end = self.end();
-        let mut polled = [PollFd::new(&end, PollFlags::OUT)];
-        poll(&mut polled, Some(&Timespec::default())).expect("a terminal can be asked") > 0
+        let mut events = [PollFd::new(&end, PollFlags::OUT)];
+        poll(&mut events, Some(&Timespec::default())).expect("a terminal can be asked") > 0
     }
 
     /// Reads to the end, once no program has the terminal open; returns everything shown.
@@ -126,10 +127,10 @@ impl Screen {
     /// # Panics
     /// When the reader panicked.
     #[must_use]
-    pub fn to_the_end(self) -> String {
+    pub fn read_to_end(self) -> String {
         self.reader.join().expect("no reader panics");
-        let shown = self.shown.lock().expect("no reader panics");
-        String::from_utf8_lossy(&shown).into_owned()
+        let output = self.output.lock().expect("no reader panics");
+        String::from_utf8_lossy(&output).into_owned()
     }
 
     fn end(&self) -> File {

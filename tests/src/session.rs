@@ -11,7 +11,7 @@ use crate::finding;
 use crate::program::{bench, protocol};
 
 /// Returns `run` on simulated hardware as fast as it computes, without a dashboard.
-pub fn unattended(study: &Path, participant: &str, protocol: impl AsRef<Path>) -> Command {
+pub fn headless_run(study: &Path, participant: &str, protocol: impl AsRef<Path>) -> Command {
     let mut command = bench();
     command
         .args(["run", "--mock", "--headless", "--speed", "max"])
@@ -78,15 +78,16 @@ pub const ALL_COMPLETED: Wanted = Wanted {
 /// When the command does not start, or the study does not verify.
 pub fn finish(command: &mut Command) -> Output {
     // A test may have damaged the study on purpose.
-    let written = WrittenStudy::of(command).filter(|written| written.contradiction().is_none());
+    let written_study = WrittenStudy::from_command(command)
+        .filter(|written_study| written_study.contradiction().is_none());
     let output = command
         .output()
         .unwrap_or_else(|error| panic!("{command:?} does not start: {error}"));
-    if let Some(written) = written {
-        if written.is_new && output.status.success() {
-            require_whole(&written.study);
+    if let Some(written_study) = written_study {
+        if written_study.is_new && output.status.success() {
+            require_whole(&written_study.study);
         } else if !text(&output).contains("is in use by") {
-            written.require_consistent();
+            written_study.require_consistent();
         }
     }
     output
@@ -100,13 +101,13 @@ pub(crate) struct WrittenStudy {
 
 impl WrittenStudy {
     /// Returns the study that a command will write; `None` for commands other than `run`.
-    pub(crate) fn of(command: &Command) -> Option<Self> {
+    pub(crate) fn from_command(command: &Command) -> Option<Self> {
         // A shell that sets limits may precede the command.
         let mut words = command.get_args().skip_while(|word| *word != "run");
         words.find(|word| *word == "--study")?;
-        let named = words.next()?;
+        let path = words.next()?;
         let folder = command.get_current_dir().unwrap_or(Path::new(""));
-        let study = folder.join(named);
+        let study = folder.join(path);
         let is_new = !study.exists();
         Some(Self { study, is_new })
     }
@@ -136,14 +137,14 @@ pub fn require_consistent(study: &Path) {
 
 /// Returns the contradictions that `verify` finds in the sessions of a study; `None` also if there is no session.
 fn contradiction(study: &Path) -> Option<String> {
-    let mut found = verification::StudyFindings::default();
+    let mut findings = verification::StudyFindings::default();
     for session in verification::sessions(study).ok()? {
         match verification::session(&session, || {}) {
-            Ok(session) => found.sessions.push(session),
+            Ok(session) => findings.sessions.push(session),
             Err(error) => return Some(error.to_string()),
         }
     }
-    (!found.is_whole()).then(|| verification::to_text(&found))
+    (!findings.is_whole()).then(|| verification::to_text(&findings))
 }
 
 /// Requires, by the rules of `verify`, that no part of a study is damaged or missing; a study without a session is whole.
@@ -154,23 +155,23 @@ pub fn require_whole(study: &Path) {
     let Ok(sessions) = verification::sessions(study) else {
         return;
     };
-    let mut found = verification::StudyFindings::default();
+    let mut findings = verification::StudyFindings::default();
     for session in &sessions {
         let session = verification::session(session, || {}).expect("a session that can be read");
-        found.sessions.push(session);
+        findings.sessions.push(session);
     }
-    verification::beside_sessions(study, &mut found).expect("a study that can be read");
-    finding::require(found.is_whole(), || verification::to_text(&found));
+    verification::beside_sessions(study, &mut findings).expect("a study that can be read");
+    finding::require(findings.is_whole(), || verification::to_text(&findings));
 }
 
 /// Writes the demo protocol with parts of its text replaced, as a file in `folder`.
 ///
 /// # Panics
 /// When the protocol does not contain such a part.
-pub fn demo_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
+pub fn write_demo_protocol(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     let path = folder.join("protocol.toml");
     let text = protocols::built_in("demo").expect("the demo protocol");
-    std::fs::write(&path, with(text, changes)).expect("a written protocol");
+    std::fs::write(&path, replace_parts(text, changes)).expect("a written protocol");
     path
 }
 
@@ -178,19 +179,19 @@ pub fn demo_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
 ///
 /// # Panics
 /// When it does not contain such a part.
-pub fn config_with(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
+pub fn write_bench_config(folder: &Path, changes: &[(&str, &str)]) -> PathBuf {
     let path = folder.join("bench.toml");
-    let printed = finish(bench().args(["run", "--mock", "--print-config"]));
-    let mut written = with(&text(&printed), changes);
-    if changes.contains(&ON_A_CARD) {
-        written = with(&written, &[NO_METER]);
+    let output = finish(bench().args(["run", "--mock", "--print-config"]));
+    let mut config = replace_parts(&text(&output), changes);
+    if changes.contains(&SOUND_CARD) {
+        config = replace_parts(&config, &[NO_METER]);
     }
-    std::fs::write(&path, written).expect("a written configuration");
+    std::fs::write(&path, config).expect("a written configuration");
     path
 }
 
 /// Change that gives the simulated bench a sound card with its own clock.
-pub const ON_A_CARD: (&str, &str) = ("silence_s = 0.25", "silence_s = 0.05");
+pub const SOUND_CARD: (&str, &str) = ("silence_s = 0.25", "silence_s = 0.05");
 /// Change that lets such a bench be driven although no meter has checked its volts.
 const NO_METER: (&str, &str) = (
     "ramp_s = 0.05",
@@ -199,7 +200,7 @@ const NO_METER: (&str, &str) = (
 
 /// Writes the configuration of a bench that tolerates a busy machine, as a file in `folder`.
 pub fn patient_config(folder: &Path) -> PathBuf {
-    config_with(
+    write_bench_config(
         folder,
         &[
             ("loop_latency_s =", "loop_latency_s = 1.0 # not"),
@@ -212,7 +213,7 @@ pub fn patient_config(folder: &Path) -> PathBuf {
 ///
 /// # Panics
 /// When it does not contain such a part.
-pub fn with(text: &str, changes: &[(&str, &str)]) -> String {
+pub fn replace_parts(text: &str, changes: &[(&str, &str)]) -> String {
     changes.iter().fold(text.to_owned(), |text, (from, to)| {
         assert!(text.contains(from), "nothing reads `{from}` in:\n{text}");
         text.replacen(from, to, 1)
@@ -250,8 +251,9 @@ impl SessionFolder {
     /// # Panics
     /// When it does not.
     pub fn require_whole(&self) {
-        let found = verification::session(&self.path, || {}).expect("a folder that can be listed");
-        finding::require(found.is_whole(), || format!("{found:#?}"));
+        let findings =
+            verification::session(&self.path, || {}).expect("a folder that can be listed");
+        finding::require(findings.is_whole(), || format!("{findings:#?}"));
     }
 
     /// Returns the log's start documents: more than one after `--resume`.

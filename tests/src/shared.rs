@@ -10,7 +10,7 @@ const RUN: &str = "NEXTEST_RUN_ID";
 const STALE: Duration = Duration::from_secs(24 * 3600);
 
 /// Returns the folder of all runs of this user.
-fn runs() -> PathBuf {
+fn runs_folder() -> PathBuf {
     let user = rustix::process::getuid().as_raw();
     std::env::temp_dir().join(format!("friction-bench-tests-{user}"))
 }
@@ -21,7 +21,7 @@ fn runs() -> PathBuf {
 /// When it cannot be made.
 pub fn run_folder() -> PathBuf {
     let run = std::env::var(RUN).unwrap_or_else(|_| std::process::id().to_string());
-    let folder = runs().join(run);
+    let folder = runs_folder().join(run);
     fs::create_dir_all(&folder).expect("a folder for this run");
     folder
 }
@@ -30,20 +30,20 @@ pub fn run_folder() -> PathBuf {
 ///
 /// # Panics
 /// When it cannot be made, or `fill` panics; the next test that asks tries again.
-pub fn shared(name: &str, fill: impl FnOnce(&Path)) -> PathBuf {
+pub fn shared_folder(name: &str, fill: impl FnOnce(&Path)) -> PathBuf {
     let folder = run_folder();
     let lock = File::create(folder.join(format!("{name}.lock"))).expect("a lock");
     lock.lock().expect("a lock that is waited for");
-    let whole = folder.join(name);
-    if !whole.exists() {
-        remove_stale(&runs());
+    let complete = folder.join(name);
+    if !complete.exists() {
+        remove_stale(&runs_folder());
         let partial = folder.join(format!("{name}.partial"));
         let _ = fs::remove_dir_all(&partial);
         fs::create_dir(&partial).expect("a folder to fill");
         fill(&partial);
-        fs::rename(&partial, &whole).expect("a name for what is whole");
+        fs::rename(&partial, &complete).expect("a name for what is whole");
     }
-    whole
+    complete
 }
 
 fn remove_stale(runs: &Path) {
@@ -52,7 +52,7 @@ fn remove_stale(runs: &Path) {
     };
     let is_stale = |path: &PathBuf| {
         let modified = path.metadata().and_then(|folder| folder.modified());
-        let age = modified.map(|at| SystemTime::now().duration_since(at));
+        let age = modified.map(|time| SystemTime::now().duration_since(time));
         matches!(age, Ok(Ok(age)) if age > STALE)
     };
     for path in entries.flatten().map(|entry| entry.path()).filter(is_stale) {

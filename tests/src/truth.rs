@@ -31,11 +31,11 @@ impl Skin {
             .lines()
             .map(|line| line.split(',').collect::<Vec<_>>());
         let header = lines.next().expect("a header");
-        let place = |name: &str| {
-            let place = header.iter().position(|column| *column == name);
-            place.unwrap_or_else(|| panic!("no column {name}"))
+        let column_index = |name: &str| {
+            let column_index = header.iter().position(|column| *column == name);
+            column_index.unwrap_or_else(|| panic!("no column {name}"))
         };
-        let (gap, velocity) = (place("gap_m"), place("velocity_m_per_s"));
+        let (gap, velocity) = (column_index("gap_m"), column_index("velocity_m_per_s"));
         let columns = [
             "sigma_t_m",
             "re_z_t_n_s_per_m",
@@ -44,7 +44,7 @@ impl Skin {
             "lag_s",
             "resonance_shift_hz",
         ]
-        .map(place);
+        .map(column_index);
         let (mut n, mut sums) = (0.0, [0.0; 6]);
         for line in lines {
             let value = |column: usize| line[column].parse::<f64>().expect("a number");
@@ -100,7 +100,7 @@ impl Course {
     }
 
     fn row(&self, time_s: f64) -> usize {
-        self.columns["time_s"].partition_point(|at_s| *at_s < time_s)
+        self.columns["time_s"].partition_point(|row_s| *row_s < time_s)
     }
 
     /// Returns a column's mean between two times.
@@ -112,10 +112,9 @@ impl Course {
     /// Returns the times between which the plate is free after `from_s`, ending a tenth of a second before the next finger.
     pub fn free_s(&self, from_s: f64) -> (f64, f64) {
         let (times_s, gaps_m) = (&self.columns["time_s"], &self.columns["gap_m"]);
-        let mut later =
-            (self.row(from_s)..times_s.len()).skip_while(|row| gaps_m[*row].is_finite());
-        let begin = later.next().expect("the plate becomes free");
-        let end = later.find(|row| gaps_m[*row].is_finite());
+        let mut rows = (self.row(from_s)..times_s.len()).skip_while(|row| gaps_m[*row].is_finite());
+        let begin = rows.next().expect("the plate becomes free");
+        let end = rows.find(|row| gaps_m[*row].is_finite());
         (
             times_s[begin],
             times_s[end.unwrap_or(times_s.len() - 1)] - 0.1,
@@ -123,11 +122,11 @@ impl Course {
     }
 
     /// Returns a column's value at a time, interpolated linearly between rows.
-    pub fn at(&self, column: &str, time_s: f64) -> f64 {
+    pub fn value(&self, column: &str, time_s: f64) -> f64 {
         let (times_s, values) = (&self.columns["time_s"], &self.columns[column]);
-        let after = self.row(time_s).clamp(1, times_s.len() - 1);
-        let share = (time_s - times_s[after - 1]) / (times_s[after] - times_s[after - 1]);
-        values[after - 1] + share * (values[after] - values[after - 1])
+        let row = self.row(time_s).clamp(1, times_s.len() - 1);
+        let fraction = (time_s - times_s[row - 1]) / (times_s[row] - times_s[row - 1]);
+        values[row - 1] + fraction * (values[row] - values[row - 1])
     }
 }
 
@@ -136,7 +135,7 @@ pub fn recording_began_s(recording: &Path) -> f64 {
     let events = recording.with_file_name("events.jsonl");
     let events = std::fs::read_to_string(events).expect("a log");
     let name = recording.file_name().expect("a name").to_string_lossy();
-    let began = events.lines().find_map(|line| {
+    let time_s = events.lines().find_map(|line| {
         let event: serde_json::Value = serde_json::from_str(line).expect("JSON");
         let data = &event["data"];
         let key = &data["key"];
@@ -147,7 +146,7 @@ pub fn recording_began_s(recording: &Path) -> f64 {
         );
         (data["event"] == "trial_began" && label == name).then(|| event["audio_s"].as_f64())?
     });
-    began.expect("the trial in the log")
+    time_s.expect("the trial in the log")
 }
 
 fn pad(folder: &Path) -> BTreeMap<String, f64> {
@@ -179,23 +178,23 @@ pub struct Bench {
 
 impl Bench {
     /// Returns the bench of `scenario` as `seed` realises it.
-    pub fn of(scenario: &str, seed: u64) -> Self {
-        let real = Scenario::parse(scenario, "scenario")
+    pub fn realise(scenario: &str, seed: u64) -> Self {
+        let bench = Scenario::parse(scenario, "scenario")
             .expect("a scenario")
             .realised(seed);
-        let omega = real.plate.omega_rad_per_s();
-        let [[a, b], [c, d]] = real.force_sensor.response();
+        let omega = bench.plate.omega_rad_per_s();
+        let [[a, b], [c, d]] = bench.force_sensor.response();
         let det = a * d - b * c;
         Self {
-            metres_per_unit: real.pickup.metres_per_unit,
-            resonance_hz: real.plate.resonance_hz,
-            quality: omega * real.plate.modal_mass_kg / real.plate.damping_n_s_per_m,
-            force_factor_n_per_v: real.plate.force_factor_n_per_v,
-            pickup_phase_rad: real.pickup.phase_rad - omega * real.converter.skew(1) / RATE_HZ,
+            metres_per_unit: bench.pickup.metres_per_unit,
+            resonance_hz: bench.plate.resonance_hz,
+            quality: omega * bench.plate.modal_mass_kg / bench.plate.damping_n_s_per_m,
+            force_factor_n_per_v: bench.plate.force_factor_n_per_v,
+            pickup_phase_rad: bench.pickup.phase_rad - omega * bench.converter.skew(1) / RATE_HZ,
             force: [[d / det, -b / det], [-c / det, a / det]],
             tare_n: [
-                real.force_sensor.normal_offset_n,
-                real.force_sensor.lateral_offset_n,
+                bench.force_sensor.normal_offset_n,
+                bench.force_sensor.lateral_offset_n,
             ],
         }
     }
@@ -220,6 +219,6 @@ impl Bench {
 }
 
 /// Returns whether enough of `count` 95 % intervals contain the truth: nine of ten, less one.
-pub fn enough_hold(held: usize, count: usize) -> bool {
-    10 * (held + 1) > 9 * count
+pub fn has_coverage(hits: usize, count: usize) -> bool {
+    10 * (hits + 1) > 9 * count
 }

@@ -16,10 +16,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use bench_tests::finding;
-use bench_tests::program::{bench, installed, jack_apparatus};
+use bench_tests::program::{bench, find_program, jack_apparatus};
 use bench_tests::recorded::Recording;
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, config_with, demo_with, finish, text};
+use bench_tests::session::{SessionFolder, finish, text, write_bench_config, write_demo_protocol};
 use config::CalibrationFile;
 use mock_world::scenario::Scenario;
 use recording::manifest::{End, EventKind, RecordedIntervalKind, RecordingEvent};
@@ -39,7 +39,7 @@ const JACKD: [&str; 11] = [
 ];
 
 /// Lock that runs one server at a time: servers in real time would disturb each other.
-static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+static SERVER_LOCK: Mutex<()> = Mutex::new(());
 
 /// A server with the apparatus as its client, under a unique name.
 struct Server {
@@ -56,7 +56,7 @@ impl Server {
     /// # Panics
     /// When the server does not start, or does not call its clients in time, as may happen on a busy machine.
     fn start(touch_after_s: &str) -> Self {
-        let jackd = installed("jackd");
+        let jackd = find_program("jackd");
         let folder = tempfile::tempdir().unwrap();
         static SERVERS: AtomicU32 = AtomicU32::new(0);
         let number = SERVERS.fetch_add(1, Ordering::Relaxed);
@@ -64,11 +64,11 @@ impl Server {
         let force_port = folder.path().join("force");
         // A server that lost its clients may write endlessly, so its output is discarded.
         let jackd = Running::start(
-            on(&name, Command::new(jackd)).args(JACKD),
+            set_server(&name, Command::new(jackd)).args(JACKD),
             Path::new("/dev/null"),
         );
         let mut apparatus = Running::start(
-            on(&name, Command::new(jack_apparatus()))
+            set_server(&name, Command::new(jack_apparatus()))
                 .arg("--force-link")
                 .arg(&force_port)
                 .args(["--touch-after-s", touch_after_s]),
@@ -88,15 +88,15 @@ impl Server {
             apparatus,
             jackd,
         };
-        let serves = ready.is_some() && server.jackd.ended().is_none();
-        assert!(serves, "no server: {}", server.apparatus.output());
+        let is_serving = ready.is_some() && server.jackd.exit_status().is_none();
+        assert!(is_serving, "no server: {}", server.apparatus.output());
         server
     }
 
     /// Writes the configuration of the bench on this server, with its force sensor at `force_port`.
     fn config(&self, force_port: &Path) -> PathBuf {
         let port = format!("port = \"{}\" #", force_port.display());
-        config_with(
+        write_bench_config(
             self.folder.path(),
             &[
                 ("host = \"native\"", "host = \"jack\""),
@@ -123,7 +123,7 @@ impl Server {
     /// Returns `run` on this server, with its force sensor at `force_port`.
     fn run(&self, force_port: &Path) -> Command {
         let config = self.config(force_port);
-        let protocol = demo_with(
+        let protocol = write_demo_protocol(
             self.folder.path(),
             &[
                 ("practice = 1", "practice = 0"),
@@ -136,7 +136,7 @@ impl Server {
                 ("lift_finger_s = 30.0", "lift_finger_s = 1.0"),
             ],
         );
-        let mut command = on(&self.name, bench());
+        let mut command = set_server(&self.name, bench());
         command
             .args([
                 "run",
@@ -168,7 +168,7 @@ impl Drop for Server {
     }
 }
 
-fn on(server: &str, mut command: Command) -> Command {
+fn set_server(server: &str, mut command: Command) -> Command {
     command
         .env("JACK_DEFAULT_SERVER", server)
         .env("JACK_NO_AUDIO_RESERVATION", "1")
@@ -187,22 +187,22 @@ fn session() -> (Server, SessionFolder) {
         &server.folder.path().join("output"),
     );
     let status = run.wait(Duration::from_secs(120));
-    let printed = run.output();
-    println!("{printed}");
-    assert!(!printed.contains("panicked"), "{printed}");
+    let transcript = run.output();
+    println!("{transcript}");
+    assert!(!transcript.contains("panicked"), "{transcript}");
     assert!(
-        server.jackd.ended().is_none() && server.apparatus.ended().is_none(),
+        server.jackd.exit_status().is_none() && server.apparatus.exit_status().is_none(),
         "the server or the apparatus is gone: {}",
         server.apparatus.output()
     );
-    assert!(status.success(), "{printed}");
+    assert!(status.success(), "{transcript}");
     let session = SessionFolder::read(&server.study(), "sub-01").unwrap();
     (server, session)
 }
 
 #[test]
 fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
-    let _alone = ONE_AT_A_TIME.lock();
+    let _lock = SERVER_LOCK.lock();
     let (_server, session) = session();
     let recordings = session.recordings();
     assert_eq!(recordings.len(), 1, "{recordings:?}");
@@ -234,7 +234,7 @@ fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
     let ended_s = session.phases("verdict").next().unwrap().audio_s;
     let missing_s = ended_s - began_s - recording.duration_s();
     assert!(missing_s.abs() < 0.1, "{missing_s} s");
-    assert_eq!(recording.not_finite(), 0);
+    assert_eq!(recording.nonfinite_samples(), 0);
     let step_rad = recording.greatest_phase_step_rad();
     println!(
         "{} frames, carrier phase within {step_rad:.2e} rad",
@@ -244,31 +244,34 @@ fn an_exploration_over_a_real_audio_server_is_recorded_to_the_sample() {
         let losses = [EventKind::Gap, EventKind::InputXrun, EventKind::OutputXrun];
         losses.contains(&event.kind)
     };
-    let reported = manifest.events.iter().any(is_loss);
-    let slips = step_rad >= SLIP_RAD;
-    finding::require(reported || !slips, || {
+    let is_reported = manifest.events.iter().any(is_loss);
+    let is_slipping = step_rad >= SLIP_RAD;
+    finding::require(is_reported || !is_slipping, || {
         format!("the carrier jumps by {step_rad} rad, and the bench does not report it")
     });
-    assert!(!slips, "the carrier jumps by {step_rad} rad");
+    assert!(!is_slipping, "the carrier jumps by {step_rad} rad");
 }
 
 /// Fault 21.
 #[test]
 fn a_force_sensor_that_is_not_there_is_named() {
-    let _alone = ONE_AT_A_TIME.lock();
+    let _lock = SERVER_LOCK.lock();
     // A server under load may refuse a client before the bench opens the sensor.
     let server = Server::start(TOUCH_S);
     let output = finish(&mut server.run(&server.folder.path().join("absent")));
-    let printed = text(&output);
-    assert!(!printed.contains("client activation error"), "{printed}");
+    let transcript = text(&output);
+    assert!(
+        !transcript.contains("client activation error"),
+        "{transcript}"
+    );
     assert!(
         output.status.code().is_some_and(|code| code != 0),
-        "{printed}"
+        "{transcript}"
     );
     for word in ["the force sensor", "absent"] {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
-    assert!(!printed.contains("panicked"), "{printed}");
+    assert!(!transcript.contains("panicked"), "{transcript}");
     assert!(!server.study().exists());
 }
 
@@ -286,7 +289,7 @@ fn calibration() -> CalibrationFile {
     let pickup = ["pickup", "--levels-v", "2,4,8", "--known-um", &known_um];
     let pickup = [&pickup[..], &["--known-at-hz", &known_at_hz]].concat();
     for words in [&pickup[..], &["plate"]] {
-        let mut calibrate = on(&server.name, bench());
+        let mut calibrate = set_server(&server.name, bench());
         calibrate
             .arg("calibrate")
             .args(words)
@@ -295,26 +298,26 @@ fn calibration() -> CalibrationFile {
             .arg("--calibration")
             .arg(&path);
         let output = finish(&mut calibrate);
-        let printed = text(&output);
-        println!("{printed}");
-        assert!(!printed.contains("panicked"), "{printed}");
+        let transcript = text(&output);
+        println!("{transcript}");
+        assert!(!transcript.contains("panicked"), "{transcript}");
         // The server reports an xrun whenever a client connects, also for the bench; a calibration must not stop on these.
-        assert!(output.status.success(), "{printed}");
+        assert!(output.status.success(), "{transcript}");
     }
     CalibrationFile::read(&path).unwrap().0
 }
 
 #[test]
 fn a_bench_is_calibrated_over_a_real_audio_server() {
-    let _alone = ONE_AT_A_TIME.lock();
-    let measured = calibration();
-    let (plate, truth) = (measured.plate.unwrap(), Scenario::default().plate);
-    let off_hz = plate.resonance_hz.value - truth.resonance_hz;
-    let off = plate.force_factor_n_per_v.value / truth.force_factor_n_per_v - 1.0;
-    println!("resonance off by {off_hz:.3} Hz, force factor by {off:.4}");
+    let _lock = SERVER_LOCK.lock();
+    let file = calibration();
+    let (plate, truth) = (file.plate.unwrap(), Scenario::default().plate);
+    let error_hz = plate.resonance_hz.value - truth.resonance_hz;
+    let error = plate.force_factor_n_per_v.value / truth.force_factor_n_per_v - 1.0;
+    println!("resonance off by {error_hz:.3} Hz, force factor by {error:.4}");
     // The amplitudes were computed from the commanded volts, of which the amplifier loses 1.5 % at the carrier.
     assert!(
-        off_hz.abs() < 0.5 && (off - 0.015).abs() < 0.002,
-        "{off_hz} Hz, {off}"
+        error_hz.abs() < 0.5 && (error - 0.015).abs() < 0.002,
+        "{error_hz} Hz, {error}"
     );
 }

@@ -257,7 +257,7 @@ fn a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_ena
     child.kill().unwrap();
     child.wait().unwrap();
     let text = format!("median / 99 % / worst: enable off {}", quantiles_ms(fell_s));
-    campaign::found(
+    campaign::report(
         "stop: field box, bench killed, frozen or unplugged",
         count,
         &text,

@@ -350,7 +350,7 @@ fn a_bench_frozen_at_random_moments_is_stopped_by_the_box_alone_within_a_tenth_o
         "median / 99 % / worst: plate at rest {}",
         quantiles_ms(to_rest)
     );
-    campaign::found("stop: field box, program frozen", count, &text);
+    campaign::report("stop: field box, program frozen", count, &text);
 }
 
 /// The amplifier's one-shot waits for ten seconds. The watch that should stop the drive hangs when the cable is

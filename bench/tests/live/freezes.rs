@@ -104,5 +104,5 @@ fn a_program_frozen_at_random_moments_leaves_the_plate_at_rest_within_a_tenth_of
         "median / 99 % / worst: plate at rest {}",
         quantiles_ms(to_rest)
     );
-    campaign::found("stop: program frozen", count, &text);
+    campaign::report("stop: program frozen", count, &text);
 }

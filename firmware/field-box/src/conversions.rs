@@ -16,13 +16,14 @@ use crate::usb;
 /// Conversions per second, rounded down.
 pub const REPORT_HZ: u16 = (CONVERTER_CLOCK_HZ / 2 / OSR) as u16;
 /// Half the time from one conversion to the next.
-const HALF: Duration = Duration::from_micros((OSR as u64 * 1_000_000) / CONVERTER_CLOCK_HZ as u64);
+const HALF_PERIOD: Duration =
+    Duration::from_micros((OSR as u64 * 1_000_000) / CONVERTER_CLOCK_HZ as u64);
 /// Longest time between two reports, with or without a conversion.
-const LONGEST: Duration = Duration::from_micros(900);
+const LONGEST_PERIOD: Duration = Duration::from_micros(900);
 /// Length of the reset pulse: the converter resets when its line is low for more than 2048 of its clocks, 256 µs.
 const RESET: Duration = Duration::from_micros(400);
 /// Time from the reset to the first communication.
-const AFTER_RESET: Duration = Duration::from_micros(200);
+const RESET_DELAY: Duration = Duration::from_micros(200);
 
 type ConverterSpi = ExclusiveDevice<Spi<'static, SPI0, Blocking>, Output<'static>, NoDelay>;
 
@@ -56,31 +57,36 @@ pub async fn convert(apparatus: Apparatus) {
     let mut reports = Reports::default();
     let mut moments = Moments::new(moment(&mut encoder));
     loop {
-        let waited = with_timeout(LONGEST - HALF, ready.wait_for_low()).await;
-        let at = Instant::now();
-        let counts = if waited.is_ok() {
+        let wait_result = with_timeout(LONGEST_PERIOD - HALF_PERIOD, ready.wait_for_low()).await;
+        let ready_time = Instant::now();
+        let counts = if wait_result.is_ok() {
             converter.take()
         } else {
             converter.miss();
             None
         };
-        let seen = guard::seen();
+        let guard_state = guard::state();
         let inputs = Inputs {
-            estop_closed: seen.estop_closed,
+            estop_closed: guard_state.estop_closed,
             button: button.is_high(),
             dead_man: dead_man.is_high(),
         };
-        let report = reports.next(moments.of_conversion(), counts, inputs, seen.amplifier);
+        let report = reports.next(
+            moments.of_conversion(),
+            counts,
+            inputs,
+            guard_state.amplifier,
+        );
         usb::say(FromBox::Report(report));
         if converter.needs_reset() {
             reset.set_low();
             Timer::after(RESET).await;
             reset.set_high();
-            Timer::after(AFTER_RESET).await;
+            Timer::after(RESET_DELAY).await;
             converter.restart();
             moments.latch(moment(&mut encoder));
         } else {
-            Timer::at(at + HALF).await;
+            Timer::at(ready_time + HALF_PERIOD).await;
             moments.latch(moment(&mut encoder));
         }
     }

@@ -57,14 +57,14 @@ impl Encoder {
             "    mov y, ~y",
             ".wrap",
         );
-        let loaded = common.load_program(&program.program);
+        let loaded_program = common.load_program(&program.program);
         let mut a = common.make_pio_pin(a);
         let mut b = common.make_pio_pin(b);
         a.set_pull(Pull::Up);
         b.set_pull(Pull::Up);
         machine.set_pin_dirs(Direction::In, &[&a, &b]);
         let mut config = Config::default();
-        config.use_program(&loaded, &[]);
+        config.use_program(&loaded_program, &[]);
         config.set_in_pins(&[&a, &b]);
         config.fifo_join = FifoJoin::RxOnly;
         config.shift_in = ShiftConfig {
@@ -82,13 +82,13 @@ impl Encoder {
 
     /// Returns the present count.
     pub fn position(&mut self) -> i32 {
-        let pushed = self.machine.rx();
+        let fifo = self.machine.rx();
         // Counts pushed earlier are outdated.
-        for _ in 0..pushed.level() {
-            pushed.pull();
+        for _ in 0..fifo.level() {
+            fifo.pull();
         }
         loop {
-            if let Some(count) = pushed.try_pull() {
+            if let Some(count) = fifo.try_pull() {
                 return count as i32;
             }
         }

@@ -6,7 +6,7 @@ use cortex_m_rt::exception;
 use embassy_rp::pac;
 
 #[panic_handler]
-fn panicked(_: &PanicInfo<'_>) -> ! {
+fn handle_panic(_: &PanicInfo<'_>) -> ! {
     end()
 }
 

@@ -17,35 +17,36 @@ use field_box_wire::Word;
 pub static WORDS: Channel<CriticalSectionRawMutex, Word, 8> = Channel::new();
 
 /// Time between two checks.
-const LOOK: Duration = Duration::from_millis(1);
+const CHECK_PERIOD: Duration = Duration::from_millis(1);
 /// Time without a check after which the chip resets itself: its pins then float, and the pull-downs disable the amplifier.
-const HUNG: Duration = Duration::from_millis(50);
+const WATCHDOG_PERIOD: Duration = Duration::from_millis(50);
 
 /// State of the amplifier and of the e-stop loop for the reports.
 #[derive(Clone, Copy)]
-pub struct Seen {
+pub struct GuardState {
     /// Line levels and reason of a stop.
     pub amplifier: AmplifierState,
     /// Whether the e-stop loop is closed.
     pub estop_closed: bool,
 }
 
-/// Latest state, returned by [`seen`].
-static SEEN: Mutex<CriticalSectionRawMutex, Cell<Seen>> = Mutex::new(Cell::new(Seen {
-    amplifier: AmplifierState {
-        outputs: Outputs {
-            enable: false,
-            heartbeat: false,
+/// Latest state, returned by [`state`].
+static STATE: Mutex<CriticalSectionRawMutex, Cell<GuardState>> =
+    Mutex::new(Cell::new(GuardState {
+        amplifier: AmplifierState {
+            outputs: Outputs {
+                enable: false,
+                heartbeat: false,
+            },
+            stop: None,
+            heard: 0,
         },
-        stop: None,
-        heard: 0,
-    },
-    estop_closed: false,
-}));
+        estop_closed: false,
+    }));
 
 /// Returns the latest state published by the guard.
-pub fn seen() -> Seen {
-    SEEN.lock(Cell::get)
+pub fn state() -> GuardState {
+    STATE.lock(Cell::get)
 }
 
 /// Runs the guard over the amplifier.
@@ -56,10 +57,10 @@ pub async fn watch(
     mut estop: Input<'static>,
     mut watchdog: Watchdog,
 ) {
-    watchdog.start(HUNG);
+    watchdog.start(WATCHDOG_PERIOD);
     let mut amplifier = Amplifier::default();
     let mut estop_closed = estop.is_high();
-    let mut ticker = Ticker::every(LOOK);
+    let mut ticker = Ticker::every(CHECK_PERIOD);
     loop {
         // Waiting for a level, unlike an edge, misses no change between two checks.
         let change = async {
@@ -70,18 +71,18 @@ pub async fn watch(
             }
         };
         let _ = select3(ticker.next(), change, WORDS.ready_to_receive()).await;
-        watchdog.feed(HUNG);
+        watchdog.feed(WATCHDOG_PERIOD);
         estop_closed = estop.is_high();
         while let Ok(word) = WORDS.try_receive() {
             amplifier.hear(Instant::now().as_micros(), word, estop_closed);
         }
         amplifier.look(Instant::now().as_micros(), estop_closed);
-        let state = amplifier.state();
-        enable.set_level(Level::from(state.outputs.enable));
-        heartbeat.set_level(Level::from(state.outputs.heartbeat));
-        SEEN.lock(|seen| {
-            seen.set(Seen {
-                amplifier: state,
+        let amplifier_state = amplifier.state();
+        enable.set_level(Level::from(amplifier_state.outputs.enable));
+        heartbeat.set_level(Level::from(amplifier_state.outputs.heartbeat));
+        STATE.lock(|cell| {
+            cell.set(GuardState {
+                amplifier: amplifier_state,
                 estop_closed,
             });
         });

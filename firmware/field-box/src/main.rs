@@ -51,11 +51,11 @@ unsafe fn SWI_IRQ_0() {
     unsafe { CONVERSIONS.on_interrupt() }
 }
 
-/// Starts `executor` in the interrupt `at`, at `priority`.
+/// Starts `executor` in the interrupt `interrupt`, at `priority`.
 macro_rules! start {
-    ($executor:ident, $at:ident, $priority:ident) => {{
-        interrupt::$at.set_priority(Priority::$priority);
-        let spawner: SendSpawner = $executor.start(interrupt::$at);
+    ($executor:ident, $interrupt:ident, $priority:ident) => {{
+        interrupt::$interrupt.set_priority(Priority::$priority);
+        let spawner: SendSpawner = $executor.start(interrupt::$interrupt);
         spawner
     }};
 }
@@ -63,7 +63,7 @@ macro_rules! start {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let peripherals = embassy_rp::init(embassy_rp::config::Config::default());
-    let board = Board::of(peripherals);
+    let board = Board::new(peripherals);
     // First the amplifier is disabled, as it is while the pins float.
     let enable = Output::new(board.enable, Level::Low);
     let heartbeat = Output::new(board.heartbeat, Level::Low);

@@ -25,7 +25,7 @@ macro_rules! board {
 
         impl Board {
             /// Assigns the peripherals to their purposes.
-            pub fn of(peripherals: Peripherals) -> Self {
+            pub fn new(peripherals: Peripherals) -> Self {
                 Self { $($field: peripherals.$peripheral,)* }
             }
         }

@@ -81,37 +81,37 @@ async fn run(usb: Peri<'static, USB>, serial: [u8; 8]) {
 
 /// Sends queued messages while a program has the port open.
 async fn speak(mut port: Sender<'static, Bus>, identity: FromBox) {
-    let mut open = false;
+    let mut is_open = false;
     loop {
         port.wait_connection().await;
         loop {
-            let mut next = OUTBOX.receive().await;
+            let mut encoded = OUTBOX.receive().await;
             if !port.dtr() {
                 // Messages are dropped while the port is closed; the next reader would take them for new.
-                open = false;
+                is_open = false;
                 continue;
             }
             let mut packet = [0; 2 * LONGEST_BYTES];
             let mut length = 0;
-            if !open {
-                open = true;
+            if !is_open {
+                is_open = true;
                 OUTBOX.clear();
-                next = identity.encode();
+                encoded = identity.encode();
             }
             // Two messages are shorter than a packet, which therefore ends a transfer.
             loop {
-                packet[length..length + next.len()].copy_from_slice(&next);
-                length += next.len();
+                packet[length..length + encoded.len()].copy_from_slice(&encoded);
+                length += encoded.len();
                 if length > LONGEST_BYTES {
                     break;
                 }
                 match OUTBOX.try_receive() {
-                    Ok(message) if length + message.len() < PACKET_BYTES => next = message,
+                    Ok(message) if length + message.len() < PACKET_BYTES => encoded = message,
                     _ => break,
                 }
             }
             if port.write_packet(&packet[..length]).await.is_err() {
-                open = false;
+                is_open = false;
                 break;
             }
         }
@@ -140,9 +140,9 @@ async fn listen(mut port: Receiver<'static, Bus>, identity: FromBox) {
 
 fn digits(serial: [u8; 8]) -> [u8; 16] {
     let digit = |nibble: u8| b"0123456789ABCDEF"[usize::from(nibble & 0xF)];
-    core::array::from_fn(|place| {
-        let byte = serial[place / 2];
-        digit(if place % 2 == 0 { byte >> 4 } else { byte })
+    core::array::from_fn(|index| {
+        let byte = serial[index / 2];
+        digit(if index % 2 == 0 { byte >> 4 } else { byte })
     })
 }
 

@@ -37,7 +37,7 @@ use tasks::{Clock, Schedule, SystemClock};
 const DRIVEN_NS: u64 = 800_000_000;
 
 /// Observations of the bench from outside.
-struct Seen {
+struct Observations {
     part: String,
     time: ApparatusClock,
     /// Whether the part panics at its next reading of the clock.
@@ -47,7 +47,7 @@ struct Seen {
     readers: Mutex<BTreeSet<String>>,
 }
 
-impl Seen {
+impl Observations {
     fn panic(&self) -> ! {
         self.panicked_ns
             .store(self.time.now_ns(), Ordering::Release);
@@ -68,22 +68,27 @@ impl Seen {
 /// The computer's clock, which panics once when the chosen thread reads it.
 struct PanickingClock {
     clock: SystemClock,
-    seen: Arc<Seen>,
+    observations: Arc<Observations>,
 }
 
 impl Clock for PanickingClock {
     fn now_ns(&self) -> u64 {
         let thread = std::thread::current();
         let name = thread.name().unwrap_or_default();
-        let seen = &self.seen;
-        let known = |readers: &mut BTreeSet<String>| {
+        let observations = &self.observations;
+        let add_reader = |readers: &mut BTreeSet<String>| {
             if !readers.contains(name) {
                 readers.insert(name.to_owned());
             }
         };
-        known(&mut seen.readers.lock().unwrap_or_else(PoisonError::into_inner));
-        if name == seen.part && seen.panics.swap(false, Ordering::AcqRel) {
-            seen.panic();
+        add_reader(
+            &mut observations
+                .readers
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner),
+        );
+        if name == observations.part && observations.panics.swap(false, Ordering::AcqRel) {
+            observations.panic();
         }
         self.clock.now_ns()
     }
@@ -94,25 +99,25 @@ impl Clock for PanickingClock {
 }
 
 /// Output line that records its edges.
-struct SeenLine {
+struct RecordedLine {
     name: &'static str,
     line: Box<dyn OutputLine>,
     high: bool,
-    seen: Arc<Seen>,
+    observations: Arc<Observations>,
 }
 
-impl OutputLine for SeenLine {
+impl OutputLine for RecordedLine {
     fn set(&mut self, high: bool) -> Result<(), GpioError> {
         self.line.set(high)?;
         if high != self.high {
             self.high = high;
             let edge = Edge {
-                at_ns: self.seen.time.now_ns(),
+                at_ns: self.observations.time.now_ns(),
                 line: self.name.to_owned(),
                 high,
             };
             let mut edges = self
-                .seen
+                .observations
                 .edges
                 .lock()
                 .unwrap_or_else(PoisonError::into_inner);
@@ -123,28 +128,31 @@ impl OutputLine for SeenLine {
 }
 
 /// Waits until the plate has been driven for a while, then makes the part panic.
-fn panic_while_driven(seen: &Seen) {
+fn panic_while_driven(observations: &Observations) {
     let armed_ns = || {
-        let edges = seen.edges.lock().unwrap_or_else(PoisonError::into_inner);
+        let edges = observations
+            .edges
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         let mut edges = edges.iter();
         edges
             .find(|edge| edge.line == "enable")
             .map(|edge| edge.at_ns)
     };
-    while armed_ns().is_none_or(|armed_ns| seen.time.now_ns() < armed_ns + DRIVEN_NS) {
+    while armed_ns().is_none_or(|armed_ns| observations.time.now_ns() < armed_ns + DRIVEN_NS) {
         std::thread::sleep(Duration::from_millis(5));
     }
-    if seen.part == OTHER_THREAD {
-        seen.panic();
+    if observations.part == OTHER_THREAD {
+        observations.panic();
     }
-    seen.panics.store(true, Ordering::Release);
+    observations.panics.store(true, Ordering::Release);
 }
 
-fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)> {
+fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Observations>)> {
     let mut config = ApparatusConfig::new(Scenario::default(), 1, Pace::RealTime);
     config.truth_path = Some(folder.to_owned());
     let mut simulated = Simulated::new(config)?;
-    let seen = Arc::new(Seen {
+    let observations = Arc::new(Observations {
         part: part.to_owned(),
         time: simulated.clock(),
         panics: AtomicBool::new(false),
@@ -152,12 +160,12 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
         edges: Mutex::default(),
         readers: Mutex::default(),
     });
-    let watched = |name, line| -> Option<Box<dyn OutputLine>> {
-        Some(Box::new(SeenLine {
+    let recorded_line = |name, line| -> Option<Box<dyn OutputLine>> {
+        Some(Box::new(RecordedLine {
             name,
             line,
             high: false,
-            seen: Arc::clone(&seen),
+            observations: Arc::clone(&observations),
         }))
     };
     let pins = simulated.pins().context("no pins")?;
@@ -170,11 +178,11 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
         estop: Some(input("e-stop", pins.estop)),
         button: Some(input("button", pins.button)),
         dead_man: None,
-        enable: watched("enable", output("enable", pins.amplifier_enable)),
-        heartbeat: watched("heartbeat", output("heartbeat", pins.heartbeat)),
+        enable: recorded_line("enable", output("enable", pins.amplifier_enable)),
+        heartbeat: recorded_line("heartbeat", output("heartbeat", pins.heartbeat)),
     };
     let hand = {
-        let seen = Arc::clone(&seen);
+        let observations = Arc::clone(&observations);
         let name = if part == OTHER_THREAD {
             OTHER_THREAD
         } else {
@@ -182,7 +190,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
         };
         std::thread::Builder::new()
             .name(name.to_owned())
-            .spawn(move || panic_while_driven(&seen))?
+            .spawn(move || panic_while_driven(&observations))?
     };
     drop(hand);
     let hardware = Hardware {
@@ -193,7 +201,7 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
         field_box: None,
         clock: Arc::new(PanickingClock {
             clock: SystemClock::start(),
-            seen: Arc::clone(&seen),
+            observations: Arc::clone(&observations),
         }),
         schedule: Schedule::Threads,
         guard: Box::new(simulated),
@@ -213,10 +221,10 @@ fn apparatus(part: &str, folder: &Path) -> anyhow::Result<(Apparatus, Arc<Seen>)
         vibrometer_port: None,
         estop_hand: None,
     };
-    Ok((apparatus, seen))
+    Ok((apparatus, observations))
 }
 
-fn config_of(path: &Option<PathBuf>) -> anyhow::Result<Config> {
+fn read_config(path: &Option<PathBuf>) -> anyhow::Result<Config> {
     Ok(Config::read(path.as_deref().context("--config")?)?)
 }
 
@@ -224,7 +232,7 @@ fn config_of(path: &Option<PathBuf>) -> anyhow::Result<Config> {
 fn command(command: Command, apparatus: Apparatus) -> anyhow::Result<bool> {
     match command {
         Command::Run(options) => {
-            let bench = Effective::uncalibrated(config_of(&options.hardware.config)?);
+            let bench = Effective::uncalibrated(read_config(&options.hardware.config)?);
             let (report, _) = run::run(
                 Plan::new(bench, &options)?,
                 apparatus,
@@ -233,16 +241,16 @@ fn command(command: Command, apparatus: Apparatus) -> anyhow::Result<bool> {
             Ok(report.completed)
         }
         Command::Monitor(options) => {
-            let bench = Effective::uncalibrated(config_of(&options.hardware.config)?);
+            let bench = Effective::uncalibrated(read_config(&options.hardware.config)?);
             let plan = monitor::Plan::new(bench, &options)?;
             monitor::run(plan, apparatus, std::io::stdout())
         }
         Command::Calibrate(Calibrate::Plate(options)) => {
-            let config = config_of(&options.measure.hardware.config)?;
+            let config = read_config(&options.measure.hardware.config)?;
             Ok(calibrate::plate(config, &options, Verbosity::Quiet, |_| Ok(apparatus))?.passed)
         }
         Command::Check(options) => {
-            let bench = Effective::uncalibrated(config_of(&options.hardware.config)?);
+            let bench = Effective::uncalibrated(read_config(&options.hardware.config)?);
             let pace = safety::Pace::Simulated;
             let extent = Extent::Quick;
             let ready = preflight::run(&bench, None, &extent, pace, || Ok(apparatus.hardware));
@@ -250,17 +258,17 @@ fn command(command: Command, apparatus: Apparatus) -> anyhow::Result<bool> {
             Ok(ready.table.passed())
         }
         Command::Drill(options) => {
-            let config = config_of(&options.hardware.config)?;
+            let config = read_config(&options.hardware.config)?;
             let course = drilling::plan(Effective::uncalibrated(config.clone()), &options)?;
-            let mut opened = Some(Watched {
+            let mut bench = Some(Watched {
                 hardware: apparatus.hardware,
                 hand: None,
             });
-            let open = || opened.take().context("opened twice");
+            let open = || bench.take().context("opened twice");
             let (record, _) = drilling::run(&course, &options, &config, open, std::io::stdout())?;
             Ok(record.passed)
         }
-        other => anyhow::bail!("{other:?} drives nothing"),
+        command => anyhow::bail!("{command:?} drives nothing"),
     }
 }
 
@@ -271,13 +279,13 @@ fn main() -> ExitCode {
         let folder = PathBuf::from(arguments.next().context("FOLDER")?);
         let program = std::iter::once("friction-bench".to_owned());
         let cli = Cli::parse_from(program.chain(arguments));
-        let (apparatus, seen) = apparatus(&part, &folder)?;
-        let ended = command(cli.command, apparatus);
+        let (apparatus, observations) = apparatus(&part, &folder)?;
+        let completion = command(cli.command, apparatus);
         std::fs::write(
             folder.join("report.json"),
-            serde_json::to_vec(&seen.report())?,
+            serde_json::to_vec(&observations.report())?,
         )?;
-        Ok(if ended? {
+        Ok(if completion? {
             ExitCode::SUCCESS
         } else {
             ExitCode::FAILURE

@@ -75,23 +75,24 @@ pub fn survey(root: &Path) -> Result<Survey, Unreadable> {
 }
 
 fn circles(tree: &Tree, edges: &Edges) -> Vec<Circle> {
-    let reached: Vec<_> = (0..tree.files.len())
+    let reachable_files: Vec<_> = (0..tree.files.len())
         .map(|file| reachable(file, edges))
         .collect();
-    let mut found = Vec::new();
-    let mut placed = BTreeSet::new();
+    let mut cycles = Vec::new();
+    let mut visited = BTreeSet::new();
     for file in 0..tree.files.len() {
-        if !reached[file].contains(&file) || placed.contains(&file) {
+        if !reachable_files[file].contains(&file) || visited.contains(&file) {
             continue;
         }
-        let together: BTreeSet<_> = reached[file]
+        let members: BTreeSet<_> = reachable_files[file]
             .iter()
             .copied()
-            .filter(|other| reached[*other].contains(&file))
+            .filter(|member| reachable_files[*member].contains(&file))
             .collect();
-        let inside = |(from, to): &(usize, usize)| together.contains(from) && together.contains(to);
-        let ties = edges.iter().filter(|(ends, _)| inside(ends));
-        found.push(Circle {
+        let is_inside =
+            |(from, to): &(usize, usize)| members.contains(from) && members.contains(to);
+        let ties = edges.iter().filter(|(ends, _)| is_inside(ends));
+        cycles.push(Circle {
             ties: ties
                 .map(|(&(from, to), names)| Tie {
                     from: tree.files[from].clone(),
@@ -100,21 +101,21 @@ fn circles(tree: &Tree, edges: &Edges) -> Vec<Circle> {
                 })
                 .collect(),
         });
-        placed.extend(together);
+        visited.extend(members);
     }
-    found
+    cycles
 }
 
 /// Returns the files that `from` depends on, directly or through others.
 fn reachable(from: usize, edges: &Edges) -> BTreeSet<usize> {
-    let (mut reached, mut next) = (BTreeSet::new(), vec![from]);
-    while let Some(file) = next.pop() {
-        let taken = edges.range((file, 0)..=(file, usize::MAX));
-        for (&(_, to), _) in taken {
-            if reached.insert(to) {
-                next.push(to);
+    let (mut files, mut queue) = (BTreeSet::new(), vec![from]);
+    while let Some(file) = queue.pop() {
+        let outgoing = edges.range((file, 0)..=(file, usize::MAX));
+        for (&(_, to), _) in outgoing {
+            if files.insert(to) {
+                queue.push(to);
             }
         }
     }
-    reached
+    files
 }

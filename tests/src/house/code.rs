@@ -11,7 +11,7 @@ use syn::{Attribute, Item, Meta, Token, UseTree, Visibility};
 #[derive(Debug, Default)]
 pub struct Body {
     /// Modules that it declares.
-    pub modules: Vec<Declared>,
+    pub modules: Vec<Declaration>,
     /// Items that it defines, by name; an enum with its variants.
     pub items: BTreeMap<String, Vec<String>>,
     /// Macros that it exports to the crate's root.
@@ -19,16 +19,16 @@ pub struct Body {
     /// Its `use` declarations, one for each imported name.
     pub imports: Vec<Import>,
     /// Paths that its code names, except in `use` declarations.
-    pub paths: Vec<Named>,
+    pub paths: Vec<NamedPath>,
     /// Names that its patterns bind: `let gap = …`.
-    pub bound: BTreeSet<String>,
+    pub bindings: BTreeSet<String>,
     /// Whether a macro is called in item position: it may define any item.
     pub makes_items: bool,
 }
 
 /// A declaration `mod name;` or `mod name { … }`.
 #[derive(Debug)]
-pub struct Declared {
+pub struct Declaration {
     /// The module's name.
     pub name: String,
     /// Its code, if it is between braces.
@@ -63,7 +63,7 @@ pub enum Reach {
 
 /// A path in code.
 #[derive(Debug)]
-pub struct Named {
+pub struct NamedPath {
     /// Its segments.
     pub path: Vec<String>,
     /// Whether it names a macro that is called.
@@ -83,7 +83,7 @@ impl Body {
     fn item(&mut self, item: &Item) {
         let test = is_test(attributes(item));
         if let Item::Mod(module) = item {
-            self.modules.push(Declared {
+            self.modules.push(Declaration {
                 name: module.ident.to_string(),
                 body: module.content.as_ref().map(|(_, items)| Self::new(items)),
                 paths: module.attrs.iter().flat_map(paths_of).collect(),
@@ -117,7 +117,7 @@ impl Body {
             },
             _ => {}
         }
-        if let Some((name, variants)) = defined(item) {
+        if let Some((name, variants)) = definition(item) {
             self.items.insert(name, variants);
         }
         self.visit_item(item);
@@ -127,7 +127,7 @@ impl Body {
         let mut add = |path: Vec<String>, name: Option<String>| {
             self.imports.push(Import { path, name, reach });
         };
-        let joined = |name: &syn::Ident| {
+        let path_with = |name: &syn::Ident| {
             let mut path = prefix.clone();
             if name != "self" || prefix.is_empty() {
                 path.push(name.to_string());
@@ -141,12 +141,12 @@ impl Body {
                 prefix.pop();
             }
             UseTree::Name(name) => {
-                let path = joined(&name.ident);
+                let path = path_with(&name.ident);
                 let name = path.last().cloned();
                 add(path, name);
             }
             UseTree::Rename(rename) => {
-                add(joined(&rename.ident), Some(rename.rename.to_string()));
+                add(path_with(&rename.ident), Some(rename.rename.to_string()));
             }
             UseTree::Glob(_) => add(prefix.clone(), None),
             UseTree::Group(group) => {
@@ -160,34 +160,40 @@ impl Body {
     /// Adds the paths named in the arguments of a macro or an attribute, as far as the tokens show them.
     fn tokens(&mut self, tokens: TokenStream) {
         let tokens: Vec<_> = tokens.into_iter().collect();
-        let punct = |at: Option<usize>, wanted: char| {
-            matches!(at.and_then(|at| tokens.get(at)),
-                Some(TokenTree::Punct(punct)) if punct.as_char() == wanted)
+        let punct = |index: Option<usize>, mark: char| {
+            matches!(index.and_then(|index| tokens.get(index)),
+                Some(TokenTree::Punct(punct)) if punct.as_char() == mark)
         };
-        let mut at = 0;
-        while at < tokens.len() {
-            let begin = at;
-            at += 1;
+        let mut next_index = 0;
+        while next_index < tokens.len() {
+            let begin = next_index;
+            next_index += 1;
             match &tokens[begin] {
                 TokenTree::Group(group) => self.tokens(group.stream()),
                 TokenTree::Ident(ident) => {
                     let mut path = vec![ident.to_string()];
-                    while punct(Some(at), ':')
-                        && punct(Some(at + 1), ':')
-                        && let Some(TokenTree::Ident(next)) = tokens.get(at + 2)
+                    while punct(Some(next_index), ':')
+                        && punct(Some(next_index + 1), ':')
+                        && let Some(TokenTree::Ident(segment)) = tokens.get(next_index + 2)
                     {
-                        path.push(next.to_string());
-                        at += 3;
+                        path.push(segment.to_string());
+                        next_index += 3;
                     }
-                    let before = |wanted| punct(begin.checked_sub(1), wanted);
-                    let of_a_value = before('.') && !punct(begin.checked_sub(2), '.');
-                    let of_the_macro = before('$') && path[0] != "crate";
-                    let labels = path.len() == 1
-                        && (punct(Some(at), ':') && !punct(Some(at + 1), ':')
-                            || punct(Some(at), '=') && !punct(Some(at + 1), '='));
-                    if !(of_a_value || of_the_macro || before('\'') || before(':') || labels) {
-                        let is_macro = punct(Some(at), '!') && !punct(Some(at + 1), '=');
-                        self.paths.push(Named { path, is_macro });
+                    let follows = |mark| punct(begin.checked_sub(1), mark);
+                    let is_member = follows('.') && !punct(begin.checked_sub(2), '.');
+                    let is_macro_variable = follows('$') && path[0] != "crate";
+                    let is_label = path.len() == 1
+                        && (punct(Some(next_index), ':') && !punct(Some(next_index + 1), ':')
+                            || punct(Some(next_index), '=') && !punct(Some(next_index + 1), '='));
+                    if !(is_member
+                        || is_macro_variable
+                        || follows('\'')
+                        || follows(':')
+                        || is_label)
+                    {
+                        let is_macro =
+                            punct(Some(next_index), '!') && !punct(Some(next_index + 1), '=');
+                        self.paths.push(NamedPath { path, is_macro });
                     }
                 }
                 _ => {}
@@ -214,7 +220,7 @@ impl Body {
 impl<'ast> Visit<'ast> for Body {
     fn visit_path(&mut self, path: &'ast syn::Path) {
         if path.leading_colon.is_none() {
-            self.paths.push(Named {
+            self.paths.push(NamedPath {
                 path: path
                     .segments
                     .iter()
@@ -242,7 +248,7 @@ impl<'ast> Visit<'ast> for Body {
     }
 
     fn visit_macro(&mut self, mac: &'ast syn::Macro) {
-        self.paths.push(Named {
+        self.paths.push(NamedPath {
             path: mac
                 .path
                 .segments
@@ -271,7 +277,7 @@ impl<'ast> Visit<'ast> for Body {
     }
 
     fn visit_pat_ident(&mut self, pattern: &'ast syn::PatIdent) {
-        self.bound.insert(pattern.ident.to_string());
+        self.bindings.insert(pattern.ident.to_string());
         visit::visit_pat_ident(self, pattern);
     }
 
@@ -342,7 +348,7 @@ fn attributes(item: &Item) -> &[Attribute] {
 }
 
 /// Returns the name that an item defines, with an enum's variants.
-fn defined(item: &Item) -> Option<(String, Vec<String>)> {
+fn definition(item: &Item) -> Option<(String, Vec<String>)> {
     let ident = match item {
         Item::Const(item) => &item.ident,
         Item::Enum(item) => {
@@ -377,14 +383,14 @@ fn wants_test(condition: &Meta) -> bool {
     match condition {
         Meta::Path(path) => path.is_ident("test"),
         Meta::List(list) if list.path.is_ident("all") || list.path.is_ident("any") => {
-            let all = list.path.is_ident("all");
+            let requires_all = list.path.is_ident("all");
             let parts = list.parse_args_with(Punctuated::<Meta, Token![,]>::parse_terminated);
             let mut parts = parts.into_iter().flatten().peekable();
-            let some = parts.peek().is_some();
-            if all {
+            let has_parts = parts.peek().is_some();
+            if requires_all {
                 parts.any(|part| wants_test(&part))
             } else {
-                some && parts.all(|part| wants_test(&part))
+                has_parts && parts.all(|part| wants_test(&part))
             }
         }
         _ => false,

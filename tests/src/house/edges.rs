@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use super::code::{Import, Named, Reach};
+use super::code::{Import, NamedPath, Reach};
 use super::modules::Tree;
 
 /// Names that one file takes from another, by (user, definer); a file is its index in [`Tree::files`].
@@ -28,26 +28,26 @@ enum Target {
 
 /// Targets found for a name.
 #[derive(Debug, Default)]
-struct Found {
+struct Resolution {
     targets: BTreeSet<Target>,
     /// Whether the name may belong to another crate.
-    outside: bool,
+    may_be_external: bool,
 }
 
-impl Found {
+impl Resolution {
     fn is_empty(&self) -> bool {
-        self.targets.is_empty() && !self.outside
+        self.targets.is_empty() && !self.may_be_external
     }
 
     fn add(&mut self, other: Self) {
         self.targets.extend(other.targets);
-        self.outside |= other.outside;
+        self.may_be_external |= other.may_be_external;
     }
 }
 
 /// Module and name of each lookup in progress, and whether the path continues after the name. Globs and imports may lead back
 /// to them. In `pub use gap::gap` the first step is the module and the second the function of the same name.
-type Seen = BTreeSet<(usize, String, bool)>;
+type Visited = BTreeSet<(usize, String, bool)>;
 
 /// Returns the edges between the crate's files, and the paths that lead to no known item.
 ///
@@ -66,8 +66,8 @@ pub fn edges(tree: &Tree) -> (Edges, Vec<Unresolved>) {
         for import in &module.body.imports {
             walk.import(index, import);
         }
-        for named in &module.body.paths {
-            walk.named(index, named);
+        for path in &module.body.paths {
+            walk.path(index, path);
         }
     }
     (walk.edges, walk.unresolved.into_iter().collect())
@@ -81,12 +81,12 @@ struct Walk<'t> {
 
 impl Walk<'_> {
     fn import(&mut self, from: usize, import: &Import) {
-        let found = resolve(self.tree, from, &import.path, &mut Seen::new());
-        self.require(from, &import.path, &found);
+        let resolution = resolve(self.tree, from, &import.path, &mut Visited::new());
+        self.require(from, &import.path, &resolution);
         if import.reach == Reach::Outside {
             return;
         }
-        for target in &found.targets {
+        for target in &resolution.targets {
             match target {
                 Target::Module(module) if import.name.is_none() => {
                     let module = &self.tree.modules[*module];
@@ -100,20 +100,20 @@ impl Walk<'_> {
         }
     }
 
-    fn named(&mut self, from: usize, named: &Named) {
+    fn path(&mut self, from: usize, path: &NamedPath) {
         let body = &self.tree.modules[from].body;
-        if let [name] = &named.path[..]
-            && body.bound.contains(name)
-            && !named.is_macro
+        if let [name] = &path.path[..]
+            && body.bindings.contains(name)
+            && !path.is_macro
         {
             return;
         }
-        let mut found = resolve(self.tree, from, &named.path, &mut Seen::new());
-        if found.targets.is_empty() && named.is_macro {
-            found.targets = self.textual(from, &named.path);
+        let mut resolution = resolve(self.tree, from, &path.path, &mut Visited::new());
+        if resolution.targets.is_empty() && path.is_macro {
+            resolution.targets = self.textual_macros(from, &path.path);
         }
-        self.require(from, &named.path, &found);
-        for target in found.targets {
+        self.require(from, &path.path, &resolution);
+        for target in resolution.targets {
             if let Target::Item { file, name } = target {
                 self.edge(from, file, &name);
             }
@@ -121,15 +121,15 @@ impl Walk<'_> {
     }
 
     /// Finds a macro that an enclosing module defines textually before this place.
-    fn textual(&self, from: usize, path: &[String]) -> BTreeSet<Target> {
-        let mut above = self.tree.modules[from].parent;
-        while let ([name], Some(module)) = (path, above) {
+    fn textual_macros(&self, from: usize, path: &[String]) -> BTreeSet<Target> {
+        let mut ancestor = self.tree.modules[from].parent;
+        while let ([name], Some(module)) = (path, ancestor) {
             let module = &self.tree.modules[module];
             if module.body.items.contains_key(name) {
                 let (file, name) = (module.file, name.clone());
                 return [Target::Item { file, name }].into();
             }
-            above = module.parent;
+            ancestor = module.parent;
         }
         BTreeSet::new()
     }
@@ -143,22 +143,22 @@ impl Walk<'_> {
     }
 
     /// Requires that a path beginning in this crate resolves, at least to a module where a macro may define the item.
-    fn require(&mut self, from: usize, path: &[String], found: &Found) {
+    fn require(&mut self, from: usize, path: &[String], resolution: &Resolution) {
         let anchors = path
             .iter()
             .take_while(|name| ["crate", "self", "super"].contains(&name.as_str()))
             .count();
-        if anchors == 0 || !found.is_empty() {
+        if anchors == 0 || !resolution.is_empty() {
             return;
         }
-        for known in (anchors..path.len()).rev() {
-            let found = resolve(self.tree, from, &path[..known], &mut Seen::new());
-            let Some(Target::Module(module)) = found.targets.first() else {
+        for length in (anchors..path.len()).rev() {
+            let resolution = resolve(self.tree, from, &path[..length], &mut Visited::new());
+            let Some(Target::Module(module)) = resolution.targets.first() else {
                 continue;
             };
             let module = &self.tree.modules[*module];
-            if module.body.makes_items && known + 1 == path.len() {
-                return self.edge(from, module.file, &path[known]);
+            if module.body.makes_items && length + 1 == path.len() {
+                return self.edge(from, module.file, &path[length]);
             }
             break;
         }
@@ -170,31 +170,38 @@ impl Walk<'_> {
     }
 }
 
-fn resolve(tree: &Tree, from: usize, path: &[String], seen: &mut Seen) -> Found {
+fn resolve(tree: &Tree, from: usize, path: &[String], visited: &mut Visited) -> Resolution {
     let (mut module, mut rest) = (from, path);
-    let mut anchored = false;
-    while let Some((first, after)) = rest.split_first() {
-        module = match first.as_str() {
+    let mut is_anchored = false;
+    while let Some((segment, remainder)) = rest.split_first() {
+        module = match segment.as_str() {
             "crate" => 0,
             "self" => module,
             "super" => match tree.modules[module].parent {
                 Some(parent) => parent,
-                None => return Found::default(),
+                None => return Resolution::default(),
             },
             _ => break,
         };
-        (anchored, rest) = (true, after);
+        (is_anchored, rest) = (true, remainder);
     }
     if rest.is_empty() {
-        return Found {
+        return Resolution {
             targets: [Target::Module(module)].into(),
-            outside: false,
+            may_be_external: false,
         };
     }
-    let found = walk(tree, module, rest, seen, Some(from).filter(|_| !anchored));
-    Found {
-        outside: found.outside || !anchored && found.targets.is_empty(),
-        ..found
+    let resolution = walk(
+        tree,
+        module,
+        rest,
+        visited,
+        Some(from).filter(|_| !is_anchored),
+    );
+    Resolution {
+        may_be_external: resolution.may_be_external
+            || !is_anchored && resolution.targets.is_empty(),
+        ..resolution
     }
 }
 
@@ -203,103 +210,108 @@ fn walk(
     tree: &Tree,
     module: usize,
     path: &[String],
-    seen: &mut Seen,
+    visited: &mut Visited,
     function: Option<usize>,
-) -> Found {
-    let goes_on = path.len() > 1;
-    let first = look_up(tree, module, (&path[0], goes_on), seen, function);
-    if !goes_on {
-        return first;
+) -> Resolution {
+    let has_more = path.len() > 1;
+    let head = look_up(tree, module, (&path[0], has_more), visited, function);
+    if !has_more {
+        return head;
     }
-    let mut found = Found {
+    let mut resolution = Resolution {
         targets: BTreeSet::new(),
-        outside: first.outside,
+        may_be_external: head.may_be_external,
     };
     let mut items = BTreeSet::new();
-    for target in first.targets {
+    for target in head.targets {
         match target {
-            Target::Module(child) => found.add(walk(tree, child, &path[1..], seen, None)),
+            Target::Module(child) => resolution.add(walk(tree, child, &path[1..], visited, None)),
             item => {
                 items.insert(item);
             }
         }
     }
     // The path continues inside an item, as `Type::function`, unless a module of this name has the rest of the path.
-    if found.targets.is_empty() {
-        found.targets = items;
+    if resolution.targets.is_empty() {
+        resolution.targets = items;
     }
-    found
+    resolution
 }
 
 fn look_up(
     tree: &Tree,
     index: usize,
-    (name, goes_on): (&str, bool),
-    seen: &mut Seen,
+    (name, has_more): (&str, bool),
+    visited: &mut Visited,
     function: Option<usize>,
-) -> Found {
-    let mut found = Found::default();
-    let looking = (index, name.to_owned(), goes_on);
-    if !seen.insert(looking.clone()) {
-        return found;
+) -> Resolution {
+    let mut resolution = Resolution::default();
+    let key = (index, name.to_owned(), has_more);
+    if !visited.insert(key.clone()) {
+        return resolution;
     }
     let module = &tree.modules[index];
     if module.body.items.contains_key(name) {
-        found.targets.insert(Target::Item {
+        resolution.targets.insert(Target::Item {
             file: module.file,
             name: name.to_owned(),
         });
     } else if index == 0 {
         for module in &tree.modules {
-            if module.body.exported_macros.iter().any(|made| made == name) {
+            if module
+                .body
+                .exported_macros
+                .iter()
+                .any(|exported| exported == name)
+            {
                 let (file, name) = (module.file, name.to_owned());
-                found.targets.insert(Target::Item { file, name });
+                resolution.targets.insert(Target::Item { file, name });
             }
         }
     }
     for child in module.children.get(name).into_iter().flatten() {
-        found.targets.insert(Target::Module(*child));
+        resolution.targets.insert(Target::Module(*child));
     }
-    let holds = |import: &&Import| import.reach != Reach::Function || function == Some(index);
-    let imports = || module.body.imports.iter().filter(holds);
+    let is_visible = |import: &&Import| import.reach != Reach::Function || function == Some(index);
+    let imports = || module.body.imports.iter().filter(is_visible);
     for import in imports().filter(|import| import.name.as_deref() == Some(name)) {
-        found.add(resolve(tree, index, &import.path, seen));
+        resolution.add(resolve(tree, index, &import.path, visited));
     }
-    if found.is_empty() {
+    if resolution.is_empty() {
         for import in imports().filter(|import| import.name.is_none()) {
-            found.add(through_glob(tree, index, import, (name, goes_on), seen));
+            resolution.add(resolve_glob(tree, index, import, (name, has_more), visited));
         }
     }
-    seen.remove(&looking);
-    found
+    visited.remove(&key);
+    resolution
 }
 
-fn through_glob(
+fn resolve_glob(
     tree: &Tree,
     from: usize,
     glob: &Import,
     name: (&str, bool),
-    seen: &mut Seen,
-) -> Found {
-    // The glob's path is looked up with a fresh `seen`: it may contain the name that is being looked up.
-    let from_where = resolve(tree, from, &glob.path, &mut seen.clone());
-    let mut found = Found {
+    visited: &mut Visited,
+) -> Resolution {
+    // The glob's path is looked up with a fresh `visited`: it may contain the name that is being looked up.
+    let sources = resolve(tree, from, &glob.path, &mut visited.clone());
+    let mut resolution = Resolution {
         targets: BTreeSet::new(),
-        outside: from_where.outside,
+        may_be_external: sources.may_be_external,
     };
-    for target in from_where.targets {
+    for target in sources.targets {
         match target {
-            Target::Module(module) => found.add(look_up(tree, module, name, seen, None)),
-            Target::Item { file, name: of } => {
+            Target::Module(module) => resolution.add(look_up(tree, module, name, visited, None)),
+            Target::Item { file, name: item } => {
                 let has_variant = tree.modules.iter().any(|module| {
-                    let variants = module.body.items.get(&of).filter(|_| module.file == file);
+                    let variants = module.body.items.get(&item).filter(|_| module.file == file);
                     variants.is_some_and(|variants| variants.iter().any(|v| v == name.0))
                 });
                 if has_variant {
-                    found.targets.insert(Target::Item { file, name: of });
+                    resolution.targets.insert(Target::Item { file, name: item });
                 }
             }
         }
     }
-    found
+    resolution
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::code::{Body, Declared};
+use super::code::{Body, Declaration};
 
 /// A crate's modules and their files.
 #[derive(Debug)]
@@ -85,13 +85,13 @@ impl Tree {
             path: path.to_owned(),
             error,
         })?;
-        let parsed = syn::parse_file(&text).map_err(|error| Unreadable::NotRust {
+        let syntax = syn::parse_file(&text).map_err(|error| Unreadable::NotRust {
             path: path.to_owned(),
             error,
         })?;
         let file = self.files.len();
         self.files.push(path.to_owned());
-        self.module(Body::new(&parsed.items), file, folder, parent, test)
+        self.module(Body::new(&syntax.items), file, folder, parent, test)
     }
 
     fn module(
@@ -102,7 +102,7 @@ impl Tree {
         parent: Option<usize>,
         test: bool,
     ) -> Result<usize, Unreadable> {
-        let declared = std::mem::take(&mut body.modules);
+        let declarations = std::mem::take(&mut body.modules);
         let index = self.modules.len();
         self.modules.push(Module {
             parent,
@@ -111,50 +111,54 @@ impl Tree {
             children: BTreeMap::new(),
             body,
         });
-        for child in declared {
+        for child in declarations {
             let name = child.name.clone();
-            let children = self.declared(child, index, file, folder)?;
-            let known = self.modules[index].children.entry(name).or_default();
-            known.extend(children);
+            let children = self.read_declared(child, index, file, folder)?;
+            let siblings = self.modules[index].children.entry(name).or_default();
+            siblings.extend(children);
         }
         Ok(index)
     }
 
     /// Reads the module declared by `mod name;` or `mod name { … }`: several modules if `cfg` chooses among files.
-    fn declared(
+    fn read_declared(
         &mut self,
-        child: Declared,
+        child: Declaration,
         parent: usize,
         file: usize,
         folder: &Path,
     ) -> Result<Vec<usize>, Unreadable> {
         let test = child.test || self.modules[parent].test;
-        let below = folder.join(&child.name);
+        let child_folder = folder.join(&child.name);
         if let Some(body) = child.body {
-            let module = self.module(body, file, &below, Some(parent), test)?;
+            let module = self.module(body, file, &child_folder, Some(parent), test)?;
             return Ok(vec![module]);
         }
-        let declaring = self.files[file].clone();
-        let beside = declaring.parent().unwrap_or(Path::new(""));
+        let declaring_file = self.files[file].clone();
+        let sibling_folder = declaring_file.parent().unwrap_or(Path::new(""));
         // Each candidate with the folder of its child modules.
-        let mut candidates: Vec<_> = child.paths.iter().map(|path| beside.join(path)).collect();
-        candidates.push(below.join("mod.rs"));
+        let mut candidates: Vec<_> = child
+            .paths
+            .iter()
+            .map(|path| sibling_folder.join(path))
+            .collect();
+        candidates.push(child_folder.join("mod.rs"));
         let mut candidates: Vec<_> = candidates
             .into_iter()
             .map(|path| (path.parent().unwrap_or(Path::new("")).to_owned(), path))
             .collect();
-        let named = folder.join(format!("{}.rs", child.name));
-        candidates.push((below, named));
+        let path = folder.join(format!("{}.rs", child.name));
+        candidates.push((child_folder, path));
         candidates.retain(|(_, path)| path.is_file());
         if candidates.is_empty() {
             return Err(Unreadable::NoFile {
-                file: declaring,
+                file: declaring_file,
                 name: child.name,
             });
         }
         candidates
             .iter()
-            .map(|(below, path)| self.file(path, below, Some(parent), test))
+            .map(|(child_folder, path)| self.file(path, child_folder, Some(parent), test))
             .collect()
     }
 }

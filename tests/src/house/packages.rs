@@ -21,7 +21,7 @@ pub struct Package {
     /// Packages of the workspace that only its tests, benchmarks and examples use.
     pub tests_use: BTreeSet<String>,
     /// All its dependencies, in any kind of target.
-    pub built_of: BTreeSet<String>,
+    pub dependencies: BTreeSet<String>,
 }
 
 impl Package {
@@ -47,30 +47,33 @@ pub fn packages(folder: &Path) -> Result<Vec<Package>, cargo_metadata::Error> {
         .no_deps()
         .exec()?;
     let package = |package: &cargo_metadata::Package| {
-        let roots = |wanted: fn(&cargo_metadata::Target) -> bool| {
-            let targets = package.targets.iter().filter(move |target| wanted(target));
+        let roots = |is_kind: fn(&cargo_metadata::Target) -> bool| {
+            let targets = package.targets.iter().filter(move |target| is_kind(target));
             targets.map(|target| target.src_path.clone().into_std_path_buf())
         };
-        let used = |test: bool, of_workspace: bool| {
+        let dependencies = |is_test: bool, is_workspace_only: bool| {
             package
                 .dependencies
                 .iter()
-                .filter(|used| (used.kind == DependencyKind::Development) == test)
-                .filter(|used| !of_workspace || used.path.is_some())
-                .map(|used| used.name.clone())
+                .filter(|dependency| (dependency.kind == DependencyKind::Development) == is_test)
+                .filter(|dependency| !is_workspace_only || dependency.path.is_some())
+                .map(|dependency| dependency.name.clone())
                 .collect::<BTreeSet<_>>()
         };
         let manifest = package.manifest_path.as_std_path();
-        let uses = used(false, true);
+        let uses = dependencies(false, true);
         Package {
             name: package.name.to_string(),
             folder: manifest.parent().unwrap_or(Path::new("")).to_owned(),
             // A dynamically loaded library (cdylib) counts as a library too.
             library: roots(|target| target.is_lib() || target.is_cdylib()).next(),
             binaries: roots(cargo_metadata::Target::is_bin).collect(),
-            tests_use: used(true, true).difference(&uses).cloned().collect(),
+            tests_use: dependencies(true, true)
+                .difference(&uses)
+                .cloned()
+                .collect(),
             uses,
-            built_of: used(false, false),
+            dependencies: dependencies(false, false),
         }
     };
     Ok(metadata.packages.iter().map(package).collect())
@@ -146,19 +149,23 @@ fn table(text: &str, heading: &str) -> Vec<Vec<String>> {
 }
 
 /// Returns the texts between backquotes.
-fn quoted(cell: &str) -> impl Iterator<Item = String> {
+fn quoted_names(cell: &str) -> impl Iterator<Item = String> {
     cell.split('`').skip(1).step_by(2).map(str::to_owned)
 }
 
 /// Reads the table "Allowed edges" of ARCHITECTURE.md.
 pub fn rows(architecture: &str) -> Vec<Row> {
-    let names = |cells: &[String], at: usize| -> BTreeSet<String> {
-        cells.get(at).into_iter().flat_map(|c| quoted(c)).collect()
+    let names = |cells: &[String], column: usize| -> BTreeSet<String> {
+        cells
+            .get(column)
+            .into_iter()
+            .flat_map(|c| quoted_names(c))
+            .collect()
     };
     table(architecture, "## Allowed edges")
         .iter()
         .map(|cells| Row {
-            package: quoted(&cells[0]).next().unwrap_or_default(),
+            package: quoted_names(&cells[0]).next().unwrap_or_default(),
             uses: names(cells, 1),
             tests_use: names(cells, 2),
         })
@@ -170,7 +177,7 @@ pub fn pure_packages(architecture: &str) -> BTreeSet<String> {
     table(architecture, "# Architecture")
         .iter()
         .filter(|cells| cells.get(3).is_some_and(|pure| pure.trim() == "yes"))
-        .filter_map(|cells| quoted(&cells[1]).next())
+        .filter_map(|cells| quoted_names(&cells[1]).next())
         .collect()
 }
 
@@ -178,7 +185,7 @@ pub fn pure_packages(architecture: &str) -> BTreeSet<String> {
 pub fn faults(rows: &[Row], packages: &[Package]) -> Vec<Fault> {
     let mut faults = Vec::new();
     let exists = |name: &str| packages.iter().any(|package| package.name == name);
-    let mut above = BTreeSet::new();
+    let mut earlier_rows = BTreeSet::new();
     for row in rows {
         let package = row.package.clone();
         if !exists(&package) {
@@ -189,11 +196,11 @@ pub fn faults(rows: &[Row], packages: &[Package]) -> Vec<Fault> {
             let (package, used) = (package.clone(), used.clone());
             if !exists(&used) {
                 faults.push(Fault::NoSuchPackage { package: used });
-            } else if !above.contains(&used) {
+            } else if !earlier_rows.contains(&used) {
                 faults.push(Fault::Upward { package, used });
             }
         }
-        if !above.insert(package.clone()) {
+        if !earlier_rows.insert(package.clone()) {
             faults.push(Fault::Twice { package });
         }
     }
@@ -240,27 +247,28 @@ impl Lock {
             let Some(name) = package.get("name").and_then(toml::Value::as_str) else {
                 continue;
             };
-            let built_of = package.get("dependencies").and_then(toml::Value::as_array);
+            let entries = package.get("dependencies").and_then(toml::Value::as_array);
             // Written as "name", or as "name version" if there are several versions.
-            let names = built_of.into_iter().flatten();
+            let names = entries.into_iter().flatten();
             let names = names.filter_map(|name| name.as_str()?.split(' ').next());
-            let known = lock.entry(name.to_owned()).or_default();
-            known.extend(names.map(str::to_owned));
+            let dependencies = lock.entry(name.to_owned()).or_default();
+            dependencies.extend(names.map(str::to_owned));
         }
         Ok(Self(lock))
     }
 
     /// Returns all dependencies of `package`, direct and indirect, without those of its tests; each with the package using it.
     pub fn tree(&self, package: &str, packages: &[Package]) -> BTreeMap<String, String> {
-        let (mut tree, mut next) = (BTreeMap::new(), vec![package.to_owned()]);
-        while let Some(name) = next.pop() {
+        let (mut tree, mut queue) = (BTreeMap::new(), vec![package.to_owned()]);
+        while let Some(name) = queue.pop() {
             // Cargo.lock also includes the dependencies of the workspace's tests.
-            let own = packages.iter().find(|package| package.name == name);
-            let built_of = own.map_or_else(|| self.0.get(&name), |own| Some(&own.built_of));
-            for used in built_of.into_iter().flatten() {
+            let member = packages.iter().find(|package| package.name == name);
+            let dependencies =
+                member.map_or_else(|| self.0.get(&name), |member| Some(&member.dependencies));
+            for used in dependencies.into_iter().flatten() {
                 if !tree.contains_key(used) {
                     tree.insert(used.clone(), name.clone());
-                    next.push(used.clone());
+                    queue.push(used.clone());
                 }
             }
         }

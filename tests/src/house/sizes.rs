@@ -56,14 +56,14 @@ pub fn lines(file: &Path) -> io::Result<usize> {
 /// # Errors
 /// When a file cannot be read.
 pub fn long_files(folder: &Path, limit: usize) -> io::Result<Vec<TooLong>> {
-    let mut found = Vec::new();
+    let mut too_long = Vec::new();
     for path in rust_files(folder)? {
         let lines = lines(&path)?;
         if lines > limit {
-            found.push(TooLong { path, lines, limit });
+            too_long.push(TooLong { path, lines, limit });
         }
     }
-    Ok(found)
+    Ok(too_long)
 }
 
 /// Returns the number of lines of a source file without unit tests: 0 for `tests.rs` and files below `tests/`, otherwise the
@@ -72,9 +72,11 @@ pub fn long_files(folder: &Path, limit: usize) -> io::Result<Vec<TooLong>> {
 /// # Errors
 /// When it cannot be read.
 fn lines_without_tests(source: &Path, file: &Path) -> io::Result<usize> {
-    let below = file.strip_prefix(source).unwrap_or(file);
-    if below.file_stem().is_some_and(|name| name == "tests")
-        || below.components().any(|part| part.as_os_str() == "tests")
+    let relative = file.strip_prefix(source).unwrap_or(file);
+    if relative.file_stem().is_some_and(|name| name == "tests")
+        || relative
+            .components()
+            .any(|part| part.as_os_str() == "tests")
     {
         return Ok(0);
     }
@@ -88,13 +90,13 @@ fn lines_without_tests(source: &Path, file: &Path) -> io::Result<usize> {
 /// # Errors
 /// When a file cannot be read.
 pub fn large_package(source: &Path, limit: usize) -> io::Result<Option<TooLong>> {
-    let mut all = 0;
+    let mut total = 0;
     for file in rust_files(source)? {
-        all += lines_without_tests(source, &file)?;
+        total += lines_without_tests(source, &file)?;
     }
-    Ok((all > limit).then(|| TooLong {
+    Ok((total > limit).then(|| TooLong {
         path: source.to_owned(),
-        lines: all,
+        lines: total,
         limit,
     }))
 }

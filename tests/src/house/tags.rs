@@ -40,7 +40,7 @@ pub struct Test {
 
 /// Tests and malformed tags of source files.
 #[derive(Debug, Default)]
-pub struct Found {
+pub struct TestIndex {
     /// Tests, also in the arguments of a macro such as `proptest!`.
     pub tests: Vec<Test>,
     /// Lines that begin like a tag, but are malformed or not above a test.
@@ -59,7 +59,7 @@ pub struct Stray {
     pub line: String,
 }
 
-impl Found {
+impl TestIndex {
     /// Reads all source files in and below `folder` that belong to one of `packages`.
     ///
     /// # Errors
@@ -69,18 +69,18 @@ impl Found {
             path: path.to_owned(),
             error,
         };
-        let mut found = Self::default();
+        let mut index = Self::default();
         for path in rust_files(folder).map_err(|error| disk(folder, error))? {
             // One package's folder may lie inside another's.
-            let around = packages.iter().filter(|p| path.starts_with(&p.folder));
-            let innermost = around.max_by_key(|package| package.folder.components().count());
+            let owners = packages.iter().filter(|p| path.starts_with(&p.folder));
+            let innermost = owners.max_by_key(|package| package.folder.components().count());
             let Some(package) = innermost else { continue };
             let text = std::fs::read_to_string(&path).map_err(|error| disk(&path, error))?;
             let tokens: TokenStream =
                 syn::parse_str(&text).map_err(|error| Unreadable::NotRust { path, error })?;
-            found.scan(&package.name, tokens);
+            index.scan(&package.name, tokens);
         }
-        Ok(found)
+        Ok(index)
     }
 
     fn scan(&mut self, package: &str, tokens: TokenStream) {

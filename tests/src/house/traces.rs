@@ -74,14 +74,14 @@ pub fn faults(document: &str) -> Vec<Entry> {
     let entry = |line: &str| {
         let mut cells = line.split('|').skip(1).map(str::trim);
         let number = cells.next()?;
-        let (number, planned) = match number.strip_suffix(", planned") {
+        let (number, reason) = match number.strip_suffix(", planned") {
             Some(number) => (number, Some("planned")),
             None => (number, None),
         };
         Some(Entry {
             row: Row::Fault(number.parse().ok()?),
             title: beginning(cells.next()?).to_owned(),
-            untested: planned,
+            untested: reason,
         })
     };
     rows.filter_map(entry).collect()
@@ -97,18 +97,19 @@ fn beginning(sentence: &str) -> &str {
 /// Reads the numbered sections of HAZARDS.md.
 pub fn hazards(document: &str) -> Vec<Entry> {
     let mut entries: Vec<Entry> = Vec::new();
-    let mut within = false;
+    let mut is_hazard = false;
     for line in document.lines() {
         if let Some(heading) = line.strip_prefix("## ") {
-            let numbered = heading.split_once(". ");
-            let numbered = numbered.and_then(|(number, title)| Some((number.parse().ok()?, title)));
-            within = numbered.is_some();
-            entries.extend(numbered.map(|(number, title)| Entry {
+            let title_parts = heading.split_once(". ");
+            let title_parts =
+                title_parts.and_then(|(number, title)| Some((number.parse().ok()?, title)));
+            is_hazard = title_parts.is_some();
+            entries.extend(title_parts.map(|(number, title)| Entry {
                 row: Row::Hazard(number),
                 title: title.to_owned(),
                 untested: None,
             }));
-        } else if within
+        } else if is_hazard
             && line.starts_with("- **Tests:** none")
             && let Some(entry) = entries.last_mut()
         {
@@ -165,13 +166,13 @@ pub fn gaps(entries: &[Entry], tests: &[Test]) -> Vec<Gap> {
 pub fn names_without_a_test(document: &str, tests: &[Test]) -> Vec<Gap> {
     let known: BTreeSet<&str> = tests.iter().map(|test| test.name.as_str()).collect();
     let name = |c: char| c.is_ascii_alphanumeric() || "_-:".contains(c);
-    let quoted = document.split('`').skip(1).step_by(2);
-    let named = quoted.filter(|text| text.contains("::") && text.chars().all(name));
-    let missing = named.filter(|name| !known.contains(name));
-    let missing = missing.map(|test| Gap::NoSuchTest {
+    let spans = document.split('`').skip(1).step_by(2);
+    let names = spans.filter(|text| text.contains("::") && text.chars().all(name));
+    let gaps = names.filter(|name| !known.contains(name));
+    let gaps = gaps.map(|test| Gap::NoSuchTest {
         test: test.to_owned(),
     });
-    missing.collect()
+    gaps.collect()
 }
 
 /// Returns the text of docs/traces.md.
@@ -209,14 +210,14 @@ pub fn document(faults: &[Entry], hazards: &[Entry], tests: &[Test]) -> String {
     text
 }
 
-/// Compares docs/traces.md as `written` with its expected text.
-pub fn stale(written: &str, wanted: &str) -> Option<Gap> {
-    if written == wanted {
+/// Compares `text`, the content of docs/traces.md, with its `expected` text.
+pub fn stale(text: &str, expected: &str) -> Option<Gap> {
+    if text == expected {
         return None;
     }
-    let same = written.lines().zip(wanted.lines());
-    let same = same.take_while(|(written, wanted)| written == wanted);
+    let common_lines = text.lines().zip(expected.lines());
+    let common_lines = common_lines.take_while(|(text, expected)| text == expected);
     Some(Gap::Stale {
-        line: same.count() + 1,
+        line: common_lines.count() + 1,
     })
 }

@@ -20,14 +20,14 @@ pub fn tree(files: &[(&str, &str)]) -> TempDir {
 }
 
 /// Surveys the crate of `files` with the root `lib.rs`.
-fn surveyed(files: &[(&str, &str)]) -> Survey {
+fn survey_files(files: &[(&str, &str)]) -> Survey {
     let folder = tree(files);
     survey(&folder.path().join("lib.rs")).unwrap()
 }
 
 /// Returns the ties of the only cycle, as "from > to: names", with the files' names.
 fn only_circle(files: &[(&str, &str)]) -> Vec<String> {
-    let survey = surveyed(files);
+    let survey = survey_files(files);
     assert_eq!(survey.unresolved, []);
     let [circle] = &survey.circles[..] else {
         panic!("{:?}", survey.circles);
@@ -42,7 +42,7 @@ fn only_circle(files: &[(&str, &str)]) -> Vec<String> {
 }
 
 fn no_circle(files: &[(&str, &str)]) {
-    let survey = surveyed(files);
+    let survey = survey_files(files);
     assert_eq!((survey.circles, survey.unresolved), (vec![], vec![]));
 }
 
@@ -59,7 +59,7 @@ fn two_files_that_use_each_other_are_a_circle() {
 }
 
 #[test]
-fn a_child_that_takes_what_its_parent_defines_closes_a_circle_with_a_parent_that_calls_it() {
+fn a_child_using_an_item_of_its_calling_parent_closes_a_circle() {
     let ties = only_circle(&[
         (
             "lib.rs",
@@ -71,7 +71,7 @@ fn a_child_that_takes_what_its_parent_defines_closes_a_circle_with_a_parent_that
 }
 
 #[test]
-fn a_glob_of_the_parent_takes_what_it_defines() {
+fn a_glob_import_of_the_parent_is_an_edge() {
     let ties = only_circle(&[
         (
             "lib.rs",
@@ -83,7 +83,7 @@ fn a_glob_of_the_parent_takes_what_it_defines() {
 }
 
 #[test]
-fn a_re_export_leads_to_the_file_that_defines() {
+fn a_re_export_leads_to_the_defining_file() {
     let ties = only_circle(&[
         ("lib.rs", "mod a;\nmod b;\npub use b::B as Renamed;"),
         ("a.rs", "use crate::Renamed;\npub struct A(Renamed);"),
@@ -123,7 +123,7 @@ fn a_parent_that_re_exports_closes_no_circle() {
 }
 
 #[test]
-fn a_parent_that_also_uses_what_it_re_exports_takes_it() {
+fn a_parent_that_uses_its_re_export_has_an_edge() {
     let ties = only_circle(&[
         (
             "lib.rs",
@@ -187,7 +187,7 @@ fn imports_in_groups_in_functions_and_of_variants_are_edges() {
 }
 
 #[test]
-fn macros_are_taken_by_their_names_alone() {
+fn a_macro_call_is_an_edge() {
     let ties = only_circle(&[
         (
             "lib.rs",
@@ -199,7 +199,7 @@ fn macros_are_taken_by_their_names_alone() {
 }
 
 #[test]
-fn a_circle_of_three_is_one_circle_and_what_hangs_on_it_is_not_part_of_it() {
+fn a_circle_of_three_files_excludes_their_other_dependencies() {
     let ties = only_circle(&[
         ("lib.rs", "mod a;\nmod b;\nmod c;\nmod d;"),
         ("a.rs", "pub fn a() { crate::b::b() }"),
@@ -225,7 +225,7 @@ fn code_for_tests_closes_no_circle() {
 }
 
 #[test]
-fn code_for_all_but_tests_closes_one() {
+fn code_under_cfg_not_test_closes_a_circle() {
     let ties = only_circle(&[
         LIB,
         ("a.rs", "pub struct A;\n#[cfg(not(test))]\nuse crate::b::B;"),
@@ -266,15 +266,15 @@ fn names_of_values_and_of_other_crates_are_no_edges() {
 }
 
 #[test]
-fn a_path_of_this_crate_that_leads_nowhere_is_told() {
-    let survey = surveyed(&[
+fn an_unresolved_path_of_this_crate_is_reported() {
+    let survey = survey_files(&[
         LIB,
         ("a.rs", "use crate::b::Missing;\nuse super::b::made::Item;"),
         ("b.rs", "make_items!();"),
     ]);
     let paths: Vec<_> = survey.unresolved.iter().map(|u| u.path.as_str()).collect();
     assert_eq!(paths, ["super::b::made::Item"]);
-    let survey = surveyed(&[LIB, ("a.rs", "use crate::b::Missing;"), ("b.rs", "")]);
+    let survey = survey_files(&[LIB, ("a.rs", "use crate::b::Missing;"), ("b.rs", "")]);
     let paths: Vec<_> = survey.unresolved.iter().map(|u| u.path.as_str()).collect();
     assert_eq!(paths, ["crate::b::Missing"]);
 }
@@ -290,9 +290,11 @@ fn a_module_without_a_file_is_an_error() {
 }
 
 /// Returns a workspace of three packages; `upper` has these further lines in its manifest.
-fn workspace_with(more: &str) -> Vec<Package> {
-    let manifest = |name: &str, more: &str| {
-        format!("[package]\nname = \"{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\n{more}")
+fn make_workspace(manifest_lines: &str) -> Vec<Package> {
+    let manifest = |name: &str, manifest_lines: &str| {
+        format!(
+            "[package]\nname = \"{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\n{manifest_lines}"
+        )
     };
     let folder = tree(&[
         (
@@ -303,7 +305,7 @@ fn workspace_with(more: &str) -> Vec<Package> {
         ("lower/src/lib.rs", ""),
         ("middle/Cargo.toml", &manifest("middle", "")),
         ("middle/src/lib.rs", ""),
-        ("upper/Cargo.toml", &manifest("upper", more)),
+        ("upper/Cargo.toml", &manifest("upper", manifest_lines)),
         ("upper/src/lib.rs", ""),
     ]);
     packages(folder.path()).unwrap()
@@ -314,7 +316,7 @@ const TABLE: &str = "# Architecture\n\n| folder | package | what | pure |\n| ---
     ## Allowed edges\n| from | may use | its tests too |\n| --- | --- | --- |\n\
     | `lower` | | |\n| `middle` | | |\n| `upper` | `lower` | `middle` |\n\nText with `more`.\n";
 
-fn names(package: &str, used: &str) -> (String, String) {
+fn package_names(package: &str, used: &str) -> (String, String) {
     (package.to_owned(), used.to_owned())
 }
 
@@ -331,59 +333,65 @@ fn the_tables_are_read() {
 #[test]
 fn an_edge_that_the_table_does_not_allow_is_found() {
     let rows = rows(TABLE);
-    let allowed = "[dependencies]\nlower = { path = \"../lower\" }\n\
+    let manifest = "[dependencies]\nlower = { path = \"../lower\" }\n\
                    [dev-dependencies]\nmiddle = { path = \"../middle\" }";
-    assert_eq!(faults(&rows, &workspace_with(allowed)), []);
+    assert_eq!(faults(&rows, &make_workspace(manifest)), []);
     for table in ["dependencies", "build-dependencies"] {
-        let added = format!("[{table}]\nmiddle = {{ path = \"../middle\" }}");
-        let (package, used) = names("upper", "middle");
-        let found = faults(&rows, &workspace_with(&added));
-        assert_eq!(found, [Fault::NotAllowed { package, used }]);
+        let edited_manifest = format!("[{table}]\nmiddle = {{ path = \"../middle\" }}");
+        let (package, used) = package_names("upper", "middle");
+        let problems = faults(&rows, &make_workspace(&edited_manifest));
+        assert_eq!(problems, [Fault::NotAllowed { package, used }]);
     }
     let mut strict = rows.clone();
     strict[2].tests_use.clear();
-    let (package, used) = names("upper", "middle");
-    let found = faults(&strict, &workspace_with(allowed));
-    assert_eq!(found, [Fault::NotAllowedInTests { package, used }]);
+    let (package, used) = package_names("upper", "middle");
+    let problems = faults(&strict, &make_workspace(manifest));
+    assert_eq!(problems, [Fault::NotAllowedInTests { package, used }]);
 }
 
 #[test]
 fn a_table_that_does_not_fit_the_workspace_is_found() {
-    let (rows, packages) = (rows(TABLE), workspace_with(""));
+    let (rows, packages) = (rows(TABLE), make_workspace(""));
     let package = "middle".to_owned();
-    let mut less = rows.clone();
-    less.retain(|row| row.package != package);
-    let found = faults(&less, &packages);
-    assert!(found.contains(&Fault::NotInTable { package }), "{found:?}");
+    let mut shorter_table = rows.clone();
+    shorter_table.retain(|row| row.package != package);
+    let problems = faults(&shorter_table, &packages);
+    assert!(
+        problems.contains(&Fault::NotInTable { package }),
+        "{problems:?}"
+    );
 
-    let mut fewer = packages.clone();
-    fewer.retain(|package| package.name != "lower");
+    let mut smaller_workspace = packages.clone();
+    smaller_workspace.retain(|package| package.name != "lower");
     let package = "lower".to_owned();
-    let found = faults(&rows, &fewer);
-    assert!(found.contains(&Fault::NoSuchPackage { package }));
+    let problems = faults(&rows, &smaller_workspace);
+    assert!(problems.contains(&Fault::NoSuchPackage { package }));
 
-    let twice = [rows.clone(), vec![rows[2].clone()]].concat();
+    let repeated_table = [rows.clone(), vec![rows[2].clone()]].concat();
     let package = "upper".to_owned();
-    assert_eq!(faults(&twice, &packages), [Fault::Twice { package }]);
+    assert_eq!(
+        faults(&repeated_table, &packages),
+        [Fault::Twice { package }]
+    );
 }
 
 #[test]
-fn an_arrow_that_runs_up_is_found() {
+fn an_upward_dependency_is_found() {
     let mut rows = rows(TABLE);
     rows[0].uses.insert("upper".to_owned());
-    let (package, used) = names("lower", "upper");
-    let found = faults(&rows, &workspace_with(""));
-    assert_eq!(found, [Fault::Upward { package, used }]);
+    let (package, used) = package_names("lower", "upper");
+    let problems = faults(&rows, &make_workspace(""));
+    assert_eq!(problems, [Fault::Upward { package, used }]);
 }
 
 #[test]
-fn what_a_package_is_built_of_is_found_through_others_and_not_through_tests() {
+fn indirect_dependencies_are_found_without_those_of_tests() {
     let lock = "[[package]]\nname = \"upper\"\ndependencies = [\"lower\", \"middle\", \"only-tests\"]\n\
         [[package]]\nname = \"lower\"\ndependencies = [\"sound 1.0.0\"]\n\
         [[package]]\nname = \"sound\"\ndependencies = [\"sound-sys\"]\n[[package]]\nname = \"sound-sys\"\n\
         [[package]]\nname = \"only-tests\"\n";
-    let mut packages = workspace_with("[dependencies]\nlower = { path = \"../lower\" }");
-    packages[0].built_of.insert("sound".to_owned());
+    let mut packages = make_workspace("[dependencies]\nlower = { path = \"../lower\" }");
+    packages[0].dependencies.insert("sound".to_owned());
     let tree = Lock::parse(lock).unwrap().tree("upper", &packages);
     assert_eq!(tree["sound-sys"], "sound");
     assert_eq!(tree.len(), 3, "{tree:?}");
@@ -406,13 +414,13 @@ fn an_oversized_package_and_an_oversized_file_are_found() {
     let source = folder.path().join("src");
     let too_long = |path, lines, limit| TooLong { path, lines, limit };
     assert_eq!(large_package(&source, 13).unwrap(), None);
-    let found = large_package(&source, 12).unwrap();
-    assert_eq!(found, Some(too_long(source.clone(), 13, 12)));
+    let sizes = large_package(&source, 12).unwrap();
+    assert_eq!(sizes, Some(too_long(source.clone(), 13, 12)));
     assert_eq!(long_files(folder.path(), 10).unwrap(), []);
-    let found = long_files(folder.path(), 9).unwrap();
+    let sizes = long_files(folder.path(), 9).unwrap();
     let expected = ["deeper/tests.rs", "lib.rs", "tests/more.rs"];
     assert_eq!(
-        found,
+        sizes,
         expected.map(|file| too_long(source.join(file), 10, 9))
     );
 }

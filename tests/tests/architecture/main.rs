@@ -44,114 +44,118 @@ const HARDWARE: [&str; 6] = [
     "rppal",
 ];
 /// Packages that simulate hardware and people, or test the whole.
-const AROUND: [&str; 4] = ["mock-world", "mock-hw", "mock-nidaqmx", "bench-tests"];
+const SIMULATORS: [&str; 4] = ["mock-world", "mock-hw", "mock-nidaqmx", "bench-tests"];
 
 fn architecture() -> String {
     std::fs::read_to_string(workspace().join("ARCHITECTURE.md")).unwrap()
 }
 
-fn all() -> Vec<Package> {
+fn workspace_packages() -> Vec<Package> {
     packages(workspace()).unwrap()
 }
 
 fn package(name: &str) -> Package {
-    let found = all().into_iter().find(|package| package.name == name);
-    found.unwrap_or_else(|| panic!("the workspace has no package `{name}`"))
+    let member = workspace_packages()
+        .into_iter()
+        .find(|package| package.name == name);
+    member.unwrap_or_else(|| panic!("the workspace has no package `{name}`"))
 }
 
 /// Returns `path` relative to the workspace's folder.
-fn short(path: &Path) -> String {
+fn relative_path(path: &Path) -> String {
     let path = path.strip_prefix(workspace()).unwrap_or(path);
     path.display().to_string()
 }
 
 /// Fails with all findings, if there are any.
-fn none(found: Vec<String>) {
-    let place = format!("{}/", workspace().display());
-    let list = found.join("\n").replace(&place, "");
-    assert!(found.is_empty(), "{} found:\n{list}", found.len());
+fn require_none(problems: Vec<String>) {
+    let prefix = format!("{}/", workspace().display());
+    let list = problems.join("\n").replace(&prefix, "");
+    assert!(problems.is_empty(), "{} found:\n{list}", problems.len());
 }
 
 #[test]
-fn packages_use_only_what_the_table_allows_and_only_those_above_them() {
+fn packages_use_only_allowed_packages_above_them() {
     let rows = rows(&architecture());
     assert!(!rows.is_empty(), "ARCHITECTURE.md has no table of edges");
-    let faults = faults(&rows, &all());
-    none(faults.iter().map(ToString::to_string).collect());
+    let faults = faults(&rows, &workspace_packages());
+    require_none(faults.iter().map(ToString::to_string).collect());
 }
 
 #[test]
 fn no_package_has_a_circle_of_files() {
-    let mut found = Vec::new();
-    for package in all() {
+    let mut problems = Vec::new();
+    for package in workspace_packages() {
         for root in package.roots() {
             let survey = survey(root).unwrap_or_else(|error| panic!("{}: {error}", package.name));
             let circles = survey.circles.iter().map(ToString::to_string);
-            found.extend(circles.map(|circle| format!("{}: {circle}", package.name)));
-            found.extend(survey.unresolved.iter().map(ToString::to_string));
+            problems.extend(circles.map(|circle| format!("{}: {circle}", package.name)));
+            problems.extend(survey.unresolved.iter().map(ToString::to_string));
         }
     }
-    none(found);
+    require_none(problems);
 }
 
 #[test]
 fn every_source_file_belongs_to_a_module() {
-    let mut found = Vec::new();
-    for package in all() {
-        let mut reached = BTreeSet::new();
+    let mut problems = Vec::new();
+    for package in workspace_packages() {
+        let mut module_files = BTreeSet::new();
         for root in package.roots() {
-            reached.extend(survey(root).unwrap().files);
+            module_files.extend(survey(root).unwrap().files);
         }
         let files = rust_files(&package.source()).unwrap();
-        let strays = files.iter().filter(|file| !reached.contains(*file));
-        found.extend(strays.map(|file| format!("{}: no `mod` names it", short(file))));
+        let strays = files.iter().filter(|file| !module_files.contains(*file));
+        problems.extend(strays.map(|file| format!("{}: no `mod` names it", relative_path(file))));
     }
-    none(found);
+    require_none(problems);
 }
 
 #[test]
 fn no_package_and_no_file_is_too_long() {
-    let mut found = long_files(workspace(), FILE_LINES).unwrap();
-    for package in all() {
-        found.extend(large_package(&package.source(), PACKAGE_LINES).unwrap());
+    let mut oversized = long_files(workspace(), FILE_LINES).unwrap();
+    for package in workspace_packages() {
+        oversized.extend(large_package(&package.source(), PACKAGE_LINES).unwrap());
     }
-    none(found.iter().map(ToString::to_string).collect());
+    require_none(oversized.iter().map(ToString::to_string).collect());
 }
 
 #[test]
 fn the_safety_watch_uses_tasks_alone() {
     let safety = package("safety");
     assert_eq!(safety.uses, ["tasks".to_owned()].into());
-    let allowed = |row: &Row| row.package == "safety" && row.uses == safety.uses;
-    assert!(rows(&architecture()).iter().any(allowed));
+    let is_allowed = |row: &Row| row.package == "safety" && row.uses == safety.uses;
+    assert!(rows(&architecture()).iter().any(is_allowed));
 }
 
 #[test]
 fn portable_packages_are_built_without_hardware() {
     let lock = std::fs::read_to_string(workspace().join("Cargo.lock")).unwrap();
-    let (lock, all) = (Lock::parse(&lock).unwrap(), all());
-    let program = lock.tree("friction-bench", &all);
-    let mut found = Vec::new();
+    let (lock, packages) = (Lock::parse(&lock).unwrap(), workspace_packages());
+    let program = lock.tree("friction-bench", &packages);
+    let mut problems = Vec::new();
     for library in HARDWARE {
         assert!(program.contains_key(library), "nothing uses {library}");
         for name in PORTABLE.map(package).map(|package| package.name) {
-            if let Some(through) = lock.tree(&name, &all).get(library) {
-                found.push(format!("`{name}` is built of {library}, through {through}"));
+            if let Some(dependent) = lock.tree(&name, &packages).get(library) {
+                problems.push(format!(
+                    "`{name}` is built of {library}, through {dependent}"
+                ));
             }
         }
     }
-    none(found);
+    require_none(problems);
 }
 
 #[test]
 fn clippy_keeps_pure_packages_from_input_and_output() {
     let pure = pure_packages(&architecture());
     assert!(pure.contains("impedance") && pure.contains("contact"));
-    let mut found = Vec::new();
+    let mut problems = Vec::new();
     for package in pure.iter().map(|name| package(name)) {
         let file = package.folder.join("clippy.toml");
         let Ok(text) = std::fs::read_to_string(&file) else {
-            found.push(format!("{}: the file does not exist", short(&file)));
+            problems.push(format!("{}: the file does not exist", relative_path(&file)));
             continue;
         };
         let settings: toml::Table = toml::from_str(&text).unwrap();
@@ -164,18 +168,21 @@ fn clippy_keeps_pure_packages_from_input_and_output() {
         for module in ["fs", "net", "thread", "process", "time", "env"] {
             let path = format!("std::{module}::");
             if !disallowed.iter().any(|entry| entry.starts_with(&path)) {
-                found.push(format!("{}: disallows nothing of {path}", short(&file)));
+                problems.push(format!(
+                    "{}: disallows nothing of {path}",
+                    relative_path(&file)
+                ));
             }
         }
     }
-    none(found);
+    require_none(problems);
 }
 
 /// Returns the source files of every package of the program.
 fn program_files() -> Vec<PathBuf> {
     let mut files = Vec::new();
-    for package in all() {
-        if !AROUND.contains(&package.name.as_str()) {
+    for package in workspace_packages() {
+        if !SIMULATORS.contains(&package.name.as_str()) {
             files.extend(rust_files(&package.source()).unwrap());
         }
     }
@@ -183,24 +190,24 @@ fn program_files() -> Vec<PathBuf> {
 }
 
 /// Returns those of `files` whose code, without comments, has one of `words` not preceded by a letter or digit.
-fn having(files: Vec<PathBuf>, words: &[&str]) -> Vec<String> {
-    let part_of_a_name = |c: char| c.is_alphanumeric() || c == '_';
-    let has = |line: &str| {
+fn find_files(files: Vec<PathBuf>, words: &[&str]) -> Vec<String> {
+    let is_name_character = |c: char| c.is_alphanumeric() || c == '_';
+    let has_word = |line: &str| {
         let code = line.split("//").next().unwrap_or_default();
         words.iter().any(|word| {
             code.match_indices(word)
-                .any(|(at, _)| !code[..at].ends_with(part_of_a_name))
+                .any(|(index, _)| !code[..index].ends_with(is_name_character))
         })
     };
     let files = files.into_iter().filter(|file| {
         let text = std::fs::read_to_string(file).unwrap();
-        text.lines().any(has)
+        text.lines().any(has_word)
     });
-    files.map(|file| short(&file)).collect()
+    files.map(|file| relative_path(&file)).collect()
 }
 
 /// Packages that may use the simulated apparatus.
-const SIMULATING: [&str; 5] = [
+const SIMULATOR_USERS: [&str; 5] = [
     "mock-hw",
     "mock-nidaqmx",
     "schemas",
@@ -209,22 +216,22 @@ const SIMULATING: [&str; 5] = [
 ];
 
 /// Returns whether a file belongs to `schemas` and uses only the scenario files of the simulated world, which it describes.
-fn names_scenarios_alone(file: &str) -> bool {
+fn uses_only_scenarios(file: &str) -> bool {
     let text = std::fs::read_to_string(workspace().join(file)).unwrap();
-    let named = text.matches("mock_world::").count();
+    let count = text.matches("mock_world::").count();
     file.starts_with("bench/schemas/src/")
-        && named == text.matches("mock_world::scenario::").count()
+        && count == text.matches("mock_world::scenario::").count()
 }
 
 #[test]
 fn the_simulated_apparatus_and_the_gpio_libraries_are_named_by_the_binary_alone() {
     let program = package("friction-bench");
     let library = survey(program.library.as_deref().unwrap()).unwrap().files;
-    let library: BTreeSet<_> = library.iter().map(|file| short(file)).collect();
+    let library: BTreeSet<_> = library.iter().map(|file| relative_path(file)).collect();
     let mut binary = BTreeSet::new();
     for root in &program.binaries {
         let files = survey(root).unwrap().files;
-        binary.extend(files.iter().map(|file| short(file)));
+        binary.extend(files.iter().map(|file| relative_path(file)));
     }
     for name in [
         "mock_world",
@@ -233,18 +240,18 @@ fn the_simulated_apparatus_and_the_gpio_libraries_are_named_by_the_binary_alone(
         "gpiocdev",
         "gpiocdev_embedded_hal",
     ] {
-        let files = having(program_files(), &[&format!("{name}::")]);
+        let files = find_files(program_files(), &[&format!("{name}::")]);
         assert!(!files.is_empty(), "nothing uses {name}");
         for file in files {
-            let alone = binary.contains(&file) && !library.contains(&file);
-            let described = name == "mock_world" && names_scenarios_alone(&file);
-            assert!(alone || described, "{file} names {name}");
+            let is_binary_only = binary.contains(&file) && !library.contains(&file);
+            let is_description = name == "mock_world" && uses_only_scenarios(&file);
+            assert!(is_binary_only || is_description, "{file} names {name}");
         }
     }
-    for Package { name, uses, .. } in all() {
-        let simulates = uses.contains("mock-hw") || uses.contains("mock-world");
+    for Package { name, uses, .. } in workspace_packages() {
+        let is_simulator_user = uses.contains("mock-hw") || uses.contains("mock-world");
         assert!(
-            !simulates || SIMULATING.contains(&name.as_str()),
+            !is_simulator_user || SIMULATOR_USERS.contains(&name.as_str()),
             "{name} uses the simulated apparatus"
         );
     }
@@ -252,9 +259,9 @@ fn the_simulated_apparatus_and_the_gpio_libraries_are_named_by_the_binary_alone(
 
 #[test]
 fn cpal_is_named_by_the_sound_card_of_signalgen_and_the_host_of_ni_cards_alone() {
-    let folder = format!("{}/audio/", short(&package("signalgen").source()));
-    let host = format!("{}/host/", short(&package("daqmx").source()));
-    let files = having(program_files(), &["cpal::"]);
+    let folder = format!("{}/audio/", relative_path(&package("signalgen").source()));
+    let host = format!("{}/host/", relative_path(&package("daqmx").source()));
+    let files = find_files(program_files(), &["cpal::"]);
     assert!(!files.is_empty(), "nothing uses cpal");
     for name in files {
         assert!(
@@ -265,7 +272,7 @@ fn cpal_is_named_by_the_sound_card_of_signalgen_and_the_host_of_ni_cards_alone()
 }
 
 #[test]
-fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
+fn the_wall_clock_is_read_in_one_place_and_used_only_for_dates() {
     let readers = [
         "SystemTime",
         "Timestamp::now",
@@ -275,7 +282,7 @@ fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
     ];
     let simulated =
         ["mock-hw", "mock-world"].map(|name| rust_files(&package(name).source()).unwrap());
-    let files = having([program_files(), simulated.concat()].concat(), &readers);
+    let files = find_files([program_files(), simulated.concat()].concat(), &readers);
     let [clock] = &files[..] else {
         panic!("the wall clock is read in {files:?}");
     };
@@ -301,8 +308,8 @@ fn the_wall_clock_is_read_in_one_place_and_asked_by_those_who_write_dates() {
         let text = std::fs::read_to_string(&file).unwrap();
         let code = text.lines().map(|line| line.split("//").next().unwrap());
         if code.into_iter().any(|code| code.contains(".utc()")) {
-            let writes_dates = dates.iter().any(|name| file.ends_with(name));
-            assert!(writes_dates, "{} asks for the date", short(&file));
+            let is_date_writer = dates.iter().any(|name| file.ends_with(name));
+            assert!(is_date_writer, "{} asks for the date", relative_path(&file));
         }
     }
 }

@@ -2,14 +2,14 @@
 //! tests of the checker on small trees with gaps.
 
 use bench_tests::house::packages::{Package, packages};
-use bench_tests::house::tags::{Found, Row, Test};
+use bench_tests::house::tags::{Row, Test, TestIndex};
 use bench_tests::house::traces::{
     Entry, Gap, document, faults, gaps, hazards, names_without_a_test, stale, traces,
 };
 use bench_tests::program::workspace;
 
 use super::checker::tree;
-use super::{all, none};
+use super::{require_none, workspace_packages};
 
 /// Set to write docs/traces.md instead of comparing it.
 const WRITE: &str = "FRICTION_BENCH_WRITE_TRACES";
@@ -18,44 +18,44 @@ fn read(name: &str) -> String {
     std::fs::read_to_string(workspace().join("docs").join(name)).unwrap()
 }
 
-fn found() -> Found {
-    Found::read(workspace(), &all()).unwrap()
+fn test_index() -> TestIndex {
+    TestIndex::read(workspace(), &workspace_packages()).unwrap()
 }
 
-fn told(gaps: &[Gap]) -> Vec<String> {
+fn texts(gaps: &[Gap]) -> Vec<String> {
     gaps.iter().map(ToString::to_string).collect()
 }
 
 #[test]
 fn every_fault_and_every_hazard_has_a_test() {
-    let found = found();
+    let index = test_index();
     let (faults, hazards) = (faults(&read("FAULTS.md")), hazards(&read("HAZARDS.md")));
     assert!(!faults.is_empty() && !hazards.is_empty());
-    let mut wrong = told(&gaps(&[faults, hazards].concat(), &found.tests));
-    wrong.extend(found.strays.iter().map(ToString::to_string));
-    none(wrong);
+    let mut problems = texts(&gaps(&[faults, hazards].concat(), &index.tests));
+    problems.extend(index.strays.iter().map(ToString::to_string));
+    require_none(problems);
 }
 
 #[test]
 fn every_test_that_the_hazards_name_exists() {
     let text = read("HAZARDS.md");
-    none(told(&names_without_a_test(&text, &found().tests)));
+    require_none(texts(&names_without_a_test(&text, &test_index().tests)));
 }
 
 #[test]
 fn traces_are_up_to_date() {
     let (faults, hazards) = (faults(&read("FAULTS.md")), hazards(&read("HAZARDS.md")));
-    let wanted = document(&faults, &hazards, &found().tests);
+    let expected = document(&faults, &hazards, &test_index().tests);
     let path = workspace().join("docs/traces.md");
     if std::env::var_os(WRITE).is_some_and(|value| value == "1") {
-        std::fs::write(&path, &wanted).unwrap();
+        std::fs::write(&path, &expected).unwrap();
     }
-    let written = std::fs::read_to_string(&path).unwrap_or_default();
-    none(told(stale(&written, &wanted).as_slice()));
+    let file_text = std::fs::read_to_string(&path).unwrap_or_default();
+    require_none(texts(stale(&file_text, &expected).as_slice()));
 }
 
 /// Reads the source files of two packages, the second of which lies in the first one's folder.
-fn found_in(outer: &str, inner: &str) -> Found {
+fn index_sources(outer: &str, inner: &str) -> TestIndex {
     let manifest = |name: &str| {
         format!("[package]\nname = \"{name}\"\nversion = \"0.1.0\"\nedition = \"2024\"\n")
     };
@@ -71,7 +71,7 @@ fn found_in(outer: &str, inner: &str) -> Found {
         ("outer/inner/src/lib.rs", inner),
     ]);
     let packages: Vec<Package> = packages(folder.path()).unwrap();
-    Found::read(folder.path(), &packages).unwrap()
+    TestIndex::read(folder.path(), &packages).unwrap()
 }
 
 fn test(name: &str, proves: &[Row]) -> Test {
@@ -88,10 +88,10 @@ fn tags_are_read_of_tests_in_files_modules_and_macros() {
         #[cfg(unix)]\n#[test]\n/// Fault 2.\nasync fn second() {}";
     let inner = "#[cfg(test)]\nmod tests {\n proptest! {\n  #![proptest_config(cases(1))]\n\
         /// Hazards 1, 2.\n#[test]\nfn third(a in 0..9) { prop_assert!(a < 9); }\n }\n}";
-    let found = found_in(outer, inner);
-    assert_eq!(found.strays, []);
+    let index = index_sources(outer, inner);
+    assert_eq!(index.strays, []);
     assert_eq!(
-        found.tests,
+        index.tests,
         [
             test("inner::third", &[Row::Hazard(1), Row::Hazard(2)]),
             test(
@@ -102,7 +102,7 @@ fn tags_are_read_of_tests_in_files_modules_and_macros() {
             test("outer::second", &[Row::Fault(2)]),
         ]
     );
-    let traces = traces(&found.tests);
+    let traces = traces(&index.tests);
     assert_eq!(traces[&Row::Fault(17)], ["outer::first"].into());
     assert_eq!(traces.len(), 6);
 }
@@ -111,22 +111,22 @@ fn tags_are_read_of_tests_in_files_modules_and_macros() {
 fn a_tag_in_another_form_or_above_no_test_is_found() {
     let lines = ["Fault 1, 2.", "Faults 1.", "Fault 1", "Hazard 1, at last."];
     for line in lines {
-        let found = found_in(&format!("/// {line}\n#[test]\nfn a() {{}}"), "");
-        let strays: Vec<_> = found
+        let index = index_sources(&format!("/// {line}\n#[test]\nfn a() {{}}"), "");
+        let strays: Vec<_> = index
             .strays
             .iter()
             .map(|stray| stray.line.as_str())
             .collect();
         assert_eq!(strays, [line]);
-        assert_eq!(found.tests, [test("outer::a", &[])]);
+        assert_eq!(index.tests, [test("outer::a", &[])]);
     }
     for code in ["fn helper() {}", "struct Held;", "mod tests { }"] {
-        let found = found_in(&format!("/// Fault 1.\n{code}"), "");
-        assert_eq!(found.strays.len(), 1, "{code}");
-        assert_eq!(found.tests, [], "{code}");
+        let index = index_sources(&format!("/// Fault 1.\n{code}"), "");
+        assert_eq!(index.strays.len(), 1, "{code}");
+        assert_eq!(index.tests, [], "{code}");
     }
     let prose = "/// Faults of the card.\n#[test]\nfn a() {}";
-    assert_eq!(found_in(prose, "").strays, []);
+    assert_eq!(index_sources(prose, "").strays, []);
 }
 
 const FAULTS: &str = "# Faults\n\n| # | fault | required |\n| --- | --- | --- |\n\
@@ -149,7 +149,7 @@ fn entries() -> Vec<Entry> {
 }
 
 /// Returns tests that prove every row that requires one.
-fn sound() -> Vec<Test> {
+fn complete_tests() -> Vec<Test> {
     vec![
         test("outer::first", &[Row::Fault(1), Row::Hazard(1)]),
         test("outer::second", &[Row::Fault(1), Row::Fault(2)]),
@@ -169,12 +169,12 @@ fn the_rows_of_both_documents_are_read() {
             entry(Row::Hazard(2), "Mains", Some("none")),
         ]
     );
-    assert_eq!(gaps(&entries(), &sound()), []);
+    assert_eq!(gaps(&entries(), &complete_tests()), []);
 }
 
 #[test]
 fn a_row_without_a_test_is_found() {
-    let mut tests = sound();
+    let mut tests = complete_tests();
     tests.remove(0);
     let (row, title) = (Row::Hazard(1), "Heat of the plate".to_owned());
     assert_eq!(gaps(&entries(), &tests), [Gap::NoTest { row, title }]);
@@ -183,38 +183,38 @@ fn a_row_without_a_test_is_found() {
 #[test]
 fn a_tag_of_an_unknown_row_and_of_one_that_has_no_test_is_found() {
     for row in [Row::Fault(4), Row::Hazard(3)] {
-        let mut tests = sound();
+        let mut tests = complete_tests();
         tests[2].proves.insert(row);
         let test = "outer::third".to_owned();
         assert_eq!(gaps(&entries(), &tests), [Gap::NoSuchRow { test, row }]);
     }
     for (row, untested) in [(Row::Fault(3), "planned"), (Row::Hazard(2), "none")] {
-        let mut tests = sound();
+        let mut tests = complete_tests();
         tests[2].proves.insert(row);
         let test = "outer::third".to_owned();
-        let said = Gap::SaidToBeUntested {
+        let gap = Gap::SaidToBeUntested {
             test,
             row,
             untested,
         };
-        assert_eq!(gaps(&entries(), &tests), [said]);
+        assert_eq!(gaps(&entries(), &tests), [gap]);
     }
 }
 
 #[test]
 fn a_test_that_the_hazards_name_and_that_does_not_exist_is_found() {
-    assert_eq!(names_without_a_test(HAZARDS, &sound()), []);
-    let mut tests = sound();
+    assert_eq!(names_without_a_test(HAZARDS, &complete_tests()), []);
+    let mut tests = complete_tests();
     tests[1].name = "inner::second".to_owned();
     let test = "outer::second".to_owned();
-    let found = names_without_a_test(HAZARDS, &tests);
-    assert_eq!(found, [Gap::NoSuchTest { test }]);
+    let missing = names_without_a_test(HAZARDS, &tests);
+    assert_eq!(missing, [Gap::NoSuchTest { test }]);
 }
 
 #[test]
 fn a_stale_table_is_found() {
     let [faults, hazards] = [faults(FAULTS), hazards(HAZARDS)];
-    let written = document(&faults, &hazards, &sound());
+    let written = document(&faults, &hazards, &complete_tests());
     let rows = [
         "| 1 | rate ≤ 2·(carrier + modulation) | `outer::first`, `outer::second` |",
         "| 3 | a cable out, a wire | planned |",
@@ -225,14 +225,14 @@ fn a_stale_table_is_found() {
         assert!(written.lines().any(|line| line == row), "{written}");
     }
     assert_eq!(stale(&written, &written), None);
-    let mut tests = sound();
+    let mut tests = complete_tests();
     tests[2].proves.insert(Row::Fault(2));
-    let wanted = document(&faults, &hazards, &tests);
+    let expected = document(&faults, &hazards, &tests);
     let line = 1 + written
         .lines()
         .position(|line| line.starts_with("| 2 | index"))
         .unwrap();
-    assert_eq!(stale(&written, &wanted), Some(Gap::Stale { line }));
-    assert_eq!(stale("", &wanted), Some(Gap::Stale { line: 1 }));
-    assert!(stale(&format!("{wanted}|"), &wanted).is_some());
+    assert_eq!(stale(&written, &expected), Some(Gap::Stale { line }));
+    assert_eq!(stale("", &expected), Some(Gap::Stale { line: 1 }));
+    assert!(stale(&format!("{expected}|"), &expected).is_some());
 }

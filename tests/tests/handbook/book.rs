@@ -7,18 +7,18 @@ use bench_tests::handbook::folder;
 use bench_tests::program::workspace;
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 
-fn files(folder: &Path, end: &str) -> Vec<PathBuf> {
-    let mut found = Vec::new();
+fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let mut paths = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
-            found.extend(files(&path, end));
-        } else if path.extension().is_some_and(|is| is == end) {
-            found.push(path);
+            paths.extend(files(&path, extension));
+        } else if path.extension().is_some_and(|suffix| suffix == extension) {
+            paths.push(path);
         }
     }
-    found.sort();
-    found
+    paths.sort();
+    paths
 }
 
 /// Links and headings of a page of Markdown.
@@ -60,8 +60,8 @@ impl Page {
 
     /// Adds the anchor of a heading, with a number if an earlier heading has the same words.
     fn add_anchor(&mut self, words: &str) {
-        let numbered = (1..).map(|number| format!("{words}-{number}"));
-        let mut names = std::iter::once(words.to_owned()).chain(numbered);
+        let candidates = (1..).map(|number| format!("{words}-{number}"));
+        let mut names = std::iter::once(words.to_owned()).chain(candidates);
         let free = names.find(|name| !self.anchors.contains(name));
         self.anchors.extend(free);
     }
@@ -69,26 +69,26 @@ impl Page {
 
 /// Returns the anchor of a heading: lower case, a hyphen for each space, no punctuation.
 fn anchor(heading: &str) -> String {
-    let kept = heading.chars().filter_map(|letter| match letter {
+    let characters = heading.chars().filter_map(|letter| match letter {
         letter if letter.is_alphanumeric() || matches!(letter, '_' | '-') => Some(letter),
         letter if letter.is_whitespace() => Some('-'),
         _ => None,
     });
-    kept.flat_map(char::to_lowercase).collect()
+    characters.flat_map(char::to_lowercase).collect()
 }
 
-fn without_dots(path: &Path) -> PathBuf {
-    let mut plain = PathBuf::new();
+fn normalise(path: &Path) -> PathBuf {
+    let mut result = PathBuf::new();
     for part in path.components() {
         match part {
             Component::ParentDir => {
-                plain.pop();
+                result.pop();
             }
             Component::CurDir => {}
-            part => plain.push(part),
+            part => result.push(part),
         }
     }
-    plain
+    result
 }
 
 /// Returns the links of a page without a target.
@@ -98,15 +98,15 @@ fn dead_links(path: &Path) -> Vec<String> {
         if link.contains("://") || link.starts_with("mailto:") {
             return false;
         }
-        let (file, place) = link.split_once('#').unwrap_or((link, ""));
+        let (file, fragment) = link.split_once('#').unwrap_or((link, ""));
         let target = match file {
             "" => path.to_owned(),
-            file => without_dots(&path.parent().unwrap().join(file)),
+            file => normalise(&path.parent().unwrap().join(file)),
         };
-        if place.is_empty() {
+        if fragment.is_empty() {
             return !target.exists();
         }
-        !target.is_file() || !Page::read(&target).anchors.contains(place)
+        !target.is_file() || !Page::read(&target).anchors.contains(fragment)
     };
     let name = path.strip_prefix(workspace()).unwrap().display();
     let dead = page.links.iter().filter(is_dead);
@@ -127,11 +127,16 @@ fn links_and_headings_of_a_page_are_found() {
 fn each_link_of_the_documentation_leads_somewhere() {
     let handbook = files(&folder().join("src"), "md");
     assert!(handbook.len() > 10, "{handbook:?}");
-    let others = files(&workspace().join("docs"), "md");
-    let top = std::fs::read_dir(workspace()).unwrap();
-    let top = top.map(|entry| entry.unwrap().path());
-    let top = top.filter(|path| path.extension().is_some_and(|is| is == "md"));
-    let pages: BTreeSet<PathBuf> = handbook.into_iter().chain(others).chain(top).collect();
+    let documents = files(&workspace().join("docs"), "md");
+    let root_pages = std::fs::read_dir(workspace()).unwrap();
+    let root_pages = root_pages.map(|entry| entry.unwrap().path());
+    let root_pages =
+        root_pages.filter(|path| path.extension().is_some_and(|suffix| suffix == "md"));
+    let pages: BTreeSet<PathBuf> = handbook
+        .into_iter()
+        .chain(documents)
+        .chain(root_pages)
+        .collect();
     let dead: Vec<String> = pages.iter().flat_map(|path| dead_links(path)).collect();
     assert!(dead.is_empty(), "links to nothing:\n{}", dead.join("\n"));
 }
@@ -140,7 +145,7 @@ fn each_link_of_the_documentation_leads_somewhere() {
 fn each_chapter_is_listed_and_each_picture_is_shown() {
     let src = folder().join("src");
     let summary = std::fs::read_to_string(src.join("SUMMARY.md")).unwrap();
-    let mut all = String::new();
+    let mut text = String::new();
     for chapter in files(&src, "md") {
         let name = chapter.file_name().unwrap().to_str().unwrap();
         if name != "SUMMARY.md" {
@@ -149,12 +154,12 @@ fn each_chapter_is_listed_and_each_picture_is_shown() {
                 "{name} is in no summary"
             );
         }
-        all += &std::fs::read_to_string(&chapter).unwrap();
+        text += &std::fs::read_to_string(&chapter).unwrap();
     }
-    let all = all + &std::fs::read_to_string(workspace().join("README.md")).unwrap();
+    let text = text + &std::fs::read_to_string(workspace().join("README.md")).unwrap();
     for picture in [files(&src, "svg"), files(&src, "png")].concat() {
         let name = picture.file_name().unwrap().to_str().unwrap();
-        assert!(all.contains(&format!("/{name})")), "nothing shows {name}");
+        assert!(text.contains(&format!("/{name})")), "nothing shows {name}");
         let bytes = std::fs::metadata(&picture).unwrap().len();
         assert!(bytes < 400_000, "{name} has {bytes} bytes");
     }
@@ -169,7 +174,12 @@ fn each_drawing_is_a_sound_document() {
     .concat();
     for path in drawings {
         let text = std::fs::read_to_string(&path).unwrap();
-        let read = roxmltree::Document::parse(&text);
-        assert!(read.is_ok(), "{}: {}", path.display(), read.unwrap_err());
+        let document = roxmltree::Document::parse(&text);
+        assert!(
+            document.is_ok(),
+            "{}: {}",
+            path.display(),
+            document.unwrap_err()
+        );
     }
 }

@@ -11,7 +11,7 @@ fn texts() -> Vec<(PathBuf, String)> {
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder().join("src"))
         .unwrap()
         .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|end| end == "md"))
+        .filter(|path| path.extension().is_some_and(|extension| extension == "md"))
         .collect();
     paths.push(workspace().join("README.md"));
     paths.sort();
@@ -40,23 +40,25 @@ fn split(line: &str) -> Option<Vec<String>> {
 
 /// Returns the commands in blocks marked `sh`, without comments and with continued lines joined.
 fn commands(text: &str) -> Vec<String> {
-    let mut found = Vec::new();
-    let mut inside = false;
-    let joined = text.replace("\\\n", " ");
-    for line in joined.lines() {
+    let mut list = Vec::new();
+    let mut is_shell_block = false;
+    let script = text.replace("\\\n", " ");
+    for line in script.lines() {
         match line.trim() {
-            "```sh" => inside = true,
-            line if line.starts_with("```") => inside = false,
-            line if inside => found.push(line.split(" #").next().unwrap_or(line).trim().to_owned()),
+            "```sh" => is_shell_block = true,
+            line if line.starts_with("```") => is_shell_block = false,
+            line if is_shell_block => {
+                list.push(line.split(" #").next().unwrap_or(line).trim().to_owned())
+            }
             _ => {}
         }
     }
-    found
+    list
 }
 
 #[test]
 fn each_command_of_readme_and_handbook_is_understood() {
-    let mut wrong = Vec::new();
+    let mut problems = Vec::new();
     let mut count = 0;
     for (path, text) in texts() {
         for line in commands(&text) {
@@ -70,11 +72,11 @@ fn each_command_of_readme_and_handbook_is_understood() {
             match split(&line).map(Cli::try_parse_from) {
                 Some(Ok(_)) => {}
                 Some(Err(error)) if !error.use_stderr() => {}
-                Some(Err(error)) => wrong.push(format!("{}: {line}\n{error}", path.display())),
-                None => wrong.push(format!("{}: an open quote: {line}", path.display())),
+                Some(Err(error)) => problems.push(format!("{}: {line}\n{error}", path.display())),
+                None => problems.push(format!("{}: an open quote: {line}", path.display())),
             }
         }
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(problems.is_empty(), "{}", problems.join("\n"));
     assert!(count > 20, "only {count} commands were found");
 }

@@ -18,15 +18,15 @@ use std::path::Path;
 use bench_tests::handbook::WRITE;
 
 /// Compares a file of the handbook with the program's current output, or writes it.
-fn same(path: &Path, made: impl AsRef<[u8]>) {
-    let made = made.as_ref();
+fn require_same(path: &Path, content: impl AsRef<[u8]>) {
+    let content = content.as_ref();
     if std::env::var_os(WRITE).is_some_and(|value| value == "1") {
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, made).unwrap();
+        std::fs::write(path, content).unwrap();
     }
-    let kept = std::fs::read(path).unwrap_or_default();
+    let file = std::fs::read(path).unwrap_or_default();
     assert!(
-        kept == made,
+        file == content,
         "{} is not what the program makes now; `./dev handbook` writes it anew, then look at it and commit it",
         path.display()
     );

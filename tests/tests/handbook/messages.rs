@@ -84,111 +84,120 @@ type Words = BTreeMap<String, Option<String>>;
 
 #[test]
 fn the_chapter_is_the_index() {
-    super::same(&folder().join("src/messages.md"), chapter());
+    super::require_same(&folder().join("src/messages.md"), chapter());
 }
 
 #[test]
-fn each_variant_that_says_something_is_in_the_index_in_its_own_words() {
-    let mut wrong = Vec::new();
+fn each_message_is_in_the_index_with_its_exact_text() {
+    let mut problems = Vec::new();
     for group in index() {
-        let mut wanted = BTreeSet::new();
+        let mut subjects = BTreeSet::new();
         for (file, name) in &group.sources {
             let path = workspace().join(file);
             let text = std::fs::read_to_string(&path).unwrap();
             let Some(words) = words_of(&syn::parse_file(&text).unwrap(), name) else {
-                wrong.push(format!("{file} has no type {name}"));
+                problems.push(format!("{file} has no type {name}"));
                 continue;
             };
-            let all = literals(text.parse().unwrap());
-            for (variant, said) in words {
-                let of = match variant.as_str() {
+            let texts = literals(text.parse().unwrap());
+            for (variant, message) in words {
+                let subject = match variant.as_str() {
                     "" => name.clone(),
                     variant => format!("{name}::{variant}"),
                 };
-                wrong.extend(compared(&group, &of, said.as_deref(), &all));
-                wanted.insert(of);
+                problems.extend(compare(&group, &subject, message.as_deref(), &texts));
+                subjects.insert(subject);
             }
         }
         if let Some(folder) = &group.rows {
             let rows = rows(&workspace().join(folder));
-            wrong.extend(
+            problems.extend(
                 rows.iter()
-                    .flat_map(|row| compared(&group, row, Some(row), &[])),
+                    .flat_map(|row| compare(&group, row, Some(row), &[])),
             );
-            wanted.extend(rows);
+            subjects.extend(rows);
         }
-        let stale = group.messages.iter().filter(|m| !wanted.contains(&m.of));
-        wrong.extend(stale.map(|m| format!("`{}` says nothing any more: take it out", m.of)));
+        let stale = group.messages.iter().filter(|m| !subjects.contains(&m.of));
+        problems.extend(stale.map(|m| format!("`{}` says nothing any more: take it out", m.of)));
     }
     assert!(
-        wrong.is_empty(),
+        problems.is_empty(),
         "bench/messages/messages.toml:\n{}",
-        wrong.join("\n")
+        problems.join("\n")
     );
 }
 
 #[test]
 fn each_type_with_messages_is_in_the_index_or_left_out_on_purpose() {
     let index = index();
-    let listed: BTreeSet<&str> = index
+    let index_types: BTreeSet<&str> = index
         .iter()
         .flat_map(|group| group.sources.iter().map(|(_, name)| name.as_str()))
         .collect();
-    let mut found = BTreeSet::new();
+    let mut types = BTreeSet::new();
     for folder in ["bench", "protocols", "signalgen"] {
         for path in rust_files(&workspace().join(folder)).unwrap() {
             if !path.components().any(|part| part.as_os_str() == "src") {
                 continue;
             }
             let file = syn::parse_file(&std::fs::read_to_string(&path).unwrap()).unwrap();
-            found.extend(speaking(&file.items));
+            types.extend(message_types(&file.items));
         }
     }
-    let unknown: Vec<_> = found
+    let unknown: Vec<_> = types
         .iter()
-        .filter(|name| !listed.contains(name.as_str()) && !LEFT_OUT.contains(&name.as_str()))
+        .filter(|name| !index_types.contains(name.as_str()) && !LEFT_OUT.contains(&name.as_str()))
         .collect();
     assert!(
         unknown.is_empty(),
         "put these into bench/messages/messages.toml, or into LEFT_OUT of this test: {unknown:#?}"
     );
-    let gone: Vec<_> = LEFT_OUT
+    let stale: Vec<_> = LEFT_OUT
         .iter()
-        .filter(|name| !found.contains(**name) || listed.contains(**name))
+        .filter(|name| !types.contains(**name) || index_types.contains(**name))
         .collect();
-    assert!(gone.is_empty(), "take these out of LEFT_OUT: {gone:?}");
+    assert!(stale.is_empty(), "take these out of LEFT_OUT: {stale:?}");
 }
 
-/// Compares the index's entries for `of` with the text in the code.
-fn compared(group: &MessageGroup, of: &str, said: Option<&str>, all: &[String]) -> Vec<String> {
-    let entries: Vec<_> = group.messages.iter().filter(|m| m.of == of).collect();
+/// Compares the index's entries for `subject` with the text in the code.
+fn compare(
+    group: &MessageGroup,
+    subject: &str,
+    message: Option<&str>,
+    texts: &[String],
+) -> Vec<String> {
+    let entries: Vec<_> = group.messages.iter().filter(|m| m.of == subject).collect();
     if entries.is_empty() {
         return vec![format!(
-            "`{of}` is missing: {}",
-            said.unwrap_or("see the source")
+            "`{subject}` is missing: {}",
+            message.unwrap_or("see the source")
         )];
     }
-    let wrong = entries.iter().filter_map(|entry| match said {
-        Some(said) if said == entry.says => None,
-        Some(said) => Some(format!("`{of}` says = {said:?}")),
-        None if is_said(&entry.says, all) => None,
-        None => Some(format!("`{of}`: no text of its source is {:?}", entry.says)),
+    let differences = entries.iter().filter_map(|entry| match message {
+        Some(message) if message == entry.says => None,
+        Some(message) => Some(format!("`{subject}` says = {message:?}")),
+        None if is_in_texts(&entry.says, texts) => None,
+        None => Some(format!(
+            "`{subject}`: no text of its source is {:?}",
+            entry.says
+        )),
     });
-    wrong.collect()
+    differences.collect()
 }
 
-/// Returns whether one of the texts contains the pieces of `says` between its values, in their order.
-fn is_said(says: &str, all: &[String]) -> bool {
+/// Returns whether one of the texts contains the pieces of `message` between its values, in their order.
+fn is_in_texts(message: &str, texts: &[String]) -> bool {
     let pieces = || {
-        says.split('…')
+        message
+            .split('…')
             .filter(|piece| piece.chars().any(char::is_alphanumeric))
     };
-    all.iter().any(|text| {
+    texts.iter().any(|text| {
         let mut rest = text.as_str();
         pieces().all(|piece| {
-            let found = rest.find(piece.trim());
-            rest = found.map_or("", |at| &rest[at + piece.trim().len()..]);
-            found.is_some()
+            let index = rest.find(piece.trim());
+            rest = index.map_or("", |start| &rest[start + piece.trim().len()..]);
+            index.is_some()
         })
     })
 }
@@ -196,29 +205,34 @@ fn is_said(says: &str, all: &[String]) -> bool {
 /// Returns the messages of each variant of a type, or of the type itself; `None` if there is no such type.
 fn words_of(file: &syn::File, name: &str) -> Option<Words> {
     file.items.iter().find_map(|item| match item {
-        Item::Enum(of) if of.ident == name => {
-            let variants = of.variants.iter().filter(|v| !is_transparent(&v.attrs));
-            let words = variants.map(|v| (v.ident.to_string(), said(&v.attrs)));
+        Item::Enum(item) if item.ident == name => {
+            let variants = item.variants.iter().filter(|v| !is_transparent(&v.attrs));
+            let words = variants.map(|v| (v.ident.to_string(), message_text(&v.attrs)));
             Some(words.collect())
         }
-        Item::Struct(of) if of.ident == name => {
-            Some(Words::from([(String::new(), said(&of.attrs))]))
+        Item::Struct(item) if item.ident == name => {
+            Some(Words::from([(String::new(), message_text(&item.attrs))]))
         }
         _ => None,
     })
 }
 
 /// Returns the names of the types that define messages.
-fn speaking(items: &[Item]) -> Vec<String> {
+fn message_types(items: &[Item]) -> Vec<String> {
     items
         .iter()
         .filter_map(|item| match item {
-            Item::Enum(of) => {
-                let speaks = of.variants.iter().any(|v| said(&v.attrs).is_some());
-                speaks.then(|| of.ident.to_string())
+            Item::Enum(item) => {
+                let speaks = item
+                    .variants
+                    .iter()
+                    .any(|v| message_text(&v.attrs).is_some());
+                speaks.then(|| item.ident.to_string())
             }
-            Item::Struct(of) if !matches!(of.fields, Fields::Unit) || said(&of.attrs).is_some() => {
-                said(&of.attrs).map(|_| of.ident.to_string())
+            Item::Struct(item)
+                if !matches!(item.fields, Fields::Unit) || message_text(&item.attrs).is_some() =>
+            {
+                message_text(&item.attrs).map(|_| item.ident.to_string())
             }
             _ => None,
         })
@@ -226,8 +240,8 @@ fn speaking(items: &[Item]) -> Vec<String> {
 }
 
 fn error_tokens(attributes: &[Attribute]) -> Option<TokenStream> {
-    let found = attributes.iter().find(|a| a.path().is_ident("error"))?;
-    Some(found.meta.require_list().ok()?.tokens.clone())
+    let attribute = attributes.iter().find(|a| a.path().is_ident("error"))?;
+    Some(attribute.meta.require_list().ok()?.tokens.clone())
 }
 
 fn is_transparent(attributes: &[Attribute]) -> bool {
@@ -235,29 +249,29 @@ fn is_transparent(attributes: &[Attribute]) -> bool {
 }
 
 /// Returns the text of `#[error("…")]`, with `…` for values.
-fn said(attributes: &[Attribute]) -> Option<String> {
+fn message_text(attributes: &[Attribute]) -> Option<String> {
     literals(error_tokens(attributes)?).into_iter().next()
 }
 
 /// Returns the string literals, with `…` for values, in their order.
 fn literals(tokens: TokenStream) -> Vec<String> {
-    let mut found = Vec::new();
+    let mut texts = Vec::new();
     for token in tokens {
         match token {
             TokenTree::Group(group)
                 if group.delimiter() != Delimiter::None || !group.stream().is_empty() =>
             {
-                found.extend(literals(group.stream()));
+                texts.extend(literals(group.stream()));
             }
             TokenTree::Literal(literal) => {
                 if let Ok(text) = syn::parse_str::<syn::LitStr>(&literal.to_string()) {
-                    found.push(template(&text.value()));
+                    texts.push(template(&text.value()));
                 }
             }
             _ => {}
         }
     }
-    found
+    texts
 }
 
 /// Returns a format string with `…` for values; a named constant counts as a value.
@@ -284,17 +298,16 @@ fn template(format: &str) -> String {
 
 /// Returns the names of the rows that the sources of `check` can make.
 fn rows(folder: &Path) -> BTreeSet<String> {
-    let mut found = Rows::default();
+    let mut rows = Rows::default();
     for path in rust_files(folder).unwrap() {
         let mut file = syn::parse_file(&std::fs::read_to_string(path).unwrap()).unwrap();
         file.items.retain(|item| !matches!(item, Item::Mod(_)));
-        found.visit_file(&file);
+        rows.visit_file(&file);
     }
     // Rows that are named in a table of the wiring.
-    found
-        .0
+    rows.0
         .extend(["e-stop", "heartbeat", "stop: heartbeat", "stop: enable"].map(str::to_owned));
-    found.0
+    rows.0
 }
 
 #[derive(Default)]
@@ -317,15 +330,17 @@ fn a_variant_without_a_message_and_other_words_are_found() {
     let source = "#[derive(Error)] enum E { #[error(\"the {part} is {:.1} V off: {why}\", v)] A { part: u8 },\n\
         #[error(transparent)] B(F), C }";
     let words = words_of(&syn::parse_file(source).unwrap(), "E").unwrap();
-    let said = words["A"].clone().unwrap();
-    assert_eq!(said, "the … is … V off: …");
+    let message = words["A"].clone().unwrap();
+    assert_eq!(message, "the … is … V off: …");
     assert_eq!(words.keys().collect::<Vec<_>>(), ["A", "C"]);
     let group = &index()[0];
-    assert_eq!(compared(group, "E::A", Some(&said), &[]).len(), 1);
-    let all = literals(
+    assert_eq!(compare(group, "E::A", Some(&message), &[]).len(), 1);
+    let texts = literals(
         "write!(f, \"normal force {n:.2} N over {l}\")"
             .parse()
             .unwrap(),
     );
-    assert!(is_said("normal force … N over …", &all) && !is_said("lateral force", &all));
+    assert!(
+        is_in_texts("normal force … N over …", &texts) && !is_in_texts("lateral force", &texts)
+    );
 }

@@ -8,7 +8,7 @@ use tui::event::{PhaseKind, SafetyState};
 use tui::picture::{Paper, svg};
 use tui::{Instruction, Page, State, Theme, participant_screen};
 
-use super::simulated::{Deed, Shot, Taken, calibrated, drawn, session};
+use super::simulated::{Captures, Deed, Shot, calibrate_bench, draw, session};
 use super::window_pictures;
 
 /// Columns and rows of the dashboard and of a calibration page.
@@ -17,20 +17,20 @@ const CALIBRATION: (u16, u16) = (92, 26);
 /// Number of readings, at 20 or 30 per second, for which a screen settles before the shot.
 const SETTLING: u32 = 12;
 
-fn reviewed(state: &State) -> bool {
+fn is_reviewed(state: &State) -> bool {
     let page = state.calibration.as_ref();
     page.is_some_and(|page| page.asked == Some(Question::Review))
 }
 
 /// Whether a mass of 100 g is requested and on the plate.
-fn weighed(state: &State) -> bool {
+fn is_weighed(state: &State) -> bool {
     let page = state.calibration.as_ref();
-    let shown_n = state.readings.and_then(|now| now.normal_n);
+    let shown_n = state.readings.and_then(|readings| readings.normal_n);
     page.is_some_and(|page| page.instruction.starts_with("Put 100 g")) && shown_n > Some(0.9)
 }
 
 /// Whether the second exploration of a second attempt is running, with the slider coming back and past `to_m`.
-fn coming_back(state: &State, to_m: f64) -> bool {
+fn is_coming_back(state: &State, to_m: f64) -> bool {
     let phase = &state.phase;
     (phase.kind, phase.attempt, phase.exploration) == (PhaseKind::Exploration, 2, 2)
         && state
@@ -42,82 +42,85 @@ fn coming_back(state: &State, to_m: f64) -> bool {
 struct States(Vec<(&'static str, State)>);
 
 impl States {
-    fn named(&self, name: &str) -> &State {
-        let found = self.0.iter().find(|(taken, _)| *taken == name);
-        &found.unwrap_or_else(|| panic!("{name} never came")).1
+    fn state(&self, name: &str) -> &State {
+        let capture = self
+            .0
+            .iter()
+            .find(|(capture_name, _)| *capture_name == name);
+        &capture.unwrap_or_else(|| panic!("{name} never came")).1
     }
 
     /// Calibrates a simulated bench and runs a session on it.
-    fn taken() -> Self {
-        let shot = |name, when| Shot {
+    fn capture() -> Self {
+        let shot = |name, condition| Shot {
             name,
-            when,
-            after: SETTLING,
-            then: None,
+            condition,
+            settling: SETTLING,
+            deed: None,
         };
-        let taken = Taken::default();
+        let captures = Captures::default();
         let room = tempfile::tempdir().unwrap();
         let calibration = room.path().join("calibration.toml");
         let pages = [
-            shot("pickup", reviewed),
-            shot("plate", reviewed),
-            shot("force", weighed),
+            shot("pickup", is_reviewed),
+            shot("plate", is_reviewed),
+            shot("force", is_weighed),
         ];
-        calibrated(&calibration, pages, &taken);
+        calibrate_bench(&calibration, pages, &captures);
         let shots = vec![
             shot("participant", |state| {
-                let shown = state.participant.as_ref().filter(|_| !state.phase.practice);
-                shown.is_some_and(|shown| {
-                    shown.instruction == Instruction::FollowSlider && shown.slider_m > Some(0.04)
+                let view = state.participant.as_ref().filter(|_| !state.phase.practice);
+                view.is_some_and(|view| {
+                    view.instruction == Instruction::FollowSlider && view.slider_m > Some(0.04)
                 })
             }),
             shot("force shown", |state| {
-                let shown = state.participant.as_ref().filter(|_| !state.phase.practice);
-                shown.is_some_and(|shown| shown.instruction == Instruction::Feedback)
+                let view = state.participant.as_ref().filter(|_| !state.phase.practice);
+                view.is_some_and(|view| view.instruction == Instruction::Feedback)
             }),
             shot("rejected", |state| {
                 let verdict = state.verdict.as_ref();
                 verdict.is_some_and(|verdict| !verdict.accepted && !verdict.practice)
                     && state.phase.kind == PhaseKind::Verdict
             }),
-            shot("trial", |state| coming_back(state, 0.06)),
+            shot("trial", |state| is_coming_back(state, 0.06)),
             Shot {
                 name: "before the stop",
-                after: 1,
-                when: |state| coming_back(state, 0.03),
-                then: Some(Deed::PressEstop),
+                settling: 1,
+                condition: |state| is_coming_back(state, 0.03),
+                deed: Some(Deed::PressEstop),
             },
             Shot {
                 name: "stopped",
-                after: 4 * SETTLING,
-                when: |state| {
+                settling: 4 * SETTLING,
+                condition: |state| {
                     state.safety == Some(SafetyState::Tripped)
                         && state.phase.kind == PhaseKind::Paused
                 },
-                then: Some(Deed::Leave),
+                deed: Some(Deed::Leave),
             },
         ];
-        session(room.path(), &calibration, shots, &taken);
-        Self(std::mem::take(&mut *taken.lock().unwrap()))
+        session(room.path(), &calibration, shots, &captures);
+        Self(std::mem::take(&mut *captures.lock().unwrap()))
     }
 }
 
-fn kept(name: &str, screen: &Buffer, title: &str) {
+fn require_picture(name: &str, screen: &Buffer, title: &str) {
     let path = folder().join("src/pictures").join(name);
-    super::same(&path, svg(screen, title, Paper::Dark));
+    super::require_same(&path, svg(screen, title, Paper::Dark));
 }
 
 #[test]
 fn pictures_show_the_screens_of_this_program() {
-    let states = States::taken();
-    let mut rejected = states.named("rejected").clone();
+    let states = States::capture();
+    let mut rejected = states.state("rejected").clone();
     rejected.ui.page = Page::Trials;
-    let shown = states.named("participant").participant.as_ref().unwrap();
+    let view = states.state("participant").participant.as_ref().unwrap();
     let area = Rect::new(0, 0, 80, 22);
     let mut participant = Buffer::empty(area);
-    participant_screen::view(shown, Theme::Colour, area, &mut participant);
-    let dashboard = |name| drawn(states.named(name), DASHBOARD);
-    let calibration = |name| drawn(states.named(name), CALIBRATION);
+    participant_screen::view(view, Theme::Colour, area, &mut participant);
+    let dashboard = |name| draw(states.state(name), DASHBOARD);
+    let calibration = |name| draw(states.state(name), CALIBRATION);
     let screens = [
         (
             "screen-trial.svg",
@@ -127,7 +130,7 @@ fn pictures_show_the_screens_of_this_program() {
         (
             "screen-rejected.svg",
             "The page of the trials after one that must be repeated, with the reasons",
-            drawn(&rejected, DASHBOARD),
+            draw(&rejected, DASHBOARD),
         ),
         (
             "screen-stopped.svg",
@@ -156,8 +159,8 @@ fn pictures_show_the_screens_of_this_program() {
         ),
     ];
     for (name, title, screen) in &screens {
-        kept(name, screen, title);
+        require_picture(name, screen, title);
     }
-    let view = |name| states.named(name).participant.as_ref().unwrap();
-    window_pictures::same_views(view("participant"), view("force shown"));
+    let view = |name| states.state(name).participant.as_ref().unwrap();
+    window_pictures::require_same_views(view("participant"), view("force shown"));
 }

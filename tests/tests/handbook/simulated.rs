@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-use bench_tests::in_process::{Setup, apparatus, config, options, with_faults};
+use bench_tests::in_process::{Setup, apparatus, apparatus_with_faults, config, options};
 use bench_tests::session::require_consistent;
 use calibration::clear::ClearPlate;
 use calibration::guided::Guided;
@@ -36,11 +36,11 @@ const PATIENCE: u32 = 20;
 /// A screen to capture, and its condition.
 pub struct Shot {
     pub name: &'static str,
-    pub when: fn(&State) -> bool,
+    pub condition: fn(&State) -> bool,
     /// Number of readings after the condition for which the screen settles.
-    pub after: u32,
+    pub settling: u32,
     /// The operator's next action.
-    pub then: Option<Deed>,
+    pub deed: Option<Deed>,
 }
 
 /// Action of an operator after a capture.
@@ -51,23 +51,23 @@ pub enum Deed {
 }
 
 /// Captured states of the screen, by name.
-pub type Taken = Arc<Mutex<Vec<(&'static str, State)>>>;
+pub type Captures = Arc<Mutex<Vec<(&'static str, State)>>>;
 
 /// Simulated operator, who captures the screen and answers the questions of a calibration.
 struct Operator {
     state: State,
     shots: Vec<Shot>,
-    taken: Taken,
+    captures: Captures,
     deed: Box<dyn FnMut(Deed) -> Option<Action> + Send>,
     /// Number of readings since the question.
-    waited: u32,
+    reading_count: u32,
     actions: Vec<Action>,
 }
 
 impl Operator {
     fn new(
         shots: Vec<Shot>,
-        taken: &Taken,
+        captures: &Captures,
         deed: impl FnMut(Deed) -> Option<Action> + Send + 'static,
     ) -> Self {
         let mut state = State::new(Theme::Colour);
@@ -75,23 +75,23 @@ impl Operator {
         Self {
             state,
             shots,
-            taken: taken.clone(),
+            captures: captures.clone(),
             deed: Box::new(deed),
-            waited: 0,
+            reading_count: 0,
             actions: Vec::new(),
         }
     }
 
     fn answer(&self) -> Option<Reply> {
         let page = self.state.calibration.as_ref()?;
-        if self.waited < PATIENCE {
+        if self.reading_count < PATIENCE {
             return None;
         }
         Some(match page.asked.as_ref()? {
             Question::Done | Question::Review => Reply::Ready,
             // Read off the instrument's display, with its four decimals.
             Question::Number { .. } => {
-                let shown_um = self.state.readings.and_then(|now| now.known_m)? * 1e6;
+                let shown_um = self.state.readings.and_then(|readings| readings.known_m)? * 1e6;
                 Reply::Number((shown_um * 1e4).round() * 1e-4)
             }
         })
@@ -99,7 +99,7 @@ impl Operator {
 }
 
 /// Returns the event without the disk, folder and speed of this computer.
-fn of_no_computer(event: Event) -> Event {
+fn strip_computer(event: Event) -> Event {
     match event {
         Event::Session(header) => Event::Session(SessionHeader {
             study: header.study.map(|_| "my-study".to_owned()),
@@ -120,34 +120,34 @@ fn of_no_computer(event: Event) -> Event {
 
 impl Front for Operator {
     fn show(&mut self, event: Event) {
-        let event = of_no_computer(event);
+        let event = strip_computer(event);
         match &event {
             Event::Live(live) => self.state.apply(&Event::Tick { now_s: live.t_s }),
-            Event::CalibrationReadings(_) => self.waited += 1,
-            Event::Calibration(_) => self.waited = 0,
+            Event::CalibrationReadings(_) => self.reading_count += 1,
+            Event::Calibration(_) => self.reading_count = 0,
             _ => {}
         }
         self.state.apply(&event);
         if !matches!(event, Event::Live(_) | Event::CalibrationReadings(_)) {
             return;
         }
-        let due = |shot: &mut Shot| {
-            let holds = (shot.when)(&self.state);
-            shot.after = shot.after.saturating_sub(holds.into());
-            holds && shot.after == 0
+        let is_due = |shot: &mut Shot| {
+            let is_met = (shot.condition)(&self.state);
+            shot.settling = shot.settling.saturating_sub(is_met.into());
+            is_met && shot.settling == 0
         };
-        if let Some(at) = self.shots.iter_mut().position(due) {
-            let shot = self.shots.remove(at);
-            let taken = (shot.name, self.state.clone());
-            self.taken.lock().unwrap().push(taken);
+        if let Some(index) = self.shots.iter_mut().position(is_due) {
+            let shot = self.shots.remove(index);
+            let capture = (shot.name, self.state.clone());
+            self.captures.lock().unwrap().push(capture);
             self.actions
-                .extend(shot.then.and_then(|deed| (self.deed)(deed)));
+                .extend(shot.deed.and_then(|deed| (self.deed)(deed)));
         }
     }
 
     fn action(&mut self) -> Option<Action> {
         if let Some(reply) = self.answer() {
-            self.waited = 0;
+            self.reading_count = 0;
             return Some(Action::Answer(reply));
         }
         self.actions.pop()
@@ -173,9 +173,9 @@ fn setup() -> Setup {
 /// Measures by `procedure` and adds the result to `calibration`.
 fn calibrate<C: Calibrates>(
     calibration: &mut CalibrationFile,
-    (bench, beside): (&Effective, &Path),
+    (bench, folder): (&Effective, &Path),
     shots: Vec<Shot>,
-    taken: &Taken,
+    captures: &Captures,
     procedure: C,
 ) {
     let bench = bench.clone();
@@ -185,8 +185,8 @@ fn calibrate<C: Calibrates>(
         let port = apparatus.vibrometer_port.unwrap();
         Instrument::open(&port, 115_200).unwrap()
     });
-    let ledger = driving_time::of_clear_plate(beside, bench.config(), &hardware).unwrap();
-    let operator = Operator::new(shots, taken, |_| None);
+    let ledger = driving_time::of_clear_plate(folder, bench.config(), &hardware).unwrap();
+    let operator = Operator::new(shots, captures, |_| None);
     let title = format!("calibrate {}", C::NAME);
     let outcome = rig::run(
         &bench,
@@ -195,31 +195,31 @@ fn calibrate<C: Calibrates>(
         apparatus.hands,
         instrument,
         |_| {
-            let guided = Guided::new(operator, title, true, BenchFacts::default(), &[]);
-            Ok((Box::new(guided), None))
+            let front = Guided::new(operator, title, true, BenchFacts::default(), &[]);
+            Ok((Box::new(front), None))
         },
         procedure,
     )
     .unwrap();
-    let judged = outcome.procedure.judge(outcome.date, "A. Tester").unwrap();
-    assert!(judged.faults.is_empty(), "{:?}", judged.faults);
+    let judgement = outcome.procedure.judge(outcome.date, "A. Tester").unwrap();
+    assert!(judgement.faults.is_empty(), "{:?}", judgement.faults);
     if calibration.identity.input_device.is_empty() {
         calibration.identity = outcome.identity;
     }
-    judged.part.put_into(calibration);
+    judgement.part.put_into(calibration);
 }
 
 /// Calibrates pickup, plate and force sensor with guidance for the operator, captures a shot of each, and writes the
 /// calibration to `path`.
-pub fn calibrated(path: &Path, [pickup, plate, force]: [Shot; 3], taken: &Taken) {
-    let described = config(&[]);
-    let identity = Identity::of(&described, String::new(), String::new());
+pub fn calibrate_bench(path: &Path, [pickup, plate, force]: [Shot; 3], captures: &Captures) {
+    let bench_config = config(&[]);
+    let identity = Identity::of(&bench_config, String::new(), String::new());
     let mut calibration = CalibrationFile::of(identity);
-    let held = |calibration: &CalibrationFile| {
-        Effective::under_calibration(described.clone(), calibration)
+    let bench_under = |calibration: &CalibrationFile| {
+        Effective::under_calibration(bench_config.clone(), calibration)
     };
 
-    let bench = held(&calibration);
+    let bench = bench_under(&calibration);
     let setup = PickupSetup::new(
         bench.config(),
         &calibration,
@@ -234,22 +234,22 @@ pub fn calibrated(path: &Path, [pickup, plate, force]: [Shot; 3], taken: &Taken)
         &mut calibration,
         (&bench, path),
         vec![pickup],
-        taken,
+        captures,
         procedure,
     );
 
-    let bench = held(&calibration);
+    let bench = bench_under(&calibration);
     let setup = PlateSetup::new(bench.config(), &calibration, 20.0).unwrap();
     let procedure = ClearPlate::new(PlateProcedure::new(setup), bench.config(), true);
     calibrate(
         &mut calibration,
         (&bench, path),
         vec![plate],
-        taken,
+        captures,
         procedure,
     );
 
-    let bench = held(&calibration).with_raw_forces();
+    let bench = bench_under(&calibration).with_raw_forces();
     let masses = [
         from_g(ForceAxis::Normal, &[20.0, 50.0, 100.0, 200.0]),
         from_g(ForceAxis::Lateral, &[20.0, 50.0, 100.0]),
@@ -264,14 +264,14 @@ pub fn calibrated(path: &Path, [pickup, plate, force]: [Shot; 3], taken: &Taken)
         &mut calibration,
         (&bench, path),
         vec![force],
-        taken,
+        captures,
         procedure,
     );
     std::fs::write(path, calibration.to_text().unwrap()).unwrap();
 }
 
 /// Runs the protocol `demo` in `folder` on the calibrated bench until the operator leaves.
-pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, taken: &Taken) {
+pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, captures: &Captures) {
     let mut options = options(&folder.join("my-study"));
     options.protocol = "demo".to_owned();
     options.headless = false;
@@ -281,8 +281,8 @@ pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, taken: &Take
     options.speed = cli::Speed::Max;
     let bench = Effective::calibrated(config(&[]), calibration).unwrap();
     let plan = Plan::new(bench, &options).unwrap();
-    let (apparatus, faults) = with_faults(setup());
-    let operator = Operator::new(shots, taken, move |deed| match deed {
+    let (apparatus, faults) = apparatus_with_faults(setup());
+    let operator = Operator::new(shots, captures, move |deed| match deed {
         Deed::PressEstop => {
             faults.press_estop(true);
             None
@@ -294,7 +294,7 @@ pub fn session(folder: &Path, calibration: &Path, shots: Vec<Shot>, taken: &Take
 }
 
 /// Draws the dashboard.
-pub fn drawn(state: &State, (columns, rows): (u16, u16)) -> Buffer {
+pub fn draw(state: &State, (columns, rows): (u16, u16)) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
     terminal.draw(|frame| view(state, frame)).unwrap();
     terminal.backend().buffer().clone()

@@ -14,7 +14,7 @@ const SIZE: (u32, u32) = (960, 540);
 /// Width of a pixel of a monitor 34 cm wide, m.
 const PIXEL_M: f64 = 0.34 / 960.0;
 
-fn kept(name: &str, canvas: &Canvas) {
+fn require_picture(name: &str, canvas: &Canvas) {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, SIZE.0, SIZE.1);
     encoder.set_color(png::ColorType::Rgb);
@@ -25,33 +25,33 @@ fn kept(name: &str, canvas: &Canvas) {
     });
     writer.write_image_data(&bytes.collect::<Vec<_>>()).unwrap();
     writer.finish().unwrap();
-    super::same(&folder().join("src/pictures").join(name), &file);
+    super::require_same(&folder().join("src/pictures").join(name), &file);
 }
 
-fn drawn(view: &ParticipantView, moving: Moving) -> Canvas {
+fn draw(view: &ParticipantView, moving: Moving) -> Canvas {
     let geometry = Geometry {
         width: f64::from(SIZE.0),
         height: f64::from(SIZE.1),
         pixel_m: PIXEL_M,
     };
     let mut page = Page::new(Typeface::built_in().unwrap(), geometry);
-    let shown = window_screen::shown(view, None);
-    page.draw(&shown, Some(view.audio_s), moving).0.clone()
+    let content = window_screen::shown(view, None);
+    page.draw(&content, Some(view.audio_s), moving).0.clone()
 }
 
 #[test]
-fn the_ruler_page() {
+fn the_ruler_page_is_up_to_date() {
     let mut canvas = Canvas::new(SIZE.0 as usize, SIZE.1 as usize, GROUND);
     Ruler::new(SIZE.0, PIXEL_M).draw(&mut canvas, &Typeface::built_in().unwrap());
-    kept("window-ruler.png", &canvas);
+    require_picture("window-ruler.png", &canvas);
 }
 
 /// Compares the window's pictures of a slider to follow and of the force shown afterwards.
-pub fn same_views(following: &ParticipantView, afterwards: &ParticipantView) {
+pub fn require_same_views(slider_view: &ParticipantView, force_view: &ParticipantView) {
     let moving = Moving {
-        slider_m: following.slider_m,
+        slider_m: slider_view.slider_m,
         finger_m: None,
     };
-    kept("window-slider.png", &drawn(following, moving));
-    kept("window-force.png", &drawn(afterwards, Moving::default()));
+    require_picture("window-slider.png", &draw(slider_view, moving));
+    require_picture("window-force.png", &draw(force_view, Moving::default()));
 }

@@ -11,7 +11,7 @@
 use std::time::{Duration, Instant};
 
 use bench_tests::program::bench;
-use bench_tests::running::{Running, until};
+use bench_tests::running::{Running, wait_until};
 use bench_tests::screen::Screen;
 use bench_tests::session::{SessionFolder, VirtualParticipant, patient_config};
 use rustix::process::Signal;
@@ -24,76 +24,83 @@ const EARLY: Duration = Duration::from_millis(700);
 /// Time from a command's start to a signal during its work.
 const LATE: Duration = Duration::from_millis(1800);
 
-fn end(shown: &str) -> String {
-    let last: Vec<char> = shown.chars().rev().take(2000).collect();
-    last.into_iter().rev().collect()
+fn last_characters(transcript: &str) -> String {
+    let tail: Vec<char> = transcript.chars().rev().take(2000).collect();
+    tail.into_iter().rev().collect()
 }
 
 /// Runs `command` and sends `signal` some time after its start; returns the time to its end.
-fn ended_by(signal: Signal, after: Duration, command: &str) -> Result<Duration, String> {
+fn time_to_end(signal: Signal, delay: Duration, command: &str) -> Result<Duration, String> {
     let folder = tempfile::tempdir().unwrap();
     let screen = Screen::open(120, 40);
-    let before = screen.local_modes();
+    let modes = screen.local_modes();
     let mut bench = bench();
     bench.args(command.split_whitespace());
-    let mut running = Running::on(&screen, bench.current_dir(folder.path()));
+    let mut running = Running::start_on(&screen, bench.current_dir(folder.path()));
     drop(bench);
-    std::thread::sleep(after);
-    if running.ended().is_some() {
-        return Err(format!("ended by itself: {}", end(&screen.shown())));
+    std::thread::sleep(delay);
+    if running.exit_status().is_some() {
+        return Err(format!(
+            "ended by itself: {}",
+            last_characters(&screen.output())
+        ));
     }
-    let sent = Instant::now();
+    let start = Instant::now();
     running.signal(signal);
-    if until(MINUTE, || running.ended()).is_none() {
-        return Err(format!("goes on: {}", end(&screen.shown())));
+    if wait_until(MINUTE, || running.exit_status()).is_none() {
+        return Err(format!("goes on: {}", last_characters(&screen.output())));
     }
-    let took = sent.elapsed();
-    if screen.local_modes() != before {
+    let duration = start.elapsed();
+    if screen.local_modes() != modes {
         return Err("its terminal is not as before".to_owned());
     }
-    let shown = screen.to_the_end();
-    if shown.contains("panicked") {
-        return Err(end(&shown));
+    let transcript = screen.read_to_end();
+    if transcript.contains("panicked") {
+        return Err(last_characters(&transcript));
     }
-    Ok(took)
+    Ok(duration)
 }
 
 /// Sends both signals to a command, in two runs.
-fn judged(command: &str) -> Result<(), String> {
+fn check_signals(command: &str) -> Result<(), String> {
     // On simulated hardware a check ends earlier.
-    let late = if command.starts_with("check") {
+    let int_delay = if command.starts_with("check") {
         EARLY
     } else {
         LATE
     };
-    for (signal, after) in [(Signal::TERM, EARLY), (Signal::INT, late)] {
-        let took = ended_by(signal, after, command).map_err(|why| format!("{signal:?}: {why}"))?;
-        println!("{command}: {signal:?} ended it in {} ms", took.as_millis());
-        if took >= END {
-            return Err(format!("{signal:?} took {} ms", took.as_millis()));
+    for (signal, delay) in [(Signal::TERM, EARLY), (Signal::INT, int_delay)] {
+        let duration =
+            time_to_end(signal, delay, command).map_err(|error| format!("{signal:?}: {error}"))?;
+        println!(
+            "{command}: {signal:?} ended it in {} ms",
+            duration.as_millis()
+        );
+        if duration >= END {
+            return Err(format!("{signal:?} took {} ms", duration.as_millis()));
         }
     }
     Ok(())
 }
 
 /// Requires a signal to end each of `commands` within a second; each runs until a person or a signal ends it.
-fn a_signal_ends(commands: &[&str]) {
+fn require_signal_ends(commands: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
     let config = patient_config(folder.path());
-    let failed: Vec<_> = commands
+    let failures: Vec<_> = commands
         .iter()
         .filter_map(|command| {
-            let placed = command.replace("CONFIG", config.to_str().unwrap());
-            Some((*command, judged(&placed).err()?))
+            let command_line = command.replace("CONFIG", config.to_str().unwrap());
+            Some((*command, check_signals(&command_line).err()?))
         })
         .collect();
-    assert!(failed.is_empty(), "{failed:#?}");
+    assert!(failures.is_empty(), "{failures:#?}");
 }
 
 /// Fault 29.
 #[test]
 fn a_signal_ends_a_session_and_a_monitor_within_a_second() {
-    a_signal_ends(&[
+    require_signal_ends(&[
         "run --mock --study new --participant sub-01 --protocol demo --consent-by T --config CONFIG",
         "monitor --mock --config CONFIG",
         "monitor --mock --headless --config CONFIG",
@@ -103,7 +110,7 @@ fn a_signal_ends_a_session_and_a_monitor_within_a_second() {
 /// Fault 29.
 #[test]
 fn a_signal_ends_each_calibration_within_a_second() {
-    a_signal_ends(&[
+    require_signal_ends(&[
         "calibrate pickup --mock bench-unknown --operator T --config CONFIG",
         "calibrate plate --mock bench-unknown --operator T --config CONFIG",
         "calibrate plate --mock bench-unknown --operator T --config CONFIG --headless",
@@ -116,7 +123,7 @@ fn a_signal_ends_each_calibration_within_a_second() {
 /// Fault 29.
 #[test]
 fn a_signal_ends_a_drill_a_check_and_a_setup_within_a_second() {
-    a_signal_ends(&[
+    require_signal_ends(&[
         "drill --mock --operator T --config CONFIG",
         "check --mock --config CONFIG",
         "init",
@@ -130,7 +137,7 @@ fn a_signal_ends_what_is_done_with_a_study_within_a_second() {
     let study = VirtualParticipant::run("nominal", 5, folder.path()).study;
     let recordings = SessionFolder::read(&study, "sub-01").unwrap().recordings();
     let recording = recordings[0].display();
-    a_signal_ends(&[
+    require_signal_ends(&[
         &format!("replay {recording}"),
         &format!("replay {recording} --headless"),
         &format!("forget {} sub-01", study.display()),

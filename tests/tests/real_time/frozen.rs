@@ -11,7 +11,7 @@ use rustix::process::Signal;
 
 const MINUTE: Duration = Duration::from_secs(60);
 /// Longer than any timeout of this bench.
-const FROZEN: Duration = Duration::from_millis(2500);
+const FREEZE: Duration = Duration::from_millis(2500);
 
 /// Fault 7.
 /// Hazard 15.
@@ -29,29 +29,29 @@ fn a_session_that_was_frozen_is_stopped_when_it_goes_on() {
         .arg(&config);
     let mut run = Running::start(&mut run, &folder.path().join("output"));
     let log = study.join("sub-01/ses-01/events.jsonl");
-    let driven = run.wait_for(MINUTE, || {
+    let drive_start = run.wait_for(MINUTE, || {
         let log = std::fs::read_to_string(&log).ok()?;
         log.contains("\"trial_began\"").then(Instant::now)
     });
-    let driven = driven.unwrap_or_else(|| panic!("{}", run.output()));
+    let drive_start = drive_start.unwrap_or_else(|| panic!("{}", run.output()));
     run.wait_for(MINUTE, || {
-        (driven.elapsed() > Duration::from_secs(1)).then_some(())
+        (drive_start.elapsed() > Duration::from_secs(1)).then_some(())
     });
 
     run.signal(Signal::STOP);
-    std::thread::sleep(FROZEN);
+    std::thread::sleep(FREEZE);
     run.signal(Signal::CONT);
     let status = run.wait(MINUTE);
 
-    let printed = run.output();
-    assert!(!status.success(), "{printed}");
+    let transcript = run.output();
+    assert!(!status.success(), "{transcript}");
     assert!(
-        printed.contains("the safety watch itself did not run for 2."),
-        "{printed}"
+        transcript.contains("the safety watch itself did not run for 2."),
+        "{transcript}"
     );
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let recordings = session.recordings();
-    assert!(!recordings.is_empty(), "{printed}");
+    assert!(!recordings.is_empty(), "{transcript}");
     for recording in recordings {
         assert!(RecordingReader::open(&recording).unwrap().frames() > 0);
     }

@@ -7,6 +7,6 @@ mod operators_keys;
 mod panics;
 mod participant_window;
 mod signals;
+mod simulated_window;
 mod standing_still;
 mod terminal;
-mod window_of_its_own;

@@ -10,22 +10,22 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 use std::time::Duration;
 
-use bench_tests::running::until;
-use bench_tests::session::{SessionFolder, demo_with};
+use bench_tests::running::wait_until;
+use bench_tests::session::{SessionFolder, write_demo_protocol};
 use protocols::{Interruption, SessionEventKind, TrialOutcome, TrialRecord, records_from_events};
 use recording::study::LOCK_FILE;
 use rustix::process::{Pid, Signal, kill_process};
 
 use participant_window::message::FromWindow;
 
+use super::simulated_window::Window;
 use super::terminal::Terminal;
-use super::window_of_its_own::Window;
 
 const RUN: &str =
     "run --mock --study study --participant sub-01 --protocol protocol.toml --consent-by Tester";
 
 /// Starts a session of two trials, as short as can be judged, with verdicts that wait for the operator.
-fn session(min_instances: u32, more: &str) -> Terminal {
+fn session(min_instances: u32, options: &str) -> Terminal {
     let instances = format!("min_instances = {min_instances}");
     let prepare = |folder: &Path| {
         let changes = [
@@ -42,14 +42,14 @@ fn session(min_instances: u32, more: &str) -> Terminal {
             ("every_trials = 2", "every_trials = 0"),
             ("min_instances = 5", instances.as_str()),
         ];
-        demo_with(folder, &changes);
+        write_demo_protocol(folder, &changes);
         // The session and the window meet only in a private folder.
         std::fs::set_permissions(folder, Permissions::from_mode(0o700)).unwrap();
-        if more.contains("--participant-display") {
+        if options.contains("--participant-display") {
             std::fs::write(folder.join("wait"), "").unwrap();
         }
     };
-    Terminal::prepared(120, 40, prepare, &format!("{RUN} {more}"))
+    Terminal::open_prepared(120, 40, prepare, &format!("{RUN} {options}"))
 }
 
 fn outcomes(terminal: &Terminal) -> Vec<(u32, u32, TrialOutcome)> {
@@ -58,30 +58,33 @@ fn outcomes(terminal: &Terminal) -> Vec<(u32, u32, TrialOutcome)> {
     let kinds: Vec<SessionEventKind> = data
         .filter_map(|data| serde_json::from_value(data.into()).ok())
         .collect();
-    let of = |record: TrialRecord| (record.key.number, record.key.attempt, record.outcome);
-    records_from_events(&kinds).into_iter().map(of).collect()
+    let outcome_of = |record: TrialRecord| (record.key.number, record.key.attempt, record.outcome);
+    records_from_events(&kinds)
+        .into_iter()
+        .map(outcome_of)
+        .collect()
 }
 
-fn quits(terminal: &Terminal) {
+fn quit(terminal: &Terminal) {
     terminal.press(&["q"]);
-    terminal.shows(&["Quit?"]);
+    terminal.expect_text(&["Quit?"]);
     terminal.press(&["y"]);
-    terminal.wrote("status");
+    terminal.expect_file("status");
 }
 
 #[test]
 fn a_rejected_trial_is_kept_and_a_verdict_waits_through_a_pause() {
     let terminal = session(40, "");
-    terminal.shows(&["now  verdict", "trial 1/2", "o keep anyway", "r repeat"]);
+    terminal.expect_text(&["now  verdict", "trial 1/2", "o keep anyway", "r repeat"]);
     terminal.press(&["4"]);
-    terminal.shows(&["wired, closed", "wired, beats", "wired, not pressed"]);
+    terminal.expect_text(&["wired, closed", "wired, beats", "wired, not pressed"]);
     terminal.press(&["1", "p"]);
-    terminal.shows(&["PAUSED", "trial 1/2", "o keep anyway"]);
+    terminal.expect_text(&["PAUSED", "trial 1/2", "o keep anyway"]);
     terminal.press(&["o"]);
-    terminal.shows(&["kept by the operator, although"]);
+    terminal.expect_text(&["kept by the operator, although"]);
     terminal.press(&["p"]);
-    terminal.shows(&["trial 2/2", "verdict"]);
-    quits(&terminal);
+    terminal.expect_text(&["trial 2/2", "verdict"]);
+    quit(&terminal);
     assert!(matches!(
         &outcomes(&terminal)[..],
         [(1, 1, TrialOutcome::AcceptedAnyway { reasons }), ..] if !reasons.is_empty()
@@ -92,77 +95,78 @@ fn a_rejected_trial_is_kept_and_a_verdict_waits_through_a_pause() {
 fn a_judged_trial_is_repeated_and_a_running_one_by_its_name() {
     let terminal = session(1, "");
     // On a busy computer the simulated finger may lag too much to be accepted.
-    let screen = terminal.shows(&["now  verdict", "trial 1/2", "r repeat"]);
-    let accepted = !screen.contains("keep anyway");
+    let screen = terminal.expect_text(&["now  verdict", "trial 1/2", "r repeat"]);
+    let is_accepted = !screen.contains("keep anyway");
     terminal.press(&["r"]);
-    terminal.shows(&["attempt 2", "DRIVING"]);
+    terminal.expect_text(&["attempt 2", "DRIVING"]);
     terminal.press(&["r"]);
-    terminal.shows(&["Throw away trial 1, attempt 2, which runs"]);
+    terminal.expect_text(&["Throw away trial 1, attempt 2, which runs"]);
     terminal.press(&["y"]);
-    terminal.shows(&["attempt 3", "DRIVING"]);
+    terminal.expect_text(&["attempt 3", "DRIVING"]);
     // A pause waits for the attempt's end.
     terminal.press(&["p"]);
-    terminal.shows(&["pauses after this attempt"]);
-    terminal.shows(&["verdict 5", "attempt 3"]);
+    terminal.expect_text(&["pauses after this attempt"]);
+    terminal.expect_text(&["verdict 5", "attempt 3"]);
     terminal.press(&["Space"]);
-    terminal.shows(&["PAUSED"]);
-    quits(&terminal);
-    let [(1, 1, first), (1, 2, second), (1, 3, _)] = &outcomes(&terminal)[..] else {
+    terminal.expect_text(&["PAUSED"]);
+    quit(&terminal);
+    let [(1, 1, first_outcome), (1, 2, second_outcome), (1, 3, _)] = &outcomes(&terminal)[..]
+    else {
         panic!("{:?}", outcomes(&terminal));
     };
     assert!(
-        matches!(first, TrialOutcome::Redo { reasons } if reasons.is_empty() == accepted),
-        "{first:?}"
+        matches!(first_outcome, TrialOutcome::Redo { reasons } if reasons.is_empty() == is_accepted),
+        "{first_outcome:?}"
     );
     let interruption = Interruption::Redo;
-    assert_eq!(*second, TrialOutcome::Interrupted { interruption });
+    assert_eq!(*second_outcome, TrialOutcome::Interrupted { interruption });
 }
 
 #[test]
 fn a_stopped_session_goes_on_once_it_is_rearmed_and_a_killed_one_is_resumed() {
     let terminal = session(1, "");
-    terminal.shows(&["DRIVING", "trial 1/2"]);
+    terminal.expect_text(&["DRIVING", "trial 1/2"]);
     terminal.press(&["e"]);
-    terminal.shows(&["TRIPPED", "stopped by the operator", "x re-arm"]);
+    terminal.expect_text(&["TRIPPED", "stopped by the operator", "x re-arm"]);
     terminal.press(&["x"]);
-    terminal.shows(&["Re-arm?"]);
+    terminal.expect_text(&["Re-arm?"]);
     terminal.press(&["y"]);
-    terminal.shows(&["PAUSED", "p resume"]);
+    terminal.expect_text(&["PAUSED", "p resume"]);
     terminal.press(&["p"]);
-    terminal.shows(&["DRIVING", "attempt 2"]);
+    terminal.expect_text(&["DRIVING", "attempt 2"]);
     let pid = std::fs::read_to_string(terminal.folder.path().join("study").join(LOCK_FILE));
     let pid = Pid::from_raw(pid.unwrap().trim().parse().unwrap()).unwrap();
     kill_process(pid, Signal::KILL).unwrap();
-    terminal.wrote("status");
+    terminal.expect_file("status");
     // On a busy computer the quick check may need another try.
     let status = terminal.folder.path().join("status");
-    let resumed = (0..4).any(|_| {
-        terminal.again(&format!("{RUN} --resume"));
-        let begun = || {
-            let shown = terminal.screen().contains("attempt 3");
-            (shown || status.exists()).then_some(shown)
+    let is_resumed = (0..4).any(|_| {
+        terminal.rerun(&format!("{RUN} --resume"));
+        let start_or_status = || {
+            let is_shown = terminal.screen().contains("attempt 3");
+            (is_shown || status.exists()).then_some(is_shown)
         };
-        until(Duration::from_secs(30), begun).unwrap_or_default()
+        wait_until(Duration::from_secs(30), start_or_status).unwrap_or_default()
     });
-    assert!(resumed, "{}", terminal.screen());
-    terminal.shows(&["now  verdict", "trial 1/2", "attempt 3"]);
-    quits(&terminal);
+    assert!(is_resumed, "{}", terminal.screen());
+    terminal.expect_text(&["now  verdict", "trial 1/2", "attempt 3"]);
+    quit(&terminal);
     let attempts: Vec<_> = outcomes(&terminal)
         .into_iter()
         .map(|(number, attempt, _)| (number, attempt))
         .collect();
     assert_eq!(attempts, [(1, 1), (1, 2), (1, 3)]);
-    terminal.again(&format!("{RUN} --resume"));
-    terminal.shows(&["attempt 4"]);
+    terminal.rerun(&format!("{RUN} --resume"));
+    terminal.expect_text(&["attempt 4"]);
     terminal.press(&["3"]);
     // The newest attempt that has ended.
-    terminal.shows(&["trial 1.3", "exploration 1 →"]);
+    terminal.expect_text(&["trial 1.3", "exploration 1 →"]);
 }
 
 #[test]
 fn a_lost_participants_terminal_pauses_the_session_and_is_brought_back() {
     let terminal = session(1, "--participant-display participant");
-    let opened = || {
+    let open_pane = || {
         let size = [
             "split-window",
             "-d",
@@ -178,20 +182,20 @@ fn a_lost_participants_terminal_pauses_the_session_and_is_brought_back() {
         symlink(tty, link).unwrap();
         id.to_owned()
     };
-    let first = opened();
+    let first_pane = open_pane();
     std::fs::remove_file(terminal.folder.path().join("wait")).unwrap();
-    terminal.shows(&["DRIVING", "trial 1/2"]);
-    terminal.tmux(&["kill-pane", "-t", &first]);
-    let screen = terminal.shows(&["PARTICIPANT'S DISPLAY LOST", "PAUSED"]);
+    terminal.expect_text(&["DRIVING", "trial 1/2"]);
+    terminal.tmux(&["kill-pane", "-t", &first_pane]);
+    let screen = terminal.expect_text(&["PARTICIPANT'S DISPLAY LOST", "PAUSED"]);
     assert!(!screen.contains("cursor"), "{screen}");
-    let second = opened();
+    let second_pane = open_pane();
     terminal.press(&["C-l", "p"]);
-    terminal.shows(&["Show again on the participant's terminal"]);
+    terminal.expect_text(&["Show again on the participant's terminal"]);
     terminal.press(&["y"]);
-    terminal.shows(&["DRIVING", "attempt 2"]);
-    let shown = terminal.tmux(&["capture-pane", "-p", "-t", &second]);
-    assert!(!shown.is_empty());
-    quits(&terminal);
+    terminal.expect_text(&["DRIVING", "attempt 2"]);
+    let pane = terminal.tmux(&["capture-pane", "-p", "-t", &second_pane]);
+    assert!(!pane.is_empty());
+    quit(&terminal);
     assert!(matches!(
         &outcomes(&terminal)[0],
         (
@@ -211,55 +215,55 @@ fn a_lost_participants_terminal_pauses_the_session_and_is_brought_back() {
 fn a_window_that_is_unfit_or_gone_pauses_the_session_until_it_is_back() {
     let terminal = session(1, "--participant-window=meeting");
     let socket = || terminal.folder.path().join("meeting");
-    let window = Window::at(socket());
-    terminal.shows(&["DRIVING", "trial 1/2"]);
-    let unfit = |why: Option<&str>| {
-        let why = why.map(str::to_owned);
-        window.say(FromWindow::Unfit { why });
+    let window = Window::connect(socket());
+    terminal.expect_text(&["DRIVING", "trial 1/2"]);
+    let report_fitness = |reason: Option<&str>| {
+        let reason = reason.map(str::to_owned);
+        window.say(FromWindow::Unfit { why: reason });
     };
-    unfit(Some("it is on the monitor eDP-1, not on HDMI-1"));
-    terminal.shows(&["PARTICIPANT'S DISPLAY LOST", "PAUSED"]);
+    report_fitness(Some("it is on the monitor eDP-1, not on HDMI-1"));
+    terminal.expect_text(&["PARTICIPANT'S DISPLAY LOST", "PAUSED"]);
     terminal.press(&["5"]);
-    terminal.shows(&["on the monitor eDP-1"]);
+    terminal.expect_text(&["on the monitor eDP-1"]);
     terminal.press(&["1", "p"]);
-    terminal.shows(&["Show again on the participant's window"]);
+    terminal.expect_text(&["Show again on the participant's window"]);
     terminal.press(&["y"]);
-    terminal.shows(&["not now: the participant's display", "PAUSED"]);
-    unfit(None);
+    terminal.expect_text(&["not now: the participant's display", "PAUSED"]);
+    report_fitness(None);
     terminal.press(&["5"]);
-    terminal.shows(&["display is back"]);
+    terminal.expect_text(&["display is back"]);
     terminal.press(&["1", "p"]);
-    terminal.shows(&["DRIVING", "attempt 2"]);
+    terminal.expect_text(&["DRIVING", "attempt 2"]);
     window.close();
-    terminal.shows(&["PARTICIPANT'S DISPLAY LOST", "PAUSED"]);
-    let another = Window::at(socket());
+    terminal.expect_text(&["PARTICIPANT'S DISPLAY LOST", "PAUSED"]);
+    let second_window = Window::connect(socket());
     terminal.press(&["5"]);
-    terminal.shows(&["the participant's window is on monitor HDMI-1"]);
+    terminal.expect_text(&["the participant's window is on monitor HDMI-1"]);
     terminal.press(&["1", "p"]);
-    terminal.shows(&["DRIVING", "attempt 3"]);
-    quits(&terminal);
-    another.close();
-    let lost = outcomes(&terminal);
-    assert_eq!(lost.len(), 3, "{lost:?}");
-    for (at, why) in ["eDP-1", "closed"].into_iter().enumerate() {
+    terminal.expect_text(&["DRIVING", "attempt 3"]);
+    quit(&terminal);
+    second_window.close();
+    let attempts = outcomes(&terminal);
+    assert_eq!(attempts.len(), 3, "{attempts:?}");
+    for (index, word) in ["eDP-1", "closed"].into_iter().enumerate() {
         let TrialOutcome::Interrupted {
             interruption: Interruption::DisplayLost { reason },
-        } = &lost[at].2
+        } = &attempts[index].2
         else {
-            panic!("{lost:?}");
+            panic!("{attempts:?}");
         };
-        assert!(reason.contains(why), "{reason}");
+        assert!(reason.contains(word), "{reason}");
     }
 }
 
 #[test]
-fn a_stopped_calibration_goes_on_with_the_points_it_has() {
+fn a_stopped_calibration_continues_with_its_points() {
     let terminal = Terminal::calibrate(100, 30, "pickup --levels-v 10,20,30");
-    terminal.plate_is_clear();
+    terminal.confirm_clear_plate();
     terminal.type_amplitude(10.0, 1.0);
-    terminal.shows(&["10.00 V", "step 4 of 6"]);
+    terminal.expect_text(&["10.00 V", "step 4 of 6"]);
     terminal.press(&["e"]);
-    terminal.shows(&[
+    terminal.expect_text(&[
         "TRIPPED",
         "stopped by the operator",
         "points so far are kept",
@@ -267,18 +271,18 @@ fn a_stopped_calibration_goes_on_with_the_points_it_has() {
     ]);
     // Too early: re-arming needs the operator's confirmation.
     terminal.press(&["Enter"]);
-    terminal.shows(&["press x to re-arm it first"]);
+    terminal.expect_text(&["press x to re-arm it first"]);
     terminal.press(&["x"]);
-    terminal.shows(&["Re-arm?"]);
+    terminal.expect_text(&["Re-arm?"]);
     terminal.press(&["y"]);
-    terminal.shows(&["DISARMED"]);
+    terminal.expect_text(&["DISARMED"]);
     terminal.press(&["Enter"]);
     terminal.type_amplitude(20.0, 1.0);
     terminal.type_amplitude(30.0, 1.0);
-    terminal.shows(&["Keep them", "30.00 V"]);
+    terminal.expect_text(&["Keep them", "30.00 V"]);
     terminal.press(&["Enter"]);
     assert_eq!(
-        terminal.wrote("status").trim(),
+        terminal.expect_file("status").trim(),
         "0",
         "{}",
         terminal.screen()
@@ -290,14 +294,14 @@ fn a_stopped_calibration_goes_on_with_the_points_it_has() {
 /// Waiting for edge-triggered events wakes on the window's signal and may lose a key that arrived with it.
 #[test]
 fn a_key_pressed_while_the_window_changes_its_size_is_read() {
-    let (terminal, pid) = super::terminal::in_the_first_trial();
+    let (terminal, pid) = super::terminal::start_first_trial();
     let help = "stop the drive at once, without confirmation";
     for turn in 0..10 {
         kill_process(pid, Signal::WINCH).unwrap();
         terminal.press(&["?"]);
-        let shown = turn % 2 == 0;
-        let read = || (terminal.screen().contains(help) == shown).then_some(());
-        until(Duration::from_secs(10), read)
+        let is_shown = turn % 2 == 0;
+        let key_effect = || (terminal.screen().contains(help) == is_shown).then_some(());
+        wait_until(Duration::from_secs(10), key_effect)
             .unwrap_or_else(|| panic!("turn {turn}:\n{}", terminal.screen()));
     }
 }

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use bench_tests::panicking::{HAND, OTHER_THREAD, Report};
 use bench_tests::program::workspace;
-use bench_tests::running::until;
+use bench_tests::running::wait_until;
 use bench_tests::screen::Screen;
 use bench_tests::session::{SessionFolder, patient_config};
 use recording::RecordingReader;
@@ -27,29 +27,29 @@ const STILL_NS: u64 = 50_000_000;
 const LINES_NS: u64 = 200_000_000;
 
 /// A bench that was driving when one of its parts panicked.
-struct Panicked {
+struct PanicRun {
     part: &'static str,
     folder: tempfile::TempDir,
     status: ExitStatus,
     /// Everything shown on its terminal.
-    shown: String,
+    transcript: String,
     /// Whether the terminal was restored.
-    restored: bool,
+    is_restored: bool,
     report: Report,
 }
 
 /// Returns the end of the output.
-fn end(shown: &str) -> String {
-    let last: Vec<char> = shown.chars().rev().take(2000).collect();
-    last.into_iter().rev().collect()
+fn last_characters(transcript: &str) -> String {
+    let tail: Vec<char> = transcript.chars().rev().take(2000).collect();
+    tail.into_iter().rev().collect()
 }
 
-impl Panicked {
+impl PanicRun {
     fn bench(part: &'static str, command: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let config = patient_config(folder.path());
         let mut screen = Screen::open(100, 30);
-        let before = screen.local_modes();
+        let modes = screen.local_modes();
         let mut bench = Command::new(env!("CARGO_BIN_EXE_panicking-bench"));
         bench
             .arg(part)
@@ -62,12 +62,12 @@ impl Panicked {
         screen.attach(&mut bench);
         let mut child = bench.spawn().unwrap();
         drop(bench);
-        let mut idle = true;
-        let status = until(MINUTE, || {
-            if idle && screen.shown().contains("begins") {
+        let mut is_idle = true;
+        let status = wait_until(MINUTE, || {
+            if is_idle && screen.output().contains("begins") {
                 // A session waits for its participant, or for the operator's space bar.
                 screen.press(" ");
-                idle = false;
+                is_idle = false;
             }
             child.try_wait().unwrap()
         });
@@ -75,16 +75,19 @@ impl Panicked {
             child.kill().unwrap();
             child.wait().unwrap();
         }
-        let after = screen.local_modes();
-        let shown = screen.to_the_end();
-        let status = status.unwrap_or_else(|| panic!("{part}: still running; {}", end(&shown)));
+        let final_modes = screen.local_modes();
+        let transcript = screen.read_to_end();
+        let status = status
+            .unwrap_or_else(|| panic!("{part}: still running; {}", last_characters(&transcript)));
         let report = std::fs::read(folder.path().join("report.json"));
-        let report = report.unwrap_or_else(|error| panic!("{part}: {error}; {}", end(&shown)));
+        let report = report
+            .unwrap_or_else(|error| panic!("{part}: {error}; {}", last_characters(&transcript)));
         Self {
             part,
             status,
-            restored: before == after && after.contains(LocalModes::ICANON | LocalModes::ECHO),
-            shown,
+            is_restored: modes == final_modes
+                && final_modes.contains(LocalModes::ICANON | LocalModes::ECHO),
+            transcript,
             report: serde_json::from_slice(&report).unwrap(),
             folder,
         }
@@ -97,15 +100,15 @@ impl Panicked {
         assert!(
             panicked_ns > 0,
             "{part} never panicked: {}",
-            end(&self.shown)
+            last_characters(&self.transcript)
         );
-        let last = |line: &str| report.edges.iter().rfind(|edge| edge.line == line).unwrap();
-        let beat = last("heartbeat");
+        let last_edge = |line: &str| report.edges.iter().rfind(|edge| edge.line == line).unwrap();
+        let beat = last_edge("heartbeat");
         assert!(
             beat.at_ns < panicked_ns + LINES_NS,
             "{part}: {beat:?} after {panicked_ns}"
         );
-        let enable = last("enable");
+        let enable = last_edge("enable");
         assert!(!enable.high, "{part}: still enabled");
         assert!(
             enable.at_ns < panicked_ns + 2 * LINES_NS,
@@ -118,59 +121,72 @@ impl Panicked {
                 let cells: Vec<&str> = line.split(',').collect();
                 ((1e9 * value(cells[0])) as u64, value(cells[13]))
             });
-            let within = rows.filter(|(at_ns, _)| (from_ns..to_ns).contains(at_ns));
-            within
-                .map(|(_, amplitude_m)| amplitude_m)
-                .fold(0.0, f64::max)
+            let rows = rows.filter(|(time_ns, _)| (from_ns..to_ns).contains(time_ns));
+            rows.map(|(_, amplitude_m)| amplitude_m).fold(0.0, f64::max)
         };
         let driven_m = amplitude_m(panicked_ns - 300_000_000, panicked_ns);
         assert!(driven_m > 1e-8, "{part}: {driven_m} m before");
-        let left_m = amplitude_m(panicked_ns + STILL_NS, u64::MAX);
+        let residual_m = amplitude_m(panicked_ns + STILL_NS, u64::MAX);
         assert!(
-            left_m < 0.01 * driven_m,
-            "{part}: {left_m} m of {driven_m} m"
+            residual_m < 0.01 * driven_m,
+            "{part}: {residual_m} m of {driven_m} m"
         );
     }
 
     /// Requires a restored terminal with a message that names the part and the remedy.
     fn require_words(&self) {
-        let Self { part, shown, .. } = self;
-        assert!(self.restored, "{part}: the terminal is not as before");
+        let Self {
+            part, transcript, ..
+        } = self;
+        assert!(self.is_restored, "{part}: the terminal is not as before");
         assert_ne!(self.status.code(), None, "{part}: {}", self.status);
         assert!(!self.status.success(), "{part}");
-        let said = match shown.rsplit_once("\x1b[?1049l") {
-            Some((_, said)) => said,
-            None => shown,
+        let message = match transcript.rsplit_once("\x1b[?1049l") {
+            Some((_, message)) => message,
+            None => transcript,
         };
         assert!(
-            !shown.contains("\x1b[?1049h") || said.len() < shown.len(),
+            !transcript.contains("\x1b[?1049h") || message.len() < transcript.len(),
             "{part}: {}",
-            end(shown)
+            last_characters(transcript)
         );
         for words in [
             &format!("an error in the program itself, in its part `{part}`: on purpose"),
             "look at the plate",
         ] {
-            assert!(said.contains(words), "{part}: no {words:?} in {said:?}");
+            assert!(
+                message.contains(words),
+                "{part}: no {words:?} in {message:?}"
+            );
         }
         for words in ["panicked at", "RUST_BACKTRACE", "stack backtrace"] {
-            assert!(!shown.contains(words), "{part}: {words:?} in {said:?}");
+            assert!(
+                !transcript.contains(words),
+                "{part}: {words:?} in {message:?}"
+            );
         }
     }
 
     /// Requires the interrupted recording to be readable, and the log to be whole.
-    fn require_kept(&self) {
-        let Self { part, shown, .. } = self;
+    fn require_recording(&self) {
+        let Self {
+            part, transcript, ..
+        } = self;
         let session = SessionFolder::read(&self.folder.path().join("study"), "sub-01").unwrap();
         let recordings = session.recordings();
-        assert_eq!(recordings.len(), 1, "{part}: {}", end(shown));
+        assert_eq!(
+            recordings.len(),
+            1,
+            "{part}: {}",
+            last_characters(transcript)
+        );
         let reader = RecordingReader::open(&recordings[0]).unwrap();
-        let kept_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
-        assert!(kept_s > 0.3, "{part}: {kept_s} s kept");
+        let duration_s = reader.frames() as f64 / f64::from(reader.format().sample_rate_hz);
+        assert!(duration_s > 0.3, "{part}: {duration_s} s kept");
         let trial = reader.manifest().trial.as_ref().unwrap();
         assert_eq!(trial.end, Some(End::Interrupted), "{part}: {trial:?}");
-        let why = trial.interruption.clone().unwrap_or_default();
-        assert!(why.contains(&format!("`{part}`")), "{part}: {why}");
+        let reason = trial.interruption.clone().unwrap_or_default();
+        assert!(reason.contains(&format!("`{part}`")), "{part}: {reason}");
         let [stop] = &session.stops()[..] else {
             panic!("{part}: {:?}", session.stops());
         };
@@ -188,23 +204,23 @@ impl Panicked {
 }
 
 /// Makes each of these parts of the bench panic in turn.
-fn each_part_panics(command: &str, parts: &[&'static str], more: fn(&Panicked)) {
+fn require_panics(command: &str, parts: &[&'static str], check: fn(&PanicRun)) {
     let tasks: BTreeSet<&str> = parts
         .iter()
         .copied()
         .filter(|part| *part != OTHER_THREAD)
         .collect();
     for part in parts {
-        let bench = Panicked::bench(part, command);
+        let bench = PanicRun::bench(part, command);
         bench.require_safe();
         bench.require_words();
-        more(&bench);
-        let forgotten: Vec<_> = bench
+        check(&bench);
+        let untested: Vec<_> = bench
             .tasks()
             .difference(&tasks)
             .map(ToString::to_string)
             .collect();
-        assert!(forgotten.is_empty(), "no test lets {forgotten:?} panic");
+        assert!(untested.is_empty(), "no test lets {untested:?} panic");
     }
 }
 
@@ -224,9 +240,9 @@ const SESSION: [&str; 12] = [
 ];
 /// Tasks without a test: a replay drives nothing, and the task of the participant's window needs a window; the session's
 /// schedule runs it like the others.
-const UNTRIED: [&str; 2] = ["replay", "participant's window"];
+const UNTESTED: [&str; 2] = ["replay", "participant's window"];
 /// The task that each other command has in place of the session's.
-const OTHERS: [(&str, &str); 4] = [
+const OTHER_COMMANDS: [(&str, &str); 4] = [
     ("monitor", "monitor --mock --uncalibrated --drive-v 10"),
     (
         "calibration",
@@ -246,14 +262,14 @@ fn a_panic_in_any_part_of_a_session_stops_the_drive_then_keeps_the_files_then_re
  {
     let command =
         "run --mock --study study --participant sub-01 --protocol demo --consent-by Tester";
-    each_part_panics(command, &SESSION, Panicked::require_kept);
+    require_panics(command, &SESSION, PanicRun::require_recording);
 }
 
 /// Fault 30.
 #[test]
 fn a_panic_in_any_other_command_that_drives_stops_the_drive_and_restores_the_terminal() {
-    for (part, command) in OTHERS {
-        let bench = Panicked::bench(part, command);
+    for (part, command) in OTHER_COMMANDS {
+        let bench = PanicRun::bench(part, command);
         bench.require_safe();
         bench.require_words();
     }
@@ -261,7 +277,7 @@ fn a_panic_in_any_other_command_that_drives_stops_the_drive_and_restores_the_ter
 
 /// Each task of the program has a panic test above, or a reason to have none.
 #[test]
-fn no_task_is_forgotten() {
+fn every_task_has_a_panic_test() {
     let mut names = BTreeSet::new();
     let mut folders = vec![workspace().join("bench")];
     while let Some(folder) = folders.pop() {
@@ -275,9 +291,9 @@ fn no_task_is_forgotten() {
         }
     }
     let mut tested: BTreeSet<_> = SESSION.map(str::to_owned).into();
-    tested.extend(OTHERS.map(|(task, _)| task.to_owned()));
+    tested.extend(OTHER_COMMANDS.map(|(task, _)| task.to_owned()));
     tested.remove(OTHER_THREAD);
-    tested.extend(UNTRIED.map(str::to_owned));
+    tested.extend(UNTESTED.map(str::to_owned));
     assert_eq!(names, tested);
 }
 

@@ -13,7 +13,7 @@ use std::process::Command;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use bench_tests::program::{friction_bench, installed, participants_window, protocol};
+use bench_tests::program::{find_program, friction_bench, participants_window, protocol};
 use bench_tests::running::Running;
 use participant_window::geometry::Geometry;
 use participant_window::message::{Beat, FrameReport, Shown, Track};
@@ -42,7 +42,7 @@ impl VirtualDisplay {
         let output = folder.path().join("xvfb.log");
         let screen = format!("{}x{}x24", SIZE.0, SIZE.1);
         let mut server = Running::start(
-            Command::new(installed("Xvfb"))
+            Command::new(find_program("Xvfb"))
                 .args([
                     "-displayfd",
                     "1",
@@ -57,11 +57,11 @@ impl VirtualDisplay {
             &output,
         );
         let number = server.wait_for(PATIENCE, || {
-            let said = std::fs::read_to_string(&output).ok()?;
-            let line = said
+            let transcript = std::fs::read_to_string(&output).ok()?;
+            let line = transcript
                 .lines()
                 .find_map(|line| line.trim().parse::<u32>().ok());
-            line.filter(|_| said.ends_with('\n'))
+            line.filter(|_| transcript.ends_with('\n'))
         });
         let number = number.unwrap_or_else(|| panic!("no virtual display: {}", server.output()));
         let scales = folder.path().join("friction-bench");
@@ -97,32 +97,32 @@ impl VirtualDisplay {
         let picture = File::open(self.folder.path().join("Xvfb_screen0")).ok()?;
         let mut header = [0; 100];
         picture.read_exact_at(&mut header, 0).ok()?;
-        let word = |at: usize| {
+        let word = |offset: usize| {
             let bytes = header
-                .get(at..at + 4)
+                .get(offset..offset + 4)
                 .and_then(|bytes| bytes.try_into().ok());
             bytes.map_or(0, |bytes| u64::from(u32::from_be_bytes(bytes)))
         };
         // Header of an XWD file: length of the header, bytes per line, number of colours of 12 bytes each.
         let (length, line, colours) = (word(0), word(48), word(76));
         let mut pixels = vec![0; usize::try_from(line).ok()?];
-        let before_s = shared_s();
-        let at = length + 12 * colours + u64::from(row) * line;
-        picture.read_exact_at(&mut pixels, at).ok()?;
-        let at_s = 0.5 * (before_s + shared_s());
+        let start_s = shared_s();
+        let offset = length + 12 * colours + u64::from(row) * line;
+        picture.read_exact_at(&mut pixels, offset).ok()?;
+        let look_s = 0.5 * (start_s + shared_s());
         let red = |colour: u32| f64::from(colour >> 16 & 0xff);
-        let parts = pixels.chunks_exact(4).enumerate().map(|(x, pixel)| {
-            let part = (f64::from(pixel[2]) - red(GROUND)) / (red(SLIDER) - red(GROUND));
-            (x as f64 + 0.5, part.clamp(0.0, 1.0))
+        let shares = pixels.chunks_exact(4).enumerate().map(|(x, pixel)| {
+            let share = (f64::from(pixel[2]) - red(GROUND)) / (red(SLIDER) - red(GROUND));
+            (x as f64 + 0.5, share.clamp(0.0, 1.0))
         });
-        let (weight, sum) = parts.fold((0.0, 0.0), |(weight, sum), (x, part)| {
-            (weight + part, sum + part * x)
+        let (weight, sum) = shares.fold((0.0, 0.0), |(weight, sum), (x, share)| {
+            (weight + share, sum + share * x)
         });
-        (weight > 4.0).then(|| (sum / weight, at_s))
+        (weight > 4.0).then(|| (sum / weight, look_s))
     }
 }
 
-fn shown(starts_s: Option<f64>) -> Shown {
+fn slider_content(starts_s: Option<f64>) -> Shown {
     let (from_m, to_m) = (0.010, 0.095);
     Shown {
         title: "Follow the slider".to_owned(),
@@ -142,10 +142,10 @@ fn shown(starts_s: Option<f64>) -> Shown {
     }
 }
 
-fn wait_for(seat: &mut Seat, what: &str, wanted: impl Fn(&SeatEvent) -> bool) {
-    let begun = Instant::now();
-    while !seat.look(shared_s()).iter().any(&wanted) {
-        assert!(begun.elapsed() < PATIENCE, "{what} did not happen");
+fn wait_for(seat: &mut Seat, name: &str, is_match: impl Fn(&SeatEvent) -> bool) {
+    let start = Instant::now();
+    while !seat.look(shared_s()).iter().any(&is_match) {
+        assert!(start.elapsed() < PATIENCE, "{name} did not happen");
         sleep(Duration::from_millis(5));
     }
 }
@@ -160,7 +160,7 @@ fn is_left(event: &SeatEvent) -> bool {
 
 /// Observation of one exploration.
 #[derive(Default)]
-struct Seen {
+struct Exploration {
     errors_m: Vec<f64>,
     /// Mean speed of a finger that follows the pixels, over the middle 60 mm, m/s.
     finger_m_per_s: f64,
@@ -168,7 +168,7 @@ struct Seen {
 }
 
 /// Shows an exploration and follows its pixels with a finger.
-fn explore(display: &VirtualDisplay, seat: &mut Seat) -> Seen {
+fn explore(display: &VirtualDisplay, seat: &mut Seat) -> Exploration {
     let geometry = Geometry {
         width: f64::from(SIZE.0),
         height: f64::from(SIZE.1),
@@ -178,11 +178,11 @@ fn explore(display: &VirtualDisplay, seat: &mut Seat) -> Seen {
     // The bench's clock starts at an arbitrary time; it is sent in blocks, so some milliseconds late.
     let offset_s = shared_s() - 5.0;
     let starts_s = 5.6;
-    let mut seen = Seen::default();
-    let shown = shown(Some(starts_s));
-    let track = shown.track.clone().unwrap();
-    seat.show(shown);
-    let (mut beat_s, mut looked_s, mut finger_m) = (0.0, f64::NAN, track.motion.from_m);
+    let mut exploration = Exploration::default();
+    let content = slider_content(Some(starts_s));
+    let track = content.track.clone().unwrap();
+    seat.show(content);
+    let (mut beat_s, mut look_s, mut finger_m) = (0.0, f64::NAN, track.motion.from_m);
     let mut middle: Vec<(f64, f64)> = Vec::new();
     loop {
         let now_s = shared_s() - offset_s;
@@ -196,39 +196,40 @@ fn explore(display: &VirtualDisplay, seat: &mut Seat) -> Seen {
         }
         for event in seat.look(shared_s()) {
             match event {
-                SeatEvent::Explored(report) => seen.report = Some(report),
+                SeatEvent::Explored(report) => exploration.report = Some(report),
                 // On a busy computer frames are missed; the reports count them.
                 SeatEvent::Trouble { .. } => {}
-                other => panic!("{other:?}"),
+                event => panic!("{event:?}"),
             }
         }
-        if let Some((x, at_s)) = display.slider(row as u32) {
-            let audio_s = at_s - offset_s;
+        if let Some((x, pixel_s)) = display.slider(row as u32) {
+            let audio_s = pixel_s - offset_s;
             let shown_m = track.plate_m / 2.0 + (x - geometry.width / 2.0) * PIXEL_M;
             if track.motion.moves(audio_s) {
-                seen.errors_m
+                exploration
+                    .errors_m
                     .push((shown_m - track.motion.at_m(audio_s)).abs());
             }
-            let elapsed_s = audio_s - looked_s;
+            let elapsed_s = audio_s - look_s;
             if elapsed_s > 0.0 {
                 // A hand lags its target by some tenths of a second.
                 finger_m += (shown_m - finger_m) * (1.0 - (-elapsed_s / 0.15).exp());
             }
-            looked_s = audio_s;
+            look_s = audio_s;
             if (finger_m - track.plate_m / 2.0).abs() < 0.03 {
                 middle.push((audio_s, finger_m));
             }
         }
-        let over_s = starts_s + track.motion.duration_s();
-        if seen.report.is_some() || now_s > over_s + PATIENCE.as_secs_f64() {
+        let end_s = starts_s + track.motion.duration_s();
+        if exploration.report.is_some() || now_s > end_s + PATIENCE.as_secs_f64() {
             break;
         }
         sleep(Duration::from_millis(3));
     }
     if let (Some((from_s, from_m)), Some((to_s, to_m))) = (middle.first(), middle.last()) {
-        seen.finger_m_per_s = (to_m - from_m) / (to_s - from_s);
+        exploration.finger_m_per_s = (to_m - from_m) / (to_s - from_s);
     }
-    seen
+    exploration
 }
 
 fn median(values: &mut [f64]) -> f64 {
@@ -243,23 +244,31 @@ fn a_finger_that_follows_the_pixels_follows_the_slider_within_a_frame() {
     let mut seat = Seat::open(&display.socket()).unwrap();
     let mut window = display.window("window.log");
     wait_for(&mut seat, "a window", is_taken);
-    let long_s = std::env::var("FRICTION_BENCH_WINDOW_S").map_or(0.0, |s| s.parse().unwrap());
-    let begun = Instant::now();
-    let mut all: Vec<Seen> = Vec::new();
-    while all.is_empty() || begun.elapsed().as_secs_f64() < long_s {
-        all.push(explore(&display, &mut seat));
-        assert_eq!(window.ended(), None, "{}", window.output());
+    let duration_s = std::env::var("FRICTION_BENCH_WINDOW_S").map_or(0.0, |s| s.parse().unwrap());
+    let start = Instant::now();
+    let mut explorations: Vec<Exploration> = Vec::new();
+    while explorations.is_empty() || start.elapsed().as_secs_f64() < duration_s {
+        explorations.push(explore(&display, &mut seat));
+        assert_eq!(window.exit_status(), None, "{}", window.output());
     }
-    let reports: Vec<FrameReport> = all.iter().filter_map(|seen| seen.report).collect();
-    assert_eq!(reports.len(), all.len(), "an exploration was not reported");
-    let mut errors_m: Vec<f64> = all
+    let reports: Vec<FrameReport> = explorations
         .iter()
-        .flat_map(|seen| seen.errors_m.iter().copied())
+        .filter_map(|exploration| exploration.report)
+        .collect();
+    assert_eq!(
+        reports.len(),
+        explorations.len(),
+        "an exploration was not reported"
+    );
+    let mut errors_m: Vec<f64> = explorations
+        .iter()
+        .flat_map(|exploration| exploration.errors_m.iter().copied())
         .collect();
     let error_m = median(&mut errors_m);
-    let last_m = errors_m[errors_m.len() * 99 / 100];
-    let of =
-        |part: fn(&FrameReport) -> f64| median(&mut reports.iter().map(part).collect::<Vec<f64>>());
+    let p99_m = errors_m[errors_m.len() * 99 / 100];
+    let median_of = |value: fn(&FrameReport) -> f64| {
+        median(&mut reports.iter().map(value).collect::<Vec<f64>>())
+    };
     let frames: u32 = reports.iter().map(|report| report.frames).sum();
     let dropped: u32 = reports.iter().map(|report| report.dropped).sum();
     let longest_s = reports
@@ -271,27 +280,27 @@ fn a_finger_that_follows_the_pixels_follows_the_slider_within_a_frame() {
          interval: median {:.2} ms, 99th percentile {:.2} ms (median over explorations), longest {:.1} ms\n\
          slider: by the window's own account median {:.2} mm, by the pixels median {:.2} mm, 99th percentile {:.2} mm; \
          a frame is {:.2} mm",
-        all.len(),
-        begun.elapsed().as_secs_f64(),
-        1e3 * of(|report| report.interval_p50_s),
-        1e3 * of(|report| report.interval_p99_s),
+        explorations.len(),
+        start.elapsed().as_secs_f64(),
+        1e3 * median_of(|report| report.interval_p50_s),
+        1e3 * median_of(|report| report.interval_p99_s),
         1e3 * longest_s,
-        1e3 * of(|report| report.slider_error_p50_m),
+        1e3 * median_of(|report| report.slider_error_p50_m),
         1e3 * error_m,
-        1e3 * last_m,
-        1e3 * of(|report| report.frame_m),
+        1e3 * p99_m,
+        1e3 * median_of(|report| report.frame_m),
     );
-    let frame_m = of(|report| report.frame_m);
+    let frame_m = median_of(|report| report.frame_m);
     assert!((frame_m - SPEED_M_PER_S / 60.0).abs() < 1e-5, "{frame_m}");
     // Medians, because a busy computer drops frames; the reports count them.
     assert!(error_m <= frame_m, "{error_m} m");
-    assert!(of(|report| report.slider_error_p50_m) <= frame_m);
+    assert!(median_of(|report| report.slider_error_p50_m) <= frame_m);
     // The protocol's rule: within a quarter of the slider's speed.
-    for seen in &all {
+    for exploration in &explorations {
         assert!(
-            (seen.finger_m_per_s / SPEED_M_PER_S - 1.0).abs() < 0.25,
+            (exploration.finger_m_per_s / SPEED_M_PER_S - 1.0).abs() < 0.25,
             "{} m/s",
-            seen.finger_m_per_s
+            exploration.finger_m_per_s
         );
     }
 }
@@ -301,30 +310,30 @@ fn a_finger_that_follows_the_pixels_follows_the_slider_within_a_frame() {
 fn a_window_that_dies_or_hangs_is_missed_and_another_takes_its_place() {
     let display = VirtualDisplay::start();
     let mut seat = Seat::open(&display.socket()).unwrap();
-    seat.show(shown(None));
-    let mut killed = display.window("killed.log");
+    seat.show(slider_content(None));
+    let mut first_window = display.window("killed.log");
     wait_for(&mut seat, "a window", is_taken);
 
-    let mut second = display.window("second.log");
-    assert_eq!(second.wait(PATIENCE).code(), Some(2));
+    let mut second_window = display.window("second.log");
+    assert_eq!(second_window.wait(PATIENCE).code(), Some(2));
     assert!(
-        second.output().contains("is open already"),
+        second_window.output().contains("is open already"),
         "{}",
-        second.output()
+        second_window.output()
     );
 
-    killed.signal(Signal::KILL);
+    first_window.signal(Signal::KILL);
     wait_for(&mut seat, "its death", is_left);
-    killed.wait(PATIENCE);
-    let hanging = display.window("hanging.log");
+    first_window.wait(PATIENCE);
+    let third_window = display.window("hanging.log");
     wait_for(&mut seat, "a window after it", is_taken);
-    hanging.signal(Signal::STOP);
+    third_window.signal(Signal::STOP);
     wait_for(&mut seat, "its hanging", is_left);
-    hanging.signal(Signal::CONT);
+    third_window.signal(Signal::CONT);
     wait_for(&mut seat, "its return", is_taken);
-    let began = shared_s();
+    let start_s = shared_s();
     drop(seat);
-    assert!(shared_s() - began < 1.0);
+    assert!(shared_s() - start_s < 1.0);
 }
 
 /// On a virtual display a warning is enough; in front of a participant the session pauses.
@@ -337,20 +346,20 @@ fn a_slider_that_jerks_again_and_again_is_told() {
     let window = display.window("window.log");
     wait_for(&mut seat, "a window", is_taken);
     let offset_s = shared_s() - 5.0;
-    seat.show(shown(Some(5.2)));
-    let begun = Instant::now();
-    let mut told = None;
-    while told.is_none() && begun.elapsed() < PATIENCE {
-        for pause in [Signal::STOP, Signal::CONT] {
+    seat.show(slider_content(Some(5.2)));
+    let start = Instant::now();
+    let mut warning = None;
+    while warning.is_none() && start.elapsed() < PATIENCE {
+        for signal in [Signal::STOP, Signal::CONT] {
             seat.beat(Beat {
                 audio_s: shared_s() - offset_s,
                 shared_s: shared_s(),
                 finger_m: None,
             });
-            window.signal(pause);
+            window.signal(signal);
             sleep(Duration::from_millis(80));
         }
-        told = seat
+        warning = seat
             .look(shared_s())
             .into_iter()
             .find_map(|event| match event {
@@ -358,8 +367,8 @@ fn a_slider_that_jerks_again_and_again_is_told() {
                 _ => None,
             });
     }
-    let told = told.expect("a word about frames");
-    assert!(told.contains("over 50 ms"), "{told}");
+    let warning = warning.expect("a word about frames");
+    assert!(warning.contains("over 50 ms"), "{warning}");
 }
 
 /// Returns a command that opens the participant's window.
@@ -378,8 +387,8 @@ fn private_folder() -> TempDir {
 }
 
 /// Returns the exit status of the command without a screen, and its output.
-fn without_a_screen(command: &mut Command, folder: &Path) -> (Option<i32>, String) {
-    let ended = command
+fn run_without_screen(command: &mut Command, folder: &Path) -> (Option<i32>, String) {
+    let output = command
         .arg("--socket")
         .arg(folder.join("s"))
         .env("XDG_CONFIG_HOME", folder)
@@ -387,23 +396,23 @@ fn without_a_screen(command: &mut Command, folder: &Path) -> (Option<i32>, Strin
         .env_remove("WAYLAND_DISPLAY")
         .output()
         .unwrap();
-    let said = String::from_utf8_lossy(&ended.stderr).into_owned();
-    (ended.status.code(), said)
+    let transcript = String::from_utf8_lossy(&output.stderr).into_owned();
+    (output.status.code(), transcript)
 }
 
 #[test]
-fn without_a_screen_the_command_says_what_it_needs() {
+fn a_missing_screen_is_reported() {
     let folder = private_folder();
-    let (code, said) = without_a_screen(&mut participant(friction_bench()), folder.path());
+    let (code, transcript) = run_without_screen(&mut participant(friction_bench()), folder.path());
     assert_eq!(code, Some(2));
     assert!(
-        said.contains("DISPLAY") && !said.contains("panic"),
-        "{said}"
+        transcript.contains("DISPLAY") && !transcript.contains("panic"),
+        "{transcript}"
     );
 }
 
 #[test]
-fn the_commands_arguments_signals_and_status_are_the_windows() {
+fn the_command_passes_arguments_signals_and_status_of_the_window() {
     let display = VirtualDisplay::start();
     let mut seat = Seat::open(&display.socket()).unwrap();
     let mut window = display.window("window.log");
@@ -418,20 +427,23 @@ fn the_commands_arguments_signals_and_status_are_the_windows() {
         "{}",
         window.output()
     );
-    let refused = participant(friction_bench())
+    let output = participant(friction_bench())
         .args(["--monitor", "nowhere", "--socket"])
         .arg(display.folder.path().join("other"))
         .env("DISPLAY", &display.name)
         .env("XDG_CONFIG_HOME", display.folder.path())
         .output()
         .unwrap();
-    assert_eq!(refused.status.code(), Some(2));
-    let said = String::from_utf8_lossy(&refused.stderr);
-    assert!(said.contains("there is no monitor nowhere"), "{said}");
+    assert_eq!(output.status.code(), Some(2));
+    let transcript = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        transcript.contains("there is no monitor nowhere"),
+        "{transcript}"
+    );
 }
 
 /// Makes a copy of friction-bench in a folder without the window's program.
-fn alone(folder: &Path) -> PathBuf {
+fn lone_copy(folder: &Path) -> PathBuf {
     let copy = folder.join("friction-bench");
     if std::fs::hard_link(friction_bench(), &copy).is_err() {
         std::fs::copy(friction_bench(), &copy).unwrap();
@@ -440,11 +452,11 @@ fn alone(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn a_window_that_is_not_installed_is_missed_by_name_and_one_on_the_path_is_found() {
+fn a_missing_window_is_named_and_one_on_the_path_is_found() {
     let (folder, programs) = (private_folder(), private_folder());
-    let program = alone(programs.path());
+    let program = lone_copy(programs.path());
     let empty = tempfile::tempdir().unwrap();
-    let (code, said) = without_a_screen(
+    let (code, transcript) = run_without_screen(
         participant(&program).env("PATH", empty.path()),
         folder.path(),
     );
@@ -454,26 +466,32 @@ fn a_window_that_is_not_installed_is_missed_by_name_and_one_on_the_path_is_found
         &format!("neither in {} nor on the PATH", programs.path().display()),
         "cargo build --release -p friction-bench-participant",
     ] {
-        assert!(said.contains(words), "{said}");
+        assert!(transcript.contains(words), "{transcript}");
     }
-    let there = participants_window().parent().unwrap();
-    let (code, said) = without_a_screen(participant(&program).env("PATH", there), folder.path());
+    let window_folder = participants_window().parent().unwrap();
+    let (code, transcript) = run_without_screen(
+        participant(&program).env("PATH", window_folder),
+        folder.path(),
+    );
     assert_eq!(code, Some(2));
     assert!(
-        said.starts_with("friction-bench-participant: no screen to open a window on"),
-        "{said}"
+        transcript.starts_with("friction-bench-participant: no screen to open a window on"),
+        "{transcript}"
     );
     std::fs::write(programs.path().join("friction-bench-participant"), "").unwrap();
-    let (code, said) = without_a_screen(participant(&program).env("PATH", there), folder.path());
+    let (code, transcript) = run_without_screen(
+        participant(&program).env("PATH", window_folder),
+        folder.path(),
+    );
     assert_eq!(code, Some(2));
-    assert!(said.contains("does not start"), "{said}");
+    assert!(transcript.contains("does not start"), "{transcript}");
 }
 
 /// Returns the display libraries that a command opened, judging by file names in its strace.
-fn libraries_of_a_display(command: &Command, folder: &Path) -> Vec<String> {
+fn display_libraries(command: &Command, folder: &Path) -> Vec<String> {
     let trace = folder.join("trace");
-    let mut traced = Command::new(installed("strace"));
-    traced
+    let mut strace = Command::new(find_program("strace"));
+    strace
         .args(["-f", "-qq", "-e", "trace=open,openat", "-o"])
         .arg(&trace)
         .arg(command.get_program())
@@ -481,9 +499,9 @@ fn libraries_of_a_display(command: &Command, folder: &Path) -> Vec<String> {
         .env("XDG_CONFIG_HOME", folder)
         .env_remove("DISPLAY")
         .current_dir(folder);
-    let ended = traced.output().unwrap();
+    let output = strace.output().unwrap();
     let trace = std::fs::read_to_string(&trace).unwrap();
-    assert!(trace.contains("libc.so"), "{ended:?}\n{trace}");
+    assert!(trace.contains("libc.so"), "{output:?}\n{trace}");
     let libraries = trace.split('"').filter(|name| {
         let file = name.rsplit('/').next().unwrap_or_default();
         let display = ["libX", "libxcb", "libxkb", "libwayland"];
@@ -500,16 +518,16 @@ fn a_session_loads_no_library_of_a_display() {
         .args(["run", "--mock", "--headless", "--speed", "max"])
         .args(["--participant", "sub-01", "--consent-by", "T", "--protocol"])
         .arg(protocol("one-exploration.toml"));
-    let opened = libraries_of_a_display(&session, folder.path());
-    assert_eq!(opened, [""; 0]);
+    let libraries = display_libraries(&session, folder.path());
+    assert_eq!(libraries, [""; 0]);
     let log = folder.path().join("study/sub-01/ses-01/events.jsonl");
     assert!(log.is_file(), "no session took place");
     // The window opens them, so the check above is meaningful.
     let mut window = participant(friction_bench());
     window.arg("--socket").arg(folder.path().join("s"));
-    let opened = libraries_of_a_display(&window, folder.path());
+    let libraries = display_libraries(&window, folder.path());
     assert!(
-        opened.iter().any(|name| name.contains("libX11")),
-        "{opened:?}"
+        libraries.iter().any(|name| name.contains("libX11")),
+        "{libraries:?}"
     );
 }

@@ -14,9 +14,9 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use bench_tests::program::bench;
-use bench_tests::recorded::{Recording, interrupted_in_good_order};
+use bench_tests::recorded::{Recording, require_orderly_interruption};
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, demo_with, finish, patient_config, text};
+use bench_tests::session::{SessionFolder, finish, patient_config, text, write_demo_protocol};
 use recording::study::event_log::ExitStatus;
 use rustix::process::Signal;
 use serde_json::Value;
@@ -29,19 +29,19 @@ const STOP: Duration = Duration::from_secs(1);
 const LOSS_S: f64 = 1.0;
 
 /// A study for a protocol of three conditions in random order, on a bench that tolerates a busy machine.
-struct Place {
+struct StudyFolder {
     folder: TempDir,
     study: PathBuf,
     protocol: PathBuf,
     config: PathBuf,
 }
 
-impl Place {
+impl StudyFolder {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let conditions = "[[conditions]]\nname = \"slow\"\nmodulation_hz = 3.0\n\n[[conditions]]\nname = \"am-6hz-95\"\n\n\
                           [[conditions]]\nname = \"middle\"\nmodulation_hz = 4.5\n";
-        let protocol = demo_with(
+        let protocol = write_demo_protocol(
             folder.path(),
             &[
                 ("practice = 1", "practice = 0"),
@@ -56,9 +56,9 @@ impl Place {
             ],
         );
         let text = std::fs::read_to_string(&protocol).unwrap();
-        let (before, after) = text.split_once("[[removed]]").unwrap();
-        let after = &after[after.find("[trials]").unwrap()..];
-        std::fs::write(&protocol, format!("{before}{conditions}\n{after}")).unwrap();
+        let (head, tail) = text.split_once("[[removed]]").unwrap();
+        let tail = &tail[tail.find("[trials]").unwrap()..];
+        std::fs::write(&protocol, format!("{head}{conditions}\n{tail}")).unwrap();
         let config = patient_config(folder.path());
         Self {
             study: folder.path().join("study"),
@@ -94,20 +94,21 @@ impl Place {
         SessionFolder::read(&self.study, "sub-01").unwrap()
     }
 
-    /// Starts a session in real time and waits for `recorded` after the folder of its first trial appears. Returns the session
+    /// Starts a session in real time and waits for `duration` after the folder of its first trial appears. Returns the session
     /// and the time of the folder's appearance.
     ///
     /// # Panics
     /// When the session ends first: on a late machine the safety watch ends it.
-    fn in_the_first_trial(&self, recorded: Duration) -> (Running, Instant) {
+    fn start_first_trial(&self, duration: Duration) -> (Running, Instant) {
         let mut running = Running::start(&mut self.run("real"), &self.folder.path().join("output"));
         let session = self.study.join("sub-01/ses-01");
         let trial = running.wait_for(MINUTE, || first_trial(&session));
         assert!(trial.is_some(), "no trial: {}", running.output());
-        let appeared = Instant::now();
-        let goes_on = running.wait_for(MINUTE, || (appeared.elapsed() >= recorded).then_some(()));
-        assert!(goes_on.is_some(), "ended: {}", running.output());
-        (running, appeared)
+        let appearance = Instant::now();
+        let continuation =
+            running.wait_for(MINUTE, || (appearance.elapsed() >= duration).then_some(()));
+        assert!(continuation.is_some(), "ended: {}", running.output());
+        (running, appearance)
     }
 
     /// Resumes the session and completes it as fast as it computes.
@@ -126,15 +127,15 @@ fn first_trial(session: &Path) -> Option<PathBuf> {
         .find(|path| path.join("signals.wav").is_file())
 }
 
-fn order(started: &Value) -> Vec<String> {
-    let names = started["order"].as_array().unwrap().iter();
+fn order(event: &Value) -> Vec<String> {
+    let names = event["order"].as_array().unwrap().iter();
     names
         .map(|name| name.as_str().unwrap().to_owned())
         .collect()
 }
 
 /// Requires the resumed session to repeat the interrupted trial and keep the order.
-fn goes_on_in_the_same_order(session: &SessionFolder) {
+fn require_same_order(session: &SessionFolder) {
     let starts = session.starts();
     assert_eq!(
         starts.iter().map(|start| start.resumed).collect::<Vec<_>>(),
@@ -146,10 +147,10 @@ fn goes_on_in_the_same_order(session: &SessionFolder) {
         .collect();
     assert_eq!(orders.len(), 2);
     assert_eq!(orders[0], orders[1]);
-    let mut sorted = orders[0].clone();
-    sorted.sort();
-    assert_eq!(sorted, ["am-6hz-95", "middle", "slow"]);
-    let accepted: Vec<_> = session
+    let mut conditions = orders[0].clone();
+    conditions.sort();
+    assert_eq!(conditions, ["am-6hz-95", "middle", "slow"]);
+    let accepted_conditions: Vec<_> = session
         .named("trial_settled")
         .map(|event| &event.data["record"])
         .filter(|record| {
@@ -158,7 +159,7 @@ fn goes_on_in_the_same_order(session: &SessionFolder) {
         .map(|record| record["key"]["condition"].as_str().unwrap())
         .collect();
     assert_eq!(
-        accepted,
+        accepted_conditions,
         orders[0].iter().map(String::as_str).collect::<Vec<_>>()
     );
     assert_eq!(
@@ -178,78 +179,84 @@ fn goes_on_in_the_same_order(session: &SessionFolder) {
 }
 
 /// Sends `signal` in the middle of a trial; returns the place with the remaining files, and the time to the end.
-fn interrupted_by(signal: Signal) -> (Place, Duration) {
-    let place = Place::new();
-    let (mut running, _) = place.in_the_first_trial(Duration::from_millis(1500));
-    let sent = Instant::now();
+fn interrupt(signal: Signal) -> (StudyFolder, Duration) {
+    let folder = StudyFolder::new();
+    let (mut running, _) = folder.start_first_trial(Duration::from_millis(1500));
+    let start = Instant::now();
     running.signal(signal);
     let status = running.wait(MINUTE);
-    let took = sent.elapsed();
-    let printed = running.output();
+    let duration = start.elapsed();
+    let transcript = running.output();
     // On a late machine the safety watch stops the session before this test does.
-    assert!(printed.contains("stopped before its end"), "{printed}");
-    assert_eq!(status.code(), Some(1), "{printed}");
-    assert!(!printed.contains("panicked"), "{printed}");
-    (place, took)
+    assert!(
+        transcript.contains("stopped before its end"),
+        "{transcript}"
+    );
+    assert_eq!(status.code(), Some(1), "{transcript}");
+    assert!(!transcript.contains("panicked"), "{transcript}");
+    (folder, duration)
 }
 
-fn ends_in_good_order(signal: Signal) {
-    let (place, took) = interrupted_by(signal);
-    assert!(took < STOP, "{signal:?} ended a session in {took:?}");
-    println!("{signal:?}: ended in {} ms", took.as_millis());
+fn require_orderly_end(signal: Signal) {
+    let (folder, duration) = interrupt(signal);
+    assert!(
+        duration < STOP,
+        "{signal:?} ended a session in {duration:?}"
+    );
+    println!("{signal:?}: ended in {} ms", duration.as_millis());
 
-    let session = place.session();
-    let recording = interrupted_in_good_order(&session);
+    let session = folder.session();
+    let recording = require_orderly_interruption(&session);
     assert!(recording.greatest_phase_step_rad() < 0.01);
-    goes_on_in_the_same_order(&place.resume());
+    require_same_order(&folder.resume());
 }
 
 /// Fault 29.
 #[test]
 fn sigint_ends_a_session_in_good_order() {
-    ends_in_good_order(Signal::INT);
+    require_orderly_end(Signal::INT);
 }
 
 /// Fault 29.
 #[test]
 fn sigterm_ends_a_session_in_good_order() {
-    ends_in_good_order(Signal::TERM);
+    require_orderly_end(Signal::TERM);
 }
 
 /// Fault 29.
 #[test]
 fn sighup_ends_a_session_in_good_order() {
-    ends_in_good_order(Signal::HUP);
+    require_orderly_end(Signal::HUP);
 }
 
 /// Fault 28.
 #[test]
 fn sigquit_ends_a_session_in_good_order() {
-    ends_in_good_order(Signal::QUIT);
+    require_orderly_end(Signal::QUIT);
 }
 
 #[test]
 fn sigkill_at_any_moment_takes_at_most_a_second() {
-    for after_ms in [170, 1430, 3070] {
-        let loss_s = killed(Duration::from_millis(after_ms));
+    for delay_ms in [170, 1430, 3070] {
+        let loss_s = kill(Duration::from_millis(delay_ms));
         assert!(
             loss_s < LOSS_S,
-            "killed after {after_ms} ms: {loss_s} s are gone"
+            "killed after {delay_ms} ms: {loss_s} s are gone"
         );
-        println!("killed after {after_ms} ms: {loss_s:.3} s lost");
+        println!("killed after {delay_ms} ms: {loss_s:.3} s lost");
     }
 }
 
 /// Kills a session; returns the time between the kill and the last sample on disk, s. All else must be readable, and the
 /// session resumable.
-fn killed(after: Duration) -> f64 {
-    let place = Place::new();
-    let (mut running, appeared) = place.in_the_first_trial(after);
+fn kill(delay: Duration) -> f64 {
+    let folder = StudyFolder::new();
+    let (mut running, appearance) = folder.start_first_trial(delay);
     running.signal(Signal::KILL);
-    let recorded_s = appeared.elapsed().as_secs_f64();
+    let recorded_s = appearance.elapsed().as_secs_f64();
     let status = running.wait(MINUTE);
     assert_eq!(status.code(), None, "ended by itself: {}", running.output());
-    let session = place.session();
+    let session = folder.session();
     assert!(session.stops().is_empty());
     let recording = Recording::read(&session.recordings()[0]);
     let trial = recording.manifest.trial.as_ref().unwrap();
@@ -262,7 +269,7 @@ fn killed(after: Duration) -> f64 {
         "{:?}",
         recording.warnings
     );
-    assert_eq!(recording.not_finite(), 0);
-    goes_on_in_the_same_order(&place.resume());
+    assert_eq!(recording.nonfinite_samples(), 0);
+    require_same_order(&folder.resume());
     recorded_s - recording.duration_s()
 }

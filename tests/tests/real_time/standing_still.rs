@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use bench_tests::program::bench;
-use bench_tests::running::{Running, until};
+use bench_tests::running::{Running, wait_until};
 use bench_tests::screen::Screen;
 use bench_tests::session::patient_config;
 use rustix::process::Signal;
@@ -29,27 +29,27 @@ fn its_stop_key_stops_the_drive_and_a_signal_ends_the_session() {
         .arg(&study)
         .arg("--config")
         .arg(&config);
-    let mut session = Running::on(&screen, &mut run);
+    let mut session = Running::start_on(&screen, &mut run);
     let log = study.join("sub-01/ses-01/events.jsonl");
-    let logged = |words: &str| {
+    let log_with = |words: &str| {
         let log = std::fs::read_to_string(&log).ok()?;
         log.contains(words).then_some(())
     };
-    until(MINUTE, || logged("\"trial_began\"")).unwrap();
-    screen.look_away();
-    let mut taken = Instant::now();
-    let full = || {
-        if screen.takes_more() {
-            taken = Instant::now();
+    wait_until(MINUTE, || log_with("\"trial_began\"")).unwrap();
+    screen.stop_reading();
+    let mut output_time = Instant::now();
+    let is_full = || {
+        if screen.accepts_output() {
+            output_time = Instant::now();
         }
-        (taken.elapsed() > FULL).then_some(())
+        (output_time.elapsed() > FULL).then_some(())
     };
-    until(MINUTE, full).unwrap();
+    wait_until(MINUTE, is_full).unwrap();
 
     screen.press("e");
-    until(MINUTE, || logged("stopped by the operator")).unwrap();
-    assert!(!screen.takes_more());
+    wait_until(MINUTE, || log_with("stopped by the operator")).unwrap();
+    assert!(!screen.accepts_output());
     session.signal(Signal::TERM);
     session.wait(END);
-    assert!(logged("\"document\":\"stop\"").is_some());
+    assert!(log_with("\"document\":\"stop\"").is_some());
 }

@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-use bench_tests::program::{friction_bench, installed};
-use bench_tests::recorded::interrupted_in_good_order;
-use bench_tests::running::until;
+use bench_tests::program::{find_program, friction_bench};
+use bench_tests::recorded::require_orderly_interruption;
+use bench_tests::running::wait_until;
 use bench_tests::session::{SessionFolder, finish, patient_config, text};
 use config::CalibrationFile;
 use mock_world::scenario::built_in;
@@ -33,18 +33,18 @@ pub(super) struct Terminal {
 
 impl Terminal {
     pub(super) fn open(columns: u16, rows: u16, command: &str) -> Self {
-        Self::prepared(columns, rows, |_| (), command)
+        Self::open_prepared(columns, rows, |_| (), command)
     }
 
     /// Opens a terminal in a folder prepared by `prepare`. The program starts once the file `wait` is gone.
-    pub(super) fn prepared(
+    pub(super) fn open_prepared(
         columns: u16,
         rows: u16,
         prepare: impl FnOnce(&Path),
         command: &str,
     ) -> Self {
         let terminal = Self {
-            tmux: installed("tmux"),
+            tmux: find_program("tmux"),
             folder: tempfile::tempdir().unwrap(),
         };
         patient_config(terminal.folder.path());
@@ -56,7 +56,7 @@ impl Terminal {
     }
 
     /// Runs another command on the terminal after the previous one has ended.
-    pub(super) fn again(&self, command: &str) {
+    pub(super) fn rerun(&self, command: &str) {
         std::fs::remove_file(self.folder.path().join("status")).unwrap();
         self.tmux(&["respawn-pane", "-k", &self.script(command)]);
     }
@@ -92,20 +92,20 @@ impl Terminal {
         self.tmux(&["capture-pane", "-p"])
     }
 
-    pub(super) fn shows(&self, what: &[&str]) -> String {
-        let mut last = String::new();
-        until(PATIENCE, || {
-            last = self.screen();
-            what.iter().all(|word| last.contains(word)).then_some(())
+    pub(super) fn expect_text(&self, words: &[&str]) -> String {
+        let mut screen = String::new();
+        wait_until(PATIENCE, || {
+            screen = self.screen();
+            words.iter().all(|word| screen.contains(word)).then_some(())
         })
-        .unwrap_or_else(|| panic!("no {what:?} in {PATIENCE:?} on:\n{last}"));
-        last
+        .unwrap_or_else(|| panic!("no {words:?} in {PATIENCE:?} on:\n{screen}"));
+        screen
     }
 
     /// Returns the script's output in `file`, once it exists.
-    pub(super) fn wrote(&self, file: &str) -> String {
+    pub(super) fn expect_file(&self, file: &str) -> String {
         let path = self.folder.path().join(file);
-        until(PATIENCE, || {
+        wait_until(PATIENCE, || {
             std::fs::read_to_string(&path)
                 .ok()
                 .filter(|text| !text.is_empty())
@@ -128,7 +128,7 @@ fn shows_the_session_and_restores_the_terminal(columns: u16, rows: u16) {
     let command =
         "run --mock --study study --participant sub-01 --protocol demo --consent-by Tester";
     let terminal = Terminal::open(columns, rows, command);
-    let screen = terminal.shows(&[
+    let screen = terminal.expect_text(&[
         "DRIVING",
         "simulated",
         "UNCALIBRATED",
@@ -143,7 +143,7 @@ fn shows_the_session_and_restores_the_terminal(columns: u16, rows: u16) {
         "the safety line comes first:\n{screen}"
     );
     // A number, not a placeholder: the bare plate's 7 N·s/m, or more under the finger.
-    until(PATIENCE, || {
+    wait_until(PATIENCE, || {
         let screen = terminal.screen();
         let value = screen.split_once("|Z_m|")?.1.split_whitespace().next()?;
         value
@@ -161,20 +161,23 @@ fn shows_the_session_and_restores_the_terminal(columns: u16, rows: u16) {
     );
 
     terminal.tmux(&["send-keys", "q"]);
-    terminal.shows(&["Quit?"]);
+    terminal.expect_text(&["Quit?"]);
     terminal.tmux(&["send-keys", "y"]);
     assert_eq!(
-        terminal.wrote("status").trim(),
+        terminal.expect_file("status").trim(),
         "1",
         "a session that is not over"
     );
-    assert_eq!(terminal.wrote("after"), terminal.wrote("before"));
-    let restored = terminal.tmux(&[
+    assert_eq!(
+        terminal.expect_file("after"),
+        terminal.expect_file("before")
+    );
+    let modes = terminal.tmux(&[
         "display-message",
         "-p",
         "#{alternate_on} #{cursor_flag} #{mouse_any_flag}",
     ]);
-    assert_eq!(restored.trim(), "0 1 0", "main screen, cursor, no mouse");
+    assert_eq!(modes.trim(), "0 1 0", "main screen, cursor, no mouse");
     let screen = terminal.screen();
     assert!(
         screen.contains("ended early"),
@@ -186,12 +189,12 @@ fn shows_the_session_and_restores_the_terminal(columns: u16, rows: u16) {
 }
 
 #[test]
-fn on_a_terminal_of_80_by_24() {
+fn the_dashboard_works_on_a_terminal_of_80_by_24() {
     shows_the_session_and_restores_the_terminal(80, 24);
 }
 
 #[test]
-fn on_a_terminal_of_120_by_40() {
+fn the_dashboard_works_on_a_terminal_of_120_by_40() {
     shows_the_session_and_restores_the_terminal(120, 40);
 }
 
@@ -199,22 +202,22 @@ fn on_a_terminal_of_120_by_40() {
 fn the_dashboard_asks_about_the_participant_after_consent_and_before_the_drive() {
     let command = "run --mock --study study --participant sub-01 --age 31";
     let terminal = Terminal::open(100, 30, command);
-    terminal.shows(&["consent"]);
+    terminal.expect_text(&["consent"]);
     terminal.tmux(&["send-keys", "c"]);
-    terminal.shows(&["given consent?"]);
+    terminal.expect_text(&["given consent?"]);
     terminal.tmux(&["send-keys", "y"]);
-    let asked = terminal.shows(&["sex (1 female, 2 male, 3 other)"]);
-    assert!(!asked.contains("DRIVING"), "{asked}");
+    let screen = terminal.expect_text(&["sex (1 female, 2 male, 3 other)"]);
+    assert!(!screen.contains("DRIVING"), "{screen}");
     terminal.tmux(&["send-keys", "4", "Enter"]);
-    terminal.shows(&["a number from 1 to 3"]);
+    terminal.expect_text(&["a number from 1 to 3"]);
     terminal.tmux(&["send-keys", "1", "Enter"]);
-    terminal.shows(&["writing hand"]);
+    terminal.expect_text(&["writing hand"]);
     terminal.tmux(&["send-keys", "Enter"]);
-    terminal.shows(&["practice 1/2"]);
+    terminal.expect_text(&["practice 1/2"]);
     terminal.tmux(&["send-keys", "q"]);
-    terminal.shows(&["Quit?"]);
+    terminal.expect_text(&["Quit?"]);
     terminal.tmux(&["send-keys", "y"]);
-    terminal.wrote("status");
+    terminal.expect_file("status");
     let table = terminal.folder.path().join("study/participants.tsv");
     let table = std::fs::read_to_string(table).unwrap();
     assert!(
@@ -227,19 +230,20 @@ fn the_dashboard_asks_about_the_participant_after_consent_and_before_the_drive()
 const STOP: Duration = Duration::from_secs(1);
 
 /// Starts a session and waits until one second of its first trial is recorded; returns it with its process.
-pub(super) fn in_the_first_trial() -> (Terminal, Pid) {
+pub(super) fn start_first_trial() -> (Terminal, Pid) {
     let command =
         "run --mock --study study --participant sub-01 --protocol demo --consent-by Tester";
     let terminal = Terminal::open(100, 30, command);
-    terminal.shows(&["DRIVING", "practice 1/1"]);
+    terminal.expect_text(&["DRIVING", "practice 1/1"]);
     let study = terminal.folder.path().join("study");
     let signals = study.join("sub-01/ses-01/practice-01_attempt-1/signals.wav");
     // One second of the four inputs, 4 bytes each.
-    let recorded = || {
+    let second_recorded = || {
         let bytes = signals.metadata().ok()?.len();
         (bytes > 192_000 * 16).then_some(())
     };
-    until(PATIENCE, recorded).unwrap_or_else(|| panic!("nothing recorded:\n{}", terminal.screen()));
+    wait_until(PATIENCE, second_recorded)
+        .unwrap_or_else(|| panic!("nothing recorded:\n{}", terminal.screen()));
     let pid = std::fs::read_to_string(study.join(LOCK_FILE)).unwrap();
     (
         terminal,
@@ -248,74 +252,74 @@ pub(super) fn in_the_first_trial() -> (Terminal, Pid) {
 }
 
 /// Ends a session by applying `end` to its process or its terminal, and checks the result.
-fn ends_in_good_order(end: impl Fn(&Terminal, Pid)) -> Terminal {
-    let (terminal, pid) = in_the_first_trial();
-    let begun = Instant::now();
+fn require_orderly_end(end: impl Fn(&Terminal, Pid)) -> Terminal {
+    let (terminal, pid) = start_first_trial();
+    let start = Instant::now();
     end(&terminal, pid);
-    terminal.wrote("status");
-    let took = begun.elapsed();
-    assert!(took < STOP, "the session ended in {took:?}");
-    println!("ended in {} ms", took.as_millis());
+    terminal.expect_file("status");
+    let duration = start.elapsed();
+    assert!(duration < STOP, "the session ended in {duration:?}");
+    println!("ended in {} ms", duration.as_millis());
     let session = SessionFolder::read(&terminal.folder.path().join("study"), "sub-01").unwrap();
-    interrupted_in_good_order(&session);
+    require_orderly_interruption(&session);
     terminal
 }
 
-fn a_signal_ends_the_dashboard(signals: &[Signal]) {
-    let terminal = ends_in_good_order(|_, pid| {
+fn require_signals_end(signals: &[Signal]) {
+    let terminal = require_orderly_end(|_, pid| {
         for signal in signals {
             // A process that has ended after the first signal cannot take the second.
             let _ = kill_process(pid, *signal);
             std::thread::sleep(Duration::from_millis(20));
         }
     });
-    assert_eq!(terminal.wrote("status").trim(), "1");
-    terminal.restored();
-    let screen = terminal.shows(&["ended early"]);
+    assert_eq!(terminal.expect_file("status").trim(), "1");
+    terminal.require_restored();
+    let screen = terminal.expect_text(&["ended early"]);
     assert!(!screen.contains("panicked"), "{screen}");
 }
 
 /// Fault 29.
 #[test]
 fn sigint_twice_ends_a_session_with_its_dashboard() {
-    a_signal_ends_the_dashboard(&[Signal::INT, Signal::INT]);
+    require_signals_end(&[Signal::INT, Signal::INT]);
 }
 
 /// Fault 29.
 #[test]
 fn sigterm_ends_a_session_with_its_dashboard() {
-    a_signal_ends_the_dashboard(&[Signal::TERM]);
+    require_signals_end(&[Signal::TERM]);
 }
 
 /// Fault 29.
 #[test]
 fn sighup_ends_a_session_with_its_dashboard() {
-    a_signal_ends_the_dashboard(&[Signal::HUP]);
+    require_signals_end(&[Signal::HUP]);
 }
 
 /// Fault 29.
 #[test]
 fn a_terminal_that_is_closed_ends_its_session() {
-    let terminal = ends_in_good_order(|terminal, _| {
+    let terminal = require_orderly_end(|terminal, _| {
         terminal.tmux(&["kill-server"]);
     });
     // The exit status reports that the terminal failed.
-    assert_eq!(terminal.wrote("status").trim(), "2");
+    assert_eq!(terminal.expect_file("status").trim(), "2");
 }
 
 /// Seed of the simulated bench that is calibrated here.
 const SEED: u64 = 5;
 
 impl Terminal {
-    pub(super) fn calibrate(columns: u16, rows: u16, what: &str) -> Self {
+    pub(super) fn calibrate(columns: u16, rows: u16, options: &str) -> Self {
         let command =
-            format!("calibrate {what} --operator Tester --mock bench-unknown --seed {SEED}");
+            format!("calibrate {options} --operator Tester --mock bench-unknown --seed {SEED}");
         Self::open(columns, rows, &command)
     }
 
     /// Confirms that the plate is clear; it is driven only afterwards.
-    pub(super) fn plate_is_clear(&self) {
-        let screen = self.shows(&["Take everything off", "The plate is driven next"]);
+    pub(super) fn confirm_clear_plate(&self) {
+        let screen = self.expect_text(&["Take everything off", "The plate is driven next"]);
         assert!(!screen.contains("DRIVING"), "{screen}");
         self.press(&["Enter"]);
     }
@@ -329,19 +333,19 @@ impl Terminal {
     /// Returns the settled reading of the simulated vibrometer, µm, while the plate is driven at `drive_v`.
     fn instrument_um(&self, drive_v: f64) -> f64 {
         let value = |screen: &str, name: &str| {
-            let after = screen.rsplit_once(name)?.1;
-            after.split_whitespace().next()?.parse::<f64>().ok()
+            let rest = screen.rsplit_once(name)?.1;
+            rest.split_whitespace().next()?.parse::<f64>().ok()
         };
-        let mut before = None;
-        until(PATIENCE, || {
+        let mut last_um = None;
+        wait_until(PATIENCE, || {
             std::thread::sleep(Duration::from_millis(300));
             let screen = self.screen();
-            let driven = value(&screen, "drive ").filter(|v| (v / drive_v - 1.0).abs() < 0.1)?;
-            let now = value(&screen, "instrument ").filter(|um| *um > 0.0 && driven > 0.0)?;
-            let rests = before
-                .replace(now)
-                .is_some_and(|before: f64| (now / before - 1.0).abs() < 2e-3);
-            rests.then_some(now)
+            let volts = value(&screen, "drive ").filter(|v| (v / drive_v - 1.0).abs() < 0.1)?;
+            let um = value(&screen, "instrument ").filter(|um| *um > 0.0 && volts > 0.0)?;
+            let is_settled = last_um
+                .replace(um)
+                .is_some_and(|last_um: f64| (um / last_um - 1.0).abs() < 2e-3);
+            is_settled.then_some(um)
         })
         .unwrap_or_else(|| panic!("no amplitude at {drive_v} V on:\n{}", self.screen()))
     }
@@ -350,39 +354,39 @@ impl Terminal {
     pub(super) fn type_amplitude(&self, drive_v: f64, factor: f64) {
         let um = format!("{:.4}", self.instrument_um(drive_v) * factor);
         self.press(&[&um]);
-        self.shows(&[&format!("{um}▏")]);
+        self.expect_text(&[&format!("{um}▏")]);
         self.press(&["Enter"]);
     }
 
-    pub(super) fn restored(&self) {
-        assert_eq!(self.wrote("after"), self.wrote("before"));
-        let restored = self.tmux(&["display-message", "-p", "#{alternate_on} #{cursor_flag}"]);
-        assert_eq!(restored.trim(), "0 1", "main screen, cursor");
+    pub(super) fn require_restored(&self) {
+        assert_eq!(self.expect_file("after"), self.expect_file("before"));
+        let modes = self.tmux(&["display-message", "-p", "#{alternate_on} #{cursor_flag}"]);
+        assert_eq!(modes.trim(), "0 1", "main screen, cursor");
     }
 }
 
 #[test]
 fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_again() {
     let terminal = Terminal::calibrate(80, 24, "pickup --levels-v 10,20,30,40");
-    terminal.plate_is_clear();
-    let screen = terminal.shows(&["calibrate pickup", "type it", "DRIVING", "simulated"]);
-    let first = screen.lines().next().unwrap();
+    terminal.confirm_clear_plate();
+    let screen = terminal.expect_text(&["calibrate pickup", "type it", "DRIVING", "simulated"]);
+    let safety_line = screen.lines().next().unwrap();
     assert!(
-        first.contains("DRIVING"),
+        safety_line.contains("DRIVING"),
         "the safety line comes first:\n{screen}"
     );
     terminal.type_amplitude(10.0, 1.0);
-    terminal.shows(&["10.00 V", "step 4 of 7", "predicted"]);
+    terminal.expect_text(&["10.00 V", "step 4 of 7", "predicted"]);
     // Twice the plate's possible amplitude: asked for again.
     terminal.type_amplitude(20.0, 2.0);
-    terminal.shows(&["peak, not RMS", "step 4 of 7"]);
+    terminal.expect_text(&["peak, not RMS", "step 4 of 7"]);
     // A slip too small to be noticed at once.
     terminal.type_amplitude(20.0, 1.1);
-    terminal.shows(&["20.00 V", "step 5 of 7"]);
+    terminal.expect_text(&["20.00 V", "step 5 of 7"]);
     terminal.type_amplitude(30.0, 1.0);
-    terminal.shows(&["step 6 of 7"]);
+    terminal.expect_text(&["step 6 of 7"]);
     terminal.type_amplitude(40.0, 1.0);
-    let screen = terminal.shows(&[
+    let screen = terminal.expect_text(&[
         "measure one of them again",
         "step 7 of 7",
         "worst",
@@ -395,40 +399,40 @@ fn an_operator_is_guided_through_the_pickups_calibration_and_measures_a_point_ag
     assert!(worst.starts_with("▸ 2"), "{screen}");
     terminal.press(&["r"]);
     terminal.type_amplitude(20.0, 1.0);
-    terminal.shows(&["measure one of them again", "off a line by 0."]);
+    terminal.expect_text(&["measure one of them again", "off a line by 0."]);
     let folder = terminal.folder.path();
     assert!(!folder.join("calibration.toml").exists(), "not yet kept");
     terminal.press(&["Enter"]);
     assert_eq!(
-        terminal.wrote("status").trim(),
+        terminal.expect_file("status").trim(),
         "0",
         "{}",
         terminal.screen()
     );
-    terminal.restored();
-    terminal.shows(&["calibrate pickup", "passed", "wrote calibration.toml"]);
+    terminal.require_restored();
+    terminal.expect_text(&["calibrate pickup", "passed", "wrote calibration.toml"]);
     let (calibration, _) = CalibrationFile::read(&folder.join("calibration.toml")).unwrap();
-    let measured = calibration.pickup.unwrap();
+    let pickup = calibration.pickup.unwrap();
     let truth = built_in("bench-unknown").unwrap().realised(SEED);
-    let error = measured.metres_per_unit.value / truth.pickup.metres_per_unit - 1.0;
+    let error = pickup.metres_per_unit.value / truth.pickup.metres_per_unit - 1.0;
     assert!(error.abs() < 3e-3, "{error}");
-    assert_eq!(measured.points, 4);
-    assert!(measured.measured.method.contains("typed in"));
+    assert_eq!(pickup.points, 4);
+    assert!(pickup.measured.method.contains("typed in"));
 }
 
 #[test]
 fn leaving_a_guided_calibration_writes_nothing() {
     let terminal = Terminal::calibrate(120, 40, "pickup --levels-v 10,20,30");
-    terminal.plate_is_clear();
-    terminal.shows(&["type it", "DRIVING"]);
+    terminal.confirm_clear_plate();
+    terminal.expect_text(&["type it", "DRIVING"]);
     terminal.type_amplitude(10.0, 1.0);
-    terminal.shows(&["10.00 V", "step 4 of 6"]);
+    terminal.expect_text(&["10.00 V", "step 4 of 6"]);
     terminal.press(&["q"]);
-    terminal.shows(&["Nothing will be written"]);
+    terminal.expect_text(&["Nothing will be written"]);
     terminal.press(&["y"]);
-    assert_eq!(terminal.wrote("status").trim(), "2");
-    terminal.restored();
-    terminal.shows(&["nothing was written"]);
+    assert_eq!(terminal.expect_file("status").trim(), "2");
+    terminal.require_restored();
+    terminal.expect_text(&["nothing was written"]);
     assert!(!terminal.folder.path().join("calibration.toml").exists());
     assert!(
         !terminal
@@ -442,27 +446,27 @@ fn leaving_a_guided_calibration_writes_nothing() {
 #[test]
 fn a_stopped_guided_calibration_is_left_in_good_order() {
     let terminal = Terminal::calibrate(80, 24, "pickup --levels-v 10,20,30");
-    terminal.plate_is_clear();
-    terminal.shows(&["type it", "DRIVING"]);
+    terminal.confirm_clear_plate();
+    terminal.expect_text(&["type it", "DRIVING"]);
     terminal.press(&["e"]);
-    let screen = terminal.shows(&["TRIPPED", "stopped by the operator", "kept", "quit"]);
+    let screen = terminal.expect_text(&["TRIPPED", "stopped by the operator", "kept", "quit"]);
     assert!(
         screen.lines().next().unwrap().contains("TRIPPED"),
         "{screen}"
     );
     terminal.press(&["q"]);
-    terminal.shows(&["Quit the calibration?"]);
+    terminal.expect_text(&["Quit the calibration?"]);
     terminal.press(&["y"]);
-    assert_eq!(terminal.wrote("status").trim(), "2");
-    terminal.restored();
+    assert_eq!(terminal.expect_file("status").trim(), "2");
+    terminal.require_restored();
     assert!(!terminal.folder.path().join("calibration.toml").exists());
 }
 
 #[test]
 fn an_operator_is_guided_through_the_plates_calibration() {
     let terminal = Terminal::calibrate(120, 40, "plate");
-    terminal.plate_is_clear();
-    let screen = terminal.shows(&[
+    terminal.confirm_clear_plate();
+    let screen = terminal.expect_text(&[
         "calibrate plate",
         "measure one of them again",
         "resonance",
@@ -474,20 +478,20 @@ fn an_operator_is_guided_through_the_plates_calibration() {
     );
     terminal.press(&["Enter"]);
     assert_eq!(
-        terminal.wrote("status").trim(),
+        terminal.expect_file("status").trim(),
         "1",
         "without a sensitivity it does not pass"
     );
-    terminal.restored();
-    terminal.shows(&["FAILED"]);
+    terminal.require_restored();
+    terminal.expect_text(&["FAILED"]);
 }
 
 impl Terminal {
-    /// Confirms each request until `what` is on the screen.
-    fn obey_until(&self, what: &str) -> String {
-        until(4 * PATIENCE, || {
+    /// Confirms each request until `words` is on the screen.
+    fn obey_until(&self, words: &str) -> String {
+        wait_until(4 * PATIENCE, || {
             let screen = self.screen();
-            if screen.contains(what) {
+            if screen.contains(words) {
                 return Some(screen);
             }
             if screen.contains("Enter when done") {
@@ -495,24 +499,24 @@ impl Terminal {
             }
             None
         })
-        .unwrap_or_else(|| panic!("no {what:?} on:\n{}", self.screen()))
+        .unwrap_or_else(|| panic!("no {words:?} on:\n{}", self.screen()))
     }
 }
 
 #[test]
 fn an_operator_names_the_masses_and_is_guided_through_the_force_sensors_calibration() {
     let terminal = Terminal::calibrate(80, 24, "force");
-    terminal.shows(&["calibrate force", "put on the plate", "no points yet"]);
+    terminal.expect_text(&["calibrate force", "put on the plate", "no points yet"]);
     terminal.press(&["100", "Enter"]);
-    terminal.shows(&["100 g normal"]);
+    terminal.expect_text(&["100 g normal"]);
     terminal.press(&["2000", "Enter"]);
-    terminal.shows(&["2000 g weigh", "use masses up to"]);
+    terminal.expect_text(&["2000 g weigh", "use masses up to"]);
     terminal.press(&["50", "Enter"]);
-    terminal.shows(&["50 g normal"]);
+    terminal.expect_text(&["50 g normal"]);
     terminal.press(&["Enter"]);
-    terminal.shows(&["over the pulley"]);
+    terminal.expect_text(&["over the pulley"]);
     terminal.press(&["Enter"]);
-    terminal.shows(&["step 1 of 5", "Take everything off"]);
+    terminal.expect_text(&["step 1 of 5", "Take everything off"]);
     let screen = terminal.obey_until("measure one of them again");
     assert!(
         screen.contains("50 g lateral") && screen.contains("worst"),
@@ -520,12 +524,12 @@ fn an_operator_names_the_masses_and_is_guided_through_the_force_sensors_calibrat
     );
     terminal.press(&["Enter"]);
     assert_eq!(
-        terminal.wrote("status").trim(),
+        terminal.expect_file("status").trim(),
         "0",
         "{}",
         terminal.screen()
     );
-    terminal.restored();
+    terminal.require_restored();
     let path = terminal.folder.path().join("calibration.toml");
     let (calibration, _) = CalibrationFile::read(&path).unwrap();
     assert_eq!(calibration.force.unwrap().masses, 4);
@@ -534,18 +538,18 @@ fn an_operator_names_the_masses_and_is_guided_through_the_force_sensors_calibrat
 #[test]
 fn an_operator_is_guided_through_the_channels_calibration() {
     let terminal = Terminal::calibrate(100, 30, "channels");
-    terminal.shows(&["calibrate channels", "all inputs at once"]);
+    terminal.expect_text(&["calibrate channels", "all inputs at once"]);
     terminal.press(&["Enter"]);
     terminal.obey_until("leave the other inputs open");
     terminal.obey_until("as for a measurement");
     terminal.press(&["Enter"]);
-    terminal.shows(&["Keep them"]);
-    let written = terminal.folder.path().join("calibration.toml");
-    assert!(!written.exists(), "not yet kept");
+    terminal.expect_text(&["Keep them"]);
+    let path = terminal.folder.path().join("calibration.toml");
+    assert!(!path.exists(), "not yet kept");
     terminal.press(&["Enter"]);
-    let status = terminal.wrote("status");
+    let status = terminal.expect_file("status");
     assert_eq!(status.trim(), "0", "{}", terminal.screen());
-    terminal.restored();
+    terminal.require_restored();
     let path = terminal.folder.path().join("calibration.toml");
     let (calibration, _) = CalibrationFile::read(&path).unwrap();
     assert!(calibration.channels.is_some());

@@ -5,9 +5,9 @@ use std::path::Path;
 use std::process::Command;
 
 use bench_tests::program::bench;
-use bench_tests::session::{config_with, demo_with, finish, text, unattended};
+use bench_tests::session::{finish, headless_run, text, write_bench_config, write_demo_protocol};
 
-use super::refusals::{refused_before_anything_is_made, room, uncalibrated};
+use super::refusals::{assert_early_refusal, room, uncalibrated};
 
 /// Replaced parts of bench.toml and of the protocol, and a word of the refusal.
 struct Edit {
@@ -16,18 +16,21 @@ struct Edit {
     word: &'static str,
 }
 
-const fn bench_edit(edit: &'static [(&'static str, &'static str)], word: &'static str) -> Edit {
+const fn bench_edit(changes: &'static [(&'static str, &'static str)], word: &'static str) -> Edit {
     Edit {
-        bench: edit,
+        bench: changes,
         protocol: &[],
         word,
     }
 }
 
-const fn protocol_edit(edit: &'static [(&'static str, &'static str)], word: &'static str) -> Edit {
+const fn protocol_edit(
+    changes: &'static [(&'static str, &'static str)],
+    word: &'static str,
+) -> Edit {
     Edit {
         bench: &[],
-        protocol: edit,
+        protocol: changes,
         word,
     }
 }
@@ -195,7 +198,7 @@ const EDITS: [Edit; 37] = [
 ];
 
 /// Edits that blind a bench on a sound card with its own clock.
-const ON_A_CARD: [(&str, &str, &str); 6] = [
+const SOUND_CARD: [(&str, &str, &str); 6] = [
     ("silence_s = 0.25", "silence_s = 0.25", "0.05 to 0.1 s"),
     ("silence_s = 0.25", "silence_s = 1.0", "went silent"),
     ("silence_s = 0.25", "silence_s = 0.02", "silence_s"),
@@ -218,8 +221,8 @@ const ON_A_CARD: [(&str, &str, &str); 6] = [
 ];
 
 fn session(folder: &Path, study: &Path, edit: &Edit) -> Command {
-    let config = config_with(folder, edit.bench);
-    let mut run = unattended(study, "sub-01", demo_with(folder, edit.protocol));
+    let config = write_bench_config(folder, edit.bench);
+    let mut run = headless_run(study, "sub-01", write_demo_protocol(folder, edit.protocol));
     run.arg("--config").arg(config);
     run
 }
@@ -231,24 +234,24 @@ fn no_edit_of_a_file_blinds_the_watch() {
         let (folder, study) = room();
         println!("{:?} {:?}", edit.bench, edit.protocol);
         let mut run = session(folder.path(), &study, &edit);
-        refused_before_anything_is_made(&mut run, &study, &[edit.word]);
+        assert_early_refusal(&mut run, &study, &[edit.word]);
     }
 }
 
 #[test]
-fn a_card_of_its_own_clock_bears_no_long_silence() {
-    for (from, to, word) in ON_A_CARD {
+fn a_long_silence_limit_is_refused_on_a_sound_card() {
+    for (from, to, word) in SOUND_CARD {
         let (folder, study) = room();
-        let config = config_with(folder.path(), &[(from, to)]);
+        let config = write_bench_config(folder.path(), &[(from, to)]);
         let mut run = uncalibrated(&study, &config);
-        refused_before_anything_is_made(&mut run, &study, &[word]);
+        assert_early_refusal(&mut run, &study, &[word]);
     }
 }
 
 #[test]
 fn neither_check_nor_monitor_nor_a_calibration_drives_blind() {
     let (folder, _) = room();
-    let blind = config_with(
+    let config = write_bench_config(
         folder.path(),
         &[("readback_tolerance = 0.25", "readback_tolerance = 1.0")],
     );
@@ -270,19 +273,22 @@ fn neither_check_nor_monitor_nor_a_calibration_drives_blind() {
             .current_dir(folder.path())
             .args(arguments)
             .arg("--config")
-            .arg(&blind);
-        let ended = finish(&mut command);
-        let printed = text(&ended);
-        assert!(!ended.status.success(), "{arguments:?}:\n{printed}");
+            .arg(&config);
+        let output = finish(&mut command);
+        let transcript = text(&output);
+        assert!(!output.status.success(), "{arguments:?}:\n{transcript}");
         assert!(
-            printed.contains("readback_tolerance = 1"),
-            "{arguments:?}:\n{printed}"
+            transcript.contains("readback_tolerance = 1"),
+            "{arguments:?}:\n{transcript}"
         );
     }
-    let mut faint = bench();
-    faint.args(["monitor", "--mock", "--headless", "--drive-v", "1.5"]);
-    let printed = text(&finish(&mut faint));
-    assert!(printed.contains("half of the drive's mean"), "{printed}");
+    let mut monitor = bench();
+    monitor.args(["monitor", "--mock", "--headless", "--drive-v", "1.5"]);
+    let transcript = text(&finish(&mut monitor));
+    assert!(
+        transcript.contains("half of the drive's mean"),
+        "{transcript}"
+    );
 }
 
 #[test]
@@ -296,19 +302,19 @@ fn looser_limits_are_permitted_in_their_ranges_and_every_file_says_so() {
         ],
         word: "",
     };
-    let ended = finish(&mut session(folder.path(), &study, &edit));
-    let printed = text(&ended);
-    assert!(ended.status.success(), "{printed}");
+    let output = finish(&mut session(folder.path(), &study, &edit));
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     assert!(
-        printed.contains("safety.readback_tolerance = 0.4 (default 0.25)"),
-        "{printed}"
+        transcript.contains("safety.readback_tolerance = 0.4 (default 0.25)"),
+        "{transcript}"
     );
     let manifest = study.join("sub-01/ses-01/trial-001_attempt-1/recording.toml");
     let manifest =
         recording::Manifest::parse(&std::fs::read_to_string(manifest).unwrap(), "").unwrap();
-    let loosened = manifest.hardware.unwrap().loosened;
+    let limits = manifest.hardware.unwrap().loosened;
     assert!(
-        loosened.contains(&"safety.readback_tolerance = 0.4 (default 0.25)".to_owned()),
-        "{loosened:?}"
+        limits.contains(&"safety.readback_tolerance = 0.4 (default 0.25)".to_owned()),
+        "{limits:?}"
     );
 }

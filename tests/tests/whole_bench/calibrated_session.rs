@@ -20,7 +20,7 @@ use recording::manifest::RecordedProfile;
 
 const UNKNOWN_BENCH: &str = "[jitter]\nenabled = true\n";
 /// Greatest additional error from calibrating by the commands, as a share of the true value.
-const COST: f64 = 0.02;
+const TOLERANCE: f64 = 0.02;
 
 /// Errors of a session's medians, as shares of the true values; friction as the RMS over its whole range.
 #[derive(Debug, Clone, Copy)]
@@ -50,13 +50,13 @@ fn session(room: &Room, name: &str) -> [Errors; 2] {
 /// Returns the errors of the published and of the dynamic method.
 fn errors(study: &Path, skin: &Skin) -> [Errors; 2] {
     let recordings = find::recordings(&[study.to_owned()], false).unwrap();
-    let analysed = analyse(&recordings, &Settings::default(), |_| {});
+    let analysis = analyse(&recordings, &Settings::default(), |_| {});
     Method::BOTH.map(|method| {
-        let median = |of: &dyn Fn(&analysis::estimate::Estimated) -> f64| {
-            let mut values: Vec<f64> = analysed
+        let median = |value: &dyn Fn(&analysis::estimate::Estimated) -> f64| {
+            let mut values: Vec<f64> = analysis
                 .instances()
                 .filter_map(|(_, instance)| instance.estimated(method))
-                .map(of)
+                .map(value)
                 .collect();
             assert!(values.len() >= 5, "{} instances", values.len());
             values.sort_by(f64::total_cmp);
@@ -76,61 +76,65 @@ fn errors(study: &Path, skin: &Skin) -> [Errors; 2] {
 }
 
 /// Requires the recordings of a session to have the calibration's profile, place by place, or no profile.
-fn assert_profile_recorded(room: &Room, name: &str, measured: bool) {
+fn assert_profile_recorded(room: &Room, name: &str, is_measured: bool) {
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     let places = calibration.profile.map(|profile| profile.places);
     let expected = places.map(|places| RecordedProfile {
         positions_m: places.iter().map(|place| place.position_m).collect(),
         ratios: places.iter().map(|place| place.ratio).collect(),
     });
-    assert_eq!(expected.is_some(), measured);
+    assert_eq!(expected.is_some(), is_measured);
     let study = room.folder.path().join(name).join("study");
     let recordings = find::recordings(&[study], false).unwrap();
     assert!(!recordings.is_empty());
     for recording in recordings {
-        let recorded = Recording::read(&recording).manifest.plate.profile;
-        assert_eq!(recorded, expected);
+        let profile = Recording::read(&recording).manifest.plate.profile;
+        assert_eq!(profile, expected);
     }
 }
 
 /// Requires the true errors of the recorded constants to be within four of their stated standard errors, which are below a
 /// hundredth.
 fn assert_errors_recorded(room: &Room, name: &str, seed: u64) {
-    let truth = Bench::of(UNKNOWN_BENCH, seed);
+    let truth = Bench::realise(UNKNOWN_BENCH, seed);
     let study = room.folder.path().join(name).join("study");
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     let force = calibration.force.unwrap().correction().matrix;
     for recording in find::recordings(&[study], false).unwrap() {
         let manifest = Recording::read(&recording).manifest;
         let (pickup, plate) = (&manifest.channels.pickup, &manifest.plate);
-        let stated = manifest.standard_errors.unwrap();
-        let off = |found: f64, truth: f64| found / truth - 1.0;
+        let standard_errors = manifest.standard_errors.unwrap();
+        let deviation = |value: f64, truth: f64| value / truth - 1.0;
         let (amplitude, factor) = (
-            off(pickup.metres_per_unit, truth.metres_per_unit),
-            off(plate.force_factor_n_per_v, truth.force_factor_n_per_v),
+            deviation(pickup.metres_per_unit, truth.metres_per_unit),
+            deviation(plate.force_factor_n_per_v, truth.force_factor_n_per_v),
         );
-        for (what, off, error) in [
-            ("amplitude", amplitude, stated.amplitude_relative),
-            ("impedance", factor - amplitude, stated.impedance_relative),
+        for (quantity, deviation, error) in [
+            ("amplitude", amplitude, standard_errors.amplitude_relative),
+            (
+                "impedance",
+                factor - amplitude,
+                standard_errors.impedance_relative,
+            ),
             (
                 "phase",
                 pickup.phase_rad - truth.pickup_phase_rad,
-                stated.pickup_phase_rad,
+                standard_errors.pickup_phase_rad,
             ),
             (
                 "normal force",
-                off(force[0][0], truth.force[0][0]),
-                stated.normal_force_relative,
+                deviation(force[0][0], truth.force[0][0]),
+                standard_errors.normal_force_relative,
             ),
             (
                 "lateral force",
-                off(force[1][1], truth.force[1][1]),
-                stated.lateral_force_relative,
+                deviation(force[1][1], truth.force[1][1]),
+                standard_errors.lateral_force_relative,
             ),
         ] {
             assert!(
-                off.abs() < 4.0 * error && error < 0.01,
-                "seed {seed}, {what}: off by {off:.1e}, stated {error:.1e}"
+                deviation.abs() < 4.0 * error && error < 0.01,
+                "seed {seed}, {quantity}: off by {deviation:.1e}, stated {error:.1e}"
             );
         }
     }
@@ -138,8 +142,8 @@ fn assert_errors_recorded(room: &Room, name: &str, seed: u64) {
 
 /// Requires constants outside a recording's range to be refused before a session: a profile, and an error of a constant.
 fn assert_refused_out_of_range(room: &Room) {
-    let (held, _) = CalibrationFile::read(&room.calibration()).unwrap();
-    let (profile, plate) = (held.profile, held.plate);
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+    let (profile, plate) = (calibration.profile, calibration.plate);
     room.change(|calibration| calibration.profile.as_mut().unwrap().places[0].ratio = 3.0);
     assert_refused(room, "calibrate plate --along");
     room.change(|calibration| {
@@ -151,7 +155,7 @@ fn assert_refused_out_of_range(room: &Room) {
     room.change(|calibration| calibration.plate = plate.clone());
 }
 
-fn assert_refused(room: &Room, because: &str) {
+fn assert_refused(room: &Room, reason: &str) {
     let study = room.folder.path().join("refused");
     let mut command = room.command(&["run", "--headless", "--participant", "sub-01"]);
     command
@@ -160,15 +164,15 @@ fn assert_refused(room: &Room, because: &str) {
     let output = finish(&mut command);
     assert!(!output.status.success());
     assert!(
-        text(&output).contains(because),
-        "{because}: {}",
+        text(&output).contains(reason),
+        "{reason}: {}",
         text(&output)
     );
     assert!(!study.exists());
 }
 
 #[test]
-fn what_the_commands_measured_serves_a_session_as_well_as_the_truth() {
+fn a_session_with_measured_constants_is_as_accurate_as_with_true_ones() {
     for seed in 1..=2 {
         let room = Room::new(UNKNOWN_BENCH, seed);
         room.succeed(&["pickup"]);
@@ -176,49 +180,50 @@ fn what_the_commands_measured_serves_a_session_as_well_as_the_truth() {
         let plate = ["plate", "--along", "5"];
         room.succeed(&plate[..if seed == 2 { 3 } else { 1 }]);
         room.weigh();
-        let by_commands = session(&room, "by-commands");
+        let command_errors = session(&room, "by-commands");
         assert_profile_recorded(&room, "by-commands", seed == 2);
         assert_errors_recorded(&room, "by-commands", seed);
         if seed == 2 {
             assert_refused_out_of_range(&room);
         }
         room.change(|calibration| {
-            Bench::of(UNKNOWN_BENCH, seed).put_into(calibration);
+            Bench::realise(UNKNOWN_BENCH, seed).put_into(calibration);
             calibration.profile = None;
         });
-        let by_truth = session(&room, "by-truth");
-        println!("seed {seed}: by commands {by_commands:.4?}, by truth {by_truth:.4?}");
-        for (found, best) in by_commands.iter().zip(&by_truth) {
+        let truth_errors = session(&room, "by-truth");
+        println!("seed {seed}: by commands {command_errors:.4?}, by truth {truth_errors:.4?}");
+        for (command_error, truth_error) in command_errors.iter().zip(&truth_errors) {
             assert!(
-                found.sigma_t <= best.sigma_t + COST
-                    && found.z_t <= best.z_t + COST
-                    && found.mu <= best.mu + COST,
-                "seed {seed}: {found:?} by the commands, {best:?} by the truth"
+                command_error.sigma_t <= truth_error.sigma_t + TOLERANCE
+                    && command_error.z_t <= truth_error.z_t + TOLERANCE
+                    && command_error.mu <= truth_error.mu + TOLERANCE,
+                "seed {seed}: {command_error:?} by the commands, {truth_error:?} by the truth"
             );
         }
     }
 }
 
 /// A computer without GPIO or sensor lines: forces, position, e-stop, enable and heartbeat are behind a field box.
-const BEHIND_BOX: &str = "[force_sensor]\nrate_hz = 4000.0\nburst_period_s = 0.001\ninterface = \"field-box\"\n[jitter]\nenabled = true\n";
+const FIELD_BOX: &str = "[force_sensor]\nrate_hz = 4000.0\nburst_period_s = 0.001\ninterface = \"field-box\"\n[jitter]\nenabled = true\n";
 
 /// Fault 41.
 #[test]
 fn a_calibrated_session_behind_a_field_box_finds_what_one_on_todays_lines_finds() {
-    let [behind, beside] = [BEHIND_BOX, &BEHIND_BOX.replace("field-box", "serial")].map(|world| {
-        let room = Room::new(world, 1);
-        room.succeed(&["pickup"]);
-        room.succeed(&["plate"]);
-        room.weigh();
-        session(&room, "session")
-    });
-    println!("behind a box {behind:.4?}, on lines {beside:.4?}");
-    for (found, today) in behind.iter().zip(&beside) {
+    let [box_errors, line_errors] =
+        [FIELD_BOX, &FIELD_BOX.replace("field-box", "serial")].map(|scenario| {
+            let room = Room::new(scenario, 1);
+            room.succeed(&["pickup"]);
+            room.succeed(&["plate"]);
+            room.weigh();
+            session(&room, "session")
+        });
+    println!("behind a box {box_errors:.4?}, on lines {line_errors:.4?}");
+    for (box_error, line_error) in box_errors.iter().zip(&line_errors) {
         assert!(
-            found.sigma_t <= today.sigma_t + COST
-                && found.z_t <= today.z_t + COST
-                && found.mu <= today.mu + COST,
-            "{found:?} behind a box, {today:?} on lines"
+            box_error.sigma_t <= line_error.sigma_t + TOLERANCE
+                && box_error.z_t <= line_error.z_t + TOLERANCE
+                && box_error.mu <= line_error.mu + TOLERANCE,
+            "{box_error:?} behind a box, {line_error:?} on lines"
         );
     }
 }

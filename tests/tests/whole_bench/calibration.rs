@@ -8,9 +8,9 @@ use std::fs;
 use std::path::Path;
 
 use bench_tests::campaign;
-use bench_tests::room::{Room, refused};
+use bench_tests::room::{Room, require_refusal};
 use bench_tests::session::{finish, text};
-use bench_tests::truth::{Bench, enough_hold};
+use bench_tests::truth::{Bench, has_coverage};
 use config::{CalibrationFile, Config, Effective, Quantity, Uniformity};
 use rayon::prelude::*;
 
@@ -30,7 +30,7 @@ struct Miss {
 }
 
 impl Miss {
-    fn of(quantity: &Quantity, truth: f64) -> Self {
+    fn absolute(quantity: &Quantity, truth: f64) -> Self {
         Self {
             error: quantity.value - truth,
             half_width: quantity.half_width_95(),
@@ -38,7 +38,7 @@ impl Miss {
     }
 
     fn relative(quantity: &Quantity, truth: f64) -> Self {
-        let Self { error, half_width } = Self::of(quantity, truth);
+        let Self { error, half_width } = Self::absolute(quantity, truth);
         Self {
             error: error / truth,
             half_width: half_width / truth,
@@ -48,7 +48,7 @@ impl Miss {
 
 const NAMES: [&str; 5] = ["pickup", "f0 Hz", "Q", "gamma", "phase rad"];
 /// Required accuracy of each value.
-const DEMANDED: [f64; 5] = [3e-3, 0.5, 1e-2, 1e-2, 2e-3];
+const REQUIREMENTS: [f64; 5] = [3e-3, 0.5, 1e-2, 1e-2, 2e-3];
 
 fn misses(seed: u64) -> [Miss; 5] {
     let scenario = unknown_bench(seed);
@@ -57,13 +57,13 @@ fn misses(seed: u64) -> [Miss; 5] {
     room.succeed(&["plate"]);
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     let (pickup, plate) = (calibration.pickup.unwrap(), calibration.plate.unwrap());
-    let truth = Bench::of(&scenario, seed);
+    let truth = Bench::realise(&scenario, seed);
     [
         Miss::relative(&pickup.metres_per_unit, truth.metres_per_unit),
-        Miss::of(&plate.resonance_hz, truth.resonance_hz),
+        Miss::absolute(&plate.resonance_hz, truth.resonance_hz),
         Miss::relative(&plate.quality, truth.quality),
         Miss::relative(&plate.force_factor_n_per_v, truth.force_factor_n_per_v),
-        Miss::of(&plate.pickup_phase_rad, truth.pickup_phase_rad),
+        Miss::absolute(&plate.pickup_phase_rad, truth.pickup_phase_rad),
     ]
 }
 
@@ -71,37 +71,43 @@ fn misses(seed: u64) -> [Miss; 5] {
 fn unknown_benches_are_known_within_their_intervals() {
     let benches = campaign::repeats("FRICTION_BENCH_BENCHES", 12);
     let seeds = (1..=benches as u64).into_par_iter();
-    let all: Vec<_> = seeds.map(misses).collect();
+    let bench_misses: Vec<_> = seeds.map(misses).collect();
     let mut lines = Vec::new();
-    for (i, (name, demanded)) in NAMES.iter().zip(DEMANDED).enumerate() {
-        let mut errors: Vec<f64> = all.iter().map(|seed| seed[i].error.abs()).collect();
+    for (i, (name, requirement)) in NAMES.iter().zip(REQUIREMENTS).enumerate() {
+        let mut errors: Vec<f64> = bench_misses
+            .iter()
+            .map(|seed| seed[i].error.abs())
+            .collect();
         errors.sort_by(f64::total_cmp);
-        let held = all
+        let hits = bench_misses
             .iter()
             .filter(|seed| seed[i].error.abs() <= seed[i].half_width)
             .count();
         let median_width = {
-            let mut widths: Vec<f64> = all.iter().map(|seed| seed[i].half_width).collect();
+            let mut widths: Vec<f64> = bench_misses.iter().map(|seed| seed[i].half_width).collect();
             widths.sort_by(f64::total_cmp);
             widths[widths.len() / 2]
         };
         let worst = errors[errors.len() - 1];
         lines.push(format!(
-            "{name} median {:.1e}, worst {worst:.1e}, demanded {demanded:.1e}, 95 % interval ± {median_width:.1e}, holds the truth {held}",
+            "{name} median {:.1e}, worst {worst:.1e}, demanded {requirement:.1e}, 95 % interval ± {median_width:.1e}, holds the truth {hits}",
             errors[errors.len() / 2]
         ));
-        assert!(worst <= demanded, "{name}: {worst:e} over {demanded:e}");
-        assert!(enough_hold(held, benches), "{name}: {held} of {benches}");
+        assert!(
+            worst <= requirement,
+            "{name}: {worst:e} over {requirement:e}"
+        );
+        assert!(has_coverage(hits, benches), "{name}: {hits} of {benches}");
     }
-    campaign::found("unknown benches calibrated", benches, &lines.join("; "));
+    campaign::report("unknown benches calibrated", benches, &lines.join("; "));
 }
 
 #[test]
 fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() {
     let room = Room::new("", 1);
     room.succeed(&["pickup"]);
-    let printed = room.succeed(&["plate", "--finger"]);
-    assert!(printed.contains("under a finger"), "{printed}");
+    let transcript = room.succeed(&["plate", "--finger"]);
+    assert!(transcript.contains("under a finger"), "{transcript}");
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     let (finger, plate) = (
         calibration.finger.clone().unwrap(),
@@ -119,16 +125,16 @@ fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() 
         .calibration()
         .with_file_name("calibration-plate-finger.csv");
     let table = fs::read_to_string(table).unwrap();
-    let added: Vec<f64> = table
+    let impedances: Vec<f64> = table
         .lines()
         .skip(1)
         .map(|line| line.split(',').nth(5).unwrap().parse().unwrap())
         .collect();
-    assert_eq!(added.len(), 31);
-    let mean = added.iter().sum::<f64>() / added.len() as f64;
+    assert_eq!(impedances.len(), 31);
+    let mean = impedances.iter().sum::<f64>() / impedances.len() as f64;
     assert!((0.3..10.0).contains(&mean), "{mean} N·s/m");
 
-    let without = CalibrationFile {
+    let calibration_without_finger = CalibrationFile {
         finger: None,
         ..calibration.clone()
     };
@@ -136,12 +142,18 @@ fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() 
         Config::parse(include_str!("../../../bench/mock-bench.toml"), "bench.toml").unwrap();
     let effective = |file: &CalibrationFile| Effective::under_calibration(config.clone(), file);
     assert_ne!(effective(&calibration).config(), &config);
-    assert_eq!(effective(&calibration), effective(&without));
-    assert_eq!(calibration.oldest(true), without.oldest(true));
+    assert_eq!(
+        effective(&calibration),
+        effective(&calibration_without_finger)
+    );
+    assert_eq!(
+        calibration.oldest(true),
+        calibration_without_finger.oldest(true)
+    );
 
     // A new measurement of the plate discards the response of the previous one.
-    let printed = room.succeed(&["plate"]);
-    assert!(printed.contains("was taken out"), "{printed}");
+    let transcript = room.succeed(&["plate"]);
+    assert!(transcript.contains("was taken out"), "{transcript}");
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     assert_eq!(calibration.finger, None);
 }
@@ -150,7 +162,7 @@ fn a_plate_under_a_finger_is_kept_beside_the_bare_one_and_changes_no_constant() 
 fn the_amplitude_along_the_plate_is_found_and_judged() {
     for (end_drop, verdict) in [(0.0, Uniformity::Uniform), (0.08, Uniformity::NotUniform)] {
         let room = Room::new(&format!("[plate]\nend_drop = {end_drop:?}\n"), 1);
-        refused(
+        require_refusal(
             room.calibrate(&["plate", "--along", "5"]),
             &["calibrate pickup"],
         );
@@ -160,11 +172,11 @@ fn the_amplitude_along_the_plate_is_found_and_judged() {
         let profile = calibration.profile.unwrap();
         assert_eq!(profile.verdict, verdict, "{profile:?}");
         for place in &profile.places {
-            let from_middle = 2.0 * place.position_m / 0.105 - 1.0;
-            let truth = 1.0 - end_drop * from_middle * from_middle;
+            let x = 2.0 * place.position_m / 0.105 - 1.0;
+            let truth = 1.0 - end_drop * x * x;
             // The vibrometer's scale error is common to all places and to the pickup.
-            let miss = (place.ratio - truth).abs();
-            assert!(miss < 5e-3, "{place:?}, truth {truth}");
+            let error = (place.ratio - truth).abs();
+            assert!(error < 5e-3, "{place:?}, truth {truth}");
         }
         // A new sensitivity of the pickup changes the ratio.
         room.succeed(&["pickup"]);
@@ -177,17 +189,17 @@ fn the_amplitude_along_the_plate_is_found_and_judged() {
 fn a_plate_is_measured_in_under_twenty_seconds_of_signal() {
     let room = Room::new("", 1);
     room.succeed(&["pickup"]);
-    let printed = room.succeed(&["plate"]);
-    let driven: f64 = printed
+    let transcript = room.succeed(&["plate"]);
+    let driven_s: f64 = transcript
         .lines()
         .find_map(|line| line.trim().strip_prefix("driven for"))
         .and_then(|rest| rest.trim().strip_suffix(" s"))
         .unwrap()
         .parse()
         .unwrap();
-    assert!(driven > 1.0 && driven < 20.0, "{driven}");
+    assert!(driven_s > 1.0 && driven_s < 20.0, "{driven_s}");
     let bode = fs::read_to_string(room.folder.path().join("calibration-plate.csv")).unwrap();
-    let largest = bode
+    let peak = bode
         .lines()
         .skip(1)
         .map(|line| {
@@ -196,21 +208,24 @@ fn a_plate_is_measured_in_under_twenty_seconds_of_signal() {
         })
         .fold(0.0, f64::max);
     // 1/b_p at the resonance; one of the 31 tones lies within 3 % of it.
-    assert!((largest * 7.01 - 1.0).abs() < 0.03, "{largest}");
+    assert!((peak * 7.01 - 1.0).abs() < 0.03, "{peak}");
 }
 
 #[test]
-fn drift_is_told_and_too_much_of_it_refused() {
+fn drift_is_reported_and_excessive_drift_refused() {
     let room = Room::calibrated();
     fs::write(&room.scenario, "[plate]\nresonance_hz = 35012.0\n").unwrap();
-    let printed = room.succeed(&["plate"]);
-    let drift = printed.lines().find(|line| line.contains("drift")).unwrap();
+    let transcript = room.succeed(&["plate"]);
+    let drift = transcript
+        .lines()
+        .find(|line| line.contains("drift"))
+        .unwrap();
     assert!(
         drift.contains("+12.0") || drift.contains("+11.9"),
         "{drift}"
     );
     fs::write(&room.scenario, "[plate]\nresonance_hz = 35212.0\n").unwrap();
-    refused(
+    require_refusal(
         room.calibrate(&["plate"]),
         &["has moved by +200", "calibration.drift_hz"],
     );
@@ -221,28 +236,28 @@ fn drift_is_told_and_too_much_of_it_refused() {
 #[test]
 fn the_wrong_ones_are_refused_each_by_its_name() {
     let room = Room::new("", 1);
-    refused(
+    require_refusal(
         room.watch(),
         &["there is no calibration", "calibrate pickup"],
     );
     room.succeed(&["pickup"]);
-    refused(room.watch(), &["is not complete", "calibrate plate"]);
+    require_refusal(room.watch(), &["is not complete", "calibrate plate"]);
     room.succeed(&["plate"]);
-    refused(room.watch(), &["is not complete", "calibrate force"]);
+    require_refusal(room.watch(), &["is not complete", "calibrate force"]);
     room.weigh();
     let output = finish(&mut room.watch());
     assert!(output.status.success(), "{}", text(&output));
-    let good = fs::read(room.calibration()).unwrap();
-    let again = |change: fn(&mut CalibrationFile), words: &[&str]| {
-        fs::write(room.calibration(), &good).unwrap();
+    let file = fs::read(room.calibration()).unwrap();
+    let require_refusal_after = |change: fn(&mut CalibrationFile), words: &[&str]| {
+        fs::write(room.calibration(), &file).unwrap();
         room.change(change);
-        refused(room.watch(), words);
+        require_refusal(room.watch(), words);
     };
-    again(
+    require_refusal_after(
         |c| c.identity.input_device = "hw:CARD=Other".to_owned(),
         &["the input device", "hw:CARD=Other", "--uncalibrated"],
     );
-    again(
+    require_refusal_after(
         |c| (c.identity.drive_channel, c.identity.pickup_channel) = (1, 0),
         &[
             "the channels",
@@ -250,20 +265,20 @@ fn the_wrong_ones_are_refused_each_by_its_name() {
             "bench.toml",
         ],
     );
-    again(|c| c.identity.rate_hz = 48_000, &["a rate in Hz of 48000"]);
-    again(
+    require_refusal_after(|c| c.identity.rate_hz = 48_000, &["a rate in Hz of 48000"]);
+    require_refusal_after(
         |c| c.identity.force_sensor = Some("/dev/ttyACM3, lines".to_owned()),
         &["the force sensor", "/dev/ttyACM3, lines", "calibrate force"],
     );
-    again(
+    require_refusal_after(
         |c| c.force.as_mut().unwrap().normal_per_normal.value = 0.2,
         &["force.matrix", "calibrate force"],
     );
-    again(
+    require_refusal_after(
         |c| c.identity.plate_id = "glass 2".to_owned(),
         &["the plate \"glass 2\"", "another resonance"],
     );
-    again(
+    require_refusal_after(
         |c| {
             let year = jiff::SignedDuration::from_hours(365 * 24);
             let date = &mut c.plate.as_mut().unwrap().measured.date;
@@ -275,49 +290,49 @@ fn the_wrong_ones_are_refused_each_by_its_name() {
     room.change(|c| c.set_simulated_time("plate", false));
     let output = finish(&mut room.watch());
     assert!(output.status.success(), "{}", text(&output));
-    fs::write(room.calibration(), &good).unwrap();
-    let edited = String::from_utf8(good)
+    fs::write(room.calibration(), &file).unwrap();
+    let edited_text = String::from_utf8(file)
         .unwrap()
         .replacen("0.000", "0.001", 1);
-    fs::write(room.calibration(), edited).unwrap();
-    refused(room.watch(), &["was edited after it was measured"]);
+    fs::write(room.calibration(), edited_text).unwrap();
+    require_refusal(room.watch(), &["was edited after it was measured"]);
 }
 
 #[test]
-fn what_cannot_be_measured_is_said() {
+fn impossible_measurements_are_refused_with_the_cause() {
     let pickup: &[&str] = &["pickup"];
-    let wrong = |scenario: &str, words: &[&str]| {
-        refused(Room::new(scenario, 1).calibrate(pickup), words);
+    let require_refusal_of = |scenario: &str, words: &[&str]| {
+        require_refusal(Room::new(scenario, 1).calibrate(pickup), words);
     };
-    wrong(
+    require_refusal_of(
         "[force_sensor]\nnormal_offset_n = 0.4\n",
         &["something rests on the plate", "0.4"],
     );
-    wrong(
+    require_refusal_of(
         "[pickup]\nmetres_per_unit = 5.0e-8\n",
         &["the pickup's input is saturated"],
     );
-    wrong(
+    require_refusal_of(
         "[converter]\nreadback_volts_per_unit = 10000.0\n",
         &["the carrier does not come back", "48 kHz"],
     );
-    wrong(
+    require_refusal_of(
         "[plate]\nresonance_hz = 38000.0\n",
         &["no resonance between 34200 and 35800 Hz"],
     );
     let room = Room::new("", 1);
-    refused(
+    require_refusal(
         room.calibrate(&["pickup", "--levels-v", "5,10", "--known-um", "0.4,8"]),
         &["--known-at-hz"],
     );
-    let at = ["--known-at-hz", "35000"];
-    let with = |words: &[&str]| room.calibrate(&[words, &at[..]].concat());
-    refused(
-        with(&["pickup", "--levels-v", "5,10", "--known-um", "0.4,8"]),
+    let frequency = ["--known-at-hz", "35000"];
+    let calibrate_with = |words: &[&str]| room.calibrate(&[words, &frequency[..]].concat());
+    require_refusal(
+        calibrate_with(&["pickup", "--levels-v", "5,10", "--known-um", "0.4,8"]),
         &["8.000 µm", "calibration.max_amplitude_m"],
     );
-    refused(
-        with(&["pickup", "--levels-v", "5,10", "--known-um", "0.4"]),
+    require_refusal(
+        calibrate_with(&["pickup", "--levels-v", "5,10", "--known-um", "0.4"]),
         &["2 levels", "1 known amplitudes"],
     );
     assert!(
@@ -331,9 +346,12 @@ fn what_cannot_be_measured_is_said() {
 fn check_compares_the_channels_with_the_calibration() {
     let room = Room::calibrated();
     let output = finish(&mut room.check());
-    let said = text(&output);
-    assert!(output.status.success(), "{said}");
-    assert!(said.contains("gain and phase as calibrated"), "{said}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    assert!(
+        transcript.contains("gain and phase as calibrated"),
+        "{transcript}"
+    );
     for (scenario, words) in [
         (
             "[converter]\nskew_samples = [0.0, 1.0]\n",
@@ -349,15 +367,15 @@ fn check_compares_the_channels_with_the_calibration() {
         ),
     ] {
         fs::write(&room.scenario, scenario).unwrap();
-        refused(room.check(), &["FAILED  channels", words]);
+        require_refusal(room.check(), &["FAILED  channels", words]);
     }
     room.change(|c| c.identity.gains = "preamplifier 20 dB".to_owned());
     fs::write(&room.scenario, "").unwrap();
-    refused(room.check(), &["FAILED  calibration", "preamplifier 20 dB"]);
+    require_refusal(room.check(), &["FAILED  calibration", "preamplifier 20 dB"]);
 }
 
 #[test]
-fn typed_and_tabled_amplitudes_serve_as_well() {
+fn typed_and_tabulated_amplitudes_give_the_sensitivity() {
     // γ U/(ω b_p) of the nominal plate at 5 to 40 V, behind the amplifier's roll-off at 200 kHz, rounded to nanometres as a
     // person would.
     let amplifier = (1.0 + (35.0f64 / 200.0).powi(2)).sqrt().recip();
@@ -381,9 +399,12 @@ fn typed_and_tabled_amplitudes_serve_as_well() {
         "--known-at-hz",
         "35000",
     ]);
-    let (typed, _) = CalibrationFile::read(&room.calibration()).unwrap();
-    let typed = typed.pickup.unwrap().metres_per_unit.value;
-    assert!((typed / 5e-6 - 1.0).abs() < 3e-3, "{typed}");
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+    let typed_m_per_unit = calibration.pickup.unwrap().metres_per_unit.value;
+    assert!(
+        (typed_m_per_unit / 5e-6 - 1.0).abs() < 3e-3,
+        "{typed_m_per_unit}"
+    );
     let table = room.folder.path().join("known.csv");
     let rows: String = levels
         .iter()
@@ -393,12 +414,15 @@ fn typed_and_tabled_amplitudes_serve_as_well() {
     fs::write(&table, format!("drive_v,known_um\n{rows}")).unwrap();
     let path = table.to_str().unwrap();
     room.succeed(&["pickup", "--known-csv", path, "--known-at-hz", "35000"]);
-    let (tabled, _) = CalibrationFile::read(&room.calibration()).unwrap();
-    let tabled = tabled.pickup.unwrap().metres_per_unit.value;
-    assert!((tabled / typed - 1.0).abs() < 1e-6, "{tabled} {typed}");
+    let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
+    let tabled_m_per_unit = calibration.pickup.unwrap().metres_per_unit.value;
+    assert!(
+        (tabled_m_per_unit / typed_m_per_unit - 1.0).abs() < 1e-6,
+        "{tabled_m_per_unit} {typed_m_per_unit}"
+    );
 
     // At 43 Hz off the resonance, half a half-bandwidth, the plate moves 16 % less; 6 Hz is within a tenth.
-    let beside = |hz: f64| {
+    let calibrate_at = |hz: f64| {
         let rows: String = levels
             .iter()
             .zip(&known)
@@ -408,49 +432,49 @@ fn typed_and_tabled_amplitudes_serve_as_well() {
         room.calibrate(&["pickup", "--known-csv", path])
     };
     for hz in [34_957.0, 35_043.0, 35_008.0] {
-        let found = format!("known at {hz:.1} Hz (--known-at-hz)");
-        refused(
-            beside(hz),
-            &[&found, "resonance is at 3", "--reference-channel"],
+        let frequency = format!("known at {hz:.1} Hz (--known-at-hz)");
+        require_refusal(
+            calibrate_at(hz),
+            &[&frequency, "resonance is at 3", "--reference-channel"],
         );
     }
-    assert!(finish(&mut beside(35_006.0)).status.success());
+    assert!(finish(&mut calibrate_at(35_006.0)).status.success());
 }
 
 /// Hazard 3.
 #[test]
 fn volts_are_checked_against_a_meter_and_a_constant_that_is_wrong_twice_is_found() {
-    let against = ["output", "--meter", "simulated, no. 7", "--reads", "rms"];
+    let meter_words = ["output", "--meter", "simulated, no. 7", "--reads", "rms"];
     let room = Room::new("", 1);
-    room.succeed(&against);
-    let kept = || {
+    room.succeed(&meter_words);
+    let output_check = || {
         CalibrationFile::read(&room.calibration())
             .unwrap()
             .0
             .output
             .unwrap()
     };
-    let at_carrier = kept();
-    assert_eq!(at_carrier.meter, "simulated, no. 7");
+    let carrier_check = output_check();
+    assert_eq!(carrier_check.meter, "simulated, no. 7");
     // The amplifier's roll-off at 200 kHz takes 1.5 % at the carrier, and the meter has an error too.
     assert!(
-        (at_carrier.per_commanded.value - 0.985).abs() < 0.01,
-        "{at_carrier:?}"
+        (carrier_check.per_commanded.value - 0.985).abs() < 0.01,
+        "{carrier_check:?}"
     );
     assert!(
-        (at_carrier.per_read_back.value - 1.0).abs() < 0.01,
-        "{at_carrier:?}"
+        (carrier_check.per_read_back.value - 1.0).abs() < 0.01,
+        "{carrier_check:?}"
     );
-    room.succeed(&[&against[..], &["--meter-up-to-hz", "1000"]].concat());
-    let far_below = kept();
-    assert_eq!(far_below.tone_hz, 1e3);
+    room.succeed(&[&meter_words[..], &["--meter-up-to-hz", "1000"]].concat());
+    let low_check = output_check();
+    assert_eq!(low_check.tone_hz, 1e3);
     assert!(
-        (far_below.per_commanded.value - 0.985).abs() < 0.01,
-        "{far_below:?}"
+        (low_check.per_commanded.value - 0.985).abs() < 0.01,
+        "{low_check:?}"
     );
 
-    let before = fs::read(room.calibration()).unwrap();
-    refused(
+    let file = fs::read(room.calibration()).unwrap();
+    require_refusal(
         room.calibrate(&["output", "--meter", "m", "--reads", "peak"]),
         &["RMS where peak was asked"],
     );
@@ -459,8 +483,8 @@ fn volts_are_checked_against_a_meter_and_a_constant_that_is_wrong_twice_is_found
         "[amplifier]\nvolts_per_unit = 65.0\n[converter]\nreadback_volts_per_unit = 65.0\n",
     )
     .unwrap();
-    refused(
-        room.calibrate(&against),
+    require_refusal(
+        room.calibrate(&meter_words),
         &[
             "wrong together",
             "limits.drive_v = 55 V",
@@ -469,7 +493,7 @@ fn volts_are_checked_against_a_meter_and_a_constant_that_is_wrong_twice_is_found
     );
     assert_eq!(
         fs::read(room.calibration()).unwrap(),
-        before,
+        file,
         "nothing is put in force"
     );
 }

@@ -12,7 +12,7 @@ use std::process::Command;
 use bench_tests::campaign;
 use bench_tests::program::bench;
 use bench_tests::session::{finish, text};
-use bench_tests::truth::enough_hold;
+use bench_tests::truth::has_coverage;
 use config::CalibrationFile;
 use config::{MeasuredChannels, Quantity};
 
@@ -31,12 +31,12 @@ impl Room {
             folder: tempfile::tempdir().unwrap(),
             seed: seed.to_string(),
         };
-        room.turn_into(scenario);
+        room.set_scenario(scenario);
         room
     }
 
     /// Replaces the bench by another one.
-    fn turn_into(&self, scenario: &str) {
+    fn set_scenario(&self, scenario: &str) {
         fs::write(self.folder.path().join("scenario.toml"), scenario).unwrap();
     }
 
@@ -55,15 +55,15 @@ impl Room {
         command
     }
 
-    fn calibrate(&self, what: &str) -> Command {
-        let mut command = self.command(&["calibrate", what]);
+    fn calibrate(&self, part: &str) -> Command {
+        let mut command = self.command(&["calibrate", part]);
         command.args(["--operator", "A. Tester", "--speed", "max"]);
         command
     }
 
-    fn succeed(&self, what: &str) -> (String, CalibrationFile) {
-        let output = finish(&mut self.calibrate(what));
-        assert!(output.status.success(), "{what}: {}", text(&output));
+    fn succeed(&self, part: &str) -> (String, CalibrationFile) {
+        let output = finish(&mut self.calibrate(part));
+        assert!(output.status.success(), "{part}: {}", text(&output));
         let (calibration, _) = CalibrationFile::read(&self.calibration()).unwrap();
         (text(&output), calibration)
     }
@@ -72,17 +72,20 @@ impl Room {
         self.succeed("channels").1.channels.unwrap()
     }
 
-    fn refused(&self, words: &[&str]) {
-        let before = fs::read(self.calibration()).ok();
+    fn require_refusal(&self, words: &[&str]) {
+        let file_before = fs::read(self.calibration()).ok();
         let output = finish(&mut self.calibrate("channels"));
-        let said = text(&output);
-        assert!(!output.status.success(), "not refused: {said}");
+        let transcript = text(&output);
+        assert!(!output.status.success(), "not refused: {transcript}");
         for word in words {
-            assert!(said.contains(word), "it does not say {word:?}: {said}");
+            assert!(
+                transcript.contains(word),
+                "it does not say {word:?}: {transcript}"
+            );
         }
-        assert!(!said.contains("panicked"), "{said}");
-        let after = fs::read(self.calibration()).ok();
-        assert_eq!(before, after, "nothing is put in force");
+        assert!(!transcript.contains("panicked"), "{transcript}");
+        let file_after = fs::read(self.calibration()).ok();
+        assert_eq!(file_before, file_after, "nothing is put in force");
     }
 }
 
@@ -104,33 +107,33 @@ struct Converter {
 impl Converter {
     fn new(seed: u64) -> Self {
         // A Weyl sequence: uniform over the ranges, and reproducible.
-        let spread = |i: u64| ((seed * 4 + i) as f64 * 0.618_033_988_749_895).fract();
-        let (bits, white): (i32, f64) = [(16, 1e-7), (20, 3e-8), (24, 5e-9)][(seed % 3) as usize];
+        let uniform = |i: u64| ((seed * 4 + i) as f64 * 0.618_033_988_749_895).fract();
+        let (bits, noise): (i32, f64) = [(16, 1e-7), (20, 3e-8), (24, 5e-9)][(seed % 3) as usize];
         let gains = [
             1.0,
-            0.5 + spread(0),
-            0.8 + 0.4 * spread(1),
-            0.9 + 0.2 * spread(2),
+            0.5 + uniform(0),
+            0.8 + 0.4 * uniform(1),
+            0.9 + 0.2 * uniform(2),
         ];
         let skews = [
             0.0,
-            3.5 * (2.0 * spread(3) - 1.0),
-            2.0 * (2.0 * spread(1) - 1.0),
-            spread(0),
+            3.5 * (2.0 * uniform(3) - 1.0),
+            2.0 * (2.0 * uniform(1) - 1.0),
+            uniform(0),
         ];
         let crosstalk = [0.0, 1e-5, 1e-4][(seed / 3 % 3) as usize];
-        let clip = 0.45 + 0.4 * spread(2);
+        let clip = 0.45 + 0.4 * uniform(2);
         let quantisation = 2f64.powi(1 - bits) / 12f64.sqrt() / (RATE_HZ / 2.0).sqrt();
         Self {
             scenario: format!(
-                "[converter]\nbits = {bits}\nnoise_units_per_sqrt_hz = {white:e}\ngains = {gains:?}\nskew_samples = {skews:?}\ncrosstalk = {crosstalk:e}\nclip_units = {clip}\n"
+                "[converter]\nbits = {bits}\nnoise_units_per_sqrt_hz = {noise:e}\ngains = {gains:?}\nskew_samples = {skews:?}\ncrosstalk = {crosstalk:e}\nclip_units = {clip}\n"
             ),
             // A signal that is sampled later appears earlier.
             inputs: [1, 2, 3].map(|i| Truth {
                 gain: gains[i] / gains[0],
                 delay_samples: skews[0] - skews[i],
             }),
-            noise: white.hypot(quantisation),
+            noise: noise.hypot(quantisation),
             crosstalk,
             clip,
         }
@@ -141,8 +144,8 @@ impl Converter {
 type Miss = (bool, f64, f64);
 
 fn miss(quantity: &Quantity, truth: f64) -> Miss {
-    let (error, half) = ((quantity.value - truth).abs(), quantity.half_width_95());
-    (error <= half, error, half)
+    let (error, half_width) = ((quantity.value - truth).abs(), quantity.half_width_95());
+    (error <= half_width, error, half_width)
 }
 
 const NAMES: [&str; 5] = ["gain", "phase rad", "delay samples", "noise", "crosstalk"];
@@ -153,15 +156,18 @@ fn misses(seed: u64) -> Vec<[Miss; 5]> {
     let channels = Room::new(&converter.scenario, seed).channels();
     assert_eq!(channels.inputs.len(), 4);
     for input in &channels.inputs {
-        if let Some(clips_at) = &input.clips_at {
-            let off = (clips_at.value - converter.clip).abs();
-            assert!(off <= 2f64.powi(-15), "seed {seed}: clips off by {off:e}");
+        if let Some(clip_level) = &input.clips_at {
+            let error = (clip_level.value - converter.clip).abs();
+            assert!(
+                error <= 2f64.powi(-15),
+                "seed {seed}: clips off by {error:e}"
+            );
         }
         assert!(input.clean_up_to <= converter.clip + 1e-6, "seed {seed}");
     }
     // The ladder ends well above the limit of the most sensitive input.
-    let clipped = channels.inputs.iter().any(|input| input.clips_at.is_some());
-    assert!(clipped, "seed {seed}");
+    let has_clipped = channels.inputs.iter().any(|input| input.clips_at.is_some());
+    assert!(has_clipped, "seed {seed}");
     (1..4)
         .map(|i| {
             let (input, truth) = (&channels.inputs[i], &converter.inputs[i - 1]);
@@ -189,40 +195,43 @@ fn converters_are_known_within_their_intervals() {
     let converters = campaign::repeats("FRICTION_BENCH_BENCHES", 9);
     let mut lines = Vec::new();
     // Without crosstalk the intervals cover noise alone; with it, also its unmeasured return path.
-    let mut by_crosstalk: [Vec<[Miss; 5]>; 3] = Default::default();
+    let mut misses_by_crosstalk: [Vec<[Miss; 5]>; 3] = Default::default();
     for seed in 1..=converters as u64 {
-        by_crosstalk[(seed / 3 % 3) as usize].extend(misses(seed));
+        misses_by_crosstalk[(seed / 3 % 3) as usize].extend(misses(seed));
     }
-    for (value, name) in NAMES.iter().enumerate() {
-        let mut all_held = (0, 0);
-        for (rows, crosstalk) in by_crosstalk.iter().zip(["none", "-100 dB", "-80 dB"]) {
-            let held = rows.iter().filter(|row| row[value].0).count();
-            let mut errors: Vec<f64> = rows.iter().map(|row| row[value].1).collect();
-            let mut halves: Vec<f64> = rows.iter().map(|row| row[value].2).collect();
+    for (quantity, name) in NAMES.iter().enumerate() {
+        let mut total = (0, 0);
+        for (rows, crosstalk) in misses_by_crosstalk
+            .iter()
+            .zip(["none", "-100 dB", "-80 dB"])
+        {
+            let hits = rows.iter().filter(|row| row[quantity].0).count();
+            let mut errors: Vec<f64> = rows.iter().map(|row| row[quantity].1).collect();
+            let mut half_widths: Vec<f64> = rows.iter().map(|row| row[quantity].2).collect();
             errors.sort_by(f64::total_cmp);
-            halves.sort_by(f64::total_cmp);
+            half_widths.sort_by(f64::total_cmp);
             lines.push(format!(
-                "{name} at a crosstalk of {crosstalk} median {:.1e}, worst {:.1e}, 95 % interval ± {:.1e}, holds the truth {held} of {}",
+                "{name} at a crosstalk of {crosstalk} median {:.1e}, worst {:.1e}, 95 % interval ± {:.1e}, holds the truth {hits} of {}",
                 errors[errors.len() / 2],
                 errors[errors.len() - 1],
-                halves[halves.len() / 2],
+                half_widths[half_widths.len() / 2],
                 rows.len()
             ));
             // Without crosstalk the measured value is the size of its noise.
             if !(*name == "crosstalk" && crosstalk == "none") {
-                all_held = (all_held.0 + held, all_held.1 + rows.len());
+                total = (total.0 + hits, total.1 + rows.len());
             }
         }
-        assert!(enough_hold(all_held.0, all_held.1), "{name}: {all_held:?}");
+        assert!(has_coverage(total.0, total.1), "{name}: {total:?}");
     }
-    campaign::found(
+    campaign::report(
         "unknown converters calibrated",
         converters,
         &lines.join("; "),
     );
-    let worst = |value: usize| {
-        let rows = by_crosstalk.iter().flatten();
-        rows.map(|row| row[value].1).fold(0.0, f64::max)
+    let worst = |quantity: usize| {
+        let rows = misses_by_crosstalk.iter().flatten();
+        rows.map(|row| row[quantity].1).fold(0.0, f64::max)
     };
     assert!(worst(0) < 1e-4 && worst(1) < 1e-4 && worst(2) < 1e-2);
 }
@@ -231,19 +240,19 @@ fn converters_are_known_within_their_intervals() {
 #[test]
 fn the_round_trip_is_told_and_the_bench_is_put_back() {
     let room = Room::new("[converter]\noffset_units = 0.004\n", 1);
-    let (printed, calibration) = room.succeed("channels");
+    let (transcript, calibration) = room.succeed("channels");
     let channels = calibration.channels.unwrap();
-    let rolled_off = (1.0_f64 + (CARRIER_HZ / 200e3_f64).powi(2)).sqrt().recip();
-    let off = channels.round_trip.value - rolled_off;
-    assert!(off.abs() < 2e-3, "{off}");
+    let gain = (1.0_f64 + (CARRIER_HZ / 200e3_f64).powi(2)).sqrt().recip();
+    let error = channels.round_trip.value - gain;
+    assert!(error.abs() < 2e-3, "{error}");
     // The filters take 24 frames, and there are buffers of 64 in each direction.
     let latency = channels.latency.value * RATE_HZ;
     assert!((0.0..400.0).contains(&latency), "{latency}");
     assert!(channels.inputs.iter().all(|input| input.clips_at.is_none()));
-    assert!(printed.contains("clips above 0.90"), "{printed}");
+    assert!(transcript.contains("clips above 0.90"), "{transcript}");
     assert!(
-        printed.contains("a constant offset of +0.0040"),
-        "{printed}"
+        transcript.contains("a constant offset of +0.0040"),
+        "{transcript}"
     );
     let points = fs::read_to_string(room.folder.path().join("calibration-channels.csv")).unwrap();
     assert!(points.starts_with("cabling,input,frequency_hz,drive_v"));
@@ -261,7 +270,7 @@ fn the_round_trip_is_told_and_the_bench_is_put_back() {
 
 #[test]
 fn a_measured_match_narrows_the_plates_intervals_and_they_hold() {
-    let mut held = [0; 3];
+    let mut hits = [0; 3];
     let benches = campaign::repeats("FRICTION_BENCH_BENCHES", 4);
     for seed in 1..=benches as u64 {
         let scenario = "[jitter]\nenabled = true\n[converter]\ncrosstalk = 1e-6\n";
@@ -275,46 +284,46 @@ fn a_measured_match_narrows_the_plates_intervals_and_they_hold() {
         let omega = truth.plate.omega_rad_per_s();
         let quality = omega * truth.plate.modal_mass_kg / truth.plate.damping_n_s_per_m;
         let phase = truth.pickup.phase_rad - omega * truth.converter.skew(1) / RATE_HZ;
-        let missed = [
+        let misses = [
             miss(&plate.resonance_hz, truth.plate.resonance_hz),
             miss(&plate.quality, quality),
             miss(&plate.pickup_phase_rad, phase),
         ];
-        for (held, missed) in held.iter_mut().zip(missed) {
-            *held += usize::from(missed.0);
+        for (hits, miss) in hits.iter_mut().zip(misses) {
+            *hits += usize::from(miss.0);
         }
         // An assumed channel match of 1e-4 would give ± 0.2 mrad.
-        assert!(missed[2].2 < 1e-4, "seed {seed}: {missed:?}");
+        assert!(misses[2].2 < 1e-4, "seed {seed}: {misses:?}");
     }
-    campaign::found(
+    campaign::report(
         "plates of a measured channel match",
         benches,
-        &format!("f0, Q, phase hold the truth {held:?}"),
+        &format!("f0, Q, phase hold the truth {hits:?}"),
     );
     assert!(
-        held.iter().all(|&held| enough_hold(held, benches)),
-        "{held:?}"
+        hits.iter().all(|&hits| has_coverage(hits, benches)),
+        "{hits:?}"
     );
 }
 
 /// Fault 1.
 #[test]
 fn sound_layers_are_named_with_their_rate() {
-    for (rate_hz, passes) in [(48_000, "21000"), (44_100, "18000"), (32_000, "14000")] {
-        Room::new(&format!("[sound_layer]\nrate_hz = {rate_hz}.0\n"), 1).refused(&[
+    for (rate_hz, highest_hz) in [(48_000, "21000"), (44_100, "18000"), (32_000, "14000")] {
+        Room::new(&format!("[sound_layer]\nrate_hz = {rate_hz}.0\n"), 1).require_refusal(&[
             "the path is resampled",
-            &format!("{passes} Hz comes back"),
+            &format!("{highest_hz} Hz comes back"),
             &format!("a sound layer of {rate_hz} Hz"),
         ]);
     }
-    for (rate_hz, heard) in [(48_000, "13500"), (44_100, "9600")] {
+    for (rate_hz, alias_hz) in [(48_000, "13500"), (44_100, "9600")] {
         Room::new(
             &format!("[sound_layer]\nrate_hz = {rate_hz}.0\nanti_alias = false\n"),
             1,
         )
-        .refused(&[
+        .require_refusal(&[
             "the path is aliased",
-            &format!("34500 Hz comes back at {heard} Hz"),
+            &format!("34500 Hz comes back at {alias_hz} Hz"),
             &format!("a rate of {rate_hz} Hz"),
         ]);
     }
@@ -324,24 +333,24 @@ fn sound_layers_are_named_with_their_rate() {
 #[test]
 fn wrong_channels_are_named() {
     Room::new("[sound_layer]\ninputs = [1, 0, 2, 3]\n", 1)
-        .refused(&["the drive comes in on input 1, not on input 0", "swapped"]);
+        .require_refusal(&["the drive comes in on input 1, not on input 0", "swapped"]);
     Room::new("[converter]\ngains = [1.0, 1.0, 0.001]\n", 1)
-        .refused(&["input 2 is silent", "its cable is out"]);
-    Room::new("[converter]\ngains = [0.0, 1.0, 1.0]\n", 1).refused(&["input 0 is silent"]);
+        .require_refusal(&["input 2 is silent", "its cable is out"]);
+    Room::new("[converter]\ngains = [0.0, 1.0, 1.0]\n", 1).require_refusal(&["input 0 is silent"]);
     Room::new("[converter]\nreadback_volts_per_unit = 10000.0\n", 1)
-        .refused(&["nothing comes back", "[channels.drive]"]);
-    Room::new("[converter]\ngains = [1.0, 90.0]\n", 1).refused(&[
+        .require_refusal(&["nothing comes back", "[channels.drive]"]);
+    Room::new("[converter]\ngains = [1.0, 90.0]\n", 1).require_refusal(&[
         "input 1 is saturated",
         "0.80 V",
         "lower its gain",
     ]);
-    Room::new("[converter]\ngains = [1.0, -1.0]\n", 1).refused(&["input 1 is inverted"]);
-    Room::new("[converter]\ncrosstalk = 0.003\n", 1).refused(&[
+    Room::new("[converter]\ngains = [1.0, -1.0]\n", 1).require_refusal(&["input 1 is inverted"]);
+    Room::new("[converter]\ncrosstalk = 0.003\n", 1).require_refusal(&[
         "crosstalk too high",
         "-50.5 dB",
         "calibration.crosstalk_db = -60",
     ]);
-    Room::new("[converter]\nnoise_units_per_sqrt_hz = 3e-6\n", 1).refused(&[
+    Room::new("[converter]\nnoise_units_per_sqrt_hz = 3e-6\n", 1).require_refusal(&[
         "input 0 is noisy",
         "calibration.input_noise_units_per_sqrt_hz",
     ]);
@@ -350,21 +359,22 @@ fn wrong_channels_are_named() {
 /// Fault 11.
 #[test]
 fn a_channel_that_slips_is_named_during_the_measurement_and_since_the_last() {
-    let slip = |channel: u32| {
+    let slip_scenario = |channel: u32| {
         format!(
-            "[sound_layer]\nslip = {{ channel = {channel}, samples = 1, after_s = {AMID_TONES_S} }}\n"
+            "[sound_layer]\nslip = {{ channel = {channel}, samples = 1, after_s = {SLIP_S} }}\n"
         )
     };
-    Room::new(&slip(1), 1).refused(&["input 1 slipped by +1 samples", "-1.15 rad"]);
-    Room::new(&slip(0), 1).refused(&["input 0 slipped by +1 samples"]);
+    Room::new(&slip_scenario(1), 1)
+        .require_refusal(&["input 1 slipped by +1 samples", "-1.15 rad"]);
+    Room::new(&slip_scenario(0), 1).require_refusal(&["input 0 slipped by +1 samples"]);
     let room = Room::new("", 1);
     room.channels();
-    room.turn_into("[converter]\nskew_samples = [0.0, -1.0]\n");
-    room.refused(&["input 1 has slipped by +1.00 samples since the calibration before"]);
+    room.set_scenario("[converter]\nskew_samples = [0.0, -1.0]\n");
+    room.require_refusal(&["input 1 has slipped by +1.00 samples since the calibration before"]);
 }
 
 /// Time in the middle of the 42 tones of a measurement, s after the streams were opened.
-const AMID_TONES_S: f64 = 9.5;
+const SLIP_S: f64 = 9.5;
 
 /// Fault 10.
 #[test]
@@ -372,8 +382,8 @@ fn the_measured_clipping_level_is_flagged_in_its_place() {
     let scenario = "[converter]\nclip_units = 0.5\n";
     let room = Room::new(scenario, 1);
     let channels = room.channels();
-    let clips_at = channels.inputs[1].clips_at.clone().unwrap().value;
-    assert!((clips_at - 0.5).abs() < 1e-6, "{clips_at}");
+    let clip_level = channels.inputs[1].clips_at.clone().unwrap().value;
+    assert!((clip_level - 0.5).abs() < 1e-6, "{clip_level}");
     let config = config::Config::parse(
         &text(&finish(bench().args(["run", "--mock", "--print-config"]))),
         "bench.toml",
@@ -386,10 +396,13 @@ fn the_measured_clipping_level_is_flagged_in_its_place() {
     assert!((config.channels.pickup.clip_units - 0.4995).abs() < 1e-6);
     assert!((config.channels.drive.clip_units - 0.4995).abs() < 1e-6);
     // A clipped signal, which the plate's calibration would have accepted before, is now refused.
-    room.turn_into(&format!("{scenario}[pickup]\nmetres_per_unit = 1.0e-6\n"));
+    room.set_scenario(&format!("{scenario}[pickup]\nmetres_per_unit = 1.0e-6\n"));
     let output = finish(&mut room.calibrate("pickup"));
-    let said = text(&output);
-    assert!(said.contains("the pickup's input is saturated"), "{said}");
+    let transcript = text(&output);
+    assert!(
+        transcript.contains("the pickup's input is saturated"),
+        "{transcript}"
+    );
 }
 
 /// Fault 16.
@@ -402,12 +415,15 @@ fn the_loops_delay_is_measured_over_openings_and_refused_where_they_differ() {
     );
     let delay = room.channels().loop_delay.unwrap();
     assert_eq!(delay.openings, 6);
-    let [least_s, most_s] = delay.extent_s;
+    let [shortest_s, longest_s] = delay.extent_s;
     // Converters and buffers add to the sound layer's delay.
-    assert!(least_s > 0.012 && most_s < 0.03, "{delay:?}");
-    assert!((0.001..0.0055).contains(&(most_s - least_s)), "{delay:?}");
-    room.turn_into("[sound_layer]\ndelay_spread_s = 0.04\n");
-    room.refused(&[
+    assert!(shortest_s > 0.012 && longest_s < 0.03, "{delay:?}");
+    assert!(
+        (0.001..0.0055).contains(&(longest_s - shortest_s)),
+        "{delay:?}"
+    );
+    room.set_scenario("[sound_layer]\ndelay_spread_s = 0.04\n");
+    room.require_refusal(&[
         "over 6 openings",
         "link both directions",
         "audio.buffer_frames",

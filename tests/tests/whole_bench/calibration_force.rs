@@ -11,9 +11,9 @@ use std::path::Path;
 use bench_tests::campaign;
 use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
-use bench_tests::room::{Room, WEIGH, refused};
-use bench_tests::session::{SessionFolder, demo_with, finish, text};
-use bench_tests::truth::{Bench, enough_hold};
+use bench_tests::room::{Room, WEIGH, require_refusal};
+use bench_tests::session::{SessionFolder, finish, text, write_demo_protocol};
+use bench_tests::truth::{Bench, has_coverage};
 use config::CalibrationFile;
 use config::MeasuredForce;
 use mock_world::scenario::Scenario;
@@ -28,7 +28,7 @@ fn unknown_sensor(seed: u64) -> String {
     )
 }
 
-fn kept(room: &Room) -> MeasuredForce {
+fn measured_force(room: &Room) -> MeasuredForce {
     let (calibration, _) = CalibrationFile::read(&room.calibration()).unwrap();
     calibration.force.unwrap()
 }
@@ -37,36 +37,38 @@ fn kept(room: &Room) -> MeasuredForce {
 fn misses(seed: u64) -> ([(f64, f64); 4], f64) {
     let scenario = unknown_sensor(seed);
     let room = Room::new(&scenario, seed);
-    let known = ["--mass-accuracy", "1e-4", "--pulley-accuracy", "2e-3"];
-    room.succeed(&[&WEIGH[..], &known[..]].concat());
-    let force = kept(&room);
+    let accuracy = ["--mass-accuracy", "1e-4", "--pulley-accuracy", "2e-3"];
+    room.succeed(&[&WEIGH[..], &accuracy[..]].concat());
+    let force = measured_force(&room);
     let truth = Scenario::parse(&scenario, "scenario")
         .unwrap()
         .realised(seed)
         .force_sensor;
-    let [[nn, nl], [ln, ll]] = Bench::of(&scenario, seed).force;
+    let [[nn, nl], [ln, ll]] = Bench::realise(&scenario, seed).force;
     let entries = [
         (&force.normal_per_normal, nn),
         (&force.normal_per_lateral, nl),
         (&force.lateral_per_normal, ln),
         (&force.lateral_per_lateral, ll),
     ]
-    .map(|(of, truth)| (of.value - truth, of.half_width_95()));
+    .map(|(quantity, truth)| (quantity.value - truth, quantity.half_width_95()));
     let table = fs::read_to_string(room.folder.path().join("calibration-force.csv")).unwrap();
-    let last_s: f64 = table
+    let duration_s: f64 = table
         .lines()
         .last()
         .and_then(|row| row.split(',').next())
         .unwrap()
         .parse()
         .unwrap();
-    let tare = |of: f64, offset_n: f64, drift: f64| (of - offset_n - drift * last_s / 60.0).abs();
-    let normal = tare(
+    let tare_error = |tare_n: f64, offset_n: f64, drift: f64| {
+        (tare_n - offset_n - drift * duration_s / 60.0).abs()
+    };
+    let normal = tare_error(
         force.normal_tare.value,
         truth.normal_offset_n,
         truth.normal_drift_n_per_min,
     );
-    let lateral = tare(
+    let lateral = tare_error(
         force.lateral_tare.value,
         truth.lateral_offset_n,
         truth.lateral_drift_n_per_min,
@@ -81,43 +83,56 @@ const NAMES: [&str; 4] = [
     "lateral/lateral",
 ];
 /// Required accuracy of each entry, N/N.
-const DEMANDED: [f64; 4] = [5e-4, 1e-3, 5e-4, 6e-3];
+const REQUIREMENTS: [f64; 4] = [5e-4, 1e-3, 5e-4, 6e-3];
 
 #[test]
 fn unknown_sensors_are_known_within_their_intervals() {
     let sensors = campaign::repeats("FRICTION_BENCH_BENCHES", 12);
     let seeds = (1..=sensors as u64).into_par_iter();
-    let all: Vec<_> = seeds.map(misses).collect();
+    let sensor_misses: Vec<_> = seeds.map(misses).collect();
     let mut lines = Vec::new();
-    let sorted = |mut values: Vec<f64>| {
+    let sort = |mut values: Vec<f64>| {
         values.sort_by(f64::total_cmp);
         values
     };
-    for (i, (name, demanded)) in NAMES.iter().zip(DEMANDED).enumerate() {
-        let errors = sorted(all.iter().map(|(of, _)| of[i].0.abs()).collect());
-        let widths = sorted(all.iter().map(|(of, _)| of[i].1).collect());
-        let held = all
+    for (i, (name, requirement)) in NAMES.iter().zip(REQUIREMENTS).enumerate() {
+        let errors = sort(
+            sensor_misses
+                .iter()
+                .map(|(entries, _)| entries[i].0.abs())
+                .collect(),
+        );
+        let widths = sort(
+            sensor_misses
+                .iter()
+                .map(|(entries, _)| entries[i].1)
+                .collect(),
+        );
+        let hits = sensor_misses
             .iter()
-            .filter(|(of, _)| of[i].0.abs() <= of[i].1)
+            .filter(|(entries, _)| entries[i].0.abs() <= entries[i].1)
             .count();
-        let (middle, most) = (errors.len() / 2, errors[errors.len() - 1]);
+        let (median_index, worst) = (errors.len() / 2, errors[errors.len() - 1]);
         lines.push(format!(
-            "{name} median {:.1e}, 90 % {:.1e}, worst {most:.1e}, demanded {demanded:.1e}, 95 % interval ± {:.1e}, holds the truth {held}",
-            errors[middle],
+            "{name} median {:.1e}, 90 % {:.1e}, worst {worst:.1e}, demanded {requirement:.1e}, 95 % interval ± {:.1e}, holds the truth {hits}",
+            errors[median_index],
             errors[errors.len() * 9 / 10],
-            widths[middle]
+            widths[median_index]
         ));
-        assert!(most <= demanded, "{name}: {most:e} over {demanded:e}");
-        assert!(enough_hold(held, sensors), "{name}: {held} of {sensors}");
+        assert!(
+            worst <= requirement,
+            "{name}: {worst:e} over {requirement:e}"
+        );
+        assert!(has_coverage(hits, sensors), "{name}: {hits} of {sensors}");
     }
-    let tares = sorted(all.iter().map(|(_, tare_n)| *tare_n).collect());
+    let tares = sort(sensor_misses.iter().map(|(_, tare_n)| *tare_n).collect());
     let worst = tares[tares.len() - 1];
     lines.push(format!(
         "tare median {:.2} mN, worst {:.2} mN",
         1e3 * tares[tares.len() / 2],
         1e3 * worst
     ));
-    campaign::found(
+    campaign::report(
         "unknown force sensors calibrated",
         sensors,
         &lines.join("; "),
@@ -129,40 +144,47 @@ fn unknown_sensors_are_known_within_their_intervals() {
 #[test]
 fn the_plate_stays_silent_and_a_tilt_shows_as_crosstalk() {
     let room = Room::new("[masses]\ntilt_rad = 0.03\nerror = 0.0\n", 1);
-    let printed = room.weigh();
-    assert!(printed.contains("driven for       0.0 s"), "{printed}");
-    assert!(printed.contains("tilted by +1.72°"), "{printed}");
-    let force = kept(&room);
+    let transcript = room.weigh();
+    assert!(
+        transcript.contains("driven for       0.0 s"),
+        "{transcript}"
+    );
+    assert!(transcript.contains("tilted by +1.72°"), "{transcript}");
+    let force = measured_force(&room);
     // The inverse of a rotation.
     let (sin, cos) = 0.03f64.sin_cos();
-    for (of, truth) in [
+    for (quantity, truth) in [
         (force.normal_per_normal, cos),
         (force.normal_per_lateral, sin),
         (force.lateral_per_normal, -sin),
         (force.lateral_per_lateral, cos),
     ] {
-        assert!((of.value - truth).abs() < 2e-3, "{} {truth}", of.value);
+        assert!(
+            (quantity.value - truth).abs() < 2e-3,
+            "{} {truth}",
+            quantity.value
+        );
     }
 }
 
 #[test]
-fn what_the_simulated_sensor_does_wrong_is_said() {
-    let wrong = |scenario: &str, words: &[&str]| {
-        refused(Room::new(scenario, 1).calibrate(&WEIGH), words);
+fn defects_of_the_simulated_sensor_are_reported() {
+    let require_refusal_of = |scenario: &str, words: &[&str]| {
+        require_refusal(Room::new(scenario, 1).calibrate(&WEIGH), words);
     };
-    wrong(
+    require_refusal_of(
         "[force_sensor]\nnormal_gain = -1.0\n",
         &["the normal axis has the wrong sign"],
     );
-    wrong(
+    require_refusal_of(
         "[force_sensor]\nrange_n = 1.0\n",
         &["the normal axis is at the end of its range", "200 g"],
     );
-    wrong(
+    require_refusal_of(
         "[force_sensor]\nnormal_drift_n_per_min = 0.3\n",
         &["does not come to rest", "reading the zero", "warm up"],
     );
-    wrong(
+    require_refusal_of(
         "[force_sensor]\nnormal_drift_n_per_min = 0.04\n",
         &[
             "drifts by +",
@@ -171,11 +193,11 @@ fn what_the_simulated_sensor_does_wrong_is_said() {
         ],
     );
     let room = Room::new("", 1);
-    refused(
+    require_refusal(
         room.calibrate(&["force", "--normal-g", "20,500", "--lateral-g", "20,50"]),
         &["500 g weigh", "safety.max_normal_n"],
     );
-    refused(
+    require_refusal(
         room.calibrate(&["force", "--tare"]),
         &["no calibrated force sensor", "known masses"],
     );
@@ -192,11 +214,11 @@ fn a_moved_zero_fails_the_check_until_it_is_tared() {
     )
     .unwrap();
     room.succeed(&["force", "--masses-csv", masses.to_str().unwrap()]);
-    let before = kept(&room);
+    let force_before = measured_force(&room);
     let output = finish(&mut room.check());
     assert!(output.status.success(), "{}", text(&output));
     fs::write(&room.scenario, "[force_sensor]\nnormal_offset_n = 0.15\n").unwrap();
-    refused(
+    require_refusal(
         room.check(),
         &[
             "FAILED  force at zero",
@@ -205,12 +227,15 @@ fn a_moved_zero_fails_the_check_until_it_is_tared() {
         ],
     );
     let points = room.folder.path().join("calibration-force.csv");
-    let of_the_masses = fs::read_to_string(&points).unwrap();
-    let printed = room.succeed(&["force", "--tare"]);
-    assert_eq!(fs::read_to_string(&points).unwrap(), of_the_masses);
-    assert!(printed.contains("by +15"), "{printed}");
-    let after = kept(&room);
-    assert_eq!(after.correction().matrix, before.correction().matrix);
+    let table = fs::read_to_string(&points).unwrap();
+    let transcript = room.succeed(&["force", "--tare"]);
+    assert_eq!(fs::read_to_string(&points).unwrap(), table);
+    assert!(transcript.contains("by +15"), "{transcript}");
+    let force_after = measured_force(&room);
+    assert_eq!(
+        force_after.correction().matrix,
+        force_before.correction().matrix
+    );
     let output = finish(&mut room.check());
     assert!(output.status.success(), "{}", text(&output));
 }
@@ -226,22 +251,22 @@ fn rows(path: &Path) -> Vec<Vec<f64>> {
 }
 
 /// Returns the RMS differences of normal and lateral force, N, at the time shift that fits the normal force best.
-fn apart(recorded: &[Vec<f64>], truth: &[[f64; 2]]) -> [f64; 2] {
+fn rms_differences(recorded: &[Vec<f64>], truth: &[[f64; 2]]) -> [f64; 2] {
     // Compare every 10 ms; the truth has a row each millisecond.
-    let points: Vec<(usize, [f64; 2])> = recorded
+    let samples: Vec<(usize, [f64; 2])> = recorded
         .iter()
         .step_by(100)
         .map(|row| ((row[0] * 1e3).round() as usize, [row[1], row[2]]))
         .collect();
-    let longest = points[points.len() - 1].0;
+    let last_row = samples[samples.len() - 1].0;
     let rms = |shift: usize, axis: usize| {
-        let squares: f64 = points
+        let squares: f64 = samples
             .iter()
-            .map(|(ms, of)| (of[axis] - truth[ms + shift][axis]).powi(2))
+            .map(|(ms, forces)| (forces[axis] - truth[ms + shift][axis]).powi(2))
             .sum();
-        (squares / points.len() as f64).sqrt()
+        (squares / samples.len() as f64).sqrt()
     };
-    (0..truth.len() - longest - 1)
+    (0..truth.len() - last_row - 1)
         .map(|shift| [rms(shift, 0), rms(shift, 1)])
         .min_by(|a, b| a[0].total_cmp(&b[0]))
         .unwrap()
@@ -256,7 +281,7 @@ fn a_calibrated_session_records_the_forces_that_acted() {
     room.succeed(&["pickup"]);
     room.succeed(&["plate"]);
     let folder = room.folder.path();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder,
         &[
             ("practice = 1", "practice = 0"),
@@ -268,7 +293,7 @@ fn a_calibrated_session_records_the_forces_that_acted() {
             ("min_instances = 5", "min_instances = 1"),
         ],
     );
-    let run = |name: &str, calibrated: bool| {
+    let run = |name: &str, is_calibrated: bool| {
         let (study, truth) = (
             folder.join(format!("study-{name}")),
             folder.join(format!("truth-{name}")),
@@ -286,13 +311,14 @@ fn a_calibrated_session_records_the_forces_that_acted() {
             .arg(&protocol)
             .arg("--study")
             .arg(&study);
-        if calibrated {
+        if is_calibrated {
             command.arg("--calibration").arg(room.calibration());
         }
-        let printed = text(&finish(&mut command));
-        let session = SessionFolder::read(&study, "sub-01").unwrap_or_else(|| panic!("{printed}"));
+        let transcript = text(&finish(&mut command));
+        let session =
+            SessionFolder::read(&study, "sub-01").unwrap_or_else(|| panic!("{transcript}"));
         let recording = session.recordings()[0].clone();
-        let acted: Vec<[f64; 2]> = rows(&truth.join("truth.csv"))
+        let truth_n: Vec<[f64; 2]> = rows(&truth.join("truth.csv"))
             .iter()
             .map(|row| [row[9], row[10]])
             .collect();
@@ -302,7 +328,7 @@ fn a_calibrated_session_records_the_forces_that_acted() {
             .unwrap()
             .calibration;
         (
-            apart(&rows(&recording.join("force.csv")), &acted),
+            rms_differences(&rows(&recording.join("force.csv")), &truth_n),
             calibration,
         )
     };
@@ -317,10 +343,10 @@ fn a_calibrated_session_records_the_forces_that_acted() {
         normal_n < 5e-3 && lateral_n < 8e-3,
         "{normal_n} {lateral_n}"
     );
-    let signed = calibration.unwrap().force.unwrap();
+    let provenance = calibration.unwrap().force.unwrap();
     assert!(
-        signed.contains("A. Tester") && signed.contains("tare"),
-        "{signed}"
+        provenance.contains("A. Tester") && provenance.contains("tare"),
+        "{provenance}"
     );
     let ([normal_n, lateral_n], calibration) = run("uncalibrated", false);
     println!(

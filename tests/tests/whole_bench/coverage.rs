@@ -13,7 +13,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use statrs::distribution::{Continuous, ContinuousCDF, Normal};
 
-use crate::worlds::share_of;
+use crate::worlds::quantile_of;
 
 /// Number of participants in every test run; `FRICTION_BENCH_COVERAGE` asks for more.
 const PARTICIPANTS: usize = 4;
@@ -22,20 +22,20 @@ const MANY: usize = 400;
 /// Amplitudes at which the friction is compared, m.
 const AMPLITUDES_M: [f64; 3] = [0.5e-6, 1.5e-6, 3e-6];
 /// Greatest allowed medians of relative errors over many people.
-const MOST_SIGMA_T: f64 = 0.015;
-const MOST_Z_T: f64 = 0.03;
-const MOST_AREA: f64 = 0.05;
+const LIMIT_SIGMA_T: f64 = 0.015;
+const LIMIT_Z_T: f64 = 0.03;
+const LIMIT_AREA: f64 = 0.05;
 /// Quantities judged by their coverage, for the method without assumptions.
-const JUDGED: [&str; 7] = ["sigma_t", "Re Z_t", "Im Z_t", "S", "tau", "mu0", "mu"];
+const QUANTITIES: [&str; 7] = ["sigma_t", "Re Z_t", "Im Z_t", "S", "tau", "mu0", "mu"];
 
 /// An error and its stated standard error, both relative to the truth or to a scale of it.
 #[derive(Clone, Copy)]
-struct Stated {
+struct StatedError {
     error: f64,
     std: f64,
 }
 
-impl Stated {
+impl StatedError {
     /// Continuous ranked probability score of a normal distribution (Gneiting and Raftery 2007, Eq. 21).
     fn crps(&self) -> f64 {
         let (normal, z) = (Normal::standard(), self.error / self.std);
@@ -46,25 +46,25 @@ impl Stated {
 
 /// Stated errors by method and quantity.
 #[derive(Default)]
-struct Found {
-    stated: BTreeMap<(&'static str, &'static str), Vec<Stated>>,
+struct Coverage {
+    errors: BTreeMap<(&'static str, &'static str), Vec<StatedError>>,
     /// Relative distance between the estimated and true complex Z_t, by method.
     z_t: BTreeMap<&'static str, Vec<f64>>,
     trials: usize,
     flagged: usize,
 }
 
-impl Found {
+impl Coverage {
     fn add(&mut self, method: &'static str, quantity: &'static str, error: f64, std: f64) {
         if error.is_finite() && std > 0.0 {
-            let of = self.stated.entry((method, quantity)).or_default();
-            of.push(Stated { error, std });
+            let errors = self.errors.entry((method, quantity)).or_default();
+            errors.push(StatedError { error, std });
         }
     }
 
-    fn merged(mut self, other: Self) -> Self {
-        for (key, stated) in other.stated {
-            self.stated.entry(key).or_default().extend(stated);
+    fn merge(mut self, other: Self) -> Self {
+        for (key, errors) in other.errors {
+            self.errors.entry(key).or_default().extend(errors);
         }
         for (method, distances) in other.z_t {
             self.z_t.entry(method).or_default().extend(distances);
@@ -74,30 +74,30 @@ impl Found {
         self
     }
 
-    fn instance(&mut self, instance: &InstanceAnalysis, course: &Course, began_s: f64) {
-        let (from_s, to_s) = (began_s + instance.start_s, began_s + instance.end_s);
+    fn instance(&mut self, instance: &InstanceAnalysis, course: &Course, recording_s: f64) {
+        let (from_s, to_s) = (recording_s + instance.start_s, recording_s + instance.end_s);
         let mean = |column| course.mean(column, from_s, to_s);
         let methods = [Method::Dynamic, Method::Trial];
-        for estimated in methods.map(|method| Some((method, instance.estimated(method)?))) {
-            let Some((method, estimated)) = estimated else {
+        for estimate in methods.map(|method| Some((method, instance.estimated(method)?))) {
+            let Some((method, estimate)) = estimate else {
                 continue;
             };
             let (name, sigma_t_m) = (method.name(), mean("sigma_t_m"));
             let [re, im] = ["re_z_t_n_s_per_m", "im_z_t_n_s_per_m"].map(mean);
-            let (z_t, std) = (estimated.z_t_n_s_per_m, estimated.z_t_std_n_s_per_m);
+            let (z_t, std) = (estimate.z_t_n_s_per_m, estimate.z_t_std_n_s_per_m);
             self.add(
                 name,
                 "sigma_t",
-                estimated.sigma_t_m / sigma_t_m - 1.0,
-                estimated.sigma_t_std_m / sigma_t_m,
+                estimate.sigma_t_m / sigma_t_m - 1.0,
+                estimate.sigma_t_std_m / sigma_t_m,
             );
             self.add(name, "Re Z_t", z_t.re - re, std.re);
             self.add(name, "Im Z_t", z_t.im - im, std.im);
             let true_z_t = Complex64::new(re, im);
             let distance = (z_t - true_z_t).norm() / true_z_t.norm();
             self.z_t.entry(name).or_default().push(distance);
-            self.add(name, "mu0", estimated.mu0 - mean("mu0"), estimated.mu0_std);
-            self.friction(name, (instance, estimated), course, began_s);
+            self.add(name, "mu0", estimate.mu0 - mean("mu0"), estimate.mu0_std);
+            self.friction(name, (instance, estimate), course, recording_s);
         }
     }
 
@@ -105,52 +105,62 @@ impl Found {
     fn friction(
         &mut self,
         method: &'static str,
-        (instance, estimated): (&InstanceAnalysis, &Estimated),
+        (instance, estimate): (&InstanceAnalysis, &Estimated),
         course: &Course,
-        began_s: f64,
+        recording_s: f64,
     ) {
         let amplitudes_m = instance.samples.amplitude_m(Method::Dynamic);
         for amplitude_m in AMPLITUDES_M {
             let crossing = amplitudes_m
                 .windows(2)
                 .position(|pair| (pair[0] < amplitude_m) != (pair[1] < amplitude_m));
-            let Some(at) = crossing else { continue };
-            let series = &estimated.series;
-            let truth = course.at("mu", began_s + series.time_s[at]);
-            self.add(method, "mu", series.mu[at] - truth, series.mu_std[at]);
+            let Some(index) = crossing else { continue };
+            let series = &estimate.series;
+            let truth = course.value("mu", recording_s + series.time_s[index]);
+            self.add(method, "mu", series.mu[index] - truth, series.mu_std[index]);
         }
     }
 
     /// Returns the fraction of intervals of ± `stds` standard errors that contain the truth.
-    fn holds(&self, key: (&str, &str), stds: f64) -> f64 {
-        let stated = self.of(key);
-        let held = stated.iter().filter(|of| of.error.abs() < stds * of.std);
-        held.count() as f64 / stated.len() as f64
+    fn covered_fraction(&self, key: (&str, &str), stds: f64) -> f64 {
+        let errors = self.errors(key);
+        let hits = errors
+            .iter()
+            .filter(|stated| stated.error.abs() < stds * stated.std);
+        hits.count() as f64 / errors.len() as f64
     }
 
-    fn of(&self, (method, quantity): (&str, &str)) -> &[Stated] {
-        let mut all = self.stated.iter();
-        all.find(|(key, _)| **key == (method, quantity))
-            .map_or(&[], |(_, stated)| stated)
+    fn errors(&self, (method, quantity): (&str, &str)) -> &[StatedError] {
+        let mut entries = self.errors.iter();
+        entries
+            .find(|(key, _)| **key == (method, quantity))
+            .map_or(&[], |(_, errors)| errors)
     }
 
-    fn mean(&self, key: (&str, &str), of: fn(&Stated) -> f64) -> f64 {
-        let stated = self.of(key);
-        stated.iter().map(of).sum::<f64>() / stated.len() as f64
+    fn mean(&self, key: (&str, &str), value: fn(&StatedError) -> f64) -> f64 {
+        let errors = self.errors(key);
+        errors.iter().map(value).sum::<f64>() / errors.len() as f64
     }
 
     /// Returns the RMS of error over standard error.
     fn rms_z(&self, key: (&str, &str)) -> f64 {
-        self.mean(key, |of| (of.error / of.std).powi(2)).sqrt()
+        self.mean(key, |stated| (stated.error / stated.std).powi(2))
+            .sqrt()
     }
 
     /// Returns the median of the absolute error.
     fn median(&self, key: (&str, &str)) -> f64 {
-        share_of(self.of(key).iter().map(|of| of.error.abs()).collect(), 0.5)
+        quantile_of(
+            self.errors(key)
+                .iter()
+                .map(|stated| stated.error.abs())
+                .collect(),
+            0.5,
+        )
     }
 
     fn median_z_t(&self, method: &str) -> f64 {
-        share_of(self.z_t.get(method).cloned().unwrap_or_default(), 0.5)
+        quantile_of(self.z_t.get(method).cloned().unwrap_or_default(), 0.5)
     }
 
     fn line(&self, key: (&str, &str)) -> String {
@@ -159,127 +169,140 @@ impl Found {
             "{} {}: 95 % intervals hold {:.1} %, 68 % {:.1} %, RMS z {rms:.2}, CRPS {:.2e}, median error {:.2e}",
             key.0,
             key.1,
-            100.0 * self.holds(key, 1.96),
-            100.0 * self.holds(key, 0.9945),
-            self.mean(key, Stated::crps),
+            100.0 * self.covered_fraction(key, 1.96),
+            100.0 * self.covered_fraction(key, 0.9945),
+            self.mean(key, StatedError::crps),
             self.median(key),
         )
     }
 }
 
 /// Runs a session of one participant and compares its stated errors with the true ones.
-fn participant(seed: u64, folder: &Path) -> Found {
+fn participant(seed: u64, folder: &Path) -> Coverage {
     let VirtualParticipant {
         study,
         truth,
         output,
     } = VirtualParticipant::run("population-unkind", seed, folder);
-    let mut found = Found::default();
+    let mut coverage = Coverage::default();
     // A participant who never slides correctly leaves no data to analyse.
     let Ok(attempts) = find::attempts(std::slice::from_ref(&study), ALL_COMPLETED) else {
         assert!(study.exists(), "seed {seed}: {}", text(&output));
-        return found;
+        return coverage;
     };
-    let analysed = analyse(&attempts.recordings(), &Settings::default(), |_| {});
+    let analysis = analyse(&attempts.recordings(), &Settings::default(), |_| {});
     let course = Course::read(&truth);
-    for recording in analysed.findings() {
-        let began_s = recording_began_s(&recording.path);
-        let Some(shared) = recording.trial.as_ref().filter(|of| of.verdict.is_usable()) else {
+    for recording in analysis.findings() {
+        let recording_s = recording_began_s(&recording.path);
+        let Some(trial) = recording
+            .trial
+            .as_ref()
+            .filter(|trial| trial.verdict.is_usable())
+        else {
             continue;
         };
-        found.trials += 1;
+        coverage.trials += 1;
         // No interval is claimed for a flagged trial.
-        if !shared.misfit.is_empty() {
-            found.flagged += 1;
+        if !trial.misfit.is_empty() {
+            coverage.flagged += 1;
             continue;
         }
         let n = recording.instances.len() as f64;
-        let mean_of = |column: &str| {
-            let each = recording.instances.iter();
-            each.map(|of| course.mean(column, began_s + of.start_s, began_s + of.end_s))
+        let course_mean = |column: &str| {
+            let instances = recording.instances.iter();
+            instances
+                .map(|instance| {
+                    course.mean(
+                        column,
+                        recording_s + instance.start_s,
+                        recording_s + instance.end_s,
+                    )
+                })
                 .sum::<f64>()
                 / n
         };
-        let (area, tau) = (&shared.contact_area_m2, &shared.tau_s);
-        let (true_area, true_tau) = (mean_of("contact_area_m2"), mean_of("lag_s"));
-        found.add("trial", "S", (area.value / true_area).ln(), area.ln_std);
-        found.add("trial", "tau", (tau.value / true_tau).ln(), tau.ln_std);
+        let (area, tau) = (&trial.contact_area_m2, &trial.tau_s);
+        let (area_truth, tau_truth) = (course_mean("contact_area_m2"), course_mean("lag_s"));
+        coverage.add("trial", "S", (area.value / area_truth).ln(), area.ln_std);
+        coverage.add("trial", "tau", (tau.value / tau_truth).ln(), tau.ln_std);
         for instance in &recording.instances {
-            found.instance(instance, &course, began_s);
+            coverage.instance(instance, &course, recording_s);
         }
     }
     std::fs::remove_dir_all(&study).expect("the study goes");
     std::fs::remove_dir_all(&truth).expect("the truth goes");
-    found
+    coverage
 }
 
 #[test]
 fn intervals_are_of_the_right_size_and_those_of_400_people_hold_the_truth_to_the_per_cent() {
     let folder = tempfile::tempdir().expect("a folder");
     let participants = campaign::repeats("FRICTION_BENCH_COVERAGE", PARTICIPANTS);
-    let found = (1..=participants as u64)
+    let coverage = (1..=participants as u64)
         .into_par_iter()
         .map(|seed| participant(seed, folder.path()))
-        .reduce(Found::default, Found::merged);
-    let counted = format!(
+        .reduce(Coverage::default, Coverage::merge);
+    let counts = format!(
         "{} trials, {} instances, {} flagged",
-        found.trials,
-        found.of(("trial", "sigma_t")).len(),
-        found.flagged
+        coverage.trials,
+        coverage.errors(("trial", "sigma_t")).len(),
+        coverage.flagged
     );
-    let keys = JUDGED.map(|quantity| ("trial", quantity));
-    let before = ["sigma_t", "Re Z_t", "Im Z_t", "mu0", "mu"].map(|of| ("dynamic", of));
+    let keys = QUANTITIES.map(|quantity| ("trial", quantity));
+    let dynamic_keys =
+        ["sigma_t", "Re Z_t", "Im Z_t", "mu0", "mu"].map(|quantity| ("dynamic", quantity));
     let lines: Vec<String> = keys
         .iter()
-        .chain(&before)
-        .map(|key| found.line(*key))
+        .chain(&dynamic_keys)
+        .map(|key| coverage.line(*key))
         .collect();
-    let z_t = ["trial", "dynamic"].map(|of| format!("{of} {:.2e}", found.median_z_t(of)));
-    campaign::found(
+    let z_t =
+        ["trial", "dynamic"].map(|method| format!("{method} {:.2e}", coverage.median_z_t(method)));
+    campaign::report(
         "intervals on an unkind bench",
         participants,
         &format!(
-            "{counted}; {}; |Z_t - true|/|true|, medians: {}",
+            "{counts}; {}; |Z_t - true|/|true|, medians: {}",
             lines.join("; "),
             z_t.join(", ")
         ),
     );
 
-    assert!(found.trials * 10 >= participants * 8, "{counted}");
-    assert!(found.flagged * 20 <= found.trials, "{counted}");
-    for key in before {
+    assert!(coverage.trials * 10 >= participants * 8, "{counts}");
+    assert!(coverage.flagged * 20 <= coverage.trials, "{counts}");
+    for key in dynamic_keys {
         let (trial, dynamic) = (("trial", key.1), key);
         assert!(
-            found.mean(trial, Stated::crps) < found.mean(dynamic, Stated::crps),
+            coverage.mean(trial, StatedError::crps) < coverage.mean(dynamic, StatedError::crps),
             "{}; {}",
-            found.line(trial),
-            found.line(dynamic)
+            coverage.line(trial),
+            coverage.line(dynamic)
         );
     }
     for key in keys {
         // A few people give few independent errors: all instances of one person share most of theirs.
-        let rms = found.rms_z(key);
-        assert!(rms < 2.5, "{}", found.line(key));
+        let rms = coverage.rms_z(key);
+        assert!(rms < 2.5, "{}", coverage.line(key));
         if participants >= MANY {
             // Rounded to a per cent, the accuracy that so many people allow.
-            let percent = |stds: f64| (100.0 * found.holds(key, stds)).round();
+            let percent = |stds: f64| (100.0 * coverage.covered_fraction(key, stds)).round();
             assert!(
                 (92.0..=98.0).contains(&percent(1.96))
                     && (62.0..=74.0).contains(&percent(0.9945))
                     && (0.85..=1.15).contains(&rms),
                 "{}",
-                found.line(key)
+                coverage.line(key)
             );
         }
     }
     if participants >= MANY {
         let medians = [
-            (found.median(("trial", "sigma_t")), MOST_SIGMA_T),
-            (found.median_z_t("trial"), MOST_Z_T),
-            (found.median(("trial", "S")), MOST_AREA),
+            (coverage.median(("trial", "sigma_t")), LIMIT_SIGMA_T),
+            (coverage.median_z_t("trial"), LIMIT_Z_T),
+            (coverage.median(("trial", "S")), LIMIT_AREA),
         ];
-        for (median, most) in medians {
-            assert!(median <= most, "{medians:?}");
+        for (median, limit) in medians {
+            assert!(median <= limit, "{medians:?}");
         }
     }
 }

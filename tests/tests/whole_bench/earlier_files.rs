@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use bench_tests::program::{bench, installed, workspace};
+use bench_tests::program::{bench, find_program, workspace};
 use bench_tests::session::{finish, require_consistent, require_whole, text};
 use config::Config;
 use serde_json::Value;
@@ -27,29 +27,29 @@ struct Files {
 
 impl Files {
     /// Unpacks the files of every version.
-    fn all() -> Vec<Self> {
+    fn unpack_all() -> Vec<Self> {
         let fixtures = workspace().join("tests/fixtures");
         let entries = fs::read_dir(fixtures).unwrap();
         let versions = entries.map(|entry| entry.unwrap().path());
         let files: Vec<_> = versions
             .filter(|path| path.is_dir())
-            .map(|path| Self::unpacked(&path))
+            .map(|path| Self::unpack(&path))
             .collect();
         assert!(!files.is_empty());
         files
     }
 
-    fn unpacked(version: &Path) -> Self {
-        installed("xz");
+    fn unpack(version: &Path) -> Self {
+        find_program("xz");
         let folder = tempfile::tempdir().unwrap();
-        let unpacking = Command::new(installed("tar"))
+        let output = Command::new(find_program("tar"))
             .arg("-xJf")
             .arg(version.join("files.tar.xz"))
             .arg("-C")
             .arg(folder.path())
             .output()
             .unwrap();
-        assert!(unpacking.status.success(), "{}", text(&unpacking));
+        assert!(output.status.success(), "{}", text(&output));
         let version = version.file_name().unwrap().to_string_lossy().into_owned();
         Self { version, folder }
     }
@@ -63,51 +63,66 @@ impl Files {
     }
 }
 
-/// Adds the values of `then` that differ in `now`; additional values of `now` are allowed.
-fn changed(then: &Value, now: Option<&Value>, place: &str, found: &mut Vec<String>) {
+/// Adds the values of `released` that differ in `current`; additional values of `current` are allowed.
+fn add_differences(
+    released: &Value,
+    current: Option<&Value>,
+    path: &str,
+    differences: &mut Vec<String>,
+) {
     let missing = Value::Null;
-    let now = now.unwrap_or(&missing);
-    match (then, now) {
-        (Value::Object(then), Value::Object(now)) => {
-            for (key, value) in then.iter().filter(|(key, _)| *key != "path") {
-                changed(value, now.get(key), &format!("{place}.{key}"), found);
+    let current = current.unwrap_or(&missing);
+    match (released, current) {
+        (Value::Object(released), Value::Object(current)) => {
+            for (key, value) in released.iter().filter(|(key, _)| *key != "path") {
+                add_differences(
+                    value,
+                    current.get(key),
+                    &format!("{path}.{key}"),
+                    differences,
+                );
             }
         }
-        (Value::Array(then), Value::Array(now)) if then.len() == now.len() => {
-            for (index, value) in then.iter().enumerate() {
-                changed(value, now.get(index), &format!("{place}[{index}]"), found);
+        (Value::Array(released), Value::Array(current)) if released.len() == current.len() => {
+            for (index, value) in released.iter().enumerate() {
+                add_differences(
+                    value,
+                    current.get(index),
+                    &format!("{path}[{index}]"),
+                    differences,
+                );
             }
         }
-        (Value::Number(then), Value::Number(now)) => {
-            let (then, now) = (then.as_f64().unwrap(), now.as_f64().unwrap());
-            if (then - now).abs() > DIFFERENCE * then.abs() {
-                found.push(format!("{place}: {then} is now {now}"));
+        (Value::Number(released), Value::Number(current)) => {
+            let (released, current) = (released.as_f64().unwrap(), current.as_f64().unwrap());
+            if (released - current).abs() > DIFFERENCE * released.abs() {
+                differences.push(format!("{path}: {released} is now {current}"));
             }
         }
-        _ if then == now => {}
-        _ => found.push(format!("{place}: {then} is now {now}")),
+        _ if released == current => {}
+        _ => differences.push(format!("{path}: {released} is now {current}")),
     }
 }
 
 #[test]
-fn what_has_changed_is_found_and_what_is_new_is_not() {
-    let then = serde_json::json!({ "path": "a", "kept": 1.0, "text": "x", "list": [1.0, 2.0] });
-    let now = serde_json::json!({ "path": "b", "kept": 1.0 + 1e-7, "text": "x", "list": [1.0, 2.0], "new": 3 });
-    let mut found = Vec::new();
-    changed(&then, Some(&now), "", &mut found);
-    assert_eq!(found, Vec::<String>::new());
-    let now = serde_json::json!({ "kept": 1.0 + 1e-5, "list": [1.0] });
-    changed(&then, Some(&now), "", &mut found);
-    let places: Vec<_> = found
+fn changed_values_are_found_and_new_ones_ignored() {
+    let released = serde_json::json!({ "path": "a", "kept": 1.0, "text": "x", "list": [1.0, 2.0] });
+    let current = serde_json::json!({ "path": "b", "kept": 1.0 + 1e-7, "text": "x", "list": [1.0, 2.0], "new": 3 });
+    let mut differences = Vec::new();
+    add_differences(&released, Some(&current), "", &mut differences);
+    assert_eq!(differences, Vec::<String>::new());
+    let current = serde_json::json!({ "kept": 1.0 + 1e-5, "list": [1.0] });
+    add_differences(&released, Some(&current), "", &mut differences);
+    let paths: Vec<_> = differences
         .iter()
         .filter_map(|line| line.split(':').next())
         .collect();
-    assert_eq!(places, [".kept", ".list", ".text"]);
+    assert_eq!(paths, [".kept", ".list", ".text"]);
 }
 
 #[test]
 fn files_of_every_release_are_read() {
-    for files in Files::all() {
+    for files in Files::unpack_all() {
         let version = &files.version;
         let configuration = fs::read_to_string(files.path("bench.toml")).unwrap();
         Config::parse(&configuration, "bench.toml")
@@ -116,18 +131,22 @@ fn files_of_every_release_are_read() {
         require_consistent(&study);
 
         let results = files.path("now.json");
-        let analysis = finish(
+        let output = finish(
             bench()
                 .arg("analyze")
                 .arg(&study)
                 .arg("--json")
                 .arg(&results),
         );
-        assert!(analysis.status.success(), "{version}: {}", text(&analysis));
-        let mut found = Vec::new();
-        let (then, now) = (files.json("results.json"), files.json("now.json"));
-        changed(&then, Some(&now), "", &mut found);
-        assert!(found.is_empty(), "{version}:\n{}", found.join("\n"));
+        assert!(output.status.success(), "{version}: {}", text(&output));
+        let mut differences = Vec::new();
+        let (released, current) = (files.json("results.json"), files.json("now.json"));
+        add_differences(&released, Some(&current), "", &mut differences);
+        assert!(
+            differences.is_empty(),
+            "{version}:\n{}",
+            differences.join("\n")
+        );
 
         // The third participant's session was killed.
         let mut resume = bench();
@@ -139,13 +158,9 @@ fn files_of_every_release_are_read() {
             .args(["--protocol", "smallest.toml", "--study", "study"])
             .args(["--participant", "sub-03", "--consent-by", "A. Tester"])
             .arg("--resume");
-        let resumed = finish(&mut resume);
-        assert!(resumed.status.success(), "{version}: {}", text(&resumed));
-        assert!(
-            !text(&resumed).contains("UNCALIBRATED"),
-            "{}",
-            text(&resumed)
-        );
+        let output = finish(&mut resume);
+        assert!(output.status.success(), "{version}: {}", text(&output));
+        assert!(!text(&output).contains("UNCALIBRATED"), "{}", text(&output));
         require_whole(&study);
     }
 }

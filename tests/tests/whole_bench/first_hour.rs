@@ -15,25 +15,26 @@ use bench_tests::program::{bench, friction_bench, workspace};
 use bench_tests::running::Running;
 use bench_tests::screen::Screen;
 use bench_tests::session::{
-    ON_A_CARD, SessionFolder, config_with, demo_with, finish, require_whole, text, unattended,
+    SOUND_CARD, SessionFolder, finish, headless_run, require_whole, text, write_bench_config,
+    write_demo_protocol,
 };
 use config::Config;
 use recording::RecordingReader;
 use rustix::process::Signal;
 
-use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
+use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
 const MINUTE: Duration = Duration::from_secs(60);
 
 /// Runs `command` in a separate terminal; returns its exit status and everything it shows there.
-fn in_terminal(mut command: Command, columns: u16, rows: u16) -> (ExitStatus, String) {
+fn run_in_terminal(mut command: Command, columns: u16, rows: u16) -> (ExitStatus, String) {
     let screen = Screen::open(columns, rows);
     screen.attach(&mut command);
     let mut child = command.spawn().unwrap();
     // Drop the parent's handles, so that the terminal closes with the program's own.
     drop(command);
     let status = child.wait().unwrap();
-    (status, screen.to_the_end())
+    (status, screen.read_to_end())
 }
 
 /// Fault 37.
@@ -43,24 +44,24 @@ fn the_demo_succeeds_in_a_terminal_without_a_size() {
     let demo = folder.path().join("a demo");
     let mut command = bench();
     command.arg("demo").arg(&demo).current_dir(&folder);
-    let (status, shown) = in_terminal(command, 0, 0);
-    assert!(status.success(), "{shown}");
+    let (status, transcript) = run_in_terminal(command, 0, 0);
+    assert!(status.success(), "{transcript}");
     for file in [
         "calibration/calibration.toml",
         "study/sub-01/ses-01/events.jsonl",
         "results.json",
     ] {
-        assert!(demo.join(file).is_file(), "no {file}: {shown}");
+        assert!(demo.join(file).is_file(), "no {file}: {transcript}");
     }
     require_whole(&demo.join("study"));
     // The last line of the output is a command that can be copied.
-    let last = shown.trim_end().lines().last().unwrap();
-    let copied = format!("set -- {last}; shift 6; printf %s \"$1\"");
-    let study = finish(Command::new("bash").args(["-c", &copied])).stdout;
-    assert_eq!(OsStr::from_bytes(&study), demo.join("study"), "{last}");
+    let last_line = transcript.trim_end().lines().last().unwrap();
+    let script = format!("set -- {last_line}; shift 6; printf %s \"$1\"");
+    let study = finish(Command::new("bash").args(["-c", &script])).stdout;
+    assert_eq!(OsStr::from_bytes(&study), demo.join("study"), "{last_line}");
     // The working folder has no other new files.
-    let beside: Vec<_> = fs::read_dir(&folder).unwrap().collect();
-    assert_eq!(beside.len(), 1, "{beside:?}");
+    let entries: Vec<_> = fs::read_dir(&folder).unwrap().collect();
+    assert_eq!(entries.len(), 1, "{entries:?}");
 }
 
 #[test]
@@ -76,30 +77,30 @@ fn a_demo_that_is_ended_ends_its_step_first() {
     });
     let step = step.unwrap_or_else(|| panic!("no step: {}", demo.output()));
     demo.signal(Signal::TERM);
-    let ended = demo.wait(MINUTE);
-    assert_eq!(ended.code(), Some(128 + 15), "{}", demo.output());
+    let status = demo.wait(MINUTE);
+    assert_eq!(status.code(), Some(128 + 15), "{}", demo.output());
     assert!(!Path::new("/proc").join(step).exists());
     assert!(!folder.path().join("demo/study").exists());
 }
 
 /// The version of a release build includes the commit; a debug build, compiled at every change, says that it is one.
 #[test]
-fn the_version_tells_what_was_built() {
+fn the_version_names_the_build() {
     let version = text(&finish(bench().arg("--version")));
-    let built = version
+    let build = version
         .strip_prefix(concat!("friction-bench ", env!("CARGO_PKG_VERSION"), " ("))
         .and_then(|rest| rest.trim_end().strip_suffix(')'))
         .unwrap_or_else(|| panic!("{version}"));
-    let named = std::env::var("FRICTION_BENCH_COMMIT").ok();
-    if let Some(name) = named.filter(|name| !name.is_empty()) {
-        assert_eq!(built, format!("commit {name}"));
+    let commit_name = std::env::var("FRICTION_BENCH_COMMIT").ok();
+    if let Some(name) = commit_name.filter(|name| !name.is_empty()) {
+        assert_eq!(build, format!("commit {name}"));
         return;
     }
     if friction_bench()
         .parent()
         .is_some_and(|folder| folder.ends_with("debug"))
     {
-        assert_eq!(built, "debug build");
+        assert_eq!(build, "debug build");
         return;
     }
     let mut git = Command::new("git");
@@ -109,7 +110,7 @@ fn the_version_tells_what_was_built() {
         Some(output) => format!("commit {}", text(&output).trim()),
         None => "unknown commit".to_owned(),
     };
-    assert_eq!(built.trim_end_matches(" and changes"), expected);
+    assert_eq!(build.trim_end_matches(" and changes"), expected);
 }
 
 #[test]
@@ -120,26 +121,26 @@ fn a_check_of_simulated_hardware_passes_in_small_terminals_and_through_a_pipe() 
         command
     };
     for (columns, rows) in [(0, 0), (40, 10), (78, 22)] {
-        let (status, shown) = in_terminal(check(), columns, rows);
-        assert!(status.success(), "{columns} × {rows}: {shown}");
+        let (status, transcript) = run_in_terminal(check(), columns, rows);
+        assert!(status.success(), "{columns} × {rows}: {transcript}");
         assert!(
-            !shown.contains("terminal"),
-            "no dashboard is shown: {shown}"
+            !transcript.contains("terminal"),
+            "no dashboard is shown: {transcript}"
         );
     }
-    let piped = finish(&mut check());
-    assert!(piped.status.success(), "{}", text(&piped));
+    let output = finish(&mut check());
+    assert!(output.status.success(), "{}", text(&output));
 }
 
 #[test]
-fn where_a_dashboard_will_be_shown_a_small_terminal_is_a_warning() {
+fn a_small_terminal_for_a_dashboard_is_a_warning() {
     let folder = tempfile::tempdir().unwrap();
-    let config = config_with(
+    let config = write_bench_config(
         folder.path(),
         &[
             ("\"sim\"", "\"absent\""),
             ("\"sim\"", "\"absent\""),
-            ON_A_CARD,
+            SOUND_CARD,
         ],
     );
     let mut command = bench();
@@ -148,19 +149,26 @@ fn where_a_dashboard_will_be_shown_a_small_terminal_is_a_warning() {
         .arg("check")
         .arg("--config")
         .arg(config);
-    let (status, shown) = in_terminal(command, 40, 10);
-    assert_eq!(status.code(), Some(1), "there is no such card: {shown}");
+    let (status, transcript) = run_in_terminal(command, 40, 10);
+    assert_eq!(
+        status.code(),
+        Some(1),
+        "there is no such card: {transcript}"
+    );
     let line = |name: &str| {
-        let line = shown.lines().find(|line| line.contains(name));
-        line.unwrap_or_else(|| panic!("no {name} in {shown}"))
+        let line = transcript.lines().find(|line| line.contains(name));
+        line.unwrap_or_else(|| panic!("no {name} in {transcript}"))
     };
-    assert!(line("hardware").starts_with("FAILED"), "{shown}");
-    assert!(line("terminal").starts_with("warning terminal"), "{shown}");
-    assert!(line("terminal").contains("40 × 10"), "{shown}");
+    assert!(line("hardware").starts_with("FAILED"), "{transcript}");
+    assert!(
+        line("terminal").starts_with("warning terminal"),
+        "{transcript}"
+    );
+    assert!(line("terminal").contains("40 × 10"), "{transcript}");
 }
 
 #[test]
-fn a_reader_that_has_read_enough_ends_a_command_in_good_order() {
+fn a_closed_pipe_ends_a_command_in_good_order() {
     for words in [
         &["completions", "bash"][..],
         &["completions", "zsh"],
@@ -182,14 +190,14 @@ fn a_reader_that_has_read_enough_ends_a_command_in_good_order() {
         // Close the pipe before any output.
         drop(child.stdout.take());
         let output = child.wait_with_output().unwrap();
-        let said = text(&output);
-        assert!(output.status.success(), "{words:?}: {said}");
-        assert!(said.is_empty(), "{words:?}: {said}");
+        let transcript = text(&output);
+        assert!(output.status.success(), "{words:?}: {transcript}");
+        assert!(transcript.is_empty(), "{words:?}: {transcript}");
     }
 }
 
 #[test]
-fn a_misspelt_name_suggests_the_right_one_before_anything_else_is_asked_for() {
+fn a_misspelt_name_suggests_the_right_one_first() {
     let (_folder, study) = room();
     for (words, suggestion) in [
         (&["run", "--mock", "nominl", "--headless"][..], "`nominal`"),
@@ -211,7 +219,7 @@ fn a_misspelt_name_suggests_the_right_one_before_anything_else_is_asked_for() {
         (&["analyze", "--assume", "area=3", "."], "`contact_area_m2`"),
         (&["analyse", "."], "'analyze'"),
     ] {
-        refused(&finish(bench().args(words)), &[suggestion]);
+        assert_refusal(&finish(bench().args(words)), &[suggestion]);
     }
     assert!(!study.exists());
 }
@@ -219,7 +227,7 @@ fn a_misspelt_name_suggests_the_right_one_before_anything_else_is_asked_for() {
 #[test]
 fn a_slider_that_leaves_the_plate_is_refused_with_both_numbers() {
     let (folder, study) = room();
-    let protocol = demo_with(folder.path(), &[("to_m = 0.095", "to_m = 0.95")]);
+    let protocol = write_demo_protocol(folder.path(), &[("to_m = 0.095", "to_m = 0.95")]);
     let line = fs::read_to_string(&protocol)
         .unwrap()
         .lines()
@@ -227,11 +235,11 @@ fn a_slider_that_leaves_the_plate_is_refused_with_both_numbers() {
         .unwrap();
     let line = format!("protocol.toml, line {}: ", line + 1);
     let words = [&line, "exploration.to_m = 0.95 m", "0.105 m"];
-    let mut run = unattended(&study, "sub-01", &protocol);
-    refused_before_anything_is_made(&mut run, &study, &words);
+    let mut run = headless_run(&study, "sub-01", &protocol);
+    assert_early_refusal(&mut run, &study, &words);
     let mut check = bench();
     check.args(["check", "--mock", "--protocol"]).arg(&protocol);
-    refused(&finish(&mut check), &words);
+    assert_refusal(&finish(&mut check), &words);
 }
 
 #[test]
@@ -240,11 +248,11 @@ fn a_tone_is_reported_only_if_one_was_played() {
     let absent = [
         ("\"sim\"", "\"absent\""),
         ("\"sim\"", "\"absent\""),
-        ON_A_CARD,
+        SOUND_CARD,
     ];
-    let config = config_with(folder.path(), &absent);
+    let config = write_bench_config(folder.path(), &absent);
     let output = finish(&mut uncalibrated(&study, &config));
-    refused(&output, &["nothing was driven"]);
+    assert_refusal(&output, &["nothing was driven"]);
     assert!(!text(&output).contains("tone"), "{}", text(&output));
 }
 
@@ -252,8 +260,8 @@ fn a_tone_is_reported_only_if_one_was_played() {
 fn a_sensor_that_sends_lines_brings_its_configuration() {
     let check = finish(bench().args(["check", "--mock", "arduino", "--quick"]));
     assert!(check.status.success(), "{}", text(&check));
-    let printed = finish(bench().args(["run", "--mock", "arduino", "--print-config"]));
-    let config = Config::parse(&text(&printed), "printed").unwrap();
+    let output = finish(bench().args(["run", "--mock", "arduino", "--print-config"]));
+    let config = Config::parse(&text(&output), "printed").unwrap();
     let config::Sensor::Serial(serial) = config.force.unwrap().sensor else {
         panic!("not on a serial line");
     };
@@ -265,29 +273,31 @@ fn a_study_lists_its_recordings_with_commands_that_a_shell_can_run() {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("Ana's study");
     let protocol = workspace().join("tests/protocols/one-exploration.toml");
-    let run = finish(&mut unattended(&study, "sub-01", protocol));
+    let run = finish(&mut headless_run(&study, "sub-01", protocol));
     assert!(run.status.success(), "{}", text(&run));
-    let in_shell = |command: &str| {
+    let run_in_shell = |command: &str| {
         let program = friction_bench().display().to_string();
         let command = command.replacen("friction-bench", &format!("'{program}'"), 1);
         finish(Command::new("sh").args(["-c", &command]))
     };
-    let printed = text(&run);
-    let results = printed.lines().find(|line| line.starts_with("to results"));
+    let transcript = text(&run);
+    let results = transcript
+        .lines()
+        .find(|line| line.starts_with("to results"));
     let analyze = &results.unwrap()["to results".len()..];
     let analyze = analyze.trim().replace("--figures figures", "");
-    let analysed = in_shell(&analyze);
-    assert!(analysed.status.success(), "{}", text(&analysed));
+    let output = run_in_shell(&analyze);
+    assert!(output.status.success(), "{}", text(&output));
 
-    let listed = finish(bench().arg("replay").arg(&study));
-    assert!(listed.status.success(), "{}", text(&listed));
+    let list = finish(bench().arg("replay").arg(&study));
+    assert!(list.status.success(), "{}", text(&list));
     let recordings = SessionFolder::read(&study, "sub-01").unwrap().recordings();
-    assert_eq!(text(&listed).lines().count(), recordings.len());
-    let first = text(&listed).lines().next().unwrap().to_owned();
-    let replayed = in_shell(&format!("{first} --headless --speed max"));
-    assert!(replayed.status.success(), "{}", text(&replayed));
+    assert_eq!(text(&list).lines().count(), recordings.len());
+    let command = text(&list).lines().next().unwrap().to_owned();
+    let output = run_in_shell(&format!("{command} --headless --speed max"));
+    assert!(output.status.success(), "{}", text(&output));
 
-    refused(
+    assert_refusal(
         &finish(bench().arg("replay").arg(workspace())),
         &["neither"],
     );
@@ -297,7 +307,7 @@ fn a_study_lists_its_recordings_with_commands_that_a_shell_can_run() {
 fn an_operator_chooses_how_much_is_printed() {
     let folder = tempfile::tempdir().unwrap();
     let calibration = folder.path().join("calibration.toml");
-    let said = |words: &[&str]| {
+    let errors_of = |words: &[&str]| {
         let mut command = bench();
         command
             .args(["calibrate", "channels", "--mock", "--speed", "max"])
@@ -310,7 +320,11 @@ fn an_operator_chooses_how_much_is_printed() {
         assert!(!output.stdout.is_empty());
         String::from_utf8(output.stderr).unwrap()
     };
-    let (quiet, normal, verbose) = (said(&["-q"]), said(&[]), said(&["--verbose"]));
+    let (quiet, normal, verbose) = (
+        errors_of(&["-q"]),
+        errors_of(&[]),
+        errors_of(&["--verbose"]),
+    );
     assert_eq!(quiet, "");
     assert!(
         !normal.is_empty() && !normal.contains("configuration:"),
@@ -326,21 +340,21 @@ fn an_operator_chooses_how_much_is_printed() {
 }
 
 #[test]
-fn a_configuration_that_does_not_exist_is_named_and_nothing_else_is_touched() {
+fn a_missing_configuration_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let output = finish(bench().args(["check", "--config", "bnech.toml"]));
-    refused(&output, &["bnech.toml does not exist", "--config"]);
+    assert_refusal(&output, &["bnech.toml does not exist", "--config"]);
     assert!(!text(&output).contains("print-config"), "{}", text(&output));
     let output = finish(bench().arg("check").current_dir(&folder));
-    refused(&output, &["`friction-bench init`"]);
+    assert_refusal(&output, &["`friction-bench init`"]);
     // The template can also be redirected by a shell, which creates the file first.
     let script = format!(
         "'{}' run --print-config > bench.toml",
         friction_bench().display()
     );
     let mut shell = Command::new("sh");
-    let written = finish(shell.args(["-c", &script]).current_dir(&folder));
-    assert!(written.status.success(), "{}", text(&written));
+    let output = finish(shell.args(["-c", &script]).current_dir(&folder));
+    assert!(output.status.success(), "{}", text(&output));
     let path = folder.path().join("bench.toml");
     assert_eq!(fs::read_to_string(&path).unwrap(), config::TEMPLATE);
     let output = finish(bench().arg("check").current_dir(&folder));
@@ -351,14 +365,14 @@ fn a_configuration_that_does_not_exist_is_named_and_nothing_else_is_touched() {
         text(&output)
     );
     // An edited file is printed with its effective values.
-    let printed = finish(bench().args(["run", "--print-config"]).current_dir(&folder));
-    let printed = Config::parse(&text(&printed), "printed").unwrap();
-    assert_eq!(printed, Config::read(&path).unwrap());
+    let output = finish(bench().args(["run", "--print-config"]).current_dir(&folder));
+    let config = Config::parse(&text(&output), "printed").unwrap();
+    assert_eq!(config, Config::read(&path).unwrap());
 }
 
 #[test]
-fn a_number_that_cannot_be_is_refused_with_what_is_wanted() {
-    for (words, wanted) in [
+fn an_invalid_number_is_refused_with_the_expected_range() {
+    for (words, expectation) in [
         (
             &["run", "--mock", "--seed", "-1"][..],
             "a whole number from 0",
@@ -370,7 +384,7 @@ fn a_number_that_cannot_be_is_refused_with_what_is_wanted() {
         ),
         (&["model", "--mu0", "-1"], "a finite number above 0"),
     ] {
-        refused(&finish(bench().args(words)), &[wanted]);
+        assert_refusal(&finish(bench().args(words)), &[expectation]);
     }
 }
 
@@ -394,35 +408,38 @@ fn a_folder_that_cannot_be_written_is_named_and_the_cause_said_once() {
     fs::write(&study, "a file").unwrap();
     let mut model = bench();
     model.arg("model").arg("--out").arg(study.join("model"));
-    let mut session = unattended(&study.join("study"), "sub-01", "demo");
-    for (command, named) in [
+    let mut session = headless_run(&study.join("study"), "sub-01", "demo");
+    for (command, path) in [
         (&mut calibrate, absent.clone()),
         (&mut model, study.join("model")),
         (&mut session, study.join("study")),
     ] {
         let output = finish(command);
-        refused(&output, &[&named.display().to_string()]);
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(said.matches("os error").count(), 1, "{said}");
+        assert_refusal(&output, &[&path.display().to_string()]);
+        let errors = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(errors.matches("os error").count(), 1, "{errors}");
     }
 }
 
-fn waived(folder: &Path) -> std::path::PathBuf {
+fn waived_config(folder: &Path) -> std::path::PathBuf {
     let keys = "[safety]\nwaived = [\"estop\", \"heartbeat\"]\nwaived_by = \"A. Tester\"\n";
-    config_with(folder, &[("[safety]\n", keys)])
+    write_bench_config(folder, &[("[safety]\n", keys)])
 }
 
 #[test]
-fn waived_hardware_stops_stand_on_the_screen_and_in_every_file() {
+fn waived_hardware_stops_are_shown_and_recorded() {
     let (folder, study) = room();
-    let config = waived(folder.path());
+    let config = waived_config(folder.path());
     let protocol = workspace().join("tests/protocols/one-exploration.toml");
-    let mut run = unattended(&study, "sub-01", protocol);
+    let mut run = headless_run(&study, "sub-01", protocol);
     let output = finish(run.arg("--config").arg(&config));
     assert!(output.status.success(), "{}", text(&output));
     let line = "hardware stops waived by A. Tester: estop, heartbeat";
-    let shown = text(&output);
-    assert!(shown.contains(&format!("warning: {line}")), "{shown}");
+    let transcript = text(&output);
+    assert!(
+        transcript.contains(&format!("warning: {line}")),
+        "{transcript}"
+    );
 
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let safety = &session.starts()[0].configuration["safety"];
@@ -440,14 +457,14 @@ fn waived_hardware_stops_stand_on_the_screen_and_in_every_file() {
     }
     let mut replay = bench();
     replay.args(["replay", "--headless", "--speed", "max"]);
-    let replayed = text(&finish(replay.arg(&recordings[0])));
-    assert!(replayed.contains(line), "{replayed}");
+    let transcript = text(&finish(replay.arg(&recordings[0])));
+    assert!(transcript.contains(line), "{transcript}");
 
     let mut check = bench();
     check.args(["check", "--mock", "--quick", "--config"]);
-    let checked = finish(check.arg(&config));
-    assert!(checked.status.success(), "{}", text(&checked));
+    let output = finish(check.arg(&config));
+    assert!(output.status.success(), "{}", text(&output));
     for row in ["waived  e-stop", "waived  heartbeat"] {
-        assert!(text(&checked).contains(row), "{}", text(&checked));
+        assert!(text(&output).contains(row), "{}", text(&output));
     }
 }

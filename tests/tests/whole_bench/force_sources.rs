@@ -9,7 +9,7 @@ use std::path::Path;
 
 use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
-use bench_tests::session::{SessionFolder, demo_with, finish, text};
+use bench_tests::session::{SessionFolder, finish, text, write_demo_protocol};
 use mock_world::plant::MAKERS_MATRIX;
 use recording::manifest::ClockOf;
 use serde_json::Value;
@@ -25,12 +25,12 @@ fn session(scenario: &str, change: fn(&Path, String) -> String) -> String {
 fn results(scenario: &str, change: fn(&Path, String) -> String) -> (Recording, Value) {
     let room = tempfile::tempdir().unwrap();
     let folder = room.path();
-    let printed = finish(bench().args(["run", "--mock", scenario, "--print-config"]));
-    assert!(printed.status.success(), "{}", text(&printed));
+    let output = finish(bench().args(["run", "--mock", scenario, "--print-config"]));
+    assert!(output.status.success(), "{}", text(&output));
     let config = folder.join("bench.toml");
-    let written = change(folder, String::from_utf8(printed.stdout).unwrap());
-    fs::write(&config, written).unwrap();
-    let protocol = demo_with(
+    let config_text = change(folder, String::from_utf8(output.stdout).unwrap());
+    fs::write(&config, config_text).unwrap();
+    let protocol = write_demo_protocol(
         folder,
         &[
             ("practice = 1", "practice = 0"),
@@ -51,21 +51,21 @@ fn results(scenario: &str, change: fn(&Path, String) -> String) -> (Recording, V
         .arg(&protocol)
         .arg("--study")
         .arg(&study);
-    let ran = finish(&mut run);
-    assert!(ran.status.success(), "{}", text(&ran));
+    let output = finish(&mut run);
+    assert!(output.status.success(), "{}", text(&output));
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     session.require_whole();
     let recordings = session.recordings();
     let recording = Recording::read(&recordings[0]);
     let results = folder.join("results.json");
-    let analysed = finish(
+    let output = finish(
         bench()
             .arg("analyze")
             .arg(&study)
             .arg("--json")
             .arg(&results),
     );
-    assert!(analysed.status.success(), "{}", text(&analysed));
+    assert!(output.status.success(), "{}", text(&output));
     let results: Value = serde_json::from_slice(&fs::read(&results).unwrap()).unwrap();
     let instances = results["recordings"][0]["instances"].as_array().unwrap();
     assert!(instances.len() >= 5, "{} instances", instances.len());
@@ -81,11 +81,14 @@ fn a_session_with_forces_from_the_network_leads_to_results() {
 /// Fault 41.
 #[test]
 fn a_session_behind_a_field_box_leads_to_results_and_names_the_box() {
-    let said = session("field-box", |_, config| {
+    let sensor = session("field-box", |_, config| {
         assert!(config.contains("backend = \"field-box\""), "{config}");
         config
     });
-    assert_eq!(said, "field-box, 513D0073696D756C, firmware 0.1.0, 4000 Hz");
+    assert_eq!(
+        sensor,
+        "field-box, 513D0073696D756C, firmware 0.1.0, 4000 Hz"
+    );
 }
 
 /// Fault 41.
@@ -93,14 +96,14 @@ fn a_session_behind_a_field_box_leads_to_results_and_names_the_box() {
 #[test]
 fn a_session_behind_a_field_box_is_driven_while_the_switch_at_the_box_is_held() {
     session("field-box", |_, config| {
-        let asked = config.replace("[safety]\n", "[safety]\ndead_man = \"button\"\n");
-        assert_ne!(asked, config);
-        asked
+        let config_with_switch = config.replace("[safety]\n", "[safety]\ndead_man = \"button\"\n");
+        assert_ne!(config_with_switch, config);
+        config_with_switch
     });
 }
 
 /// Writes the manufacturer's calibration file into a folder, and makes the configuration use it instead of the matrix.
-fn with_makers_file(folder: &Path, config: String) -> String {
+fn use_makers_file(folder: &Path, config: String) -> String {
     let axes = ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz"]
         .iter()
         .zip(MAKERS_MATRIX);
@@ -115,15 +118,15 @@ fn with_makers_file(folder: &Path, config: String) -> String {
          <Calibration ForceUnits=\"N\" TorqueUnits=\"N-m\" GainMultiplier=\"1\">\n{rows}  </Calibration>\n</FTSensor>\n"
     );
     fs::write(folder.join("FT00001.cal"), file).unwrap();
-    let (before, rest) = config.split_once("newtons_per_v = [").unwrap();
-    let (_, after) = rest.split_once("\n]\n").unwrap();
-    format!("{before}cal_file = \"FT00001.cal\"\n{after}")
+    let (head, tail) = config.split_once("newtons_per_v = [").unwrap();
+    let (_, end) = tail.split_once("\n]\n").unwrap();
+    format!("{head}cal_file = \"FT00001.cal\"\n{end}")
 }
 
 /// Fault 46.
 #[test]
 fn a_session_with_forces_from_inputs_of_the_card_and_the_makers_file_leads_to_results() {
-    assert_eq!(session("gauges", with_makers_file), "channels");
+    assert_eq!(session("gauges", use_makers_file), "channels");
 }
 
 /// Fault 24.
@@ -141,8 +144,8 @@ fn a_session_with_a_resonators_clock_finds_the_friction_that_is_there() {
         "{clocks:?}"
     );
     for instance in results["recordings"][0]["instances"].as_array().unwrap() {
-        let found = &instance["trial"];
-        let (mu0, spearman) = (&found["mu0"], &found["spearman_mu"]);
+        let estimate = &instance["trial"];
+        let (mu0, spearman) = (&estimate["mu0"], &estimate["spearman_mu"]);
         assert!((mu0.as_f64().unwrap() - 0.88).abs() < 0.03, "{mu0}");
         assert!(spearman.as_f64().unwrap() > 0.99, "{spearman}");
     }

@@ -10,21 +10,21 @@ use bench_tests::program::bench;
 use bench_tests::session::{finish, text};
 
 /// Writes the simulated bench's configuration without its table `[force]`.
-fn forceless(folder: &Path) -> PathBuf {
+fn config_without_force(folder: &Path) -> PathBuf {
     let text = include_str!("../../../bench/mock-bench.toml");
-    let (before, rest) = text.split_once("[force]\n").unwrap();
-    let after = rest.split_once("\n[").unwrap().1;
+    let (head, tail) = text.split_once("[force]\n").unwrap();
+    let remainder = tail.split_once("\n[").unwrap().1;
     let path = folder.join("bench.toml");
-    std::fs::write(&path, format!("{before}[{after}")).unwrap();
+    std::fs::write(&path, format!("{head}[{remainder}")).unwrap();
     path
 }
 
 #[test]
-fn a_bench_without_a_force_sensor_says_what_it_can_do_and_does_it() {
+fn a_bench_without_a_force_sensor_refuses_only_what_needs_one() {
     let folder = tempfile::tempdir().unwrap();
-    let config = forceless(folder.path());
+    let config = config_without_force(folder.path());
     let calibration = folder.path().join("calibration.toml");
-    let said = |words: &[&str], passes: bool| {
+    let run = |words: &[&str], is_success: bool| {
         let mut command = bench();
         command
             .args(words)
@@ -32,31 +32,38 @@ fn a_bench_without_a_force_sensor_says_what_it_can_do_and_does_it() {
             .arg(&config)
             .current_dir(folder.path());
         let output = finish(&mut command);
-        let said = text(&output);
-        assert_eq!(output.status.success(), passes, "{words:?}: {said}");
-        assert!(!said.contains("NaN"), "{words:?}: {said}");
-        said
+        let transcript = text(&output);
+        assert_eq!(
+            output.status.success(),
+            is_success,
+            "{words:?}: {transcript}"
+        );
+        assert!(!transcript.contains("NaN"), "{words:?}: {transcript}");
+        transcript
     };
-    let free = ["--headless", "--speed", "max"];
-    let with = |words: &[&'static str]| [words, &free[..]].concat();
+    let flags = ["--headless", "--speed", "max"];
+    let words_with_flags = |words: &[&'static str]| [words, &flags[..]].concat();
 
-    let monitor = with(&["monitor", "--duration-s", "2", "--drive-v", "10"]);
-    let watched = said(&monitor, true);
+    let monitor = words_with_flags(&["monitor", "--duration-s", "2", "--drive-v", "10"]);
+    let monitor_output = run(&monitor, true);
     for word in [
         "no force sensor ([force] in bench.toml)",
         "normal –  drift",
         "Z_m 7.0",
     ] {
-        assert!(watched.contains(word), "no `{word}` in {watched}");
+        assert!(
+            monitor_output.contains(word),
+            "no `{word}` in {monitor_output}"
+        );
     }
-    let checked = said(&["check"], true);
-    assert!(checked.contains("warning force sensor"), "{checked}");
+    let transcript = run(&["check"], true);
+    assert!(transcript.contains("warning force sensor"), "{transcript}");
     let path = calibration.to_str().unwrap();
-    for what in ["pickup", "plate"] {
-        let words = ["calibrate", what, "--operator", "T", "--calibration", path];
-        let measured = said(&[&words[..], &free[..]].concat(), true);
+    for part in ["pickup", "plate"] {
+        let words = ["calibrate", part, "--operator", "T", "--calibration", path];
+        let transcript = run(&[&words[..], &flags[..]].concat(), true);
         let word = "nothing but you tells whether the plate is clear";
-        assert!(measured.contains(word), "{measured}");
+        assert!(transcript.contains(word), "{transcript}");
     }
     let words = [
         "calibrate",
@@ -66,11 +73,14 @@ fn a_bench_without_a_force_sensor_says_what_it_can_do_and_does_it() {
         "--normal-g",
         "20,50",
     ];
-    let refused = said(
-        &[&words[..], &["--lateral-g", "20,50"], &free[..]].concat(),
+    let transcript = run(
+        &[&words[..], &["--lateral-g", "20,50"], &flags[..]].concat(),
         false,
     );
-    assert!(refused.contains("describe it as [force]"), "{refused}");
+    assert!(
+        transcript.contains("describe it as [force]"),
+        "{transcript}"
+    );
     let session = [
         "run",
         "--participant",
@@ -82,8 +92,8 @@ fn a_bench_without_a_force_sensor_says_what_it_can_do_and_does_it() {
         "--study",
         "study",
     ];
-    let refused = said(&[&session[..], &free[..]].concat(), false);
+    let transcript = run(&[&session[..], &flags[..]].concat(), false);
     for word in ["[force] of bench.toml", "`monitor`"] {
-        assert!(refused.contains(word), "no `{word}` in {refused}");
+        assert!(transcript.contains(word), "no `{word}` in {transcript}");
     }
 }

@@ -13,7 +13,7 @@ use bench_tests::session::{finish, text};
 use recording::study::Study;
 use tempfile::TempDir;
 
-use super::refusals::refused;
+use super::refusals::assert_refusal;
 
 /// Makes a study of three participants, two of whom have codes with the same beginning.
 fn study() -> (TempDir, PathBuf) {
@@ -64,26 +64,26 @@ fn tree(folder: &Path) -> Vec<PathBuf> {
 #[test]
 fn one_participant_is_removed_with_every_trace() {
     let (_room, study) = study();
-    let others: Vec<_> = tree(&study)
+    let other_paths: Vec<_> = tree(&study)
         .into_iter()
         .filter(|path| !path.starts_with(study.join("sub-07")))
         .collect();
     let output = forget(&study, &["sub-07", "--confirm", "sub-07"]);
-    let printed = text(&output);
-    assert_eq!(output.status.code(), Some(0), "{printed}");
+    let transcript = text(&output);
+    assert_eq!(output.status.code(), Some(0), "{transcript}");
     for word in [
         "sub-07: 2 files in 3 folders, 5000 bytes",
         "participants.tsv",
         "is removed",
     ] {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
     let removals = study.join("removals.tsv");
-    let left: Vec<_> = tree(&study)
+    let remaining_paths: Vec<_> = tree(&study)
         .into_iter()
         .filter(|path| *path != removals)
         .collect();
-    assert_eq!(left, others);
+    assert_eq!(remaining_paths, other_paths);
     let table = fs::read_to_string(study.join("participants.tsv")).unwrap();
     let ids: Vec<_> = table
         .lines()
@@ -94,13 +94,13 @@ fn one_participant_is_removed_with_every_trace() {
     assert!(!log.contains("sub-"), "{log}");
     let (header, line) = log.split_once('\n').unwrap();
     assert_eq!(header, "removed_on\twhat");
-    let (date, what) = line.trim_end().split_once('\t').unwrap();
+    let (date, action) = line.trim_end().split_once('\t').unwrap();
     assert!(date.parse::<jiff::civil::Date>().is_ok(), "{date}");
-    assert_eq!(what, "a participant was removed");
+    assert_eq!(action, "a participant was removed");
 
     // Nothing is left to remove; removing another participant adds a line.
-    let again = forget(&study, &["sub-07", "--confirm", "sub-07"]);
-    refused(&again, &["holds nothing of sub-07"]);
+    let output = forget(&study, &["sub-07", "--confirm", "sub-07"]);
+    assert_refusal(&output, &["holds nothing of sub-07"]);
     assert!(
         forget(&study, &["sub-06", "--confirm", "sub-06"])
             .status
@@ -117,8 +117,8 @@ fn one_participant_is_removed_with_every_trace() {
 #[test]
 fn nothing_is_removed_without_both_answers() {
     let (_room, study) = study();
-    let before = tree(&study);
-    for (words, said) in [
+    let paths = tree(&study);
+    for (words, message) in [
         (&["sub-07"][..], "--confirm sub-07 answers both"),
         (&["sub-07", "--confirm", "sub-06"], "--confirm names sub-06"),
         (
@@ -127,21 +127,21 @@ fn nothing_is_removed_without_both_answers() {
         ),
         (&["../sub-07", "--confirm", "../sub-07"], "is not allowed"),
     ] {
-        refused(&forget(&study, words), &[said]);
-        assert_eq!(tree(&study), before);
+        assert_refusal(&forget(&study, words), &[message]);
+        assert_eq!(tree(&study), paths);
     }
-    let nowhere = study.join("sub-06");
-    refused(
-        &forget(&nowhere, &["sub-07", "--confirm", "sub-07"]),
+    let folder = study.join("sub-06");
+    assert_refusal(
+        &forget(&folder, &["sub-07", "--confirm", "sub-07"]),
         &["is not a study"],
     );
-    let held = Study::open(&study).unwrap();
-    refused(
+    let lock = Study::open(&study).unwrap();
+    assert_refusal(
         &forget(&study, &["sub-07", "--confirm", "sub-07"]),
         &["in use"],
     );
-    drop(held);
-    assert_eq!(tree(&study), before);
+    drop(lock);
+    assert_eq!(tree(&study), paths);
 }
 
 #[cfg(unix)]
@@ -149,12 +149,12 @@ fn nothing_is_removed_without_both_answers() {
 fn no_link_leads_out_of_the_study() {
     use std::os::unix::fs::symlink;
     let (room, study) = study();
-    let outside = room.path().join("outside");
-    fs::create_dir(&outside).unwrap();
-    fs::write(outside.join("kept"), "kept").unwrap();
+    let target_folder = room.path().join("outside");
+    fs::create_dir(&target_folder).unwrap();
+    fs::write(target_folder.join("kept"), "kept").unwrap();
     let trial = study.join("sub-07/ses-01/trial-001_attempt-1");
-    symlink(&outside, trial.join("link")).unwrap();
-    symlink(outside.join("kept"), trial.join("force.csv")).unwrap();
+    symlink(&target_folder, trial.join("link")).unwrap();
+    symlink(target_folder.join("kept"), trial.join("force.csv")).unwrap();
     let output = forget(&study, &["sub-07", "--confirm", "sub-07"]);
     assert!(output.status.success(), "{}", text(&output));
     assert!(
@@ -162,18 +162,18 @@ fn no_link_leads_out_of_the_study() {
         "{}",
         text(&output)
     );
-    assert_eq!(tree(&outside), [outside.join("kept")]);
+    assert_eq!(tree(&target_folder), [target_folder.join("kept")]);
     assert!(!study.join("sub-07").exists());
 
     // A participant's folder that is itself a link.
-    symlink(&outside, study.join("sub-07")).unwrap();
-    let refused_link = forget(&study, &["sub-07", "--confirm", "sub-07"]);
-    refused(&refused_link, &["sub-07 is a symbolic link"]);
-    assert_eq!(tree(&outside), [outside.join("kept")]);
+    symlink(&target_folder, study.join("sub-07")).unwrap();
+    let output = forget(&study, &["sub-07", "--confirm", "sub-07"]);
+    assert_refusal(&output, &["sub-07 is a symbolic link"]);
+    assert_eq!(tree(&target_folder), [target_folder.join("kept")]);
 }
 
 #[test]
-fn what_names_the_participant_elsewhere_is_listed() {
+fn other_files_naming_the_participant_are_listed() {
     let (_room, study) = study();
     fs::create_dir(study.join("results")).unwrap();
     fs::write(
@@ -187,12 +187,12 @@ fn what_names_the_participant_elsewhere_is_listed() {
     )
     .unwrap();
     fs::write(study.join("sub-07.svg"), "").unwrap();
-    let printed = text(&forget(&study, &["sub-07", "--confirm", "sub-07"]));
+    let transcript = text(&forget(&study, &["sub-07", "--confirm", "sub-07"]));
     assert!(
-        printed.contains("all.json") && printed.contains("sub-07.svg"),
-        "{printed}"
+        transcript.contains("all.json") && transcript.contains("sub-07.svg"),
+        "{transcript}"
     );
-    assert!(!printed.contains("other.json"), "{printed}");
+    assert!(!transcript.contains("other.json"), "{transcript}");
     assert!(study.join("results/all.json").exists());
 }
 
@@ -203,19 +203,19 @@ fn a_study_that_cannot_be_changed_is_left_as_it_is() {
     // A pipe in place of the table: it is not read, and no file is removed.
     let table = study.join("participants.tsv");
     fs::remove_file(&table).unwrap();
-    let made = Command::new("mkfifo").arg(&table).status().unwrap();
-    assert!(made.success());
-    let before = tree(&study);
-    refused(
+    let status = Command::new("mkfifo").arg(&table).status().unwrap();
+    assert!(status.success());
+    let paths = tree(&study);
+    assert_refusal(
         &forget(&study, &["sub-07", "--confirm", "sub-07"]),
         &["participants.tsv", "a named pipe"],
     );
-    assert_eq!(tree(&study), before);
+    assert_eq!(tree(&study), paths);
 }
 
 /// Answers both questions on a terminal; returns the exit status of the command and its output.
 #[cfg(target_os = "linux")]
-fn answered(study: &Path, answers: &str) -> (Option<i32>, String) {
+fn answer_questions(study: &Path, answers: &str) -> (Option<i32>, String) {
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
     use std::io::Write;
     let operator = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
@@ -243,16 +243,16 @@ fn answered(study: &Path, answers: &str) -> (Option<i32>, String) {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn on_a_terminal_it_asks_twice() {
+fn forget_asks_twice_on_a_terminal() {
     let (_room, study) = study();
-    let before = tree(&study);
-    for no in ["no\n", "yes\nsub-06\n"] {
-        let (code, printed) = answered(&study, no);
-        assert_eq!(code, Some(1), "{printed}");
-        assert!(printed.contains("nothing was removed"), "{printed}");
-        assert_eq!(tree(&study), before);
+    let paths = tree(&study);
+    for answers in ["no\n", "yes\nsub-06\n"] {
+        let (code, transcript) = answer_questions(&study, answers);
+        assert_eq!(code, Some(1), "{transcript}");
+        assert!(transcript.contains("nothing was removed"), "{transcript}");
+        assert_eq!(tree(&study), paths);
     }
-    let (code, printed) = answered(&study, "yes\nsub-07\n");
-    assert_eq!(code, Some(0), "{printed}");
+    let (code, transcript) = answer_questions(&study, "yes\nsub-07\n");
+    assert_eq!(code, Some(0), "{transcript}");
     assert!(!study.join("sub-07").exists());
 }

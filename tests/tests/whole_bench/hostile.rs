@@ -15,11 +15,11 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use bench_tests::program::bench;
-use bench_tests::session::{config_with, finish, text};
+use bench_tests::session::{finish, text, write_bench_config};
 use rustix::fs::{CWD, FileType, Mode, mknodat};
 use tempfile::TempDir;
 
-use super::refusals::refused;
+use super::refusals::assert_refusal;
 
 /// Greatest time and memory of a refusal.
 const TIME: Duration = Duration::from_secs(10);
@@ -48,17 +48,17 @@ end_s = 0.5
 const FILES: [&str; 4] = ["recording.toml", "signals.wav", "force.csv", "position.csv"];
 
 /// Output and cost of a command.
-struct Took {
+struct RunCost {
     code: Option<i32>,
-    printed: String,
+    transcript: String,
     time: Duration,
     peak_kb: u64,
 }
 
 /// Runs a command and watches its memory.
-fn measured(command: &mut Command) -> Took {
+fn measure(command: &mut Command) -> RunCost {
     let output = tempfile::NamedTempFile::new().unwrap();
-    let began = Instant::now();
+    let start = Instant::now();
     let mut child = command
         .stdin(Stdio::null())
         .stdout(output.reopen().unwrap())
@@ -67,51 +67,55 @@ fn measured(command: &mut Command) -> Took {
         .unwrap();
     let status = format!("/proc/{}/status", child.id());
     let mut peak_kb = 0;
-    let ended = loop {
+    let exit_status = loop {
         // Peak memory as recorded by the system.
         let status = fs::read_to_string(&status).unwrap_or_default();
         let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
         let peak = peak.and_then(|peak| peak.split_whitespace().next()?.parse().ok());
         peak_kb = peak_kb.max(peak.unwrap_or(0));
-        if let Some(ended) = child.try_wait().unwrap() {
-            break ended;
+        if let Some(exit_status) = child.try_wait().unwrap() {
+            break exit_status;
         }
-        if began.elapsed() > 6 * TIME {
+        if start.elapsed() > 6 * TIME {
             child.kill().unwrap();
             break child.wait().unwrap();
         }
         std::thread::sleep(Duration::from_millis(2));
     };
-    Took {
-        code: ended.code(),
-        printed: fs::read_to_string(output.path()).unwrap(),
-        time: began.elapsed(),
+    RunCost {
+        code: exit_status.code(),
+        transcript: fs::read_to_string(output.path()).unwrap(),
+        time: start.elapsed(),
         peak_kb,
     }
 }
 
-impl Took {
+impl RunCost {
     /// Requires an orderly refusal with these words, within the limits.
-    fn refused(&self, words: &[&str]) {
-        assert!(self.code.is_some_and(|code| code != 0), "{}", self.printed);
-        self.within_limits();
+    fn require_refusal(&self, words: &[&str]) {
+        assert!(
+            self.code.is_some_and(|code| code != 0),
+            "{}",
+            self.transcript
+        );
+        self.require_limits();
         for word in words {
             assert!(
-                self.printed.contains(word),
+                self.transcript.contains(word),
                 "no `{word}` in:\n{}",
-                self.printed
+                self.transcript
             );
         }
-        assert!(self.printed.len() < 2000, "{}", self.printed.len());
+        assert!(self.transcript.len() < 2000, "{}", self.transcript.len());
     }
 
-    fn within_limits(&self) {
+    fn require_limits(&self) {
         let Self { time, peak_kb, .. } = self;
         assert!(
             *time < TIME && *peak_kb < MEMORY_KB,
             "{time:?}, {peak_kb} kB"
         );
-        assert!(!self.printed.contains("panicked"), "{}", self.printed);
+        assert!(!self.transcript.contains("panicked"), "{}", self.transcript);
     }
 }
 
@@ -142,14 +146,14 @@ fn recording() -> (TempDir, PathBuf) {
     (room, folder)
 }
 
-/// Writes a `signals.wav` of two channels with `declared` bytes of samples according to its header, and `bytes` zeros.
-fn signals(folder: &Path, declared: u32, bytes: u64) {
+/// Writes a `signals.wav` of two channels with `declared_bytes` of samples according to its header, and `bytes` zeros.
+fn signals(folder: &Path, declared_bytes: u32, bytes: u64) {
     let mut file = File::create(folder.join("signals.wav")).unwrap();
     let number = |value: u32| value.to_le_bytes();
     let half = |value: u16| value.to_le_bytes();
     let parts: [&[u8]; 12] = [
         b"RIFF",
-        &number(declared.saturating_add(36)),
+        &number(declared_bytes.saturating_add(36)),
         b"WAVEfmt ",
         &number(16),
         &half(3),
@@ -159,19 +163,19 @@ fn signals(folder: &Path, declared: u32, bytes: u64) {
         &half(8),
         &half(32),
         b"data",
-        &number(declared),
+        &number(declared_bytes),
     ];
     file.write_all(&parts.concat()).unwrap();
     file.set_len(44 + bytes).unwrap();
 }
 
-fn analyze(folder: &Path) -> Took {
-    measured(bench().arg("analyze").arg(folder))
+fn analyze(folder: &Path) -> RunCost {
+    measure(bench().arg("analyze").arg(folder))
 }
 
-fn replay(folder: &Path) -> Took {
+fn replay(folder: &Path) -> RunCost {
     let mut command = bench();
-    measured(
+    measure(
         command
             .args(["replay", "--headless", "--speed", "max"])
             .arg(folder),
@@ -185,9 +189,9 @@ fn pipe(path: &Path) {
 #[test]
 fn a_sound_recording_is_read() {
     let (_room, folder) = recording();
-    let read = analyze(&folder);
-    assert_eq!(read.code, Some(0), "{}", read.printed);
-    read.within_limits();
+    let cost = analyze(&folder);
+    assert_eq!(cost.code, Some(0), "{}", cost.transcript);
+    cost.require_limits();
 }
 
 /// Fault 44.
@@ -197,7 +201,7 @@ fn what_is_no_file_in_a_recording_is_refused_by_its_name() {
         let (_room, folder) = recording();
         let path = folder.join(name);
         let mut listeners = Vec::new();
-        let makings: [(&str, &mut dyn FnMut()); 4] = [
+        let replacements: [(&str, &mut dyn FnMut()); 4] = [
             ("a named pipe", &mut || pipe(&path)),
             ("a device", &mut || symlink("/dev/zero", &path).unwrap()),
             ("a folder", &mut || fs::create_dir(&path).unwrap()),
@@ -205,16 +209,16 @@ fn what_is_no_file_in_a_recording_is_refused_by_its_name() {
                 listeners.push(UnixListener::bind(&path).unwrap())
             }),
         ];
-        for (what, make) in makings {
+        for (kind, replace) in replacements {
             if path.is_dir() {
                 fs::remove_dir(&path).unwrap();
             } else {
                 fs::remove_file(&path).unwrap();
             }
-            make();
-            let words = [name, what, "not a regular file"];
-            analyze(&folder).refused(&words);
-            replay(&folder).refused(&words);
+            replace();
+            let words = [name, kind, "not a regular file"];
+            analyze(&folder).require_refusal(&words);
+            replay(&folder).require_refusal(&words);
         }
     }
 }
@@ -225,35 +229,42 @@ fn what_is_no_file_beside_the_bench_is_refused_by_its_name() {
     let room = tempfile::tempdir().unwrap();
     let fifo = room.path().join("fifo.toml");
     pipe(&fifo);
-    let config = config_with(room.path(), &[]);
+    let config = write_bench_config(room.path(), &[]);
     let study = room.path().join("study");
-    for (file, what) in [
+    for (file, kind) in [
         (fifo.as_path(), "a named pipe"),
         (Path::new("/dev/zero"), "a device"),
         (room.path(), "a folder"),
     ] {
-        let words = [what, file.to_str().unwrap()];
-        let mut as_config = bench();
-        as_config.args(["check", "--quick", "--config"]).arg(file);
-        let mut as_calibration = bench();
-        as_calibration.args(["monitor", "--mock", "--headless", "--duration-s", "1"]);
-        as_calibration
+        let words = [kind, file.to_str().unwrap()];
+        let mut config_command = bench();
+        config_command
+            .args(["check", "--quick", "--config"])
+            .arg(file);
+        let mut calibration_command = bench();
+        calibration_command.args(["monitor", "--mock", "--headless", "--duration-s", "1"]);
+        calibration_command
             .arg("--config")
             .arg(&config)
             .arg("--calibration")
             .arg(file);
-        let mut as_protocol = bench();
-        as_protocol.args(["run", "--mock", "--headless", "--participant", "sub-01"]);
-        as_protocol
+        let mut protocol_command = bench();
+        protocol_command.args(["run", "--mock", "--headless", "--participant", "sub-01"]);
+        protocol_command
             .args(["--consent-by", "K", "--study"])
             .arg(&study);
-        as_protocol.arg("--protocol").arg(file);
-        let mut as_scenario = bench();
-        as_scenario
+        protocol_command.arg("--protocol").arg(file);
+        let mut scenario_command = bench();
+        scenario_command
             .args(["monitor", "--headless", "--duration-s", "1", "--mock"])
             .arg(file);
-        for mut command in [as_config, as_calibration, as_protocol, as_scenario] {
-            measured(&mut command).refused(&words);
+        for mut command in [
+            config_command,
+            calibration_command,
+            protocol_command,
+            scenario_command,
+        ] {
+            measure(&mut command).require_refusal(&words);
         }
     }
     assert!(!study.exists());
@@ -272,14 +283,14 @@ fn a_log_that_is_no_file_stops_a_resumption() {
         let mut run = bench();
         run.args(["run", "--mock", "--headless", "--resume", "--speed", "max"]);
         run.args(["--participant", "sub-01", "--consent-by", "K", "--study"]);
-        measured(run.arg(&study))
+        measure(run.arg(&study))
     };
     let log = session.join("events.jsonl");
     pipe(&log);
-    resume().refused(&["events.jsonl", "a named pipe"]);
+    resume().require_refusal(&["events.jsonl", "a named pipe"]);
     fs::remove_file(&log).unwrap();
     File::create(&log).unwrap().set_len(5 << 30).unwrap();
-    resume().refused(&["events.jsonl", "longer than 67108864 bytes"]);
+    resume().require_refusal(&["events.jsonl", "longer than 67108864 bytes"]);
 }
 
 /// Fault 44.
@@ -292,7 +303,7 @@ fn rows_without_end_are_refused() {
             .open(folder.join(name))
             .unwrap();
         file.set_len(5 << 30).unwrap();
-        analyze(&folder).refused(&[name, "more than", "bytes in a recording of 1.000 s"]);
+        analyze(&folder).require_refusal(&[name, "more than", "bytes in a recording of 1.000 s"]);
     }
     let (_room, folder) = recording();
     let mut file = File::options()
@@ -301,7 +312,7 @@ fn rows_without_end_are_refused() {
         .unwrap();
     file.write_all("0.9,0.5,0.1\n".repeat(400_000).as_bytes())
         .unwrap();
-    analyze(&folder).refused(&["force.csv", "more than 300000 rows", "100000 a second"]);
+    analyze(&folder).require_refusal(&["force.csv", "more than 300000 rows", "100000 a second"]);
 }
 
 /// Fault 44.
@@ -309,10 +320,10 @@ fn rows_without_end_are_refused() {
 fn a_hundred_thousand_chunks_are_refused() {
     let (_room, folder) = recording();
     let path = folder.join("signals.wav");
-    let whole = fs::read(&path).unwrap();
+    let file = fs::read(&path).unwrap();
     let chunks = b"LIST\0\0\0\0".repeat(200_000);
-    fs::write(&path, [&whole[..36], &chunks, &whole[36..]].concat()).unwrap();
-    analyze(&folder).refused(&["signals.wav", "number of chunks", "at most 1000"]);
+    fs::write(&path, [&file[..36], &chunks, &file[36..]].concat()).unwrap();
+    analyze(&folder).require_refusal(&["signals.wav", "number of chunks", "at most 1000"]);
 }
 
 /// Fault 44.
@@ -331,12 +342,12 @@ fn a_hundred_thousand_intervals_and_events_are_refused() {
         let (_room, folder) = recording();
         let manifest = format!("{MANIFEST}{INTERVALS}{}", entry.repeat(count));
         fs::write(folder.join("recording.toml"), manifest).unwrap();
-        analyze(&folder).refused(&["recording.toml", word]);
+        analyze(&folder).require_refusal(&["recording.toml", word]);
     }
 }
 
 #[test]
-fn the_most_intervals_and_events_that_are_read_are_read_in_time() {
+fn the_largest_allowed_manifest_is_read_in_time() {
     let (_room, folder) = recording();
     let event = "\n[[events]]\nkind = \"force_over_range\"\nsample = 30000\nframes = 7\n";
     let interval = |i: usize| {
@@ -347,20 +358,20 @@ fn the_most_intervals_and_events_that_are_read_are_read_in_time() {
     let intervals: String = (0..9_998).map(interval).collect();
     let manifest = format!("{MANIFEST}{INTERVALS}{intervals}{}", event.repeat(9_999));
     fs::write(folder.join("recording.toml"), manifest).unwrap();
-    let read = analyze(&folder);
-    assert_eq!(read.code, Some(0), "{:.2000}", read.printed);
-    read.within_limits();
+    let cost = analyze(&folder);
+    assert_eq!(cost.code, Some(0), "{:.2000}", cost.transcript);
+    cost.require_limits();
 }
 
 #[test]
-fn gigabytes_of_sound_audio_are_a_stream() {
+fn gigabytes_of_audio_are_streamed() {
     let (_room, folder) = recording();
     // Five gigabytes would be the same to the reader and take longer.
     const BYTES: u32 = 800_000_000;
     signals(&folder, BYTES, BYTES.into());
-    let read = analyze(&folder);
-    assert_eq!(read.code, Some(0), "{}", read.printed);
-    assert!(read.peak_kb < 60 * 1024, "{} kB", read.peak_kb);
+    let cost = analyze(&folder);
+    assert_eq!(cost.code, Some(0), "{}", cost.transcript);
+    assert!(cost.peak_kb < 60 * 1024, "{} kB", cost.peak_kb);
 }
 
 /// Fault 44.
@@ -375,7 +386,7 @@ fn a_header_is_judged_before_gigabytes_are_read() {
     // An unknown sample format: the file is refused before its samples are read.
     file.write_all(&[0x55, 0]).unwrap();
     file.set_len(5 << 30).unwrap();
-    analyze(&folder).refused(&["signals.wav", "0x0055"]);
+    analyze(&folder).require_refusal(&["signals.wav", "0x0055"]);
 }
 
 /// Fault 44.
@@ -390,14 +401,14 @@ fn an_absurd_time_costs_one_row() {
             .replace("\n400e-3,", "\n0.9995,"),
     )
     .unwrap();
-    let read = finish(bench().arg("analyze").arg(&folder));
-    let printed = text(&read);
-    assert!(read.status.success(), "{printed}");
+    let output = finish(bench().arg("analyze").arg(&folder));
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     for word in [
         "force.csv: 1 rows are left out because their time is more than 2 s outside",
         "force.csv: 1 rows are left out because their time leaps ahead",
     ] {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
 }
 
@@ -406,19 +417,19 @@ fn a_recording_that_is_no_folder_is_refused() {
     let room = tempfile::tempdir().unwrap();
     let path = room.path().join("pipe");
     pipe(&path);
-    refused(&finish(bench().arg("analyze").arg(&path)), &["pipe"]);
-    refused(
+    assert_refusal(&finish(bench().arg("analyze").arg(&path)), &["pipe"]);
+    assert_refusal(
         &finish(bench().args(["replay", "--headless"]).arg(&path)),
         &["pipe"],
     );
 }
 
 /// Requires the output to be free of characters that a terminal would obey; returns it.
-fn harmless(output: &std::process::Output) -> String {
+fn require_harmless(output: &std::process::Output) -> String {
     for (name, bytes) in [("output", &output.stdout), ("errors", &output.stderr)] {
-        let printed = std::str::from_utf8(bytes).unwrap();
-        let obeyed = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
-        assert!(!printed.contains(obeyed), "{name}: {printed:?}");
+        let transcript = std::str::from_utf8(bytes).unwrap();
+        let is_control = |c: char| (c.is_control() && c != '\n') || c == '\u{202e}';
+        assert!(!transcript.contains(is_control), "{name}: {transcript:?}");
     }
     text(output)
 }
@@ -426,14 +437,14 @@ fn harmless(output: &std::process::Output) -> String {
 /// Fault 44.
 #[test]
 fn control_characters_of_a_recording_are_shown_and_not_obeyed() {
-    const EVIL: &str = "\u{1b}]0;owned\u{7}\u{9b}2J\u{202e}";
-    const SHOWN: &str = r"\u001b]0;owned\u0007\u009b2J\u202e";
+    const HOSTILE: &str = "\u{1b}]0;owned\u{7}\u{9b}2J\u{202e}";
+    const ESCAPED: &str = r"\u001b]0;owned\u0007\u009b2J\u202e";
     let (room, folder) = recording();
-    let evil = room.path().join(format!("trial{EVIL}"));
-    fs::rename(&folder, &evil).unwrap();
+    let hostile_path = room.path().join(format!("trial{HOSTILE}"));
+    fs::rename(&folder, &hostile_path).unwrap();
     let command = |words: &[&str]| {
         let mut command = bench();
-        harmless(&finish(command.args(words).arg(&evil)))
+        require_harmless(&finish(command.args(words).arg(&hostile_path)))
     };
     for words in [
         &["analyze"][..],
@@ -441,19 +452,19 @@ fn control_characters_of_a_recording_are_shown_and_not_obeyed() {
         &["analyze", "--json", "-"],
         &["replay", "--headless", "--speed", "max", "--verbose"],
     ] {
-        let printed = command(words);
+        let transcript = command(words);
         assert!(
-            words.contains(&"--table") || printed.contains(SHOWN),
-            "{words:?}: {printed}"
+            words.contains(&"--table") || transcript.contains(ESCAPED),
+            "{words:?}: {transcript}"
         );
     }
-    let json = finish(bench().args(["analyze", "--json", "-"]).arg(&evil));
+    let json = finish(bench().args(["analyze", "--json", "-"]).arg(&hostile_path));
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     let path = json["recordings"][0]["path"].as_str().unwrap();
-    assert_eq!(Path::new(path), evil);
+    assert_eq!(Path::new(path), hostile_path);
 
     // Text within the files, which errors quote.
-    fs::write(evil.join("force.csv"), "time_s,\u{9b}2J\n").unwrap();
+    fs::write(hostile_path.join("force.csv"), "time_s,\u{9b}2J\n").unwrap();
     assert!(command(&["analyze"]).contains("force.csv"));
     let escape = r"\u001b]0;owned\u0007\u009b2J\u202e";
     for line in [
@@ -462,18 +473,18 @@ fn control_characters_of_a_recording_are_shown_and_not_obeyed() {
         format!("events = [{{ kind = \"{escape}\", sample = 1 }}]\n"),
     ] {
         fs::write(
-            evil.join("recording.toml"),
+            hostile_path.join("recording.toml"),
             format!("{MANIFEST}{line}{INTERVALS}"),
         )
         .unwrap();
         for words in [&["analyze"][..], &["replay", "--headless"]] {
-            let printed = command(words);
-            assert!(printed.contains("recording.toml"), "{printed}");
+            let transcript = command(words);
+            assert!(transcript.contains("recording.toml"), "{transcript}");
         }
     }
-    let study = evil.parent().unwrap();
-    let listed = harmless(&finish(bench().arg("replay").arg(study)));
-    assert!(listed.contains("friction-bench replay"), "{listed}");
+    let study = hostile_path.parent().unwrap();
+    let list = require_harmless(&finish(bench().arg("replay").arg(study)));
+    assert!(list.contains("friction-bench replay"), "{list}");
 }
 
 /// Fault 44.
@@ -494,5 +505,5 @@ fn control_characters_of_a_protocol_are_shown_and_not_obeyed() {
     run.args(["--consent-by", "K\u{1b}[2J", "--protocol"])
         .arg(&protocol);
     let output = finish(run.arg("--study").arg(room.path().join("study")));
-    assert!(harmless(&output).contains(r"protocol\u001b[2J.toml"));
+    assert!(require_harmless(&output).contains(r"protocol\u001b[2J.toml"));
 }

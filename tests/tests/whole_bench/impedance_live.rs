@@ -10,7 +10,7 @@ use std::path::Path;
 
 use bench_tests::program::bench;
 use bench_tests::recorded::Recording;
-use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
+use bench_tests::session::{SessionFolder, finish, headless_run, text, write_demo_protocol};
 use impedance::{
     ChannelScales, Demodulator, Filter, FilterSettings, InputChannel, OUTPUT_RATE_HZ,
     PlateConstants, Zm, ZmFrame,
@@ -73,7 +73,7 @@ fn the_recorded_unloaded_plate_reads_true_where_the_plain_ratio_does_not() {
     let folder = tempfile::tempdir().unwrap();
     let (study, truth) = (folder.path().join("study"), folder.path().join("truth"));
     std::fs::create_dir(&truth).unwrap();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[
             ("practice = 1", "practice = 0"),
@@ -82,7 +82,7 @@ fn the_recorded_unloaded_plate_reads_true_where_the_plain_ratio_does_not() {
         ],
     );
     let output = finish(
-        unattended(&study, "sub-01", &protocol)
+        headless_run(&study, "sub-01", &protocol)
             .arg("--mock-truth")
             .arg(&truth),
     );
@@ -94,32 +94,32 @@ fn the_recorded_unloaded_plate_reads_true_where_the_plain_ratio_does_not() {
     assert!((unloaded.end_s - unloaded.start_s - 3.0).abs() < 1e-6);
 
     let z_p = true_z_p(&truth);
-    let within = unloaded.start_s..unloaded.end_s;
-    let seen: Vec<_> = frames(&recording)
+    let interval = unloaded.start_s..unloaded.end_s;
+    let loud_frames: Vec<_> = frames(&recording)
         .into_iter()
-        .filter(|frame| within.contains(&frame.time_s) && frame.amplitude_m > LEAST_AMPLITUDE_M)
+        .filter(|frame| interval.contains(&frame.time_s) && frame.amplitude_m > LEAST_AMPLITUDE_M)
         .collect();
     // At 2 kHz, with the amplitude from 0.05 to 1.95 of its mean, nearly all frames are above 0.1 µm.
-    assert!(seen.len() > 5_000, "{} frames", seen.len());
+    assert!(loud_frames.len() > 5_000, "{} frames", loud_frames.len());
     assert!(
-        seen.iter().all(|frame| frame.mask.is_clear()),
+        loud_frames.iter().all(|frame| frame.mask.is_clear()),
         "no frame is masked"
     );
-    let worst = |value: fn(&ZmFrame) -> Complex64| {
+    let greatest_error = |value: fn(&ZmFrame) -> Complex64| {
         let error = |frame: &ZmFrame| (value(frame) - z_p).norm() / z_p.norm();
-        seen.iter().map(error).fold(0.0, f64::max)
+        loud_frames.iter().map(error).fold(0.0, f64::max)
     };
-    let corrected = worst(|frame| frame.corrected_n_s_per_m);
-    let plain = worst(|frame| frame.plain_n_s_per_m);
+    let corrected_error = greatest_error(|frame| frame.corrected_n_s_per_m);
+    let plain_error = greatest_error(|frame| frame.plain_n_s_per_m);
     println!(
         "Z_p {z_p:.4} N·s/m, {} frames: corrected within {:.4} %, plain within {:.2} %",
-        seen.len(),
-        100.0 * corrected,
-        100.0 * plain
+        loud_frames.len(),
+        100.0 * corrected_error,
+        100.0 * plain_error
     );
-    assert!(corrected < TOLERANCE, "corrected: {corrected}");
+    assert!(corrected_error < TOLERANCE, "corrected: {corrected_error}");
     // 2 m_p 2π6 · 0.95/√(1 − 0.95²) / b_p, a quarter of the plate's damping (SCIENCE.md, section 9), visible down to 0.1 µm.
-    assert!((0.15..0.30).contains(&plain), "plain: {plain}");
+    assert!((0.15..0.30).contains(&plain_error), "plain: {plain_error}");
 }
 
 /// Parses the real and imaginary part; returns them with the rest of the text.
@@ -145,13 +145,13 @@ fn the_live_unloaded_plate_reads_true() {
         "--duration-s",
         "5.5",
     ]));
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
-    let lines: Vec<_> = printed
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    let lines: Vec<_> = transcript
         .lines()
         .filter(|line| line.contains("Z_m"))
         .collect();
-    assert_eq!(lines.len(), 5, "a line a second:\n{printed}");
+    assert_eq!(lines.len(), 5, "a line a second:\n{transcript}");
     // The nominal plate with its further mode at 41.2 kHz; the test of the recording reads the same value from the simulation.
     let z_p = Complex64::new(7.0098, -0.0122);
     for line in lines {

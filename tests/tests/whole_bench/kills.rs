@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use bench_tests::campaign;
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
+use bench_tests::session::{SessionFolder, finish, headless_run, text, write_demo_protocol};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use recording::manifest::{End, RecordedIntervalKind};
@@ -39,46 +39,46 @@ const WAV_HEADER_BYTES: u64 = 58;
 #[derive(Clone, Copy, Debug)]
 enum Moment {
     /// Time after the start.
-    After(Duration),
+    Delay(Duration),
     /// Number of new files or folders in the study, and a delay after the last of them.
-    Made(usize, Duration),
+    Entries(usize, Duration),
 }
 
 impl Moment {
     /// Draws a time up to `longest` after the start, or one shortly after a file or folder is made.
     fn random(rng: &mut ChaCha8Rng, longest: Duration) -> Self {
         if rng.random_bool(0.7) {
-            Self::After(longest.mul_f64(rng.random()))
+            Self::Delay(longest.mul_f64(rng.random()))
         } else {
-            let shortly = Duration::from_micros(rng.random_range(0..6000));
-            Self::Made(rng.random_range(1..=12), shortly)
+            let delay = Duration::from_micros(rng.random_range(0..6000));
+            Self::Entries(rng.random_range(1..=12), delay)
         }
     }
 
     /// Waits for the moment; returns false if the run ends first.
-    fn come(self, running: &mut Running, study: &Path) -> bool {
-        let begin = Instant::now();
-        let mut made = 0;
-        let mut there = entries(study);
-        let come = running.wait_for(MINUTE, || match self {
-            Self::After(time) => (begin.elapsed() >= time).then_some(Duration::ZERO),
-            Self::Made(times, shortly) => {
-                let now = entries(study);
-                made += now.difference(&there).count();
-                there = now;
-                (made >= times).then_some(shortly)
+    fn wait(self, running: &mut Running, study: &Path) -> bool {
+        let start = Instant::now();
+        let mut new_entries = 0;
+        let mut known_entries = entries(study);
+        let delay = running.wait_for(MINUTE, || match self {
+            Self::Delay(time) => (start.elapsed() >= time).then_some(Duration::ZERO),
+            Self::Entries(count, delay) => {
+                let current_entries = entries(study);
+                new_entries += current_entries.difference(&known_entries).count();
+                known_entries = current_entries;
+                (new_entries >= count).then_some(delay)
             }
         });
-        if let Some(shortly) = come {
-            std::thread::sleep(shortly);
+        if let Some(delay) = delay {
+            std::thread::sleep(delay);
         }
-        come.is_some()
+        delay.is_some()
     }
 }
 
 /// Returns everything in a folder, at any depth.
 fn entries(folder: &Path) -> BTreeSet<PathBuf> {
-    let mut found = BTreeSet::new();
+    let mut paths = BTreeSet::new();
     let mut folders = vec![folder.to_owned()];
     while let Some(folder) = folders.pop() {
         // The folder may not exist yet.
@@ -86,23 +86,23 @@ fn entries(folder: &Path) -> BTreeSet<PathBuf> {
             if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
                 folders.push(entry.path());
             }
-            found.insert(entry.path());
+            paths.insert(entry.path());
         }
     }
-    found
+    paths
 }
 
 /// A study for one short session: a practice trial, a rest, two conditions in random order.
-struct Place {
+struct StudyFolder {
     folder: TempDir,
     study: PathBuf,
     protocol: PathBuf,
 }
 
-impl Place {
+impl StudyFolder {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let protocol = demo_with(
+        let protocol = write_demo_protocol(
             folder.path(),
             &[
                 (
@@ -139,7 +139,7 @@ impl Place {
 
     /// Starts or resumes the session, depending on the existence of its folder, as an operator would.
     fn start(&self) -> Running {
-        let mut run = unattended(&self.study, "sub-01", &self.protocol);
+        let mut run = headless_run(&self.study, "sub-01", &self.protocol);
         if self.study.join("sub-01/ses-01").exists() {
             run.arg("--resume");
         }
@@ -149,9 +149,9 @@ impl Place {
 
 /// Statistics over all kills.
 #[derive(Default, Debug)]
-struct Seen {
-    in_a_recording: usize,
-    ahead_of_the_log: usize,
+struct KillStatistics {
+    cut_recordings: usize,
+    unlogged_recordings: usize,
     sessions: usize,
     greatest_loss_s: f64,
     total_loss_s: f64,
@@ -161,46 +161,55 @@ struct Seen {
 /// Hazard 14.
 #[test]
 fn kills_at_random_moments_take_at_most_a_second_each() {
-    let begin = Instant::now();
-    let whole = Place::new();
-    let output = finish(&mut unattended(&whole.study, "sub-01", &whole.protocol));
+    let start = Instant::now();
+    let reference = StudyFolder::new();
+    let output = finish(&mut headless_run(
+        &reference.study,
+        "sub-01",
+        &reference.protocol,
+    ));
     assert!(output.status.success(), "{}", text(&output));
-    let order = is_complete(&whole);
+    let order = require_complete(&reference);
     // Resumed sessions reach the second half.
-    let longest = begin.elapsed() / 2;
+    let longest = start.elapsed() / 2;
 
-    let wanted = campaign::repeats("FRICTION_BENCH_KILLS", KILLS);
-    let (kills, seen) = (AtomicUsize::new(0), Mutex::new(Seen::default()));
+    let count = campaign::repeats("FRICTION_BENCH_KILLS", KILLS);
+    let (kills, statistics) = (AtomicUsize::new(0), Mutex::new(KillStatistics::default()));
     let cores = std::thread::available_parallelism().unwrap().get();
     std::thread::scope(|scope| {
         for seed in 0..cores as u64 {
-            let (kills, seen, order) = (&kills, &seen, &order);
+            let (kills, statistics, order) = (&kills, &statistics, &order);
             scope.spawn(move || {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
-                while kills.load(Ordering::Relaxed) < wanted {
-                    let place = Place::new();
-                    while killed(&place, Moment::random(&mut rng, longest), seen) {
+                while kills.load(Ordering::Relaxed) < count {
+                    let study_folder = StudyFolder::new();
+                    while kill_session(&study_folder, Moment::random(&mut rng, longest), statistics)
+                    {
                         kills.fetch_add(1, Ordering::Relaxed);
                     }
-                    assert_eq!(is_complete(&place), *order);
-                    seen.lock().unwrap().sessions += 1;
+                    assert_eq!(require_complete(&study_folder), *order);
+                    statistics.lock().unwrap().sessions += 1;
                 }
             });
         }
     });
-    let (kills, seen) = (kills.into_inner(), seen.into_inner().unwrap());
-    campaign::found(
+    let (kills, statistics) = (kills.into_inner(), statistics.into_inner().unwrap());
+    campaign::report(
         "kills at random moments",
         kills,
-        &format!("{seen:?} in {:.0} s", begin.elapsed().as_secs_f64()),
+        &format!("{statistics:?} in {:.0} s", start.elapsed().as_secs_f64()),
     );
-    assert!(seen.in_a_recording > wanted / 10, "{seen:?}");
+    assert!(statistics.cut_recordings > count / 10, "{statistics:?}");
 }
 
 /// Starts or resumes the session and kills it; the study must remain readable. Returns false if the session ended first.
-fn killed(place: &Place, moment: Moment, seen: &Mutex<Seen>) -> bool {
-    let mut running = place.start();
-    if moment.come(&mut running, &place.study) {
+fn kill_session(
+    study_folder: &StudyFolder,
+    moment: Moment,
+    statistics: &Mutex<KillStatistics>,
+) -> bool {
+    let mut running = study_folder.start();
+    if moment.wait(&mut running, &study_folder.study) {
         running.signal(Signal::KILL);
     }
     let status = running.wait(MINUTE);
@@ -208,11 +217,11 @@ fn killed(place: &Place, moment: Moment, seen: &Mutex<Seen>) -> bool {
         assert_eq!(code, 0, "{moment:?}: {}", running.output());
         return false;
     }
-    let Some(session) = place.session() else {
+    let Some(session) = study_folder.session() else {
         return true;
     };
-    for saved in session.events().filter_map(|event| event.data.get("saved")) {
-        let folder = session.path.join(saved.as_str().unwrap());
+    for name in session.events().filter_map(|event| event.data.get("saved")) {
+        let folder = session.path.join(name.as_str().unwrap());
         let reader = RecordingReader::open(&folder).unwrap();
         assert_eq!(reader.warnings(), [], "{}", folder.display());
         assert_eq!(
@@ -221,31 +230,31 @@ fn killed(place: &Place, moment: Moment, seen: &Mutex<Seen>) -> bool {
         );
     }
     // Dropping `running` verifies that a kill does no damage.
-    let Some(last) = newest(&session) else {
+    let Some(trial) = newest(&session) else {
         return true;
     };
-    let began_s = began_s(&session, &last);
-    let mut seen = seen.lock().unwrap();
-    let in_log = session
+    let start_s = recording_start_s(&session, &trial);
+    let mut statistics = statistics.lock().unwrap();
+    let is_logged = session
         .named("trial_began")
-        .any(|event| label(&event.data["key"]) == last);
-    seen.ahead_of_the_log += usize::from(!in_log);
-    let folder = session.path.join(last.to_string());
-    if let Some(recorded) = Recorded::read(&folder)
-        && recorded.cut_off
-        && let Some(began_s) = began_s
+        .any(|event| label(&event.data["key"]) == trial);
+    statistics.unlogged_recordings += usize::from(!is_logged);
+    let folder = session.path.join(trial.to_string());
+    if let Some(recording) = CutRecording::read(&folder)
+        && recording.is_cut
+        && let Some(start_s) = start_s
     {
         // The log and the other files give a lower bound on the duration of the audio.
-        let now_s = session.events().last().unwrap().audio_s - began_s;
-        let loss_s = now_s.max(recorded.rows_s) - recorded.audio_s;
+        let now_s = session.events().last().unwrap().audio_s - start_s;
+        let loss_s = now_s.max(recording.rows_s) - recording.audio_s;
         assert!(
             loss_s <= LOSS_S,
             "{moment:?}: {loss_s} s of {}",
             folder.display()
         );
-        seen.in_a_recording += usize::from(recorded.audio_s > 0.0);
-        seen.greatest_loss_s = seen.greatest_loss_s.max(loss_s);
-        seen.total_loss_s += loss_s.max(0.0);
+        statistics.cut_recordings += usize::from(recording.audio_s > 0.0);
+        statistics.greatest_loss_s = statistics.greatest_loss_s.max(loss_s);
+        statistics.total_loss_s += loss_s.max(0.0);
     }
     true
 }
@@ -268,26 +277,26 @@ fn label(key: &Value) -> TrialLabel {
 
 /// Returns the start of a recording on the audio clock of the last run, s; `None` if it belongs to an earlier run, or is not in
 /// the log.
-fn began_s(session: &SessionFolder, of: &TrialLabel) -> Option<f64> {
+fn recording_start_s(session: &SessionFolder, trial: &TrialLabel) -> Option<f64> {
     let is_start = |document: &Document| matches!(document, Document::Start(_));
     let run = session.documents.rsplit(is_start).next().unwrap();
     run.iter().find_map(|document| match document {
         Document::Event(event) if event.data.get("event")? == "trial_began" => {
-            (label(&event.data["key"]) == *of).then_some(event.audio_s)
+            (label(&event.data["key"]) == *trial).then_some(event.audio_s)
         }
         _ => None,
     })
 }
 
 /// A recording that a kill may have cut off, read to its end.
-struct Recorded {
-    cut_off: bool,
+struct CutRecording {
+    is_cut: bool,
     audio_s: f64,
     /// Time of the latest row of force or position, s.
     rows_s: f64,
 }
 
-impl Recorded {
+impl CutRecording {
     /// Reads a recording; returns `None` if it has no samples yet.
     fn read(folder: &Path) -> Option<Self> {
         if !folder.join(MANIFEST_FILE).exists() {
@@ -303,10 +312,10 @@ impl Recorded {
             return None;
         }
         let mut reader = RecordingReader::open(folder).unwrap_or_else(|error| panic!("{error}"));
-        let cut_off = reader.manifest().trial.as_ref().unwrap().end.is_none();
+        let is_cut = reader.manifest().trial.as_ref().unwrap().end.is_none();
         for warning in reader.warnings() {
             // A kill must not leave a file shorter than its header promises, or an interval that ends after it.
-            let of_a_kill = matches!(
+            let is_kill_trace = matches!(
                 warning,
                 Warning::CutOff
                     | Warning::Signals(
@@ -315,22 +324,22 @@ impl Recorded {
                             | WavWarning::Empty
                     )
             );
-            assert!(cut_off && of_a_kill, "{}: {warning}", folder.display());
+            assert!(is_cut && is_kill_trace, "{}: {warning}", folder.display());
         }
         let (mut frames, mut block) = (0, Vec::new());
         loop {
-            let read = reader.read_block(1 << 16, &mut block).unwrap();
-            if read == 0 {
+            let count = reader.read_block(1 << 16, &mut block).unwrap();
+            if count == 0 {
                 break;
             }
-            frames += read as u64;
+            frames += count as u64;
             assert!(block.iter().all(|sample| sample.is_finite()));
         }
         assert_eq!(frames, reader.frames());
         let force = reader.force().unwrap().map(|row| row.unwrap().time_s);
         let position = reader.position().unwrap().map(|row| row.unwrap().time_s);
         Some(Self {
-            cut_off,
+            is_cut,
             audio_s: frames as f64 / f64::from(reader.format().sample_rate_hz),
             rows_s: force.chain(position).fold(0.0, f64::max),
         })
@@ -338,8 +347,8 @@ impl Recorded {
 }
 
 /// Requires the session to equal one without kills, except for interrupted attempts; returns its order of conditions.
-fn is_complete(place: &Place) -> Vec<String> {
-    let session = place.session().unwrap();
+fn require_complete(study_folder: &StudyFolder) -> Vec<String> {
+    let session = study_folder.session().unwrap();
     assert_eq!(
         session.stops().last().unwrap().exit_status,
         ExitStatus::Success
@@ -360,17 +369,17 @@ fn is_complete(place: &Place) -> Vec<String> {
     let [order] = &orders[..] else {
         panic!("{orders:?}");
     };
-    let accepted: Vec<_> = session
+    let records: Vec<_> = session
         .named("trial_settled")
         .map(|event| &event.data["record"])
         .filter(|record| record["outcome"]["outcome"] == "accepted")
         .collect();
-    let conditions: Vec<_> = accepted
+    let conditions: Vec<_> = records
         .iter()
         .map(|record| name(&record["key"]["condition"]))
         .collect();
     assert_eq!(conditions, *order);
-    for record in accepted {
+    for record in records {
         let folder = session.path.join(label(&record["key"]).to_string());
         let reader = RecordingReader::open(&folder).unwrap();
         assert_eq!(reader.warnings(), []);
@@ -390,9 +399,9 @@ fn is_complete(place: &Place) -> Vec<String> {
         );
     }
     for folder in session.recordings() {
-        Recorded::read(&folder);
+        CutRecording::read(&folder);
     }
-    let participants = std::fs::read_to_string(place.study.join(PARTICIPANTS_FILE)).unwrap();
+    let participants = std::fs::read_to_string(study_folder.study.join(PARTICIPANTS_FILE)).unwrap();
     let rows: Vec<_> = participants
         .lines()
         .map(|line| line.split('\t').next().unwrap())

@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use bench_tests::campaign;
 use bench_tests::program::protocol;
-use bench_tests::recorded::every_sample;
+use bench_tests::recorded::require_every_sample;
 use bench_tests::running::Running;
-use bench_tests::session::{SessionFolder, unattended};
+use bench_tests::session::{SessionFolder, headless_run};
 
 /// Number of trials of 11 s: two and a half minutes. `FRICTION_BENCH_SOAK_TRIALS` asks for more.
 const TRIALS: usize = 14;
@@ -25,23 +25,23 @@ fn minutes_lose_no_sample_and_take_no_more_memory_than_one() {
     let study = folder.path().join("study");
     let trials = campaign::repeats("FRICTION_BENCH_SOAK_TRIALS", TRIALS).max(TRIALS);
     let text = std::fs::read_to_string(protocol("long.toml")).unwrap();
-    let shorter = text.replace("per_condition = 54", &format!("per_condition = {trials}"));
-    assert!(trials == 54 || shorter != text);
+    let protocol_text = text.replace("per_condition = 54", &format!("per_condition = {trials}"));
+    assert!(trials == 54 || protocol_text != text);
     let path = folder.path().join("long.toml");
-    std::fs::write(&path, shorter).unwrap();
+    std::fs::write(&path, protocol_text).unwrap();
 
-    let begin = Instant::now();
+    let start = Instant::now();
     let mut running = Running::start(
-        &mut unattended(&study, "sub-01", &path),
+        &mut headless_run(&study, "sub-01", &path),
         &folder.path().join("output"),
     );
     let mut memory: Vec<(f64, i64)> = Vec::new();
     let status = loop {
-        if let Some(status) = running.ended() {
+        if let Some(status) = running.exit_status() {
             break status;
         }
         assert!(
-            begin.elapsed() < Duration::from_secs(34 * trials as u64),
+            start.elapsed() < Duration::from_secs(34 * trials as u64),
             "{}",
             running.output()
         );
@@ -50,31 +50,28 @@ fn minutes_lose_no_sample_and_take_no_more_memory_than_one() {
         memory.extend(now_s.zip(running.resident_kb()));
         std::thread::sleep(Duration::from_millis(100));
     };
-    let wall_s = begin.elapsed().as_secs_f64();
-    let printed = running.output();
-    assert!(status.success(), "{printed}");
+    let wall_s = start.elapsed().as_secs_f64();
+    let transcript = running.output();
+    assert!(status.success(), "{transcript}");
     assert!(
-        printed.contains("drop-outs         0 frames lost, 0 input and 0 output xruns"),
-        "{printed}"
+        transcript.contains("drop-outs         0 frames lost, 0 input and 0 output xruns"),
+        "{transcript}"
     );
 
     let simulated_s = memory.last().unwrap().0;
     assert!(simulated_s > 2.25 * MINUTE_S, "{simulated_s} s");
-    let greatest_around = |middle_s: f64| {
-        let stretch = memory
+    let greatest_kb = |centre_s: f64| {
+        let readings = memory
             .iter()
-            .filter(|(t_s, _)| (t_s - middle_s).abs() < STRETCH_S);
-        stretch
+            .filter(|(time_s, _)| (time_s - centre_s).abs() < STRETCH_S);
+        readings
             .map(|(_, kb)| *kb)
             .max()
             .expect("memory was looked at often enough")
     };
-    let (early_kb, late_kb) = (
-        greatest_around(MINUTE_S),
-        greatest_around(simulated_s - STRETCH_S),
-    );
+    let (early_kb, late_kb) = (greatest_kb(MINUTE_S), greatest_kb(simulated_s - STRETCH_S));
     let speed = simulated_s / wall_s;
-    campaign::found(
+    campaign::report(
         "trials of one long session",
         trials,
         &format!(
@@ -87,5 +84,5 @@ fn minutes_lose_no_sample_and_take_no_more_memory_than_one() {
     );
 
     let session = SessionFolder::read(&study, "sub-01").unwrap();
-    assert!(every_sample(&session, 0) >= trials);
+    assert!(require_every_sample(&session, 0) >= trials);
 }

@@ -11,28 +11,28 @@ use bench_tests::session::{finish, text};
 use recording::MANIFEST_FILE;
 use serde_json::Value;
 
-use super::verify::{Copied, TRIAL};
+use super::verify::{StudyCopy, TRIAL};
 
 const SECOND: &str = "trial-002_attempt-1";
 
 /// Cuts the log off after the line that settles the trial with this number in the session's order.
-fn killed_after(study: &Copied, number: u32) {
+fn cut_log_after(study: &StudyCopy, number: u32) {
     edit_log(study, |lines| {
-        let settles = |line: &Value| {
+        let is_settled = |line: &Value| {
             let data = &line["data"];
             data["event"] == "trial_settled" && data["record"]["key"]["number"] == number
         };
-        let last = lines.iter().rposition(settles).unwrap();
-        lines.truncate(last + 1);
+        let index = lines.iter().rposition(is_settled).unwrap();
+        lines.truncate(index + 1);
     });
 }
 
 /// Turns a trial into one that an early version accepted although its recording was interrupted and never reported as saved.
-fn broken_off(study: &Copied, trial: &str) {
+fn interrupt_recording(study: &StudyCopy, trial: &str) {
     edit_log(study, |lines| {
-        let before = lines.len();
+        let count = lines.len();
         lines.retain(|line| line["data"]["saved"] != trial);
-        assert_eq!(lines.len(), before - 1);
+        assert_eq!(lines.len(), count - 1);
     });
     study.edit(
         &study.session().join(trial).join(MANIFEST_FILE),
@@ -42,7 +42,7 @@ fn broken_off(study: &Copied, trial: &str) {
 }
 
 /// Edits the log and renumbers its events.
-fn edit_log(study: &Copied, edit: impl Fn(&mut Vec<Value>)) {
+fn edit_log(study: &StudyCopy, edit: impl Fn(&mut Vec<Value>)) {
     let log = study.session().join("events.jsonl");
     let text = fs::read_to_string(&log).unwrap();
     let mut lines: Vec<Value> = text
@@ -54,38 +54,41 @@ fn edit_log(study: &Copied, edit: impl Fn(&mut Vec<Value>)) {
     for (index, line) in events.enumerate() {
         line["seq_num"] = (index + 1).into();
     }
-    let edited: String = lines.iter().map(|line| format!("{line}\n")).collect();
-    fs::write(log, edited).unwrap();
+    let content: String = lines.iter().map(|line| format!("{line}\n")).collect();
+    fs::write(log, content).unwrap();
 }
 
 /// Requires the study to be whole, with two trials accepted and analysed.
-fn require_two(study: &Copied) {
-    let (status, printed) = study.verify();
-    assert_eq!(status, 0, "{printed}");
-    assert!(printed.contains("complete, 2 of 2"), "{printed}");
-    let analyzed = finish(bench().arg("analyze").arg(study.study()));
-    let printed = text(&analyzed);
-    assert!(analyzed.status.success(), "{printed}");
-    assert!(printed.contains("accepted 2, analysed 2"), "{printed}");
+fn require_two(study: &StudyCopy) {
+    let (status, transcript) = study.verify();
+    assert_eq!(status, 0, "{transcript}");
+    assert!(transcript.contains("complete, 2 of 2"), "{transcript}");
+    let output = finish(bench().arg("analyze").arg(study.study()));
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    assert!(
+        transcript.contains("accepted 2, analysed 2"),
+        "{transcript}"
+    );
 }
 
 /// Fault 27.
 #[test]
 fn the_last_accepted_trial_is_repeated_if_its_recording_is_lost() {
-    let study = Copied::new();
-    killed_after(&study, 2);
+    let study = StudyCopy::new();
+    cut_log_after(&study, 2);
     fs::remove_dir_all(study.session().join(SECOND)).unwrap();
-    broken_off(&study, TRIAL);
-    let resumed = study.resume(&[]);
-    let printed = text(&resumed);
-    assert!(resumed.status.success(), "{printed}");
-    let told = format!("the recording of {TRIAL} is lost");
-    for words in [&told[..], "counts as interrupted and is repeated"] {
-        assert!(printed.contains(words), "no `{words}` in:\n{printed}");
+    interrupt_recording(&study, TRIAL);
+    let output = study.resume(&[]);
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    let message = format!("the recording of {TRIAL} is lost");
+    for words in [&message[..], "counts as interrupted and is repeated"] {
+        assert!(transcript.contains(words), "no `{words}` in:\n{transcript}");
     }
     let log = fs::read_to_string(study.session().join("events.jsonl")).unwrap();
-    let not_saved = log.lines().filter(|line| line.contains("\"not_saved\""));
-    assert_eq!(not_saved.count(), 1);
+    let lost_events = log.lines().filter(|line| line.contains("\"not_saved\""));
+    assert_eq!(lost_events.count(), 1);
     require_two(&study);
 }
 
@@ -93,42 +96,42 @@ fn the_last_accepted_trial_is_repeated_if_its_recording_is_lost() {
 #[test]
 fn recordings_that_were_moved_are_asked_for_and_repeated_only_by_the_operators_word() {
     // The recordings were moved, and are moved back.
-    let study = Copied::new();
-    killed_after(&study, 3);
-    let (there, elsewhere) = (study.session().join(TRIAL), study.study().join("moved"));
-    fs::rename(&there, &elsewhere).unwrap();
+    let study = StudyCopy::new();
+    cut_log_after(&study, 3);
+    let (recording, moved) = (study.session().join(TRIAL), study.study().join("moved"));
+    fs::rename(&recording, &moved).unwrap();
     let log = study.session().join("events.jsonl");
-    let before = fs::read(&log).unwrap();
-    let refused = study.resume(&[]);
-    assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
+    let log_content = fs::read(&log).unwrap();
+    let output = study.resume(&[]);
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output));
     for words in [
         TRIAL,
         "its folder is missing",
         "put them back",
         "--repeat-lost",
     ] {
-        let printed = text(&refused);
-        assert!(printed.contains(words), "no `{words}` in:\n{printed}");
+        let transcript = text(&output);
+        assert!(transcript.contains(words), "no `{words}` in:\n{transcript}");
     }
-    assert!(!text(&refused).contains(SECOND), "{}", text(&refused));
-    assert_eq!(fs::read(&log).unwrap(), before);
-    fs::rename(&elsewhere, &there).unwrap();
-    let resumed = study.resume(&[]);
-    assert!(resumed.status.success(), "{}", text(&resumed));
-    assert!(!text(&resumed).contains("is lost"), "{}", text(&resumed));
+    assert!(!text(&output).contains(SECOND), "{}", text(&output));
+    assert_eq!(fs::read(&log).unwrap(), log_content);
+    fs::rename(&moved, &recording).unwrap();
+    let output = study.resume(&[]);
+    assert!(output.status.success(), "{}", text(&output));
+    assert!(!text(&output).contains("is lost"), "{}", text(&output));
     require_two(&study);
 
     // The recordings are lost, because the recorder hung.
-    let study = Copied::new();
-    killed_after(&study, 3);
-    broken_off(&study, TRIAL);
-    broken_off(&study, SECOND);
-    let refused = study.resume(&[]);
-    assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
+    let study = StudyCopy::new();
+    cut_log_after(&study, 3);
+    interrupt_recording(&study, TRIAL);
+    interrupt_recording(&study, SECOND);
+    let output = study.resume(&[]);
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output));
     for trial in [TRIAL, SECOND] {
-        assert!(text(&refused).contains(trial), "{}", text(&refused));
+        assert!(text(&output).contains(trial), "{}", text(&output));
     }
-    let resumed = study.resume(&["--repeat-lost"]);
-    assert!(resumed.status.success(), "{}", text(&resumed));
+    let output = study.resume(&["--repeat-lost"]);
+    assert!(output.status.success(), "{}", text(&output));
     require_two(&study);
 }

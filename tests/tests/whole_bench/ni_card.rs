@@ -13,8 +13,8 @@ use analysis::model_check::quantile;
 use analysis::{Settings, analyse, find};
 use bench_tests::program::{bench, protocol};
 use bench_tests::recorded::Recording;
-use bench_tests::room::{Room, WEIGH, refused};
-use bench_tests::session::{SessionFolder, finish, text, with};
+use bench_tests::room::{Room, WEIGH, require_refusal};
+use bench_tests::session::{SessionFolder, finish, replace_parts, text};
 use bench_tests::truth::Skin;
 use config::CalibrationFile;
 use recording::manifest::End;
@@ -26,15 +26,15 @@ const GAUGES: &str = include_str!("../../../bench/mock-bench-channels.toml");
 const UNKNOWN_BENCH: &str = "[jitter]\nenabled = true\nskew_samples = 0.0\n";
 
 /// Writes the configuration of a bench into `folder`.
-fn written(folder: &Path, text: &str) -> PathBuf {
+fn write_config(folder: &Path, text: &str) -> PathBuf {
     let path = folder.join("bench.toml");
     fs::write(&path, text).unwrap();
     path
 }
 
 /// Returns the rig with forces on inputs of the card, which must have a converter for each.
-fn with_gauges() -> String {
-    let text = with(
+fn gauge_rig() -> String {
+    let text = replace_parts(
         RIG,
         &[
             ("rate_hz = 100000", "rate_hz = 250000"),
@@ -51,15 +51,16 @@ fn with_gauges() -> String {
             ("convert_hz = 250000", "#"),
         ],
     );
-    let gauges = with(
+    let gauges = replace_parts(
         GAUGES,
         &[(
             "inputs = [3, 4, 5, 6, 7, 8]",
             "inputs = [2, 3, 4, 5, 6, 7]\nrate_hz = 5000.0",
         )],
     );
-    let [from, to] = ["port = \"/dev/ttyUSB0\"", "[encoder]"].map(|part| text.find(part).unwrap());
-    format!("{}{gauges}\n{}", &text[..from], &text[to..])
+    let [start, end] =
+        ["port = \"/dev/ttyUSB0\"", "[encoder]"].map(|part| text.find(part).unwrap());
+    format!("{}{gauges}\n{}", &text[..start], &text[end..])
 }
 
 /// Returns `run` of one exploration without a calibration.
@@ -92,7 +93,7 @@ fn assert_every_sample(session: &SessionFolder, rate_hz: f64) {
         let ended_s = session.phases("verdict").nth(index).unwrap().audio_s;
         let frames = ((ended_s - began_s) * rate_hz).round() as usize;
         assert_eq!(recording.frames(), frames, "{}", path.display());
-        assert_eq!(recording.not_finite(), 0, "{}", path.display());
+        assert_eq!(recording.nonfinite_samples(), 0, "{}", path.display());
     }
 }
 
@@ -103,18 +104,18 @@ fn the_published_rig_is_calibrated_runs_and_finds_the_participant_unattended() {
     for rate_hz in [100_000, 125_000] {
         let room = Room::new(UNKNOWN_BENCH, 7);
         let folder = room.folder.path();
-        let rig = with(
+        let rig = replace_parts(
             RIG,
             &[("rate_hz = 100000", &format!("rate_hz = {rate_hz}"))],
         );
-        let config = written(folder, &rig);
-        let on_card = |mut command: Command| {
+        let config = write_config(folder, &rig);
+        let run_on_card = |mut command: Command| {
             let output = finish(command.arg("--config").arg(&config));
             assert!(output.status.success(), "{rate_hz}: {}", text(&output));
             text(&output)
         };
         for words in [&["channels"][..], &["pickup"], &["plate"], &WEIGH] {
-            on_card(room.calibrate(words));
+            run_on_card(room.calibrate(words));
         }
         // With one converter the pickup is sampled 4 µs after the drive, 50° at the carrier; the calibration removes this
         // completely.
@@ -124,7 +125,7 @@ fn the_published_rig_is_calibrated_runs_and_finds_the_participant_unattended() {
         assert!(delay.abs() < 2e-3, "{rate_hz}: {delay} samples");
         let mut check = room.check();
         check.arg("--protocol").arg("demo");
-        let table = on_card(check);
+        let table = run_on_card(check);
         assert!(table.contains("USB-6211"), "{table}");
         let (study, truth) = (folder.join("study"), folder.join("truth"));
         fs::create_dir_all(&truth).unwrap();
@@ -135,19 +136,19 @@ fn the_published_rig_is_calibrated_runs_and_finds_the_participant_unattended() {
             .arg(protocol("one-exploration.toml"))
             .arg("--mock-truth")
             .arg(&truth);
-        on_card(run);
+        run_on_card(run);
         assert_every_sample(&session(&study), f64::from(rate_hz));
         let recordings = find::recordings(&[study], false).unwrap();
-        let analysed = analyse(&recordings, &Settings::default(), |_| {});
-        let mut sigma_t: Vec<f64> = analysed
+        let analysis = analyse(&recordings, &Settings::default(), |_| {});
+        let mut sigma_t: Vec<f64> = analysis
             .instances()
             .filter_map(|(_, instance)| instance.estimated(Method::Dynamic))
-            .map(|estimated| estimated.sigma_t_m)
+            .map(|estimate| estimate.sigma_t_m)
             .collect();
         assert!(sigma_t.len() >= 5, "{} instances", sigma_t.len());
         sigma_t.sort_by(f64::total_cmp);
-        let off = quantile(&sigma_t, 0.5).unwrap() / Skin::read(&truth).sigma_t_m - 1.0;
-        assert!(off.abs() < 0.08, "{rate_hz}: sigma_t {off:+.3}");
+        let error = quantile(&sigma_t, 0.5).unwrap() / Skin::read(&truth).sigma_t_m - 1.0;
+        assert!(error.abs() < 0.08, "{rate_hz}: sigma_t {error:+.3}");
     }
 }
 
@@ -155,7 +156,7 @@ fn the_published_rig_is_calibrated_runs_and_finds_the_participant_unattended() {
 #[test]
 fn a_card_with_a_converter_for_each_input_reads_forces_too() {
     let folder = tempfile::tempdir().unwrap();
-    let config = written(folder.path(), &with_gauges());
+    let config = write_config(folder.path(), &gauge_rig());
     let study = folder.path().join("study");
     let mut run = one_exploration("gauges", &config, &study);
     let output = finish(run.env("MOCK_NIDAQMX_PRODUCT", "USB-6366"));
@@ -170,18 +171,18 @@ fn a_card_with_a_converter_for_each_input_reads_forces_too() {
 
 /// The program's thread and the apparatus take turns, however busy the computer is.
 #[test]
-fn time_that_runs_free_stands_still_while_the_program_reads() {
+fn free_running_time_stops_while_the_program_reads() {
     let sessions = std::thread::scope(|scope| {
         let run = || {
             let folder = tempfile::tempdir().unwrap();
-            let config = written(folder.path(), RIG);
+            let config = write_config(folder.path(), RIG);
             let study = folder.path().join("study");
             let output = finish(&mut one_exploration("nominal", &config, &study));
             assert!(output.status.success(), "{}", text(&output));
             Recording::read(&session(&study).recordings()[0]).samples
         };
-        let side_by_side = [scope.spawn(run), scope.spawn(run)];
-        side_by_side.map(|run| run.join().unwrap())
+        let threads = [scope.spawn(run), scope.spawn(run)];
+        threads.map(|thread| thread.join().unwrap())
     });
     assert!(sessions[0].len() > 100_000);
     assert!(sessions[0] == sessions[1], "not the same samples");
@@ -190,22 +191,22 @@ fn time_that_runs_free_stands_still_while_the_program_reads() {
 /// Fault 47.
 #[test]
 fn a_card_that_fails_stops_the_drive_names_itself_and_keeps_what_was_recorded() {
-    let ran_over = "the card's input buffer ran over";
-    let ran_dry = "the card's output ran dry";
-    let gone = "Device cannot be accessed";
-    for (faults, said, counted) in [
-        (&["xrun@5s"][..], ran_over, "1 input and 0 output xruns"),
-        (&["xrun-output@5s"], ran_dry, "0 input and 1 output xruns"),
-        (&["card-lost-input@5s"], gone, ""),
-        (&["card-lost-output@5s"], gone, ""),
-        (&["gpio-removed@5s"], gone, ""),
+    let overrun = "the card's input buffer ran over";
+    let underrun = "the card's output ran dry";
+    let loss = "Device cannot be accessed";
+    for (faults, message, counts) in [
+        (&["xrun@5s"][..], overrun, "1 input and 0 output xruns"),
+        (&["xrun-output@5s"], underrun, "0 input and 1 output xruns"),
+        (&["card-lost-input@5s"], loss, ""),
+        (&["card-lost-output@5s"], loss, ""),
+        (&["gpio-removed@5s"], loss, ""),
         // Two faults at once.
         (&["xrun@5s", "xrun-output@5s"], "the card", ""),
         (&["card-lost-input@5s", "estop@5s"], "STOPPED", ""),
-        (&["xrun@5s", "force-silent@5s"], ran_over, "1 input"),
+        (&["xrun@5s", "force-silent@5s"], overrun, "1 input"),
     ] {
         let folder = tempfile::tempdir().unwrap();
-        let config = written(folder.path(), RIG);
+        let config = write_config(folder.path(), RIG);
         let study = folder.path().join("study");
         let mut run = bench();
         run.args(["run", "--mock", "nominal", "--speed", "max", "--headless"])
@@ -219,39 +220,45 @@ fn a_card_that_fails_stops_the_drive_names_itself_and_keeps_what_was_recorded() 
             run.args(["--fault", fault]);
         }
         let output = finish(&mut run);
-        let told = text(&output);
-        assert!(!output.status.success(), "{faults:?}: {told}");
+        let transcript = text(&output);
+        assert!(!output.status.success(), "{faults:?}: {transcript}");
         assert!(
-            told.contains("STOPPED") && told.contains(said),
-            "{faults:?}: {told}"
+            transcript.contains("STOPPED") && transcript.contains(message),
+            "{faults:?}: {transcript}"
         );
-        assert!(told.contains(counted), "{faults:?}: {told}");
-        assert!(!told.contains("panicked"), "{faults:?}: {told}");
+        assert!(transcript.contains(counts), "{faults:?}: {transcript}");
+        assert!(!transcript.contains("panicked"), "{faults:?}: {transcript}");
         let session = session(&study);
         let recording = Recording::read(&session.recordings()[0]);
         assert!(recording.duration_s() > 1.0, "{faults:?}");
-        assert_eq!(recording.not_finite(), 0, "{faults:?}");
+        assert_eq!(recording.nonfinite_samples(), 0, "{faults:?}");
     }
 }
 
 /// A drill leaves out faults that make a card unusable; the others work as on any bench.
 #[test]
-fn a_drill_on_a_card_leaves_out_what_ends_the_card() {
+fn a_drill_on_a_card_skips_faults_that_disable_it() {
     let folder = tempfile::tempdir().unwrap();
-    let config = written(folder.path(), RIG);
-    let drill = |only: &str| {
+    let config = write_config(folder.path(), RIG);
+    let drill = |faults: &str| {
         let mut drill = bench();
         drill
             .current_dir(folder.path())
             .args(["drill", "--mock", "nominal", "--speed", "max", "--headless"])
-            .args(["--uncalibrated", "--operator", "A. Tester", "--only", only])
+            .args([
+                "--uncalibrated",
+                "--operator",
+                "A. Tester",
+                "--only",
+                faults,
+            ])
             .arg("--config")
             .arg(&config);
         drill
     };
-    let met = finish(&mut drill("estop,gpio-removed,card-lost-input"));
-    assert!(met.status.success(), "{}", text(&met));
-    refused(drill("xrun"), &["audio.host = \"nidaqmx\" in bench.toml"]);
+    let output = finish(&mut drill("estop,gpio-removed,card-lost-input"));
+    assert!(output.status.success(), "{}", text(&output));
+    require_refusal(drill("xrun"), &["audio.host = \"nidaqmx\" in bench.toml"]);
 }
 
 /// Fault 47.
@@ -329,17 +336,17 @@ fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
         ),
     ] {
         let folder = tempfile::tempdir().unwrap();
-        let config = written(folder.path(), &with(RIG, changes));
+        let config = write_config(folder.path(), &replace_parts(RIG, changes));
         let mut check = bench();
         check
             .env("MOCK_NIDAQMX_PRODUCT", product)
             .args(["check", "--quick", "--mock", "--config"])
             .arg(&config);
-        refused(check, words);
+        require_refusal(check, words);
     }
     // Without the driver.
     let folder = tempfile::tempdir().unwrap();
-    let named = with(
+    let config_text = replace_parts(
         RIG,
         &[
             (
@@ -349,10 +356,10 @@ fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
             ("silence_s = 0.25", "silence_s = 0.05"),
         ],
     );
-    let config = written(folder.path(), &named);
+    let config = write_config(folder.path(), &config_text);
     let mut check = bench();
     check.args(["check", "--quick", "--config"]).arg(&config);
-    refused(
+    require_refusal(
         check,
         &["install NI's driver", "nidaqmx.library in bench.toml"],
     );
@@ -360,11 +367,11 @@ fn what_a_card_cannot_do_is_refused_with_the_line_to_change() {
 
 /// The unmodified program, in real time, as on a real card.
 #[test]
-fn without_a_simulated_apparatus_of_its_own_the_program_runs_on_the_library_alone() {
+fn the_program_runs_on_the_simulated_library_alone() {
     let folder = tempfile::tempdir().unwrap();
     let library = mock_hw::rack::library().unwrap();
     let force = folder.path().join("force");
-    let named = with(
+    let config_text = replace_parts(
         RIG,
         &[
             (
@@ -378,7 +385,7 @@ fn without_a_simulated_apparatus_of_its_own_the_program_runs_on_the_library_alon
             ("silence_s = 0.25", "silence_s = 0.1"),
         ],
     );
-    let config = written(folder.path(), &named);
+    let config = write_config(folder.path(), &config_text);
     let mut check = bench();
     check
         .env("MOCK_NIDAQMX_FORCE_LINK", &force)
@@ -394,6 +401,6 @@ fn without_a_simulated_apparatus_of_its_own_the_program_runs_on_the_library_alon
         assert!(table.contains(row), "no {row}: {table}");
     }
     let mut devices = bench();
-    let listed = text(&finish(devices.arg("devices")));
-    assert!(listed.contains("host = \"nidaqmx\""), "{listed}");
+    let list = text(&finish(devices.arg("devices")));
+    assert!(list.contains("host = \"nidaqmx\""), "{list}");
 }

@@ -9,40 +9,45 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use bench_tests::program::{bench, protocol};
-use bench_tests::session::{finish, text, unattended};
+use bench_tests::session::{finish, headless_run, text};
 use recording::writer::Ending;
 use recording::{AudioFormat, Manifest, RecordingWriter};
 use serde_json::Value;
 
-use super::refusals::{refused, refused_before_anything_is_made, room};
+use super::refusals::{assert_early_refusal, assert_refusal, room};
 
 #[test]
-fn a_protocol_keeps_what_it_asks_for_and_nothing_else() {
+fn only_requested_details_are_stored() {
     let (folder, study) = room();
-    let quiet = protocol("one-exploration.toml");
-    refused_before_anything_is_made(
-        unattended(&study, "sub-01", &quiet).args(["--age", "31"]),
+    let plain_protocol = protocol("one-exploration.toml");
+    assert_early_refusal(
+        headless_run(&study, "sub-01", &plain_protocol).args(["--age", "31"]),
         &study,
         &["does not ask for the participant's age", "leave out --age"],
     );
-    let asking = folder.path().join("asking.toml");
-    let text_of_it = fs::read_to_string(&quiet).unwrap();
-    let asks = "[participant]\nask = [\"age\", \"handedness\"]\n\n[drive]";
-    fs::write(&asking, text_of_it.replacen("[drive]", asks, 1)).unwrap();
-    refused_before_anything_is_made(
-        unattended(&study, "sub-01", &asking).args(["--age", "17"]),
+    let asking_protocol = folder.path().join("asking.toml");
+    let protocol_text = fs::read_to_string(&plain_protocol).unwrap();
+    let question = "[participant]\nask = [\"age\", \"handedness\"]\n\n[drive]";
+    fs::write(
+        &asking_protocol,
+        protocol_text.replacen("[drive]", question, 1),
+    )
+    .unwrap();
+    assert_early_refusal(
+        headless_run(&study, "sub-01", &asking_protocol).args(["--age", "17"]),
         &study,
         &["18 to 120", "not for children"],
     );
-    refused_before_anything_is_made(
-        unattended(&study, "sub-01", &asking).args(["--handedness", "both"]),
+    assert_early_refusal(
+        headless_run(&study, "sub-01", &asking_protocol).args(["--handedness", "both"]),
         &study,
         &["right, left, ambidextrous"],
     );
-    let output = finish(unattended(&study, "sub-01", &asking).args(["--handedness", "left"]));
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
-    assert!(printed.contains("not stated: age"), "{printed}");
+    let output =
+        finish(headless_run(&study, "sub-01", &asking_protocol).args(["--handedness", "left"]));
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    assert!(transcript.contains("not stated: age"), "{transcript}");
     let table = fs::read_to_string(study.join("participants.tsv")).unwrap();
     assert_eq!(
         table,
@@ -52,19 +57,23 @@ fn a_protocol_keeps_what_it_asks_for_and_nothing_else() {
 }
 
 #[test]
-fn what_was_stated_stays_and_another_answer_is_told_of() {
+fn a_stated_detail_is_kept_and_a_different_answer_reported() {
     let (folder, study) = room();
-    let asking = folder.path().join("asking.toml");
-    let text_of_it = fs::read_to_string(protocol("one-exploration.toml")).unwrap();
-    let asks = "[participant]\nask = [\"age\"]\n\n[drive]";
-    fs::write(&asking, text_of_it.replacen("[drive]", asks, 1)).unwrap();
-    for (age, more) in [("31", None), ("32", Some("--new-session"))] {
-        let mut run = unattended(&study, "sub-01", &asking);
-        let output = finish(run.args(["--age", age]).args(more));
-        let printed = text(&output);
-        assert!(output.status.success(), "{printed}");
-        let told = printed.contains("says age 31 of sub-01, and keeps it: 32 was not taken");
-        assert_eq!(told, age == "32", "{printed}");
+    let asking_protocol = folder.path().join("asking.toml");
+    let protocol_text = fs::read_to_string(protocol("one-exploration.toml")).unwrap();
+    let question = "[participant]\nask = [\"age\"]\n\n[drive]";
+    fs::write(
+        &asking_protocol,
+        protocol_text.replacen("[drive]", question, 1),
+    )
+    .unwrap();
+    for (age, option) in [("31", None), ("32", Some("--new-session"))] {
+        let mut run = headless_run(&study, "sub-01", &asking_protocol);
+        let output = finish(run.args(["--age", age]).args(option));
+        let transcript = text(&output);
+        assert!(output.status.success(), "{transcript}");
+        let has_note = transcript.contains("says age 31 of sub-01, and keeps it: 32 was not taken");
+        assert_eq!(has_note, age == "32", "{transcript}");
     }
     let table = fs::read_to_string(study.join("participants.tsv")).unwrap();
     assert!(table.ends_with("\t31\tn/a\tn/a\n"), "{table}");
@@ -92,7 +101,7 @@ plate = { resonance_hz = 35000.0, modal_mass_kg = 0.008, force_factor_n_per_v = 
     writer.finish(Ending::Completed).unwrap();
 }
 
-fn recorded(study: &Path) -> Vec<PathBuf> {
+fn write_study(study: &Path) -> Vec<PathBuf> {
     let mut folders = Vec::new();
     for (participant, trial) in [("sub-01", 1), ("sub-02", 1), ("sub-02", 2)] {
         let name = format!("trial-{trial:03}_attempt-1");
@@ -110,8 +119,8 @@ fn recorded(study: &Path) -> Vec<PathBuf> {
     folders
 }
 
-fn command(words: &[&str], study: &Path, more: &[&str]) -> Output {
-    finish(bench().args(words).arg(study).args(more))
+fn command(words: &[&str], study: &Path, options: &[&str]) -> Output {
+    finish(bench().args(words).arg(study).args(options))
 }
 
 fn exclude(study: &Path, words: &[&str]) -> Output {
@@ -119,55 +128,67 @@ fn exclude(study: &Path, words: &[&str]) -> Output {
 }
 
 #[test]
-fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
+fn exclusions_are_left_out_counted_and_named_in_every_result() {
     let (folder, study) = room();
-    let recordings = recorded(&study);
-    let why = ["--because", "the sensor's\tcable", "--by", "N. H."];
-    refused(
-        &exclude(&study, &["sub-20", why[0], why[1], why[2], why[3]]),
-        &["did you mean `sub-02`?"],
-    );
-    refused(
+    let recordings = write_study(&study);
+    let reason = ["--because", "the sensor's\tcable", "--by", "N. H."];
+    assert_refusal(
         &exclude(
             &study,
-            &["sub-02", "--trial", "3", why[0], why[1], why[2], why[3]],
+            &["sub-20", reason[0], reason[1], reason[2], reason[3]],
+        ),
+        &["did you mean `sub-02`?"],
+    );
+    assert_refusal(
+        &exclude(
+            &study,
+            &[
+                "sub-02", "--trial", "3", reason[0], reason[1], reason[2], reason[3],
+            ],
         ),
         &["no recording of trial 3", "there are 1, 2"],
     );
-    refused(
+    assert_refusal(
         &exclude(&study, &["sub-02", "--because", " ", "--by", "me"]),
         &["--because is empty"],
     );
     assert!(!study.join("exclusions.tsv").exists());
-    let done = exclude(
+    let output = exclude(
         &study,
-        &["sub-02", "--trial", "2", why[0], why[1], why[2], why[3]],
+        &[
+            "sub-02", "--trial", "2", reason[0], reason[1], reason[2], reason[3],
+        ],
     );
-    assert!(done.status.success(), "{}", text(&done));
-    refused(
+    assert!(output.status.success(), "{}", text(&output));
+    assert_refusal(
         &exclude(
             &study,
-            &["sub-02", "--trial", "2", why[0], why[1], why[2], why[3]],
+            &[
+                "sub-02", "--trial", "2", reason[0], reason[1], reason[2], reason[3],
+            ],
         ),
         &["already"],
     );
 
-    let out = folder.path().join("out");
-    let figures = out.display().to_string();
-    let analysed = command(&["analyze"], &study, &["--table", "--figures", &figures]);
-    let printed = text(&analysed);
-    assert!(printed.contains("excluded: 1 of 3 recordings"), "{printed}");
+    let figure_folder = folder.path().join("out");
+    let figures = figure_folder.display().to_string();
+    let output = command(&["analyze"], &study, &["--table", "--figures", &figures]);
+    let transcript = text(&output);
     assert!(
-        printed.contains("sub-02, trial 2: the sensor's"),
-        "{printed}"
+        transcript.contains("excluded: 1 of 3 recordings"),
+        "{transcript}"
     );
-    let kept = fs::read_to_string(out.join("excluded.tsv")).unwrap();
     assert!(
-        kept.contains("sub-02\tall\t2\tthe sensor's\\tcable\tN. H.\t"),
-        "{kept}"
+        transcript.contains("sub-02, trial 2: the sensor's"),
+        "{transcript}"
     );
-    let json = |more: &[&str]| -> Value {
-        let output = command(&["analyze"], &study, &[&["--json", "-"], more].concat());
+    let table = fs::read_to_string(figure_folder.join("excluded.tsv")).unwrap();
+    assert!(
+        table.contains("sub-02\tall\t2\tthe sensor's\\tcable\tN. H.\t"),
+        "{table}"
+    );
+    let json = |options: &[&str]| -> Value {
+        let output = command(&["analyze"], &study, &[&["--json", "-"], options].concat());
         serde_json::from_slice(&output.stdout).unwrap()
     };
     let results = json(&[]);
@@ -176,12 +197,16 @@ fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
     assert_eq!(results["excluded"][0]["trial"], "2");
     let path = results["excluded"][0]["recordings"][0].as_str().unwrap();
     assert_eq!(Path::new(path), recordings[2]);
-    let all = json(&["--include-excluded"]);
-    assert_eq!(all["recordings"].as_array().unwrap().len(), 3);
-    assert_eq!(all["excluded"], Value::Array(Vec::new()));
-    let overridden = &all["exclusions_overridden"][0];
-    assert_eq!(overridden["reason"], "the sensor's\tcable");
-    assert_eq!(all["attempts"]["analysed"], 3, "{}", all["attempts"]);
+    let all_results = json(&["--include-excluded"]);
+    assert_eq!(all_results["recordings"].as_array().unwrap().len(), 3);
+    assert_eq!(all_results["excluded"], Value::Array(Vec::new()));
+    let exclusion = &all_results["exclusions_overridden"][0];
+    assert_eq!(exclusion["reason"], "the sensor's\tcable");
+    assert_eq!(
+        all_results["attempts"]["analysed"], 3,
+        "{}",
+        all_results["attempts"]
+    );
     assert_eq!(results["attempts"]["excluded"], 1);
     let page = command(
         &["analyze"],
@@ -191,35 +216,38 @@ fn what_is_excluded_is_left_out_counted_and_named_beside_every_result() {
     let page = text(&page);
     assert!(page.contains("These decisions were overridden"), "{page}");
     assert!(!page.contains("No recording is excluded"), "{page}");
-    refused(
+    assert_refusal(
         &finish(bench().arg("analyze").arg(&recordings[2])),
         &["nothing is left to analyse", "--include-excluded"],
     );
 
-    let verified = text(&command(&["verify"], &study, &[]));
+    let transcript = text(&command(&["verify"], &study, &[]));
     assert!(
-        verified.contains("excluded from analysis: sub-02, trial 2"),
-        "{verified}"
+        transcript.contains("excluded from analysis: sub-02, trial 2"),
+        "{transcript}"
     );
     // An invalid edit by hand stops the analysis.
     let table = study.join("exclusions.tsv");
-    let held = fs::read_to_string(&table).unwrap();
-    fs::write(&table, held.replace("\t2\tthe", "\t7\tthe")).unwrap();
-    refused(
+    let content = fs::read_to_string(&table).unwrap();
+    fs::write(&table, content.replace("\t2\tthe", "\t7\tthe")).unwrap();
+    assert_refusal(
         &command(&["analyze"], &study, &[]),
         &["exclusions.tsv, line 2", "trial 7"],
     );
-    let verified = text(&command(&["verify"], &study, &[]));
+    let transcript = text(&command(&["verify"], &study, &[]));
     assert!(
-        verified.contains("WRONG: ") && verified.contains("trial 7"),
-        "{verified}"
+        transcript.contains("WRONG: ") && transcript.contains("trial 7"),
+        "{transcript}"
     );
 
     // Removing a participant also removes the lines of this table.
-    let forgotten = command(&["forget"], &study, &["sub-02", "--confirm", "sub-02"]);
-    let printed = text(&forgotten);
-    assert!(printed.contains("a line in exclusions.tsv"), "{printed}");
-    assert!(!printed.contains("would stay"), "{printed}");
+    let output = command(&["forget"], &study, &["sub-02", "--confirm", "sub-02"]);
+    let transcript = text(&output);
+    assert!(
+        transcript.contains("a line in exclusions.tsv"),
+        "{transcript}"
+    );
+    assert!(!transcript.contains("would stay"), "{transcript}");
     assert!(!fs::read_to_string(&table).unwrap().contains("sub-02"));
     assert!(!command(&["analyze"], &study, &[]).stdout.is_empty());
 }

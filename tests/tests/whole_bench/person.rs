@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use bench_tests::in_process::{Setup, apparatus, config, options};
 use bench_tests::program::bench;
 use bench_tests::session::{
-    SessionFolder, config_with, finish, require_consistent, text, unattended,
+    SessionFolder, finish, headless_run, require_consistent, text, write_bench_config,
 };
 use config::{Config, Effective};
 use friction_bench::run::{Plan, on_terminal, run};
@@ -21,7 +21,7 @@ use recording::RecordingReader;
 use safety::{GpioError, InputLine};
 use tui::Instruction;
 
-use super::refusals::{refused_before_anything_is_made, room};
+use super::refusals::{assert_early_refusal, room};
 
 /// Returns a bench that passes for hardware and allows 12 s an hour; a session of one exploration needs 10.4 s.
 fn short_hour() -> Config {
@@ -31,15 +31,20 @@ fn short_hour() -> Config {
     ])
 }
 
-fn held(study: &Path, participant: &str, config: Config, setup: Setup) -> anyhow::Result<Report> {
+fn hold_session(
+    study: &Path,
+    participant: &str,
+    config: Config,
+    setup: Setup,
+) -> anyhow::Result<Report> {
     let mut options = options(study);
     options.participant = Some(participant.to_owned());
     options.new_session = true;
     options.hardware.calibration = Some(study.with_file_name("calibration.toml"));
     let plan = Plan::new(Effective::uncalibrated(config), &options)?;
-    let held = run(plan, apparatus(setup), on_terminal(std::io::sink()));
+    let result = run(plan, apparatus(setup), on_terminal(std::io::sink()));
     require_consistent(study);
-    held.map(|(report, _)| report)
+    result.map(|(report, _)| report)
 }
 
 /// Returns the dead-man switch according to the session's first recording.
@@ -53,47 +58,47 @@ fn recorded_dead_man(session: &SessionFolder) -> Option<bool> {
 #[test]
 fn a_person_is_not_driven_again_by_starting_the_program_again() {
     let (_folder, study) = room();
-    let real = |set| Setup {
-        set,
-        real: true,
+    let setup = |date_errors| Setup {
+        date_errors,
+        is_real: true,
         ..Setup::default()
     };
-    let first = held(&study, "sub-01", short_hour(), real(&[])).unwrap();
-    assert!(first.completed, "{:?}", first.reason);
+    let report = hold_session(&study, "sub-01", short_hour(), setup(&[])).unwrap();
+    assert!(report.completed, "{:?}", report.reason);
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     assert_eq!(recorded_dead_man(&session), Some(false));
     let account = study.join("sub-01").join("driving.tsv");
     assert!(std::fs::read_to_string(&account).unwrap().lines().count() == 2);
     // A wall clock that is wrong, or changed in between, does not free driving time.
-    for set in [&[][..], &[(0.0, 2)], &[(0.0, -2)], &[(0.0, 1), (0.5, 20)]] {
-        let again = held(&study, "sub-01", short_hour(), real(set)).unwrap_err();
-        let again = again.to_string();
+    for date_errors in [&[][..], &[(0.0, 2)], &[(0.0, -2)], &[(0.0, 1), (0.5, 20)]] {
+        let error = hold_session(&study, "sub-01", short_hour(), setup(date_errors)).unwrap_err();
+        let error = error.to_string();
         for word in [
             "driving time left this hour: ",
             " s of 12 s",
             "11 s are needed",
             "begin in",
         ] {
-            assert!(again.contains(word), "{again}");
+            assert!(error.contains(word), "{error}");
         }
     }
     // Another person has a separate hour.
-    let other = held(&study, "sub-02", short_hour(), real(&[])).unwrap();
-    assert!(other.completed, "{:?}", other.reason);
+    let report = hold_session(&study, "sub-02", short_hour(), setup(&[])).unwrap();
+    assert!(report.completed, "{:?}", report.reason);
 
     std::fs::write(&account, "boot\tup_s\tdriven_s\tdate\nnonsense\n").unwrap();
-    let damaged = held(&study, "sub-01", short_hour(), real(&[])).unwrap_err();
+    let error = hold_session(&study, "sub-01", short_hour(), setup(&[])).unwrap_err();
     assert!(
-        damaged.to_string().contains("driving.tsv cannot be used"),
-        "{damaged}"
+        error.to_string().contains("driving.tsv cannot be used"),
+        "{error}"
     );
 }
 
 #[test]
-fn simulated_time_is_on_nobodys_account() {
+fn simulated_driving_time_is_not_accounted() {
     let (_folder, study) = room();
     for _ in 0..2 {
-        let report = held(&study, "sub-01", short_hour(), Setup::default()).unwrap();
+        let report = hold_session(&study, "sub-01", short_hour(), Setup::default()).unwrap();
         assert!(report.completed, "{:?}", report.reason);
     }
     assert!(!study.join("sub-01").join("driving.tsv").exists());
@@ -109,18 +114,18 @@ impl InputLine for Switch {
     }
 }
 
-/// Runs a session with a dead-man switch that is released once the slider is past `until_m`.
-fn with_switch(study: &Path, until_m: f64) -> Report {
+/// Runs a session with a dead-man switch that is released once the slider is past `release_m`.
+fn run_with_switch(study: &Path, release_m: f64) -> Report {
     let switch = Switch::default();
     let hand = switch.clone();
     let holder = Box::new(
         move |view: &tui::ParticipantView, _: bool, _: Option<devices::loudspeaker::Tone>| {
-            let past = view.slider_m.is_some_and(|at_m| at_m > until_m);
-            let follows = view.instruction == Instruction::FollowSlider;
+            let is_past = view.slider_m.is_some_and(|slider_m| slider_m > release_m);
+            let is_following = view.instruction == Instruction::FollowSlider;
             match view.instruction {
                 Instruction::HoldSwitch => hand.0.store(true, Ordering::Relaxed),
                 Instruction::ReleaseSwitch => hand.0.store(false, Ordering::Relaxed),
-                _ if follows && past => hand.0.store(false, Ordering::Relaxed),
+                _ if is_following && is_past => hand.0.store(false, Ordering::Relaxed),
                 _ => {}
             }
         },
@@ -130,7 +135,7 @@ fn with_switch(study: &Path, until_m: f64) -> Report {
         ..Setup::default()
     };
     let config = config(&[("[safety]\n", "[safety]\ndead_man = \"button\"\n")]);
-    held(study, "sub-01", config, setup).unwrap()
+    hold_session(study, "sub-01", config, setup).unwrap()
 }
 
 /// Fault 42.
@@ -138,7 +143,7 @@ fn with_switch(study: &Path, until_m: f64) -> Report {
 #[test]
 fn a_participant_who_lets_go_stops_the_session_and_what_was_recorded_reads() {
     let (_folder, study) = room();
-    let report = with_switch(&study, 0.04);
+    let report = run_with_switch(&study, 0.04);
     assert!(!report.completed);
     let reason = report.reason.unwrap();
     assert!(
@@ -150,15 +155,15 @@ fn a_participant_who_lets_go_stops_the_session_and_what_was_recorded_reads() {
     assert_eq!(recordings.len(), 1);
     let reader = RecordingReader::open(&recordings[0]).unwrap();
     let events = &reader.manifest().events;
-    let told = |text: &str| {
+    let is_logged = |text: &str| {
         events
             .iter()
             .any(|event| event.text.as_deref().is_some_and(|t| t.contains(text)))
     };
-    assert!(told("the dead-man switch was released"), "{events:?}");
+    assert!(is_logged("the dead-man switch was released"), "{events:?}");
     assert!(reader.frames() > 192_000, "{}", reader.frames());
 
-    let report = with_switch(&study, 1.0);
+    let report = run_with_switch(&study, 1.0);
     assert!(report.completed, "{:?}", report.reason);
 }
 
@@ -167,22 +172,22 @@ fn a_participant_who_lets_go_stops_the_session_and_what_was_recorded_reads() {
 fn a_session_with_a_dead_man_switch_says_so_and_runs() {
     let (folder, study) = room();
     let keys = "[safety]\ndead_man = \"button\"\n";
-    let config = config_with(folder.path(), &[("[safety]\n", keys)]);
-    let mut run = unattended(
+    let config = write_bench_config(folder.path(), &[("[safety]\n", keys)]);
+    let mut run = headless_run(
         &study,
         "sub-01",
         bench_tests::program::protocol("one-exploration.toml"),
     );
     let output = finish(run.arg("--config").arg(&config));
-    let shown = text(&output);
-    assert!(output.status.success(), "{shown}");
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     assert!(
-        shown.contains("dead-man switch in use: released for 0.2 s it stops the drive"),
-        "{shown}"
+        transcript.contains("dead-man switch in use: released for 0.2 s it stops the drive"),
+        "{transcript}"
     );
     assert!(
-        shown.contains("driving time left this hour: 2 min of 2 min"),
-        "{shown}"
+        transcript.contains("driving time left this hour: 2 min of 2 min"),
+        "{transcript}"
     );
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let rows = session.starts()[0].preflight.as_array().unwrap().clone();
@@ -218,7 +223,7 @@ fn a_drive_over_its_dose_or_too_warm_says_when_to_go_on() {
             "STOPPED: the plate is estimated at 30.0 °C, at its limit of 30.0 °C (limits.surface_c): go on in 6 s",
         ),
     ] {
-        let config = config_with(folder.path(), changes);
+        let config = write_bench_config(folder.path(), changes);
         let mut monitor = bench();
         monitor
             .args([
@@ -233,28 +238,31 @@ fn a_drive_over_its_dose_or_too_warm_says_when_to_go_on() {
             .args(["--duration-s", "20", "--config"])
             .arg(&config);
         let output = finish(&mut monitor);
-        let shown = text(&output);
-        assert!(!output.status.success() && shown.contains(words), "{shown}");
+        let transcript = text(&output);
+        assert!(
+            !output.status.success() && transcript.contains(words),
+            "{transcript}"
+        );
     }
     // A calibration warms the plate like any other drive.
-    let config = config_with(folder.path(), &heat);
+    let config = write_bench_config(folder.path(), &heat);
     let mut calibrate = bench();
     calibrate
         .current_dir(folder.path())
         .args(["calibrate", "pickup", "--mock", "--headless"])
         .args(["--speed", "max", "--operator", "ME", "--config"])
         .arg(&config);
-    let shown = text(&finish(&mut calibrate));
+    let transcript = text(&finish(&mut calibrate));
     let words = "stopped the calibration: the plate is estimated at 30.0 °C";
-    assert!(shown.contains(words), "{shown}");
+    assert!(transcript.contains(words), "{transcript}");
     // A protocol that exceeds the dose is refused with the arithmetic.
-    let config = config_with(folder.path(), &dose);
-    let mut run = unattended(&study, "sub-01", "demo");
+    let config = write_bench_config(folder.path(), &dose);
+    let mut run = headless_run(&study, "sub-01", "demo");
     run.arg("--config").arg(&config);
     let words = [
         "5 trials of 22.4 s",
         "drives the plate for 112 s within an hour",
         "allows 3 s",
     ];
-    refused_before_anything_is_made(&mut run, &study, &words);
+    assert_early_refusal(&mut run, &study, &words);
 }

@@ -30,14 +30,14 @@ struct Errors {
 }
 
 impl Errors {
-    fn of(estimated: &Estimated, truth: &Skin) -> Self {
+    fn new(estimate: &Estimated, truth: &Skin) -> Self {
         Self {
-            sigma_t: (estimated.sigma_t_m / truth.sigma_t_m - 1.0).abs(),
-            z_t: (estimated.z_t_n_s_per_m - truth.z_t).norm() / truth.z_t.norm(),
-            tau_s: estimated
+            sigma_t: (estimate.sigma_t_m / truth.sigma_t_m - 1.0).abs(),
+            z_t: (estimate.z_t_n_s_per_m - truth.z_t).norm() / truth.z_t.norm(),
+            tau_s: estimate
                 .tau_s
                 .map_or(f64::NAN, |(tau, _)| (tau - TAU_S).abs()),
-            mu: estimated.agreement.rms_mu,
+            mu: estimate.agreement.rms_mu,
         }
     }
 }
@@ -48,50 +48,53 @@ fn session(scenario: &str, seed: u64, folder: &Path) -> (Analysed, Skin) {
     // A participant who never presses correctly gets no accepted trial, and exit status 1; the attempts are recorded all the
     // same.
     let recordings = find::attempts(&[person.study], ALL_COMPLETED)
-        .map(|found| found.recordings())
+        .map(|attempts| attempts.recordings())
         .unwrap_or_else(|error| panic!("seed {seed}: {error}\n{}", text(&person.output)));
-    let analysed = analyse(&recordings, &Settings::default(), |_| {});
-    (analysed, Skin::read(&person.truth))
+    let analysis = analyse(&recordings, &Settings::default(), |_| {});
+    (analysis, Skin::read(&person.truth))
 }
 
 /// Returns the errors of `paper`, `dynamic` and `trial` over the instances of one participant.
 fn participant(seed: u64, folder: &Path) -> [Vec<Errors>; 3] {
-    let (analysed, true_skin) = session("population", seed, folder);
+    let (analysis, true_skin) = session("population", seed, folder);
     Method::ALL.map(|method| {
-        let estimates = analysed
+        let estimates = analysis
             .instances()
             .filter_map(|(_, i)| i.estimated(method));
         estimates
-            .map(|estimate| Errors::of(estimate, &true_skin))
+            .map(|estimate| Errors::new(estimate, &true_skin))
             .collect()
     })
 }
 
 /// Returns the median and the 90th percentile.
-fn quantiles(errors: &[Errors], of: impl Fn(&Errors) -> f64) -> (f64, f64) {
-    let mut values: Vec<f64> = errors.iter().map(of).filter(|v| v.is_finite()).collect();
+fn quantiles(errors: &[Errors], value: impl Fn(&Errors) -> f64) -> (f64, f64) {
+    let mut values: Vec<f64> = errors.iter().map(value).filter(|v| v.is_finite()).collect();
     values.sort_by(f64::total_cmp);
-    let at = |share| quantile(&values, share).unwrap_or(f64::NAN);
-    (at(0.5), at(0.9))
+    let quantile_at = |share| quantile(&values, share).unwrap_or(f64::NAN);
+    (quantile_at(0.5), quantile_at(0.9))
 }
 
 #[test]
 fn both_methods_meet_their_error_quantiles_over_many_participants() {
     let folder = tempfile::tempdir().expect("a folder");
     let participants = campaign::repeats("FRICTION_BENCH_PARTICIPANTS", PARTICIPANTS);
-    let found: Vec<_> = (1..=participants as u64)
+    let participant_errors: Vec<_> = (1..=participants as u64)
         .into_par_iter()
         .map(|seed| participant(seed, folder.path()))
         .collect();
-    let with_instances = found.iter().filter(|[paper, ..]| !paper.is_empty()).count();
+    let count = participant_errors
+        .iter()
+        .filter(|[paper, ..]| !paper.is_empty())
+        .count();
     let [paper, dynamic, trial] = [0, 1, 2].map(|method| -> Vec<Errors> {
-        found
+        participant_errors
             .iter()
             .flat_map(|errors| errors[method].clone())
             .collect()
     });
 
-    println!("{with_instances} participants, {} instances", dynamic.len());
+    println!("{count} participants, {} instances", dynamic.len());
     for (name, errors) in [("paper", &paper), ("dynamic", &dynamic), ("trial", &trial)] {
         println!(
             "{name}: sigma_t {:.3?}, Z_t {:.3?}, tau {:.5?} s, mu {:.4?} (median, 90th percentile)",
@@ -102,15 +105,15 @@ fn both_methods_meet_their_error_quantiles_over_many_participants() {
         );
     }
 
-    let text = |name: &str, of: fn(&Errors) -> f64| {
-        let (median, p90) = quantiles(&dynamic, of);
+    let text = |name: &str, value: fn(&Errors) -> f64| {
+        let (median, p90) = quantiles(&dynamic, value);
         format!("{name} {median:.2e}, {p90:.2e}")
     };
-    campaign::found(
+    campaign::report(
         "virtual participants",
         participants,
         &format!(
-            "{with_instances} with instances, {} instances; errors of `dynamic`, median and 90th percentile: {}; {}; {}; {}",
+            "{count} with instances, {} instances; errors of `dynamic`, median and 90th percentile: {}; {}; {}; {}",
             dynamic.len(),
             text("sigma_t", |e| e.sigma_t),
             text("Z_t", |e| e.z_t),
@@ -118,33 +121,26 @@ fn both_methods_meet_their_error_quantiles_over_many_participants() {
             text("mu", |e| e.mu),
         ),
     );
-    assert!(
-        with_instances >= participants,
-        "{with_instances} participants"
-    );
-    assert!(
-        dynamic.len() >= 5 * with_instances,
-        "{} instances",
-        dynamic.len()
-    );
-    let at_most = |name: &str, (median, p90): (f64, f64), limits: (f64, f64)| {
+    assert!(count >= participants, "{count} participants");
+    assert!(dynamic.len() >= 5 * count, "{} instances", dynamic.len());
+    let require_limits = |name: &str, (median, p90): (f64, f64), limits: (f64, f64)| {
         assert!(
             median <= limits.0 && p90 <= limits.1,
             "{name}: median {median}, 90th percentile {p90}, limits {limits:?}"
         );
     };
-    at_most("sigma_t", quantiles(&dynamic, |e| e.sigma_t), (0.02, 0.05));
-    at_most("Z_t", quantiles(&dynamic, |e| e.z_t), (0.04, 0.08));
-    at_most("tau", quantiles(&dynamic, |e| e.tau_s), (0.35e-3, 0.8e-3));
-    at_most("mu", quantiles(&dynamic, |e| e.mu), (0.006, 0.015));
+    require_limits("sigma_t", quantiles(&dynamic, |e| e.sigma_t), (0.02, 0.05));
+    require_limits("Z_t", quantiles(&dynamic, |e| e.z_t), (0.04, 0.08));
+    require_limits("tau", quantiles(&dynamic, |e| e.tau_s), (0.35e-3, 0.8e-3));
+    require_limits("mu", quantiles(&dynamic, |e| e.mu), (0.006, 0.015));
     assert!(trial.len() * 20 >= dynamic.len() * 19, "{}", trial.len());
-    at_most(
+    require_limits(
         "trial, sigma_t",
         quantiles(&trial, |e| e.sigma_t),
         (0.01, 0.04),
     );
-    at_most("trial, Z_t", quantiles(&trial, |e| e.z_t), (0.015, 0.06));
-    at_most("trial, mu", quantiles(&trial, |e| e.mu), (0.003, 0.006));
+    require_limits("trial, Z_t", quantiles(&trial, |e| e.z_t), (0.015, 0.06));
+    require_limits("trial, mu", quantiles(&trial, |e| e.mu), (0.003, 0.006));
     // The bias is inherent in the published method: it must neither grow nor shrink.
     for (name, (median, _), (from, to)) in [
         ("sigma_t", quantiles(&paper, |e| e.sigma_t), (0.5, 1.0)),
@@ -161,10 +157,10 @@ fn both_methods_meet_their_error_quantiles_over_many_participants() {
 #[test]
 fn an_unkind_world_is_recorded_to_the_end_and_its_truth_is_not_what_dynamic_assumes() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (analysed, truth) = session("population-unkind", 4, folder.path());
-    let errors: Vec<Errors> = analysed
+    let (analysis, truth) = session("population-unkind", 4, folder.path());
+    let errors: Vec<Errors> = analysis
         .instances()
-        .map(|(_, instance)| Errors::of(&instance.dynamic, &truth))
+        .map(|(_, instance)| Errors::new(&instance.dynamic, &truth))
         .collect();
     assert!(errors.len() >= 5, "{} instances", errors.len());
     let (sigma_t, _) = quantiles(&errors, |e| e.sigma_t);

@@ -12,12 +12,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use bench_tests::program::{bench, protocol};
-use bench_tests::session::{ON_A_CARD, config_with, finish, text, unattended};
+use bench_tests::session::{SOUND_CARD, finish, headless_run, text, write_bench_config};
 
-use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
+use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
 /// Returns the same command under a umask that removes no permissions.
-fn open_to_all(command: &Command) -> Command {
+fn clear_umask(command: &Command) -> Command {
     let mut shell = Command::new("sh");
     shell.args(["-c", "umask 0; exec \"$@\"", "sh"]);
     shell.arg(command.get_program()).args(command.get_args());
@@ -48,14 +48,14 @@ fn modes(folder: &Path) -> (BTreeSet<u32>, BTreeSet<u32>) {
 fn a_study_is_the_users_own_unless_it_is_shared() {
     let (_room, study) = room();
     let session =
-        |participant: &str| unattended(&study, participant, protocol("one-exploration.toml"));
-    let finished = |command: &Command| {
-        let output = finish(&mut open_to_all(command));
+        |participant: &str| headless_run(&study, participant, protocol("one-exploration.toml"));
+    let require_success = |command: &Command| {
+        let output = finish(&mut clear_umask(command));
         assert!(output.status.success(), "{}", text(&output));
     };
-    finished(&session("sub-01"));
+    require_success(&session("sub-01"));
     assert_eq!(modes(&study), ([0o700].into(), [0o600].into()));
-    finished(session("sub-02").arg("--shared"));
+    require_success(session("sub-02").arg("--shared"));
     assert_eq!(
         modes(&study.join("sub-02")),
         ([0o777].into(), [0o666].into())
@@ -69,14 +69,14 @@ fn a_study_is_the_users_own_unless_it_is_shared() {
     fs::set_permissions(&study, fs::Permissions::from_mode(0o755)).unwrap();
     let table = study.join("participants.tsv");
     fs::set_permissions(&table, fs::Permissions::from_mode(0o644)).unwrap();
-    finished(&session("sub-03"));
+    require_success(&session("sub-03"));
     assert_eq!((mode(&study), mode(&table)), (0o755, 0o644));
     assert_eq!(
         modes(&study.join("sub-03")),
         ([0o700].into(), [0o600].into())
     );
     // Removing a participant rewrites the table.
-    finished(
+    require_success(
         bench()
             .arg("forget")
             .arg(&study)
@@ -86,9 +86,9 @@ fn a_study_is_the_users_own_unless_it_is_shared() {
 }
 
 #[test]
-fn a_calibration_names_its_operator_to_nobody_else() {
+fn a_calibration_is_private_unless_shared() {
     let (room, _) = room();
-    let calibrate = |name: &str, shared: bool| {
+    let calibrate = |name: &str, is_shared: bool| {
         let folder = room.path().join(name);
         fs::create_dir(&folder).unwrap();
         let mut command = bench();
@@ -102,10 +102,10 @@ fn a_calibration_names_its_operator_to_nobody_else() {
         ]);
         command.args(["--operator", "A. Tester", "--calibration"]);
         command.arg(folder.join("calibration.toml"));
-        if shared {
+        if is_shared {
             command.arg("--shared");
         }
-        let output = finish(&mut open_to_all(&command));
+        let output = finish(&mut clear_umask(&command));
         assert!(output.status.success(), "{}", text(&output));
         modes(&folder).1
     };
@@ -128,8 +128,8 @@ fn a_link_in_the_place_of_a_studys_lock_is_not_followed() {
     let lock = study.join(".friction-bench.lock");
     for target in [victim.clone(), room.path().join("absent")] {
         symlink(&target, &lock).unwrap();
-        let run = finish(&mut unattended(&study, "sub-01", "demo"));
-        refused(&run, &[".friction-bench.lock", "a symbolic link"]);
+        let run = finish(&mut headless_run(&study, "sub-01", "demo"));
+        assert_refusal(&run, &[".friction-bench.lock", "a symbolic link"]);
         fs::remove_file(&lock).unwrap();
     }
     assert_eq!(fs::read_to_string(&victim).unwrap(), "kept");
@@ -139,16 +139,16 @@ fn a_link_in_the_place_of_a_studys_lock_is_not_followed() {
 #[test]
 fn locks_on_hardware_are_in_a_folder_of_the_users_own() {
     let (room, study) = room();
-    let own = room.path().file_name().unwrap().to_string_lossy();
-    let card = format!("\"hw:CARD=Absent{own}\"");
+    let name = room.path().file_name().unwrap().to_string_lossy();
+    let card = format!("\"hw:CARD=Absent{name}\"");
     let port = format!("\"{}\"", room.path().join("port").display());
     let changes = [
         ("\"sim\"", &*card),
         ("\"sim\"", &*card),
         ("\"/dev/ttyUSB0\"", &*port),
-        ON_A_CARD,
+        SOUND_CARD,
     ];
-    let config = config_with(room.path(), &changes);
+    let config = write_bench_config(room.path(), &changes);
     let runtime = room.path().join("runtime");
     fs::create_dir(&runtime).unwrap();
     fs::set_permissions(&runtime, fs::Permissions::from_mode(0o700)).unwrap();
@@ -159,7 +159,7 @@ fn locks_on_hardware_are_in_a_folder_of_the_users_own() {
         run
     };
     let absent = ["no output device matches"];
-    refused_before_anything_is_made(&mut run(), &study, &absent);
+    assert_early_refusal(&mut run(), &study, &absent);
     let locks = names(&runtime);
     assert_eq!(locks.len(), 2, "{locks:?}");
 
@@ -169,10 +169,10 @@ fn locks_on_hardware_are_in_a_folder_of_the_users_own() {
     fs::remove_file(&locks[0]).unwrap();
     symlink(&victim, &locks[0]).unwrap();
     let words = ["a symbolic link", "friction-bench-"];
-    refused_before_anything_is_made(&mut run(), &study, &words);
+    assert_early_refusal(&mut run(), &study, &words);
     assert_eq!(fs::read_to_string(&victim).unwrap(), "kept");
 
     // A folder that others can write to is not used.
     fs::set_permissions(&runtime, fs::Permissions::from_mode(0o777)).unwrap();
-    refused_before_anything_is_made(&mut run(), &study, &absent);
+    assert_early_refusal(&mut run(), &study, &absent);
 }

@@ -7,13 +7,13 @@ use analysis::clustered;
 use analysis::find;
 use analysis::statistics::Coefficient;
 use bench_tests::program::{bench, python, workspace};
-use bench_tests::session::{demo_with, finish, text};
+use bench_tests::session::{finish, text, write_demo_protocol};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
 /// Greatest relative difference between two computations of a number.
-const APART: f64 = 1e-6;
+const TOLERANCE: f64 = 1e-6;
 
 fn script(name: &str, arguments: &[&Path]) -> Value {
     let script = workspace().join("tests/python").join(name);
@@ -26,7 +26,7 @@ fn script(name: &str, arguments: &[&Path]) -> Value {
 fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         path,
         &[
             ("practice = 1", "practice = 0"),
@@ -80,19 +80,19 @@ fn pandas_and_scipy_find_every_row_and_every_point_in_the_tables() {
         .arg(path.join("figures"));
     let output = finish(&mut command);
     assert!(output.status.success(), "{}", text(&output));
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(said.contains(reason), "{said}");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(errors.contains(reason), "{errors}");
     let table = path.join("table.csv");
     std::fs::write(&table, &output.stdout).unwrap();
 
-    let found = script(
+    let results = script(
         "published_study.py",
         &[&path.join("tables"), &table, &path.join("figures")],
     );
-    assert_eq!(found["people"], serde_json::json!(["sub-01", "sub-03"]));
-    assert!(found["rows"].as_u64().unwrap() >= 100, "{found}");
-    assert!(found["compared"].as_u64().unwrap() >= 200, "{found}");
-    assert!(found["apart"].as_f64().unwrap() < APART, "{found}");
+    assert_eq!(results["people"], serde_json::json!(["sub-01", "sub-03"]));
+    assert!(results["rows"].as_u64().unwrap() >= 100, "{results}");
+    assert!(results["compared"].as_u64().unwrap() >= 200, "{results}");
+    assert!(results["apart"].as_f64().unwrap() < TOLERANCE, "{results}");
 }
 
 /// Tests on made-up tables of 14 people with ten trials each and an individual level per person.
@@ -116,14 +116,17 @@ fn every_arrangement_of_signs_gives_the_clustered_p_values() {
         }
         let table = folder.path().join("pairs.csv");
         std::fs::write(&table, rows).unwrap();
-        let found = script("clustered.py", &[&table]);
+        let results = script("clustered.py", &[&table]);
         for (name, coefficient) in [
             ("pearson", Coefficient::Pearson),
             ("spearman", Coefficient::Spearman),
         ] {
             let test = clustered::test(coefficient, &x, &y, &people).unwrap();
-            let (ours, theirs) = (test.p.unwrap(), found[name].as_f64().unwrap());
-            assert!((ours - theirs).abs() < APART, "{name}: {ours} and {theirs}");
+            let (p, reference_p) = (test.p.unwrap(), results[name].as_f64().unwrap());
+            assert!(
+                (p - reference_p).abs() < TOLERANCE,
+                "{name}: {p} and {reference_p}"
+            );
             assert_eq!(test.people, 14);
         }
     }

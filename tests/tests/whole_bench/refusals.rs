@@ -11,9 +11,9 @@ use std::process::{Command, Output};
 use std::time::Duration;
 
 use bench_tests::program::bench;
-use bench_tests::running::{Running, until};
+use bench_tests::running::{Running, wait_until};
 use bench_tests::session::{
-    ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+    SOUND_CARD, SessionFolder, finish, headless_run, text, write_bench_config, write_demo_protocol,
 };
 use recording::RecordingReader;
 use tempfile::TempDir;
@@ -27,29 +27,29 @@ pub fn room() -> (TempDir, PathBuf) {
     (folder, study)
 }
 
-pub fn refused(output: &Output, words: &[&str]) {
-    let printed = text(output);
+pub fn assert_refusal(output: &Output, words: &[&str]) {
+    let transcript = text(output);
     let code = output.status.code();
     assert!(
         code.is_some_and(|code| code != 0),
-        "{:?}:\n{printed}",
+        "{:?}:\n{transcript}",
         output.status
     );
-    for unwanted in ["panicked", "backtrace", "RUST_BACKTRACE", "unwrap"] {
-        assert!(!printed.contains(unwanted), "`{unwanted}` in:\n{printed}");
+    for word in ["panicked", "backtrace", "RUST_BACKTRACE", "unwrap"] {
+        assert!(!transcript.contains(word), "`{word}` in:\n{transcript}");
     }
     assert!(
         output.stderr.starts_with(b"friction-bench: ") || output.stderr.starts_with(b"error: "),
-        "{printed}"
+        "{transcript}"
     );
     for word in words {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
 }
 
 /// Requires a refusal before the study is made.
-pub fn refused_before_anything_is_made(command: &mut Command, study: &Path, words: &[&str]) {
-    refused(&finish(command), words);
+pub fn assert_early_refusal(command: &mut Command, study: &Path, words: &[&str]) {
+    assert_refusal(&finish(command), words);
     assert!(!study.exists(), "{} was made", study.display());
 }
 
@@ -65,7 +65,7 @@ pub fn uncalibrated(study: &Path, config: &Path) -> Command {
 }
 
 #[test]
-fn without_a_configuration_it_says_how_to_get_one() {
+fn a_missing_configuration_is_refused_with_the_remedy() {
     let (folder, study) = room();
     let mut run = bench();
     run.current_dir(folder.path())
@@ -83,21 +83,21 @@ fn without_a_configuration_it_says_how_to_get_one() {
         "bench.toml does not exist in this folder",
         "friction-bench init",
     ];
-    refused_before_anything_is_made(&mut run, &study, &words);
+    assert_early_refusal(&mut run, &study, &words);
 }
 
 /// Fault 4.
 #[test]
 fn without_a_sound_card() {
     let (folder, study) = room();
-    let config = config_with(
+    let config = write_bench_config(
         folder.path(),
         &[
             ("\"sim\"", "\"hw:CARD=Absent\""),
             ("\"sim\"", "\"hw:CARD=Absent\""),
             // Each of these tests has a separate bench.
             ("/dev/ttyUSB0", "/dev/tty-absent"),
-            ON_A_CARD,
+            SOUND_CARD,
         ],
     );
     let absent = folder.path().join("absent.conf");
@@ -106,7 +106,7 @@ fn without_a_sound_card() {
         if let Some(path) = alsa_configuration {
             run.env("ALSA_CONFIG_PATH", path);
         }
-        refused_before_anything_is_made(
+        assert_early_refusal(
             &mut run,
             &study,
             &["no output device matches", "hw:CARD=Absent"],
@@ -128,18 +128,18 @@ fn without_consent() {
         "--study",
     ])
     .arg(&study);
-    refused_before_anything_is_made(
+    assert_early_refusal(
         &mut run,
         &study,
         &["no consent", "sub-01", "--consent-by NAME"],
     );
     // The value of an unset shell variable.
     run.args(["--consent-by", " "]);
-    refused_before_anything_is_made(&mut run, &study, &["--consent-by is empty"]);
+    assert_early_refusal(&mut run, &study, &["--consent-by is empty"]);
 }
 
 #[test]
-fn without_a_participant() {
+fn a_missing_participant_is_refused() {
     let (_folder, study) = room();
     let mut run = bench();
     run.args([
@@ -151,16 +151,16 @@ fn without_a_participant() {
         "--study",
     ])
     .arg(&study);
-    refused_before_anything_is_made(&mut run, &study, &["--participant sub-01"]);
+    assert_early_refusal(&mut run, &study, &["--participant sub-01"]);
 }
 
 /// Fault 32.
 #[test]
 fn names_that_are_no_pseudonyms() {
     let (folder, study) = room();
-    let long = format!("sub-{}", "1".repeat(300));
+    let long_id = format!("sub-{}", "1".repeat(300));
     let (prefix, characters) = ("does not begin with `sub-`", "letters and digits");
-    for (id, why) in [
+    for (id, message) in [
         ("../x", prefix),
         ("", prefix),
         ("süb-01", prefix),
@@ -168,11 +168,11 @@ fn names_that_are_no_pseudonyms() {
         ("sub-０１", characters),
         (" sub-01", prefix),
         ("sub-01\n", characters),
-        (&long, "the label is too long"),
+        (&long_id, "the label is too long"),
     ] {
-        let mut run = unattended(&study, id, "demo");
-        let words = [why, "is not allowed", "for example `sub-01`"];
-        refused_before_anything_is_made(&mut run, &study, &words);
+        let mut run = headless_run(&study, id, "demo");
+        let words = [message, "is not allowed", "for example `sub-01`"];
+        assert_early_refusal(&mut run, &study, &words);
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
@@ -183,16 +183,16 @@ fn the_dashboard_and_the_participants_display_need_terminals() {
     let mut run = bench();
     run.args(["run", "--mock", "--participant", "sub-01", "--study"])
         .arg(&study);
-    refused_before_anything_is_made(
+    assert_early_refusal(
         &mut run,
         &study,
         &["the dashboard needs a terminal", "add --headless"],
     );
     let file = folder.path().join("a-file");
     fs::write(&file, "kept").unwrap();
-    let mut run = unattended(&study, "sub-01", "demo");
+    let mut run = headless_run(&study, "sub-01", "demo");
     run.arg("--participant-display").arg(&file);
-    refused_before_anything_is_made(
+    assert_early_refusal(
         &mut run,
         &study,
         &["a-file is not a terminal", "such as /dev/tty2"],
@@ -204,30 +204,34 @@ fn the_dashboard_and_the_participants_display_need_terminals() {
 #[test]
 fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
     let (folder, study) = room();
-    let line_of = |path: &Path, key: &str| {
+    let line_name = |path: &Path, key: &str| {
         let text = fs::read_to_string(path).unwrap();
         let index = text.lines().position(|line| line.starts_with(key)).unwrap();
         format!("line {}", index + 1)
     };
 
-    let config = config_with(folder.path(), &[("rate_hz =", "rate_hx =")]);
+    let config = write_bench_config(folder.path(), &[("rate_hz =", "rate_hx =")]);
     let words = [
-        &*line_of(&config, "rate_hx"),
+        &*line_name(&config, "rate_hx"),
         "bench.toml, line",
         "`rate_hx`",
         "`rate_hz`",
     ];
-    let mut run = unattended(&study, "sub-01", "demo");
-    refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
+    let mut run = headless_run(&study, "sub-01", "demo");
+    assert_early_refusal(run.arg("--config").arg(&config), &study, &words);
 
-    let protocol = demo_with(folder.path(), &[("min_n =", "mim_n =")]);
+    let protocol = write_demo_protocol(folder.path(), &[("min_n =", "mim_n =")]);
     let words = [
-        &*line_of(&protocol, "mim_n"),
+        &*line_name(&protocol, "mim_n"),
         "protocol.toml, line",
         "`mim_n`",
         "`min_n`",
     ];
-    refused_before_anything_is_made(&mut unattended(&study, "sub-01", &protocol), &study, &words);
+    assert_early_refusal(
+        &mut headless_run(&study, "sub-01", &protocol),
+        &study,
+        &words,
+    );
 
     let scenario = folder.path().join("scenario.toml");
     fs::write(
@@ -248,14 +252,14 @@ fn unknown_keys_are_named_with_their_line_and_the_nearest_known_one() {
         .arg(&scenario)
         .arg("--study")
         .arg(&study);
-    refused_before_anything_is_made(&mut run, &study, &words);
+    assert_early_refusal(&mut run, &study, &words);
 }
 
 #[test]
 fn an_unknown_key_of_a_recording_is_named_with_its_line_and_the_nearest_known_one() {
     let (folder, study) = room();
-    let protocol = demo_with(folder.path(), ONE_TRIAL);
-    let output = finish(&mut unattended(&study, "sub-01", &protocol));
+    let protocol = write_demo_protocol(folder.path(), ONE_TRIAL);
+    let output = finish(&mut headless_run(&study, "sub-01", &protocol));
     assert!(output.status.success(), "{}", text(&output));
     let recording = &SessionFolder::read(&study, "sub-01").unwrap().recordings()[0];
     let path = recording.join("recording.toml");
@@ -291,36 +295,37 @@ pub(super) const ONE_TRIAL: &[(&str, &str)] = &[
 #[test]
 fn a_rate_too_low_for_the_carrier_is_refused_with_the_arithmetic() {
     let (folder, study) = room();
-    let config = config_with(folder.path(), &[("rate_hz = 192000", "rate_hz = 48000")]);
-    let mut run = unattended(&study, "sub-01", "demo");
+    let config = write_bench_config(folder.path(), &[("rate_hz = 192000", "rate_hz = 48000")]);
+    let mut run = headless_run(&study, "sub-01", "demo");
     let words = [
         "sample rate 48000 Hz is not above",
         "2 × (carrier 35000 Hz + modulation 6 Hz) = 70012 Hz",
     ];
-    refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
+    assert_early_refusal(run.arg("--config").arg(&config), &study, &words);
 }
 
 /// Fault 2.
 #[test]
 fn a_rate_that_the_card_has_not_is_refused_with_those_it_has() {
     let (folder, study) = room();
-    let config = config_with(folder.path(), &[("rate_hz = 192000", "rate_hz = 128000")]);
-    let mut run = unattended(&study, "sub-01", "demo");
+    let config = write_bench_config(folder.path(), &[("rate_hz = 192000", "rate_hz = 128000")]);
+    let mut run = headless_run(&study, "sub-01", "demo");
     let words = [
         "does not offer 2 channels of i32 at 128000 Hz",
         "1–2 ch i32 96000 Hz",
         "1–2 ch i32 192000 Hz",
     ];
-    refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
+    assert_early_refusal(run.arg("--config").arg(&config), &study, &words);
 }
 
 /// Fault 2.
 #[test]
 fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_has() {
     let (folder, study) = room();
-    let configured = |changes: &[(&str, &str)]| {
-        let mut run = unattended(&study, "sub-01", "demo");
-        run.arg("--config").arg(config_with(folder.path(), changes));
+    let run_with = |changes: &[(&str, &str)]| {
+        let mut run = headless_run(&study, "sub-01", "demo");
+        run.arg("--config")
+            .arg(write_bench_config(folder.path(), changes));
         run
     };
     let inputs = [("input_channels = 4", "input_channels = 8")];
@@ -329,32 +334,32 @@ fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_h
         "does not offer 8 channels of i32 at 192000 Hz",
         "1–4 ch i32",
     ];
-    refused_before_anything_is_made(&mut configured(&inputs), &study, &words);
+    assert_early_refusal(&mut run_with(&inputs), &study, &words);
     let outputs = [("output_channels = 2", "output_channels = 6")];
     let words = [
         "output device custom:sim",
         "does not offer 6 channels of i32 at 192000 Hz",
         "1–2 ch i32",
     ];
-    refused_before_anything_is_made(&mut configured(&outputs), &study, &words);
+    assert_early_refusal(&mut run_with(&outputs), &study, &words);
     let format = [("sample_format = \"i32\"", "sample_format = \"i24\"")];
     let words = [
         "does not offer 2 channels of i24 at 192000 Hz",
         "1–2 ch i32",
     ];
-    refused_before_anything_is_made(&mut configured(&format), &study, &words);
+    assert_early_refusal(&mut run_with(&format), &study, &words);
     let format = [("sample_format = \"i32\"", "sample_format = \"i20\"")];
     let words = [
         "bench.toml, line",
         "unknown value `i20`",
         "`f32`, `i32`, `i24`, `i16`",
     ];
-    refused_before_anything_is_made(&mut configured(&format), &study, &words);
+    assert_early_refusal(&mut run_with(&format), &study, &words);
 
     let scenario = folder.path().join("scenario.toml");
-    let offered =
+    let scenario_text =
         "purpose = \"a card of another kind\"\n\n[converter]\nformats = [\"u8\", \"i64\"]\n";
-    fs::write(&scenario, offered).unwrap();
+    fs::write(&scenario, scenario_text).unwrap();
     let words = [
         "does not offer 2 channels of i32 at 192000 Hz",
         "1–2 ch i64 96000 Hz",
@@ -366,7 +371,7 @@ fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_h
         .arg(&scenario)
         .arg("--study")
         .arg(&study);
-    refused_before_anything_is_made(&mut run, &study, &words);
+    assert_early_refusal(&mut run, &study, &words);
 }
 
 /// Fault 14.
@@ -374,27 +379,27 @@ fn channels_or_a_sample_format_that_the_card_has_not_are_refused_with_those_it_h
 #[test]
 fn ten_times_the_amplitude_is_refused_not_clamped() {
     let (folder, study) = room();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 240.0")],
     );
-    let mut run = unattended(&study, "sub-01", &protocol);
+    let mut run = headless_run(&study, "sub-01", &protocol);
     let words = ["protocol.toml, line", "drive.mean_amplitude_v", "240 V"];
-    refused_before_anything_is_made(&mut run, &study, &words);
+    assert_early_refusal(&mut run, &study, &words);
 
     // Within the limit of any protocol, but above the configured limit at the modulation's peak.
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[("mean_amplitude_v = 24.0", "mean_amplitude_v = 30.0")],
     );
-    let mut run = unattended(&study, "sub-01", &protocol);
-    refused_before_anything_is_made(&mut run, &study, &["am-6hz-95", "58.5 V", "55 V"]);
+    let mut run = headless_run(&study, "sub-01", &protocol);
+    assert_early_refusal(&mut run, &study, &["am-6hz-95", "58.5 V", "55 V"]);
 
-    let config = config_with(folder.path(), &[("drive_v = 55.0", "drive_v = 550.0")]);
-    let mut run = unattended(&study, "sub-01", "demo");
+    let config = write_bench_config(folder.path(), &[("drive_v = 55.0", "drive_v = 550.0")]);
+    let mut run = headless_run(&study, "sub-01", "demo");
     let hard_limit = signalgen::HARD_LIMIT_V.to_string();
     let words = ["limits.drive_v = 550", &hard_limit];
-    refused_before_anything_is_made(run.arg("--config").arg(&config), &study, &words);
+    assert_early_refusal(run.arg("--config").arg(&config), &study, &words);
 }
 
 #[cfg(target_os = "linux")]
@@ -410,15 +415,15 @@ fn without_gpio() {
         ),
     ];
     for (backend, word) in backends {
-        let waived = "[safety]\nwaived = [\"estop\"]\nwaived_by = \"A. Tester\"\n";
+        let keys = "[safety]\nwaived = [\"estop\"]\nwaived_by = \"A. Tester\"\n";
         let changes = [
             ("backend = \"none\"", backend),
-            ("[safety]\n", waived),
-            ON_A_CARD,
+            ("[safety]\n", keys),
+            SOUND_CARD,
         ];
-        let config = config_with(folder.path(), &changes);
+        let config = write_bench_config(folder.path(), &changes);
         let mut run = uncalibrated(&study, &config);
-        refused_before_anything_is_made(&mut run, &study, &[word]);
+        assert_early_refusal(&mut run, &study, &[word]);
     }
 }
 
@@ -427,41 +432,44 @@ fn without_gpio() {
 #[test]
 fn a_session_or_a_trial_that_exists_is_never_overwritten() {
     let (folder, study) = room();
-    let protocol = demo_with(folder.path(), ONE_TRIAL);
-    let output = finish(&mut unattended(&study, "sub-01", &protocol));
+    let protocol = write_demo_protocol(folder.path(), ONE_TRIAL);
+    let output = finish(&mut headless_run(&study, "sub-01", &protocol));
     assert!(output.status.success(), "{}", text(&output));
-    let before = SessionFolder::read(&study, "sub-01").unwrap();
-    let signals = before.recordings()[0].join("signals.wav");
+    let session_before = SessionFolder::read(&study, "sub-01").unwrap();
+    let signals = session_before.recordings()[0].join("signals.wav");
     let bytes = fs::read(&signals).unwrap();
 
-    let again = finish(&mut unattended(&study, "sub-01", &protocol));
-    refused(&again, &["sub-01 already has", "--resume", "--new-session"]);
-    let resumed = finish(unattended(&study, "sub-01", &protocol).arg("--resume"));
-    refused(&resumed, &["has ended", "--new-session"]);
+    let output = finish(&mut headless_run(&study, "sub-01", &protocol));
+    assert_refusal(
+        &output,
+        &["sub-01 already has", "--resume", "--new-session"],
+    );
+    let output = finish(headless_run(&study, "sub-01", &protocol).arg("--resume"));
+    assert_refusal(&output, &["has ended", "--new-session"]);
     assert_eq!(fs::read(&signals).unwrap(), bytes);
-    let after = SessionFolder::read(&study, "sub-01").unwrap();
-    assert_eq!(after.documents, before.documents);
+    let session_after = SessionFolder::read(&study, "sub-01").unwrap();
+    assert_eq!(session_after.documents, session_before.documents);
 
     // A new session adds a folder; an existing folder in place of a trial's is left unchanged.
     let mut run = Running::start(
-        unattended(&study, "sub-01", &protocol).arg("--new-session"),
+        headless_run(&study, "sub-01", &protocol).arg("--new-session"),
         &folder.path().join("output"),
     );
-    let second = study.join("sub-01/ses-02");
-    let made = run.wait_for(MINUTE, || {
-        fs::create_dir(second.join("trial-001_attempt-1")).ok()
+    let second_session = study.join("sub-01/ses-02");
+    let result = run.wait_for(MINUTE, || {
+        fs::create_dir(second_session.join("trial-001_attempt-1")).ok()
     });
-    assert_eq!(made, Some(()), "{}", run.output());
+    assert_eq!(result, Some(()), "{}", run.output());
     let status = run.wait(MINUTE);
     assert!(!status.success());
-    let printed = run.output();
+    let transcript = run.output();
     assert!(
-        printed.contains("trial-001_attempt-1 exists already and is never overwritten"),
-        "{printed}"
+        transcript.contains("trial-001_attempt-1 exists already and is never overwritten"),
+        "{transcript}"
     );
-    assert!(!printed.contains("panicked"), "{printed}");
+    assert!(!transcript.contains("panicked"), "{transcript}");
     assert_eq!(
-        fs::read_dir(second.join("trial-001_attempt-1"))
+        fs::read_dir(second_session.join("trial-001_attempt-1"))
             .unwrap()
             .count(),
         0
@@ -470,7 +478,7 @@ fn a_session_or_a_trial_that_exists_is_never_overwritten() {
 }
 
 #[test]
-fn a_watch_that_nobody_reads_ends() {
+fn a_monitor_with_a_closed_pipe_ends() {
     let mut monitor = bench();
     monitor
         .args(["monitor", "--mock", "--headless", "--drive-v", "20"])
@@ -481,17 +489,17 @@ fn a_watch_that_nobody_reads_ends() {
     let mut lines = std::io::BufReader::new(watch.stdout.take().unwrap()).lines();
     lines.next().unwrap().unwrap();
     drop(lines);
-    let ended = until(MINUTE, || watch.try_wait().unwrap());
-    if ended.is_none() {
+    let status = wait_until(MINUTE, || watch.try_wait().unwrap());
+    if status.is_none() {
         watch.kill().unwrap();
     }
-    assert!(ended.expect("it drives on").success());
+    assert!(status.expect("it drives on").success());
 }
 
 #[test]
-fn what_cannot_be_written_is_not_measured() {
+fn an_unwritable_calibration_is_refused_before_measuring() {
     let folder = tempfile::tempdir().unwrap();
-    let nowhere = folder.path().join("not there/calibration.toml");
+    let path = folder.path().join("not there/calibration.toml");
     let mut calibrate = bench();
     calibrate
         .args([
@@ -504,8 +512,8 @@ fn what_cannot_be_written_is_not_measured() {
             "T",
         ])
         .arg("--calibration")
-        .arg(&nowhere);
-    refused(
+        .arg(&path);
+    assert_refusal(
         &finish(&mut calibrate),
         &["cannot write into", "not there", "--calibration"],
     );
@@ -515,7 +523,7 @@ fn what_cannot_be_written_is_not_measured() {
 fn monitor_drives_only_what_passes_the_preflight() {
     let folder = tempfile::tempdir().unwrap();
     let monitor = |changes: &[(&str, &str)], drive: &[&str]| {
-        let config = config_with(folder.path(), changes);
+        let config = write_bench_config(folder.path(), changes);
         let mut monitor = bench();
         monitor
             .args(["monitor", "--mock", "--headless", "--speed", "max"])
@@ -526,31 +534,31 @@ fn monitor_drives_only_what_passes_the_preflight() {
     };
     let drive = ["--drive-v", "20"];
     // The sensor's data cannot be decoded, as at a wrong baud rate.
-    let deaf = [("protocol = \"frames\"", "protocol = \"lines\"")];
-    let output = monitor(&deaf, &drive);
+    let wrong_protocol = [("protocol = \"frames\"", "protocol = \"lines\"")];
+    let output = monitor(&wrong_protocol, &drive);
     let words = ["FAILED  force sensor", "baud", "nothing was driven but"];
-    refused(&output, &words);
+    assert_refusal(&output, &words);
     assert_eq!(output.status.code(), Some(2), "as `run`");
-    let printed = text(&output);
-    assert!(!printed.contains("N·s/m"), "it watched:\n{printed}");
+    let transcript = text(&output);
+    assert!(!transcript.contains("N·s/m"), "it watched:\n{transcript}");
     // Without a drive `monitor` shows the same bench, and prints that it has not been checked.
-    let output = monitor(&deaf, &[]);
-    let printed = text(&output);
-    assert!(output.status.success(), "{printed}");
+    let output = monitor(&wrong_protocol, &[]);
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     let words = ["without a preflight", "drive 0.0 V", "normal –"];
     for word in words {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
-    let printed = text(&monitor(&[], &drive));
-    assert!(!printed.contains("preflight"), "{printed}");
+    let transcript = text(&monitor(&[], &drive));
+    assert!(!transcript.contains("preflight"), "{transcript}");
 }
 
 #[test]
-fn a_folder_that_is_no_study() {
+fn a_folder_without_a_study_is_refused() {
     let (_folder, study) = room();
     fs::create_dir(&study).unwrap();
     fs::write(study.join("thesis.tex"), "kept").unwrap();
-    let output = finish(&mut unattended(&study, "sub-01", "demo"));
-    refused(&output, &["is not a study", "--study"]);
+    let output = finish(&mut headless_run(&study, "sub-01", "demo"));
+    assert_refusal(&output, &["is not a study", "--study"]);
     assert_eq!(fs::read_dir(&study).unwrap().count(), 1);
 }

@@ -6,29 +6,29 @@
 
 use bench_tests::program::{bench, protocol};
 use bench_tests::session::{
-    ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+    SOUND_CARD, SessionFolder, finish, headless_run, text, write_bench_config, write_demo_protocol,
 };
 use config::CalibrationFile;
 use recording::RecordingReader;
 
-use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
+use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
 #[test]
-fn what_was_recorded_with_faults_says_so_everywhere() {
+fn rehearsed_faults_are_declared_everywhere() {
     let (folder, study) = room();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[
             ("practice = 1", "practice = 0"),
             ("per_condition = 4", "per_condition = 1"),
         ],
     );
-    let mut run = unattended(&study, "sub-01", protocol);
+    let mut run = headless_run(&study, "sub-01", protocol);
     run.args(["--fault", "xrun@3s:96", "--fault", "force-dropped@3500ms"]);
-    let ended = finish(&mut run);
-    let printed = text(&ended);
-    assert!(ended.status.success(), "{printed}");
-    assert!(printed.contains("REHEARSAL, not data"), "{printed}");
+    let output = finish(&mut run);
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    assert!(transcript.contains("REHEARSAL, not data"), "{transcript}");
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let faults = ["xrun@3s:96", "force-dropped@3.5s"];
     assert_eq!(session.starts()[0].rehearsed, faults);
@@ -39,21 +39,21 @@ fn what_was_recorded_with_faults_says_so_everywhere() {
             faults
         );
     }
-    let analysed = finish(bench().arg("analyze").arg(&study).args(["--json", "-"]));
+    let output = finish(bench().arg("analyze").arg(&study).args(["--json", "-"]));
     assert!(
-        text(&analysed).contains("a rehearsal, not data"),
+        text(&output).contains("a rehearsal, not data"),
         "{}",
-        text(&analysed)
+        text(&output)
     );
 }
 
 #[test]
 fn faults_are_refused_where_they_cannot_be_injected() {
     let (folder, study) = room();
-    let config = config_with(folder.path(), &[]);
+    let config = write_bench_config(folder.path(), &[]);
     let mut run = uncalibrated(&study, &config);
     run.args(["--fault", "estop@3s"]);
-    refused_before_anything_is_made(&mut run, &study, &["this is real", "friction-bench drill"]);
+    assert_early_refusal(&mut run, &study, &["this is real", "friction-bench drill"]);
 
     for (fault, words) in [
         ("estp@3s", "did you mean `estop`?"),
@@ -72,7 +72,7 @@ fn faults_are_refused_where_they_cannot_be_injected() {
             "--fault",
             fault,
         ]);
-        refused(&finish(&mut monitor), &[words]);
+        assert_refusal(&finish(&mut monitor), &[words]);
     }
     let mut drill = bench();
     drill.current_dir(folder.path()).args([
@@ -84,7 +84,7 @@ fn faults_are_refused_where_they_cannot_be_injected() {
         "--operator",
         "ME",
     ]);
-    refused(
+    assert_refusal(
         &finish(drill.args(["--only", "relay-welded"])),
         &["check --mock --fault relay-welded@0s"],
     );
@@ -100,9 +100,9 @@ fn a_fault_that_is_there_from_the_start_is_found_by_the_check_that_precedes() {
         ("relay-welded@0s", "FAILED  relay"),
         ("amplifier-off@0s", "FAILED  "),
     ] {
-        let mut run = unattended(&study, "sub-01", "demo");
+        let mut run = headless_run(&study, "sub-01", "demo");
         run.args(["--fault", fault]);
-        refused_before_anything_is_made(
+        assert_early_refusal(
             &mut run,
             &study,
             &[row, "nothing was driven but the test's faint tone"],
@@ -126,12 +126,15 @@ fn a_fault_comes_at_its_time_in_a_monitor_and_a_drill_ends_with_its_times() {
             "20",
         ])
         .args(["--duration-s", "6", "--fault", "estop@2s"]);
-    let ended = finish(&mut monitor);
-    let printed = text(&ended);
-    assert_eq!(ended.status.code(), Some(1), "{printed}");
-    assert!(printed.contains("STOPPED: e-stop pressed"), "{printed}");
+    let output = finish(&mut monitor);
+    let transcript = text(&output);
+    assert_eq!(output.status.code(), Some(1), "{transcript}");
+    assert!(
+        transcript.contains("STOPPED: e-stop pressed"),
+        "{transcript}"
+    );
     // One line for the first second, one for the second as it stops, and no later ones.
-    assert_eq!(printed.matches("Z_m").count(), 2, "{printed}");
+    assert_eq!(transcript.matches("Z_m").count(), 2, "{transcript}");
 
     let mut drill = bench();
     drill.current_dir(folder.path()).args([
@@ -145,22 +148,22 @@ fn a_fault_comes_at_its_time_in_a_monitor_and_a_drill_ends_with_its_times() {
         "--only",
         "estop",
     ]);
-    let ended = finish(&mut drill);
-    let printed = text(&ended);
-    assert!(ended.status.success(), "{printed}");
+    let output = finish(&mut drill);
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     for words in ["1 of 1 met", "drill.toml", "row 17"] {
-        assert!(printed.contains(words), "{printed}");
+        assert!(transcript.contains(words), "{transcript}");
     }
 }
 
 /// Returns the largest amplitude of the plate within these seconds of the apparatus's time, m.
-fn amplitude_m(truth: &str, within_s: std::ops::Range<f64>) -> f64 {
+fn amplitude_m(truth: &str, interval_s: std::ops::Range<f64>) -> f64 {
     let row = |line: &str| -> (f64, f64) {
-        let cell = |at: usize| line.split(',').nth(at).unwrap().parse().unwrap();
+        let cell = |column: usize| line.split(',').nth(column).unwrap().parse().unwrap();
         (cell(0), cell(13))
     };
     let rows = truth.lines().skip(1).map(row);
-    rows.filter(|(at_s, _)| within_s.contains(at_s))
+    rows.filter(|(time_s, _)| interval_s.contains(time_s))
         .map(|(_, amplitude_m)| amplitude_m)
         .fold(0.0, f64::max)
 }
@@ -170,12 +173,12 @@ fn amplitude_m(truth: &str, within_s: std::ops::Range<f64>) -> f64 {
 #[test]
 fn half_the_gain_and_a_silent_force_sensor_stop_the_program_in_time() {
     /// Time of the faults, s: the finger slides.
-    const AT_S: f64 = 5.0;
+    const FAULT_S: f64 = 5.0;
     /// Duration of a period of the simulation and the plate's decay, s.
-    const RINGS_S: f64 = 0.02;
+    const DECAY_S: f64 = 0.02;
     let (folder, _) = room();
-    let config = config_with(folder.path(), &[ON_A_CARD]);
-    for (fault, words, within_s) in [
+    let config = write_bench_config(folder.path(), &[SOUND_CARD]);
+    for (fault, words, limit_s) in [
         ("amplifier-gain@5s:50", "reads back", 0.25),
         // The allowed silence, plus a period of the bursts and one of the watch.
         ("force-silent@5s", "the force sensor", 0.05 + 0.02),
@@ -183,22 +186,22 @@ fn half_the_gain_and_a_silent_force_sensor_stop_the_program_in_time() {
         let study = folder.path().join(&fault[..5]);
         let truth = folder.path().join(format!("{}-truth", &fault[..5]));
         std::fs::create_dir(&truth).unwrap();
-        let mut run = unattended(&study, "sub-01", protocol("one-exploration.toml"));
+        let mut run = headless_run(&study, "sub-01", protocol("one-exploration.toml"));
         run.arg("--config").arg(&config).args(["--fault", fault]);
-        let ended = finish(run.arg("--mock-truth").arg(&truth));
-        let printed = text(&ended);
-        assert_eq!(ended.status.code(), Some(1), "{printed}");
+        let output = finish(run.arg("--mock-truth").arg(&truth));
+        let transcript = text(&output);
+        assert_eq!(output.status.code(), Some(1), "{transcript}");
         assert!(
-            printed.contains("STOPPED") && printed.contains(words),
-            "{printed}"
+            transcript.contains("STOPPED") && transcript.contains(words),
+            "{transcript}"
         );
         let truth = std::fs::read_to_string(truth.join("truth.csv")).unwrap();
-        let driven_m = amplitude_m(&truth, AT_S - 0.3..AT_S);
+        let driven_m = amplitude_m(&truth, FAULT_S - 0.3..FAULT_S);
         assert!(driven_m > 1e-7, "{fault}: {driven_m} m before");
-        let left_m = amplitude_m(&truth, AT_S + within_s + RINGS_S..f64::INFINITY);
+        let residual_m = amplitude_m(&truth, FAULT_S + limit_s + DECAY_S..f64::INFINITY);
         assert!(
-            left_m < 0.01 * driven_m,
-            "{fault}: {left_m} m of {driven_m} m"
+            residual_m < 0.01 * driven_m,
+            "{fault}: {residual_m} m of {driven_m} m"
         );
     }
 }
@@ -217,23 +220,23 @@ fn a_calibration_with_faults_says_so_and_is_in_force_nowhere() {
             .args(faults);
         finish(&mut calibrate)
     };
-    let rehearsed = calibrate(&["--fault", "button-held@1s"]);
-    let printed = text(&rehearsed);
-    assert!(rehearsed.status.success(), "{printed}");
-    assert!(printed.contains("REHEARSAL, not data"), "{printed}");
+    let output = calibrate(&["--fault", "button-held@1s"]);
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
+    assert!(transcript.contains("REHEARSAL, not data"), "{transcript}");
     let (file, _) = CalibrationFile::read(&calibration).unwrap();
     assert_eq!(file.rehearsed, ["button-held@1s"]);
     for name in ["csv", "svg"] {
-        let beside = folder
+        let path = folder
             .path()
             .join(format!("calibration-rehearsal-pickup.{name}"));
-        assert!(beside.is_file(), "{printed}");
+        assert!(path.is_file(), "{transcript}");
     }
     // No measurement is added to it, and no session uses it.
-    refused(&calibrate(&[]), &["holds a rehearsal"]);
-    let mut run = unattended(&study, "sub-01", "demo");
+    assert_refusal(&calibrate(&[]), &["holds a rehearsal"]);
+    let mut run = headless_run(&study, "sub-01", "demo");
     run.arg("--calibration").arg(&calibration);
-    refused_before_anything_is_made(
+    assert_early_refusal(
         &mut run,
         &study,
         &["measured in a rehearsal", "button-held@1s"],
@@ -241,10 +244,10 @@ fn a_calibration_with_faults_says_so_and_is_in_force_nowhere() {
     // Nor is a rehearsal added to a measured calibration.
     std::fs::remove_file(&calibration).unwrap();
     assert!(calibrate(&[]).status.success());
-    let before = std::fs::read(&calibration).unwrap();
-    refused(
+    let content = std::fs::read(&calibration).unwrap();
+    assert_refusal(
         &calibrate(&["--fault", "button-held@1s"]),
         &["holds what was measured"],
     );
-    assert_eq!(std::fs::read(&calibration).unwrap(), before);
+    assert_eq!(std::fs::read(&calibration).unwrap(), content);
 }

@@ -15,56 +15,56 @@ use tui::{Action, Event};
 
 /// Time of an operator's next action: after a number of polls, or once the replay finishes.
 #[derive(Clone, Copy)]
-enum When {
-    Turns(usize),
+enum ActionTime {
+    Polls(usize),
     Finished,
 }
 
 /// An operator who follows a plan and records the events shown.
 struct Operator {
-    plan: std::vec::IntoIter<(When, Action)>,
-    next: Option<(When, Action)>,
-    turns: usize,
-    finished: bool,
-    shown: std::sync::mpsc::Sender<Event>,
+    plan: std::vec::IntoIter<(ActionTime, Action)>,
+    next_action: Option<(ActionTime, Action)>,
+    polls: usize,
+    is_finished: bool,
+    events: std::sync::mpsc::Sender<Event>,
 }
 
 impl Front for Operator {
     fn show(&mut self, event: Event) {
-        self.finished |= matches!(event, Event::Finished { .. });
-        self.shown.send(event).unwrap();
+        self.is_finished |= matches!(event, Event::Finished { .. });
+        self.events.send(event).unwrap();
     }
 
     fn action(&mut self) -> Option<Action> {
-        let (when, action) = self.next?;
-        let due = match when {
-            When::Turns(turns) => self.turns >= turns,
-            When::Finished => self.finished,
+        let (time, action) = self.next_action?;
+        let is_due = match time {
+            ActionTime::Polls(polls) => self.polls >= polls,
+            ActionTime::Finished => self.is_finished,
         };
-        self.turns += 1;
-        if !due {
+        self.polls += 1;
+        if !is_due {
             return None;
         }
-        self.next = self.plan.next();
-        (self.turns, self.finished) = (0, false);
+        self.next_action = self.plan.next();
+        (self.polls, self.is_finished) = (0, false);
         Some(action)
     }
 }
 
-fn replayed(recording: &Path, plan: Vec<(When, Action)>) -> (Report, Vec<Event>) {
+fn replay_with(recording: &Path, plan: Vec<(ActionTime, Action)>) -> (Report, Vec<Event>) {
     let options = Options {
         recording: recording.to_owned(),
         speed: Speed::Max,
         headless: false,
     };
     let mut plan = plan.into_iter();
-    let (shown, events) = std::sync::mpsc::channel();
+    let (sender, events) = std::sync::mpsc::channel();
     let operator = Operator {
-        next: plan.next(),
+        next_action: plan.next(),
         plan,
-        turns: 0,
-        finished: false,
-        shown,
+        polls: 0,
+        is_finished: false,
+        events: sender,
     };
     let plan = Plan::new(&options).unwrap();
     let report = replay::replay(plan, Box::new(operator), &StopFlag::default()).unwrap();
@@ -80,38 +80,39 @@ fn crops(events: &[Event]) -> Vec<&Event> {
 
 /// Returns the numbers of trials behind the skin's estimates, in the log's words.
 fn counted_trials(events: &[Event]) -> Vec<&str> {
-    let told = events.iter().filter_map(|event| match event {
+    let phrases = events.iter().filter_map(|event| match event {
         Event::Log { text, .. } => Some(&text[text.rfind("of ")?..]),
         _ => None,
     });
-    told.filter(|of| of.ends_with(" trial") || of.ends_with(" trials"))
+    phrases
+        .filter(|phrase| phrase.ends_with(" trial") || phrase.ends_with(" trials"))
         .collect()
 }
 
 #[test]
-fn what_is_shown_rests_on_all_before_it_however_it_was_reached() {
-    use When::{Finished, Turns};
+fn estimates_of_a_replay_do_not_depend_on_its_moves() {
+    use ActionTime::{Finished, Polls};
     let folder = tempfile::tempdir().unwrap();
     let session = VirtualParticipant::run("nominal", 5, folder.path());
     let session = SessionFolder::read(&session.study, "sub-01").unwrap();
     let recording = &session.recordings()[0];
     let seek = |by_s| Action::Seek { by_s };
 
-    let (straight, straight_events) = replayed(recording, vec![(Finished, Action::Quit)]);
-    assert!(straight.completed && straight.instances > 0);
+    let (direct_report, direct_events) = replay_with(recording, vec![(Finished, Action::Quit)]);
+    assert!(direct_report.completed && direct_report.instances > 0);
 
     // Back from the end, past the start, and forward past the end.
-    let (wandered, wandered_events) = replayed(
+    let (moved_report, moved_events) = replay_with(
         recording,
         vec![
-            (Turns(100), seek(2.0)),
+            (Polls(100), seek(2.0)),
             (Finished, seek(-2.5)),
             (Finished, seek(-1000.0)),
-            (Turns(50), seek(1000.0)),
+            (Polls(50), seek(1000.0)),
             (Finished, Action::Quit),
         ],
     );
-    let came_to = |report: &Report| {
+    let summary = |report: &Report| {
         let account = report.account;
         (
             report.audio_s,
@@ -122,37 +123,51 @@ fn what_is_shown_rests_on_all_before_it_however_it_was_reached() {
             report.fits,
         )
     };
-    assert_eq!(came_to(&wandered), came_to(&straight));
+    assert_eq!(summary(&moved_report), summary(&direct_report));
     // The recording was read from the start three times, but counts as one trial.
-    assert!(wandered.read_s > 2.0 * straight.audio_s, "{wandered:?}");
-    let speed = wandered.read_s / wandered.took_s;
+    assert!(
+        moved_report.read_s > 2.0 * direct_report.audio_s,
+        "{moved_report:?}"
+    );
+    let speed = moved_report.read_s / moved_report.took_s;
     let line = format!("speed             {speed:.1} × real time");
-    assert!(wandered.lines().contains(&line), "{:?}", wandered.lines());
-    let trials = counted_trials(&wandered_events);
-    assert!(trials.len() >= 2, "{wandered_events:?}");
-    assert!(trials.iter().all(|of| *of == "of 1 trial"), "{trials:?}");
-    let crop = crops(&straight_events);
+    assert!(
+        moved_report.lines().contains(&line),
+        "{:?}",
+        moved_report.lines()
+    );
+    let trials = counted_trials(&moved_events);
+    assert!(trials.len() >= 2, "{moved_events:?}");
+    assert!(
+        trials.iter().all(|phrase| *phrase == "of 1 trial"),
+        "{trials:?}"
+    );
+    let crop = crops(&direct_events);
     assert_eq!(crop.len(), 1);
-    assert_eq!(crops(&wandered_events), vec![crop[0]; 3]);
+    assert_eq!(crops(&moved_events), vec![crop[0]; 3]);
     // A resumed session shows the crop again.
     let label = TrialLabel {
         block: TrialBlock::Main,
         number: 1,
         attempt: 1,
     };
-    let past = replay::past_crops(recording, label).unwrap();
-    assert_eq!(vec![&Event::Crop(past[0].clone())], crop);
+    let past_crops = replay::past_crops(recording, label).unwrap();
+    assert_eq!(vec![&Event::Crop(past_crops[0].clone())], crop);
 
     // A paused replay moves and pauses again.
-    let (paused, _) = replayed(
+    let (paused_report, _) = replay_with(
         recording,
         vec![
-            (Turns(0), Action::Pause),
-            (Turns(0), seek(2.0)),
-            (Turns(500), seek(-0.5)),
-            (Turns(500), Action::Quit),
+            (Polls(0), Action::Pause),
+            (Polls(0), seek(2.0)),
+            (Polls(500), seek(-0.5)),
+            (Polls(500), Action::Quit),
         ],
     );
-    assert!((paused.audio_s - 1.5).abs() < 0.05, "{}", paused.audio_s);
-    assert!(!paused.completed);
+    assert!(
+        (paused_report.audio_s - 1.5).abs() < 0.05,
+        "{}",
+        paused_report.audio_s
+    );
+    assert!(!paused_report.completed);
 }

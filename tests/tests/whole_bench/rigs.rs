@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use bench_tests::program::{bench, protocol, workspace};
 use bench_tests::room::WEIGH;
 use bench_tests::session::{finish, text};
-use bench_tests::shared::shared;
+use bench_tests::shared::shared_folder;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -23,11 +23,11 @@ const SEED: &str = "7";
 /// The same person on each rig.
 const PERSON: &str = "[participant]\nsigma_t_m = 1.7e-6\nz_t_n_s_per_m = [0.47, 3.16]\nmu0 = 0.8\n";
 /// Greatest relative difference of a session's median from that on the usual bench.
-const APART: f64 = 0.02;
+const TOLERANCE: f64 = 0.02;
 
 /// Estimates of the person from one session.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct Measured {
+struct Estimates {
     sigma_t_m: f64,
     z_t_n_s_per_m: [f64; 2],
     mu0: f64,
@@ -55,7 +55,7 @@ impl Rig {
 
     /// Returns the rig that `init` writes with these words, on simulated `equipment`, completed with values only its owner
     /// knows.
-    fn written(equipment: &str, words: &[&str], known: &[[&str; 2]]) -> Self {
+    fn initialise(equipment: &str, words: &[&str], replacements: &[[&str; 2]]) -> Self {
         let rig = Self::new(equipment);
         let cal_file = workspace().join("bench/config/tests/data/FT09999.cal");
         fs::copy(cal_file, rig.folder.path().join("FT09999.cal")).unwrap();
@@ -65,21 +65,24 @@ impl Rig {
             .current_dir(&rig.folder);
         let output = finish(&mut init);
         assert!(output.status.success(), "{}", text(&output));
-        let said = text(&output);
+        let transcript = text(&output);
         for step in [
             "is written for",
             "limits           as by default",
             "calibrate plate",
         ] {
-            assert!(said.contains(step), "no {step:?} in {said}");
+            assert!(transcript.contains(step), "no {step:?} in {transcript}");
         }
         let path = rig.folder.path().join("bench.toml");
-        let mut written = fs::read_to_string(&path).unwrap();
-        for [here, known] in known {
-            assert!(written.contains(here), "no {here:?} in {written}");
-            written = written.replacen(here, known, 1);
+        let mut config_text = fs::read_to_string(&path).unwrap();
+        for [pattern, replacement] in replacements {
+            assert!(
+                config_text.contains(pattern),
+                "no {pattern:?} in {config_text}"
+            );
+            config_text = config_text.replacen(pattern, replacement, 1);
         }
-        fs::write(&path, written).unwrap();
+        fs::write(&path, config_text).unwrap();
         Self {
             config: Some(path),
             ..rig
@@ -117,18 +120,18 @@ impl Rig {
         self.succeed(&["check"]);
     }
 
-    fn session(&self) -> Measured {
+    fn session(&self) -> Estimates {
         let protocol = protocol("one-exploration.toml");
         let protocol = protocol.to_str().unwrap();
         let study = ["--study", "study", "--participant", "sub-01"];
         let consent = ["--consent-by", "A. Tester", "--headless", "--speed", "max"];
         let run = ["run", "--protocol", protocol];
         self.succeed(&[&run[..], &study, &consent].concat());
-        measured(self.folder.path())
+        read_estimates(self.folder.path())
     }
 }
 
-fn measured(folder: &Path) -> Measured {
+fn read_estimates(folder: &Path) -> Estimates {
     let mut analyze = bench();
     analyze
         .args(["analyze", "study", "--json", "results.json"])
@@ -143,53 +146,55 @@ fn measured(folder: &Path) -> Measured {
         .iter()
         .flat_map(|recording| recording["instances"].as_array().unwrap())
         .collect();
-    let median = |of: &dyn Fn(&Value) -> f64| {
+    let median = |value: &dyn Fn(&Value) -> f64| {
         let mut values: Vec<f64> = instances
             .iter()
-            .map(|of_one| of(&of_one["trial"]))
+            .map(|instance| value(&instance["trial"]))
             .collect();
         assert!(values.len() >= 5, "{} instances", values.len());
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     };
-    Measured {
-        sigma_t_m: median(&|of| of["sigma_t_m"].as_f64().unwrap()),
-        z_t_n_s_per_m: [0, 1].map(|part| median(&|of| of["z_t_n_s_per_m"][part].as_f64().unwrap())),
-        mu0: median(&|of| of["mu0"].as_f64().unwrap()),
+    Estimates {
+        sigma_t_m: median(&|results| results["sigma_t_m"].as_f64().unwrap()),
+        z_t_n_s_per_m: [0, 1]
+            .map(|part| median(&|results| results["z_t_n_s_per_m"][part].as_f64().unwrap())),
+        mu0: median(&|results| results["mu0"].as_f64().unwrap()),
     }
 }
 
-fn assert_alike(rig: &str, found: Measured, usual: Measured) {
-    let share = |of: f64, by: f64| (of / by - 1.0).abs();
-    let [re, im] = [0, 1].map(|part| found.z_t_n_s_per_m[part] - usual.z_t_n_s_per_m[part]);
-    let [of_re, of_im] = usual.z_t_n_s_per_m;
-    let apart = [
-        share(found.sigma_t_m, usual.sigma_t_m),
-        re.hypot(im) / of_re.hypot(of_im),
-        share(found.mu0, usual.mu0),
+fn assert_alike(rig: &str, estimates: Estimates, usual_estimates: Estimates) {
+    let difference = |value: f64, reference: f64| (value / reference - 1.0).abs();
+    let [re, im] =
+        [0, 1].map(|part| estimates.z_t_n_s_per_m[part] - usual_estimates.z_t_n_s_per_m[part]);
+    let [usual_re, usual_im] = usual_estimates.z_t_n_s_per_m;
+    let differences = [
+        difference(estimates.sigma_t_m, usual_estimates.sigma_t_m),
+        re.hypot(im) / usual_re.hypot(usual_im),
+        difference(estimates.mu0, usual_estimates.mu0),
     ];
-    println!("{rig}: sigma_t, Z_t and mu0 apart by {apart:.4?}");
+    println!("{rig}: sigma_t, Z_t and mu0 apart by {differences:.4?}");
     assert!(
-        apart.iter().all(|apart| *apart < APART),
-        "{rig}: {found:?}, on the usual bench {usual:?}"
+        differences.iter().all(|difference| *difference < TOLERANCE),
+        "{rig}: {estimates:?}, on the usual bench {usual_estimates:?}"
     );
 }
 
 /// Returns the usual bench's estimates of the person, computed once for all tests of a run.
-fn usual() -> Measured {
-    let folder = shared("usual-rig", |folder| {
-        let usual = Rig::new("");
-        usual.calibrate();
-        let measured = serde_json::to_string(&usual.session()).unwrap();
-        fs::write(folder.join("measured.json"), measured).unwrap();
+fn usual_estimates() -> Estimates {
+    let folder = shared_folder("usual-rig", |folder| {
+        let rig = Rig::new("");
+        rig.calibrate();
+        let estimates = serde_json::to_string(&rig.session()).unwrap();
+        fs::write(folder.join("measured.json"), estimates).unwrap();
     });
-    let measured = fs::read_to_string(folder.join("measured.json")).unwrap();
-    serde_json::from_str(&measured).unwrap()
+    let estimates = fs::read_to_string(folder.join("measured.json")).unwrap();
+    serde_json::from_str(&estimates).unwrap()
 }
 
 fn assert_measures_the_same_person(name: &str, rig: &Rig) {
     rig.calibrate();
-    assert_alike(name, rig.session(), usual());
+    assert_alike(name, rig.session(), usual_estimates());
 }
 
 #[test]
@@ -197,7 +202,7 @@ fn a_field_box() {
     let equipment =
         "[force_sensor]\ninterface = \"field-box\"\nrate_hz = 4000.0\nburst_period_s = 0.001\n";
     let words = ["--rig", "field-box", "--box-port", "/dev/ttyACM0"];
-    assert_measures_the_same_person("field box", &Rig::written(equipment, &words, &[]));
+    assert_measures_the_same_person("field box", &Rig::initialise(equipment, &words, &[]));
 }
 
 #[test]
@@ -205,9 +210,9 @@ fn six_axes_in_the_network_with_a_box() {
     let equipment = "[force_sensor]\ninterface = \"netft\"\nrate_hz = 7000.0\nbox_beside = true\n";
     let words = ["--net-ft", "192.168.1.1", "--box-port", "/dev/ttyACM0"];
     // A real sensor reports this on a web page, which the simulated one lacks.
-    let known = [["#counts_per_n", "counts_per_n"]];
+    let replacements = [["#counts_per_n", "counts_per_n"]];
     let words = [&["--rig", "six-axis"][..], &words].concat();
-    let rig = Rig::written(equipment, &words, &known);
+    let rig = Rig::initialise(equipment, &words, &replacements);
     assert_measures_the_same_person("six axes in the network", &rig);
 }
 
@@ -216,27 +221,27 @@ fn six_gauges_on_the_card_with_a_box() {
     let equipment =
         "[converter]\nchannels = 9\n[force_sensor]\ninterface = \"gauges\"\nbox_beside = true\n";
     let words = ["--cal-file", "FT09999.cal", "--box-port", "/dev/ttyACM0"];
-    let known = [
+    let replacements = [
         ["[2, 3, 4, 5, 6, 7]", "[3, 4, 5, 6, 7, 8]"],
         ["input_channels = 8", "input_channels = 9"],
         ["volts_per_unit = [1.0]", "volts_per_unit = [10.0]"],
         ["#latency_s = 0.0   ", "latency_s = 2.0e-4 "],
     ];
     let words = [&["--rig", "six-axis"][..], &words].concat();
-    let rig = Rig::written(equipment, &words, &known);
+    let rig = Rig::initialise(equipment, &words, &replacements);
     assert_measures_the_same_person("six gauges on the card", &rig);
 }
 
 #[test]
 fn a_card_of_national_instruments() {
     let words = ["--rig", "published", "--force-line", "frames"];
-    let rig = Rig::written("", &words, &[]);
+    let rig = Rig::initialise("", &words, &[]);
     assert_measures_the_same_person("card of National Instruments", &rig);
 }
 
 #[test]
 fn a_board_with_gpio() {
     let words = ["--rig", "raspberry-pi", "--force-line", "frames"];
-    let rig = Rig::written("", &words, &[]);
+    let rig = Rig::initialise("", &words, &[]);
     assert_measures_the_same_person("board with GPIO", &rig);
 }

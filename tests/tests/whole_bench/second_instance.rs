@@ -5,12 +5,14 @@ use std::time::Duration;
 
 use bench_tests::program::bench;
 use bench_tests::running::Running;
-use bench_tests::session::{ON_A_CARD, config_with, demo_with, finish, text, unattended};
+use bench_tests::session::{
+    SOUND_CARD, finish, headless_run, text, write_bench_config, write_demo_protocol,
+};
 use config::Config;
 use devices::claim::Claim;
 use rustix::process::Signal;
 
-use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
+use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
 const MINUTE: Duration = Duration::from_secs(60);
 
@@ -18,26 +20,26 @@ const MINUTE: Duration = Duration::from_secs(60);
 #[test]
 fn a_second_instance_on_the_same_study() {
     let (folder, study) = room();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[
             ("practice = 1", "practice = 0"),
             ("per_condition = 4", "per_condition = 1"),
         ],
     );
-    let mut first = unattended(&study, "sub-01", protocol);
-    let mut first = Running::start(&mut first, &folder.path().join("output"));
+    let mut first_run = headless_run(&study, "sub-01", protocol);
+    let mut first_run = Running::start(&mut first_run, &folder.path().join("output"));
     let log = study.join("sub-01/ses-01/events.jsonl");
-    let began = first.wait_for(MINUTE, || log.is_file().then_some(()));
-    assert!(began.is_some(), "{}", first.output());
+    let has_begun = first_run.wait_for(MINUTE, || log.is_file().then_some(()));
+    assert!(has_begun.is_some(), "{}", first_run.output());
     // Pause the first one for as long as the second takes: in simulated time no watch notices.
-    first.signal(Signal::STOP);
-    let second = finish(&mut unattended(&study, "sub-02", "demo"));
-    refused(&second, &["in use", &first.pid().to_string()]);
+    first_run.signal(Signal::STOP);
+    let output = finish(&mut headless_run(&study, "sub-02", "demo"));
+    assert_refusal(&output, &["in use", &first_run.pid().to_string()]);
     assert!(!study.join("sub-02").exists());
-    assert!(first.ended().is_none());
-    first.signal(Signal::CONT);
-    assert!(first.wait(MINUTE).success(), "{}", first.output());
+    assert!(first_run.exit_status().is_none());
+    first_run.signal(Signal::CONT);
+    assert!(first_run.wait(MINUTE).success(), "{}", first_run.output());
 }
 
 /// Fault 34.
@@ -45,48 +47,48 @@ fn a_second_instance_on_the_same_study() {
 #[test]
 fn a_second_instance_on_the_same_hardware() {
     let (folder, study) = room();
-    let own = folder.path().file_name().unwrap().to_string_lossy();
-    let card = format!("\"hw:CARD=Absent{own}\"");
+    let folder_name = folder.path().file_name().unwrap().to_string_lossy();
+    let card = format!("\"hw:CARD=Absent{folder_name}\"");
     let port = format!("\"{}\"", folder.path().join("port").display());
     let changes = [
         ("\"sim\"", &*card),
         ("\"sim\"", &*card),
         ("\"/dev/ttyUSB0\"", &*port),
-        ON_A_CARD,
+        SOUND_CARD,
     ];
-    let config = config_with(folder.path(), &changes);
+    let config = write_bench_config(folder.path(), &changes);
     // The test itself is the other instance: on the same card with another sensor, then on the same sensor with another card.
-    let first = |changed: &str| {
+    let first_claim = |device: &str| {
         let text = fs::read_to_string(&config).unwrap();
-        let other = text.replace(changed, &changed.replacen('"', "\"x", 1));
-        Claim::take(&Config::parse(&other, "bench.toml").unwrap()).unwrap()
+        let config_text = text.replace(device, &device.replacen('"', "\"x", 1));
+        Claim::take(&Config::parse(&config_text, "bench.toml").unwrap()).unwrap()
     };
-    let me = format!("(process {})", std::process::id());
-    for (changed, words) in [
-        (&port, ["the sound card hw:CARD=Absent", &me]),
-        (&card, ["the force sensor's port", &me]),
+    let holder = format!("(process {})", std::process::id());
+    for (device, words) in [
+        (&port, ["the sound card hw:CARD=Absent", &holder]),
+        (&card, ["the force sensor's port", &holder]),
     ] {
-        let held = first(changed);
+        let claim = first_claim(device);
         let mut run = uncalibrated(&study, &config);
-        refused_before_anything_is_made(&mut run, &study, &words);
+        assert_early_refusal(&mut run, &study, &words);
         let mut check = bench();
         check.args(["check", "--quick", "--config"]).arg(&config);
-        let checked = finish(&mut check);
-        assert_eq!(checked.status.code(), Some(1));
-        let printed = text(&checked);
+        let output = finish(&mut check);
+        assert_eq!(output.status.code(), Some(1));
+        let transcript = text(&output);
         assert!(
-            printed.contains("FAILED  hardware") && printed.contains(words[0]),
-            "{printed}"
+            transcript.contains("FAILED  hardware") && transcript.contains(words[0]),
+            "{transcript}"
         );
-        drop(held);
+        drop(claim);
     }
     // A simulated bench is never shared, whatever devices its configuration names.
     let simulated = folder.path().join("simulated");
     fs::create_dir(&simulated).unwrap();
-    let simulated = config_with(&simulated, &changes[2..3]);
-    let text_of = fs::read_to_string(&simulated).unwrap();
-    let held =
-        Claim::take(&Config::parse(&text_of.replace("\"sim\"", &card), "bench.toml").unwrap());
+    let simulated = write_bench_config(&simulated, &changes[2..3]);
+    let config_text = fs::read_to_string(&simulated).unwrap();
+    let claim =
+        Claim::take(&Config::parse(&config_text.replace("\"sim\"", &card), "bench.toml").unwrap());
     let mut monitor = bench();
     monitor
         .args(["monitor", "--mock", "--headless", "--speed", "max"])
@@ -94,15 +96,15 @@ fn a_second_instance_on_the_same_hardware() {
         .arg(&simulated);
     let output = finish(&mut monitor);
     assert!(output.status.success(), "{}", text(&output));
-    drop(held.unwrap());
+    drop(claim.unwrap());
     // The claim ends with its holder.
     let words = ["no output device matches", "hw:CARD=Absent"];
     let mut run = uncalibrated(&study, &config);
-    refused_before_anything_is_made(&mut run, &study, &words);
+    assert_early_refusal(&mut run, &study, &words);
     for entry in fs::read_dir(devices::lock_folder().unwrap()).unwrap() {
         let path = entry.unwrap().path();
         let name = path.to_string_lossy().into_owned();
-        if name.contains("friction-bench-") && name.contains(&*own) {
+        if name.contains("friction-bench-") && name.contains(&*folder_name) {
             fs::remove_file(path).unwrap();
         }
     }

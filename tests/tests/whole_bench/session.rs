@@ -9,7 +9,7 @@ use std::path::Path;
 
 use bench_tests::program::workspace;
 use bench_tests::recorded::Recording;
-use bench_tests::session::{SessionFolder, demo_with, finish, text, unattended};
+use bench_tests::session::{SessionFolder, finish, headless_run, text, write_demo_protocol};
 use recording::RecordingReader;
 use recording::manifest::{Direction, End, EventKind, RecordedIntervalKind};
 use recording::study::event_log::{Document, ExitStatus};
@@ -22,45 +22,45 @@ const RATE_HZ: f64 = 192_000.0;
 fn a_session_is_recorded_to_the_letter() {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
-    let output = finish(&mut unattended(&study, "sub-01", "demo"));
-    let printed = text(&output);
-    assert_eq!(output.status.code(), Some(0), "{printed}");
+    let output = finish(&mut headless_run(&study, "sub-01", "demo"));
+    let transcript = text(&output);
+    assert_eq!(output.status.code(), Some(0), "{transcript}");
     for line in [
         "trials accepted   4 of 4",
         "drop-outs         0 frames lost, 0 input and 0 output xruns",
     ] {
-        assert!(printed.contains(line), "no `{line}` in:\n{printed}");
+        assert!(transcript.contains(line), "no `{line}` in:\n{transcript}");
     }
     let number = |name: &str| -> f64 {
-        let line = printed.lines().find(|line| line.starts_with(name));
-        let rest = line.unwrap_or_else(|| panic!("no `{name}` in:\n{printed}"));
+        let line = transcript.lines().find(|line| line.starts_with(name));
+        let rest = line.unwrap_or_else(|| panic!("no `{name}` in:\n{transcript}"));
         let word = rest[name.len()..].split_whitespace().next().unwrap();
         word.parse().unwrap()
     };
     assert!(
         (0.5..0.8).contains(&number("mean normal force")),
-        "{printed}"
+        "{transcript}"
     );
-    assert!(number("instances") >= 4.0 * 5.0, "{printed}");
-    assert!(printed.contains(&study.join("sub-01").display().to_string()));
+    assert!(number("instances") >= 4.0 * 5.0, "{transcript}");
+    assert!(transcript.contains(&study.join("sub-01").display().to_string()));
 
-    study_files(&study);
+    require_study_files(&study);
     let session = SessionFolder::read(&study, "sub-01").unwrap();
-    log_is_in_order(&session);
+    require_ordered_log(&session);
     let recordings = session.recordings();
     let names: Vec<_> = recordings
         .iter()
         .map(|path| path.file_name().unwrap().to_str().unwrap())
         .collect();
     assert_eq!(names[0], "practice-01_attempt-1");
-    let repeated = number("trials repeated") as usize;
-    assert_eq!(names.len(), 5 + repeated, "{names:?}");
+    let repetitions = number("trials repeated") as usize;
+    assert_eq!(names.len(), 5 + repetitions, "{names:?}");
     for (index, path) in recordings.iter().enumerate() {
-        recording_is_complete(path, &session, index);
+        require_complete_recording(path, &session, index);
     }
 }
 
-fn study_files(study: &Path) {
+fn require_study_files(study: &Path) {
     let read = |name: &str| std::fs::read_to_string(study.join(name)).unwrap();
     let description: Value = serde_json::from_str(&read("dataset_description.json")).unwrap();
     assert_eq!(description["DatasetType"], "raw");
@@ -80,7 +80,7 @@ fn study_files(study: &Path) {
 }
 
 /// Requires a log of start, descriptors, events numbered without gaps, and stop, with as many events as the stop declares.
-fn log_is_in_order(session: &SessionFolder) {
+fn require_ordered_log(session: &SessionFolder) {
     let documents = &session.documents;
     let Some(Document::Start(start)) = documents.first() else {
         panic!("the log begins with {:?}", documents.first());
@@ -114,7 +114,7 @@ fn log_is_in_order(session: &SessionFolder) {
                 audio_s = event.audio_s;
                 numbers.push(event.seq_num);
             }
-            other => panic!("{other:?} in the middle of the log"),
+            document => panic!("{document:?} in the middle of the log"),
         }
     }
     assert_eq!(numbers, (1..=stop.num_events).collect::<Vec<_>>());
@@ -129,39 +129,45 @@ fn log_is_in_order(session: &SessionFolder) {
     );
 }
 
-fn recording_is_complete(path: &Path, session: &SessionFolder, index: usize) {
-    let at = path.display();
+fn require_complete_recording(path: &Path, session: &SessionFolder, index: usize) {
+    let path_text = path.display();
     let files: BTreeSet<_> = std::fs::read_dir(path)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     let expected = ["force.csv", "position.csv", "recording.toml", "signals.wav"];
-    assert_eq!(files, expected.map(str::to_owned).into(), "{at}");
+    assert_eq!(files, expected.map(str::to_owned).into(), "{path_text}");
 
     let recording = Recording::read(path);
-    assert_eq!(recording.warnings, Vec::<String>::new(), "{at}");
+    assert_eq!(recording.warnings, Vec::<String>::new(), "{path_text}");
     assert_eq!(
         (f64::from(recording.rate_hz), recording.channels),
         (RATE_HZ, 4)
     );
-    assert_eq!(recording.not_finite(), 0, "{at}");
+    assert_eq!(recording.nonfinite_samples(), 0, "{path_text}");
     // An independent reader finds the same frames.
     let wav = hound::WavReader::open(path.join("signals.wav")).unwrap();
     assert_eq!(wav.spec().sample_format, hound::SampleFormat::Float);
-    assert_eq!(wav.duration() as usize, recording.frames(), "{at}");
+    assert_eq!(wav.duration() as usize, recording.frames(), "{path_text}");
 
     // The recording runs from the frame at which the trial began to the frame at which its data were complete, according to the
     // log.
     let began_s = session.named("trial_began").nth(index).unwrap().audio_s;
     let ended_s = session.phases("verdict").nth(index).unwrap().audio_s;
     let frames = ((ended_s - began_s) * RATE_HZ).round() as usize;
-    assert_eq!(recording.frames(), frames, "{at}");
+    assert_eq!(recording.frames(), frames, "{path_text}");
     // And no frame was lost and replaced by another.
     let step_rad = recording.greatest_phase_step_rad();
-    assert!(step_rad < 0.01, "{at}: the carrier jumps by {step_rad} rad");
+    assert!(
+        step_rad < 0.01,
+        "{path_text}: the carrier jumps by {step_rad} rad"
+    );
 
     let manifest = &recording.manifest;
-    assert!(manifest.hardware.as_ref().unwrap().uncalibrated, "{at}");
+    assert!(
+        manifest.hardware.as_ref().unwrap().uncalibrated,
+        "{path_text}"
+    );
     let trial = manifest.trial.as_ref().unwrap();
     assert_eq!(
         (trial.end, &trial.interruption),
@@ -170,7 +176,7 @@ fn recording_is_complete(path: &Path, session: &SessionFolder, index: usize) {
     assert_eq!(trial.practice, index == 0);
     let kinds: Vec<_> = manifest.events.iter().map(|event| event.kind).collect();
     let repeats = (trial.attempt > 1).then_some(EventKind::Redo);
-    assert_eq!(kinds, Vec::from_iter(repeats), "{at}");
+    assert_eq!(kinds, Vec::from_iter(repeats), "{path_text}");
     let kinds: Vec<_> = manifest
         .intervals
         .iter()
@@ -184,14 +190,17 @@ fn recording_is_complete(path: &Path, session: &SessionFolder, index: usize) {
             RecordedIntervalKind::Exploration(Direction::RightToLeft),
         ]
     );
-    let mut after_s = 0.0;
+    let mut end_s = 0.0;
     for interval in &manifest.intervals {
-        assert!(interval.start_s >= after_s, "{at}: {interval:?}");
-        after_s = interval.end_s;
+        assert!(interval.start_s >= end_s, "{path_text}: {interval:?}");
+        end_s = interval.end_s;
     }
-    assert!(after_s < recording.duration_s(), "{at}");
+    assert!(end_s < recording.duration_s(), "{path_text}");
     let slide_s = manifest.intervals[1].end_s - manifest.intervals[1].start_s;
-    assert!((slide_s - 0.085 / 0.050).abs() < 1e-6, "{at}: {slide_s} s");
+    assert!(
+        (slide_s - 0.085 / 0.050).abs() < 1e-6,
+        "{path_text}: {slide_s} s"
+    );
 
     let reader = RecordingReader::open(path).unwrap();
     let force: Vec<f64> = reader
@@ -209,12 +218,12 @@ fn recording_is_complete(path: &Path, session: &SessionFolder, index: usize) {
         let expected = recording.duration_s() * rate_hz;
         assert!(
             (rows - expected).abs() < 0.01 * expected,
-            "{at}: {rows} rows of {name}, not {expected}"
+            "{path_text}: {rows} rows of {name}, not {expected}"
         );
-        assert!(times_s.is_sorted_by(|a, b| a < b), "{at}: {name}");
+        assert!(times_s.is_sorted_by(|a, b| a < b), "{path_text}: {name}");
         assert!(
             times_s[0] >= 0.0 && times_s[times_s.len() - 1] <= recording.duration_s() + 1e-6,
-            "{at}: {name}"
+            "{path_text}: {name}"
         );
     }
 }
@@ -243,7 +252,7 @@ fn contents(study: &Path) -> BTreeMap<String, Vec<u8>> {
 #[test]
 fn the_same_seed_gives_the_same_bytes_and_another_one_other_signals() {
     let folder = tempfile::tempdir().unwrap();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[
             ("practice = 1", "practice = 0"),
@@ -252,28 +261,29 @@ fn the_same_seed_gives_the_same_bytes_and_another_one_other_signals() {
     );
     let run = |run: &str, seed: &str| {
         let study = folder.path().join(run).join("study");
-        let output = finish(unattended(&study, "sub-07", &protocol).args(["--seed", seed]));
+        let output = finish(headless_run(&study, "sub-07", &protocol).args(["--seed", seed]));
         assert!(output.status.success(), "{}", text(&output));
         contents(&study)
     };
-    let (first, again, other) = (run("first", "42"), run("again", "42"), run("other", "43"));
+    let (first_files, second_files, other_files) =
+        (run("first", "42"), run("again", "42"), run("other", "43"));
     assert_eq!(
-        first.keys().collect::<Vec<_>>(),
-        again.keys().collect::<Vec<_>>()
+        first_files.keys().collect::<Vec<_>>(),
+        second_files.keys().collect::<Vec<_>>()
     );
-    let different: Vec<_> = first
+    let differences: Vec<_> = first_files
         .iter()
-        .filter(|(name, bytes)| again[*name] != **bytes)
+        .filter(|(name, bytes)| second_files[*name] != **bytes)
         .map(|(name, _)| name)
         .collect();
     assert!(
-        different.is_empty(),
-        "the same seed gives another {different:?}"
+        differences.is_empty(),
+        "the same seed gives another {differences:?}"
     );
     for file in ["signals.wav", "force.csv", "position.csv"] {
         let name = format!("sub-07/ses-01/trial-001_attempt-1/{file}");
         assert_ne!(
-            first[&name], other[&name],
+            first_files[&name], other_files[&name],
             "{name} does not depend on the seed"
         );
     }

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 
 use bench_tests::program::bench;
 use bench_tests::session::{
-    ON_A_CARD, SessionFolder, config_with, demo_with, finish, text, unattended,
+    SOUND_CARD, SessionFolder, finish, headless_run, text, write_bench_config, write_demo_protocol,
 };
 use devices::estop_press::{EstopPress, record_path};
 
-use super::refusals::{refused, refused_before_anything_is_made, room, uncalibrated};
+use super::refusals::{assert_early_refusal, assert_refusal, room, uncalibrated};
 
 fn scenario(folder: &Path, text: &str) -> PathBuf {
     let path = folder.join("scenario.toml");
@@ -21,7 +21,7 @@ fn scenario(folder: &Path, text: &str) -> PathBuf {
 }
 
 /// Benches with a defective stop, and the row that reports it.
-const UNSTOPPABLE: [(&str, &str); 2] = [
+const DEFECTS: [(&str, &str); 2] = [
     (
         "[amplifier]\none_shot_s = 5.0\n",
         "FAILED  stop: heartbeat  the amplifier stays on",
@@ -36,9 +36,9 @@ const UNSTOPPABLE: [(&str, &str); 2] = [
 /// Hazard 15.
 #[test]
 fn a_bench_that_its_stops_do_not_stop_is_not_driven() {
-    for (faulty, row) in UNSTOPPABLE {
+    for (defect, row) in DEFECTS {
         let (folder, study) = room();
-        let scenario = scenario(folder.path(), faulty);
+        let scenario = scenario(folder.path(), defect);
         let mut run = bench();
         run.args([
             "run",
@@ -52,7 +52,7 @@ fn a_bench_that_its_stops_do_not_stop_is_not_driven() {
         .arg(&study)
         .arg("--mock")
         .arg(&scenario);
-        refused_before_anything_is_made(&mut run, &study, &[row]);
+        assert_early_refusal(&mut run, &study, &[row]);
 
         for arguments in [
             &[
@@ -73,7 +73,7 @@ fn a_bench_that_its_stops_do_not_stop_is_not_driven() {
                 .args(arguments)
                 .args(["--speed", "max", "--mock"])
                 .arg(&scenario);
-            refused(&finish(&mut command), &[row]);
+            assert_refusal(&finish(&mut command), &[row]);
         }
     }
 }
@@ -81,15 +81,15 @@ fn a_bench_that_its_stops_do_not_stop_is_not_driven() {
 #[test]
 fn a_session_logs_how_long_its_stops_took() {
     let (folder, study) = room();
-    let protocol = demo_with(
+    let protocol = write_demo_protocol(
         folder.path(),
         &[
             ("practice = 1", "practice = 0"),
             ("per_condition = 4", "per_condition = 1"),
         ],
     );
-    let ended = finish(&mut unattended(&study, "sub-01", protocol));
-    assert!(ended.status.success(), "{}", text(&ended));
+    let output = finish(&mut headless_run(&study, "sub-01", protocol));
+    assert!(output.status.success(), "{}", text(&output));
     let session = SessionFolder::read(&study, "sub-01").unwrap();
     let rows = session.starts()[0].preflight.as_array().unwrap();
     for name in ["stop: heartbeat", "stop: enable"] {
@@ -103,39 +103,39 @@ fn a_session_logs_how_long_its_stops_took() {
 #[test]
 fn a_real_bench_drives_only_after_its_e_stop_was_pressed() {
     let (folder, study) = room();
-    let wired = [
-        ON_A_CARD,
+    let changes = [
+        SOUND_CARD,
         (
             "backend = \"none\"",
             "backend = \"rppal\"\nestop = 13\nheartbeat = 21",
         ),
     ];
-    let config = config_with(folder.path(), &wired);
+    let config = write_bench_config(folder.path(), &changes);
     let mut run = uncalibrated(&study, &config);
     run.current_dir(folder.path());
-    refused_before_anything_is_made(
+    assert_early_refusal(
         &mut run,
         &study,
         &["never been tested", "check --press-estop"],
     );
 
-    let record = |pressed: jiff::Timestamp, line: &str| {
+    let record = |press_time: jiff::Timestamp, line: &str| {
         let path = record_path(&folder.path().join("calibration.toml"));
-        EstopPress::record(&path, line.to_owned(), pressed).unwrap();
+        EstopPress::record(&path, line.to_owned(), press_time).unwrap();
     };
     let now = jiff::Timestamp::now();
     let hours = |hours: i64| jiff::SignedDuration::from_hours(hours);
-    for (pressed, line, word) in [
+    for (press_time, line, word) in [
         (now - hours(25), "rppal, line 13", "25.0 hours ago"),
         (now, "rppal, line 14", "was tested on rppal, line 14"),
         (now + hours(2), "rppal, line 13", "in the future"),
         // This machine has no such line, but the press is recent.
         (now - hours(1), "rppal, line 13", "Raspberry Pi"),
     ] {
-        record(pressed, line);
+        record(press_time, line);
         let mut run = uncalibrated(&study, &config);
         run.current_dir(folder.path());
-        refused_before_anything_is_made(&mut run, &study, &[word]);
+        assert_early_refusal(&mut run, &study, &[word]);
     }
 }
 
@@ -146,11 +146,11 @@ fn a_press_is_rehearsed_on_the_simulated_bench() {
     check
         .current_dir(folder.path())
         .args(["check", "--mock", "--quick", "--press-estop"]);
-    let ended = finish(&mut check);
-    let printed = text(&ended);
-    assert!(ended.status.success(), "{printed}");
+    let output = finish(&mut check);
+    let transcript = text(&output);
+    assert!(output.status.success(), "{transcript}");
     for word in ["Press the e-stop now.", "Release it.", "The e-stop works"] {
-        assert!(printed.contains(word), "{printed}");
+        assert!(transcript.contains(word), "{transcript}");
     }
     // Such a record would count for the real bench that the configuration names.
     assert!(!folder.path().join("calibration-estop.toml").exists());

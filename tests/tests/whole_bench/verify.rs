@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use bench_tests::program::bench;
-use bench_tests::session::{demo_with, finish, text, unattended};
-use bench_tests::shared::shared;
+use bench_tests::session::{finish, headless_run, text, write_demo_protocol};
+use bench_tests::shared::shared_folder;
 use recording::{FORCE_FILE, MANIFEST_FILE, POSITION_FILE, SIGNALS_FILE};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -20,9 +20,9 @@ pub(super) const TRIAL: &str = "trial-001_attempt-1";
 const PRACTICE: &str = "practice-01_attempt-1";
 
 /// Returns a study of one short session: a practice trial and two others.
-fn recorded() -> PathBuf {
-    shared("verified-study", |folder| {
-        let protocol = demo_with(
+fn recorded_study() -> PathBuf {
+    shared_folder("verified-study", |folder| {
+        let protocol = write_demo_protocol(
             folder,
             &[
                 ("per_condition = 4", "per_condition = 2"),
@@ -35,20 +35,23 @@ fn recorded() -> PathBuf {
                 ("min_instances = 5", "min_instances = 1"),
             ],
         );
-        let output = finish(&mut unattended(&folder.join("study"), "sub-01", protocol));
+        let output = finish(&mut headless_run(&folder.join("study"), "sub-01", protocol));
         assert!(output.status.success(), "{}", text(&output));
     })
 }
 
 /// A copy of that study, to be damaged.
-pub(super) struct Copied {
+pub(super) struct StudyCopy {
     folder: TempDir,
 }
 
-impl Copied {
+impl StudyCopy {
     pub(super) fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        copy(&recorded().join("study"), &folder.path().join("study"));
+        copy(
+            &recorded_study().join("study"),
+            &folder.path().join("study"),
+        );
         Self { folder }
     }
 
@@ -65,30 +68,30 @@ impl Copied {
     }
 
     /// Replaces part of a text file.
-    pub(super) fn edit(&self, file: &Path, from: &str, to: &str) {
+    pub(super) fn edit(&self, file: &Path, part: &str, replacement: &str) {
         let text = fs::read_to_string(file).unwrap();
-        assert!(text.contains(from), "no `{from}` in {text}");
-        fs::write(file, text.replacen(from, to, 1)).unwrap();
+        assert!(text.contains(part), "no `{part}` in {text}");
+        fs::write(file, text.replacen(part, replacement, 1)).unwrap();
     }
 
-    /// Removes the lines of the log selected by `of`.
-    fn remove_lines(&self, of: impl Fn(&str) -> bool) {
+    /// Removes the lines of the log selected by `is_removed`.
+    fn remove_lines(&self, is_removed: impl Fn(&str) -> bool) {
         let log = self.session().join("events.jsonl");
         let text = fs::read_to_string(&log).unwrap();
-        let kept: String = text
+        let content: String = text
             .lines()
-            .filter(|line| !of(line))
+            .filter(|line| !is_removed(line))
             .map(|l| format!("{l}\n"))
             .collect();
-        assert!(kept.len() < text.len(), "no such line");
-        fs::write(log, kept).unwrap();
+        assert!(content.len() < text.len(), "no such line");
+        fs::write(log, content).unwrap();
     }
 
     /// Resumes the session.
-    pub(super) fn resume(&self, more: &[&str]) -> Output {
-        let protocol = recorded().join("protocol.toml");
-        let mut run = unattended(&self.study(), "sub-01", protocol);
-        finish(run.arg("--resume").args(more))
+    pub(super) fn resume(&self, options: &[&str]) -> Output {
+        let protocol = recorded_study().join("protocol.toml");
+        let mut run = headless_run(&self.study(), "sub-01", protocol);
+        finish(run.arg("--resume").args(options))
     }
 
     /// Returns the exit status and the output.
@@ -98,60 +101,60 @@ impl Copied {
     }
 
     /// Requires `verify` to report damage in these words.
-    fn require_found(&self, words: &[&str]) {
-        let (status, printed) = self.verify();
-        assert_eq!(status, 1, "{printed}");
+    fn require_damage(&self, words: &[&str]) {
+        let (status, transcript) = self.verify();
+        assert_eq!(status, 1, "{transcript}");
         for word in words.iter().chain(&["NOT WHOLE"]) {
-            assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+            assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
         }
-        assert!(!printed.contains("panicked"), "{printed}");
+        assert!(!transcript.contains("panicked"), "{transcript}");
     }
 }
 
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap() {
+fn copy(source: &Path, target: &Path) {
+    fs::create_dir_all(target).unwrap();
+    for entry in fs::read_dir(source).unwrap() {
         let entry = entry.unwrap();
-        let to = to.join(entry.file_name());
+        let target = target.join(entry.file_name());
         if entry.file_type().unwrap().is_dir() {
-            copy(&entry.path(), &to);
+            copy(&entry.path(), &target);
         } else {
-            fs::copy(entry.path(), to).unwrap();
+            fs::copy(entry.path(), target).unwrap();
         }
     }
 }
 
 #[test]
 fn a_whole_study_passes_with_every_sum() {
-    let study = Copied::new();
-    let (status, printed) = study.verify();
-    assert_eq!(status, 0, "{printed}");
+    let study = StudyCopy::new();
+    let (status, transcript) = study.verify();
+    assert_eq!(status, 0, "{transcript}");
     for line in [
         "complete, 2 of 2 trials accepted",
         "practice              sums agree",
         "accepted              sums agree",
         "nothing is damaged or missing",
     ] {
-        assert!(printed.contains(line), "no `{line}` in:\n{printed}");
+        assert!(transcript.contains(line), "no `{line}` in:\n{transcript}");
     }
-    assert!(!printed.contains("note"), "{printed}");
+    assert!(!transcript.contains("note"), "{transcript}");
     // One session of it, and as JSON.
     let output = finish(bench().args(["verify", "--json", "-"]).arg(study.session()));
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(found["whole"], true);
-    let trials = found["sessions"][0]["trials"].as_array().unwrap();
-    assert!(trials.len() >= 3, "{found:#}");
+    let findings: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(findings["whole"], true);
+    let trials = findings["sessions"][0]["trials"].as_array().unwrap();
+    assert!(trials.len() >= 3, "{findings:#}");
     assert!(trials.iter().all(|trial| trial["integrity"] == "intact"));
     assert_eq!(trials[0]["name"], PRACTICE);
     assert_eq!(trials[0]["practice"], true);
     // The checksums are those of any other program.
     let log = fs::read_to_string(study.session().join("events.jsonl")).unwrap();
-    let saved: Value = log
+    let event: Value = log
         .lines()
         .map(|line| serde_json::from_str::<Value>(line).unwrap())
         .find(|line| line["data"]["saved"] == TRIAL)
         .unwrap();
-    let sums: String = saved["data"]["sha256"]
+    let sums: String = event["data"]["sha256"]
         .as_object()
         .unwrap()
         .iter()
@@ -159,23 +162,23 @@ fn a_whole_study_passes_with_every_sum() {
         .collect();
     assert_eq!(sums.lines().count(), 4);
     fs::write(study.file("SHA256SUMS"), sums).unwrap();
-    let checked = finish(
+    let output = finish(
         Command::new("sha256sum")
             .args(["--check", "--strict", "SHA256SUMS"])
             .current_dir(study.session().join(TRIAL)),
     );
-    assert!(checked.status.success(), "{}", text(&checked));
+    assert!(output.status.success(), "{}", text(&output));
 }
 
 #[test]
 fn a_flipped_byte_is_found() {
-    let study = Copied::new();
+    let study = StudyCopy::new();
     let path = study.file(SIGNALS_FILE);
     let mut bytes = fs::read(&path).unwrap();
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     fs::write(path, bytes).unwrap();
-    study.require_found(&[
+    study.require_damage(&[
         "trial-001_attempt-1        accepted              DAMAGED",
         "signals.wav is not as it was recorded",
     ]);
@@ -183,12 +186,12 @@ fn a_flipped_byte_is_found() {
 
 #[test]
 fn a_missing_file_and_a_missing_folder_are_found() {
-    let study = Copied::new();
+    let study = StudyCopy::new();
     fs::remove_file(study.file(FORCE_FILE)).unwrap();
     fs::remove_dir_all(study.session().join(PRACTICE)).unwrap();
     fs::remove_file(study.session().join("bench.toml")).unwrap();
     fs::write(study.session().join("calibration.toml"), "format = 1\n").unwrap();
-    study.require_found(&[
+    study.require_damage(&[
         "calibration.toml cannot be read: it was edited",
         "DAMAGED",
         "force.csv is missing",
@@ -200,10 +203,10 @@ fn a_missing_file_and_a_missing_folder_are_found() {
 
 #[test]
 fn a_truncated_wav_and_an_edited_description_are_found_also_without_sums() {
-    let study = Copied::new();
+    let study = StudyCopy::new();
     // A log from before checksums were recorded.
     let log = study.session().join("events.jsonl");
-    let without: String = fs::read_to_string(&log)
+    let content: String = fs::read_to_string(&log)
         .unwrap()
         .lines()
         .map(|line| {
@@ -214,32 +217,36 @@ fn a_truncated_wav_and_an_edited_description_are_found_also_without_sums() {
             format!("{line}\n")
         })
         .collect();
-    fs::write(&log, without).unwrap();
-    let (status, printed) = study.verify();
-    assert_eq!(status, 0, "{printed}");
-    assert!(printed.contains("no sum recorded: "), "{printed}");
-    assert!(!printed.contains("sums agree"), "{printed}");
+    fs::write(&log, content).unwrap();
+    let (status, transcript) = study.verify();
+    assert_eq!(status, 0, "{transcript}");
+    assert!(transcript.contains("no sum recorded: "), "{transcript}");
+    assert!(!transcript.contains("sums agree"), "{transcript}");
 
     let path = study.file(SIGNALS_FILE);
     let length = path.metadata().unwrap().len();
     let file = fs::OpenOptions::new().write(true).open(&path).unwrap();
     file.set_len(length - 1000).unwrap();
-    let other = study.session().join("trial-002_attempt-1");
-    study.edit(&other.join(MANIFEST_FILE), "number = 2", "number = 7");
-    study.require_found(&["truncated", "recording.toml is of trial-007_attempt-1"]);
+    let second_trial = study.session().join("trial-002_attempt-1");
+    study.edit(
+        &second_trial.join(MANIFEST_FILE),
+        "number = 2",
+        "number = 7",
+    );
+    study.require_damage(&["truncated", "recording.toml is of trial-007_attempt-1"]);
 }
 
 #[test]
 fn an_edited_description_has_another_sum_and_a_broken_one_is_named() {
-    let study = Copied::new();
+    let study = StudyCopy::new();
     study.edit(
         &study.file(MANIFEST_FILE),
         "modulation_index = 0.95",
         "modulation_index = 0.9",
     );
-    let other = study.session().join("trial-002_attempt-1");
-    study.edit(&other.join(MANIFEST_FILE), "carrier_hz", "carier_hz");
-    study.require_found(&[
+    let second_trial = study.session().join("trial-002_attempt-1");
+    study.edit(&second_trial.join(MANIFEST_FILE), "carrier_hz", "carier_hz");
+    study.require_damage(&[
         "recording.toml is not as it was recorded",
         "unknown key `carier_hz`",
     ]);
@@ -251,32 +258,32 @@ fn an_edited_description_has_another_sum_and_a_broken_one_is_named() {
 /// Fault 27.
 #[test]
 fn an_accepted_trial_without_its_whole_recording_is_found_and_missed_by_the_analysis() {
-    let study = Copied::new();
+    let study = StudyCopy::new();
     // Without checksums, as when the recording could not be read back.
     study.remove_lines(|line| line.contains(&format!("\"saved\":\"{TRIAL}\"")));
     let manifest = study.file(MANIFEST_FILE);
     study.edit(&manifest, "end = \"completed\"", "end = \"interrupted\"");
-    study.require_found(&[
+    study.require_damage(&[
         "trial-001_attempt-1        accepted              DAMAGED",
         "the log says that the trial was accepted, and recording.toml that its recording was broken off",
         "the log says that the trial was accepted, and not that its recording was saved",
     ]);
-    let analyzed = finish(bench().arg("analyze").arg(study.study()));
-    assert_eq!(analyzed.status.code(), Some(1));
-    let printed = text(&analyzed);
+    let output = finish(bench().arg("analyze").arg(study.study()));
+    assert_eq!(output.status.code(), Some(1));
+    let transcript = text(&output);
     for line in [
         "accepted 2, analysed 1; left out: 1 missed",
         "trial-001_attempt-1 (accepted): its recording was broken off",
     ] {
-        assert!(printed.contains(line), "no `{line}` in:\n{printed}");
+        assert!(transcript.contains(line), "no `{line}` in:\n{transcript}");
     }
 
-    let study = Copied::new();
+    let study = StudyCopy::new();
     let force = study.file(FORCE_FILE);
     let rows = fs::read_to_string(&force).unwrap();
     let rows: Vec<&str> = rows.lines().collect();
     fs::write(&force, rows[..rows.len() / 2].join("\n") + "\n").unwrap();
-    study.require_found(&[
+    study.require_damage(&[
         "force.csv has no rows from",
         "although the trial was accepted",
     ]);
@@ -287,26 +294,26 @@ fn an_accepted_trial_without_its_whole_recording_is_found_and_missed_by_the_anal
 /// Fault 7.
 #[test]
 fn a_row_long_after_the_end_is_wrong_in_a_completed_recording_alone() {
-    let study = Copied::new();
+    let study = StudyCopy::new();
     study.remove_lines(|line| line.contains(&format!("\"saved\":\"{TRIAL}\"")));
     let position = study.file(POSITION_FILE);
     let rows = fs::read_to_string(&position).unwrap();
     fs::write(&position, rows + "1000.0,0.05\n").unwrap();
-    let wrong = "WRONG: position.csv: 1 rows are left out";
-    study.require_found(&[wrong]);
+    let message = "WRONG: position.csv: 1 rows are left out";
+    study.require_damage(&[message]);
     let manifest = study.file(MANIFEST_FILE);
     study.edit(&manifest, "end = \"completed\"", "end = \"interrupted\"");
-    let (_, printed) = study.verify();
-    assert!(!printed.contains(wrong), "{printed}");
+    let (_, transcript) = study.verify();
+    assert!(!transcript.contains(message), "{transcript}");
     assert!(
-        printed.contains("position.csv: 1 rows are left out"),
-        "{printed}"
+        transcript.contains("position.csv: 1 rows are left out"),
+        "{transcript}"
     );
 }
 
 #[test]
 fn lost_frames_that_no_event_explains_are_found() {
-    let study = Copied::new();
+    let study = StudyCopy::new();
     let path = study.file(SIGNALS_FILE);
     let mut bytes = fs::read(&path).unwrap();
     let frame_bytes = usize::from(u16::from_le_bytes([bytes[32], bytes[33]]));
@@ -322,7 +329,7 @@ fn lost_frames_that_no_event_explains_are_found() {
     let text = fs::read_to_string(&manifest).unwrap();
     let gap = "\n[[events]]\nkind = \"gap\"\nsample = 100\nframes = 5\n";
     fs::write(&manifest, text + gap).unwrap();
-    study.require_found(&[
+    study.require_damage(&[
         "10 frames of signals.wav are lost, and no event",
         "5 frames from 100 on were lost, but signals.wav has samples there",
     ]);
@@ -330,32 +337,32 @@ fn lost_frames_that_no_event_explains_are_found() {
 
 #[test]
 fn a_line_that_is_removed_from_the_log_is_found() {
-    let study = Copied::new();
+    let study = StudyCopy::new();
     study.remove_lines(|line| line.contains("trial_settled") && line.contains("\"number\":2"));
-    study.require_found(&["events.jsonl", "lines are missing or in another order"]);
+    study.require_damage(&["events.jsonl", "lines are missing or in another order"]);
     // The same for the first and the last line.
-    for (of, word) in [
+    for (part, word) in [
         ("\"document\":\"start\"", "before any start"),
         ("\"saved\":\"trial-002_attempt-1\"", "lines are missing"),
     ] {
-        let study = Copied::new();
-        study.remove_lines(|line| line.contains(of));
-        study.require_found(&[word]);
+        let study = StudyCopy::new();
+        study.remove_lines(|line| line.contains(part));
+        study.require_damage(&[word]);
     }
-    let study = Copied::new();
+    let study = StudyCopy::new();
     fs::remove_file(study.session().join("events.jsonl")).unwrap();
-    study.require_found(&["events.jsonl is missing"]);
+    study.require_damage(&["events.jsonl is missing"]);
 }
 
 #[test]
-fn what_was_put_there_is_named() {
-    let study = Copied::new();
+fn foreign_files_are_named() {
+    let study = StudyCopy::new();
     let session = study.session();
     copy(&session.join(TRIAL), &session.join("trial-009_attempt-1"));
     copy(&session.join(TRIAL), &session.join("a copy"));
     fs::create_dir(session.join("figures")).unwrap();
     fs::create_dir(study.study().join("sub-09")).unwrap();
-    study.require_found(&[
+    study.require_damage(&[
         "trial-009_attempt-1        unknown               DAMAGED",
         "the log does not know it",
         "a copy is a recording that is no trial of this session",
@@ -366,26 +373,26 @@ fn what_was_put_there_is_named() {
 
 #[test]
 fn a_participant_in_another_folder_is_found() {
-    let study = Copied::new();
+    let study = StudyCopy::new();
     fs::rename(study.study().join("sub-01"), study.study().join("sub-02")).unwrap();
-    study.require_found(&[
+    study.require_damage(&[
         "participants.tsv lists sub-01",
         "events.jsonl is of sub-01, session 1",
     ]);
 }
 
 /// Cuts the study to the state after a kill in its last trial: without the trial's end and all later data. Returns the trial.
-fn killed_in_the_last_trial(study: &Copied) -> String {
+fn cut_in_last_trial(study: &StudyCopy) -> String {
     let log = study.session().join("events.jsonl");
     let text = fs::read_to_string(&log).unwrap();
     let lines: Vec<&str> = text.lines().collect();
-    let last = lines
+    let index = lines
         .iter()
         .rposition(|line| line.contains("trial_began"))
         .unwrap();
-    fs::write(&log, lines[..=last].join("\n") + "\n{\"docu").unwrap();
-    let began: Value = serde_json::from_str(lines[last]).unwrap();
-    let key = &began["data"]["key"];
+    fs::write(&log, lines[..=index].join("\n") + "\n{\"docu").unwrap();
+    let event: Value = serde_json::from_str(lines[index]).unwrap();
+    let key = &event["data"]["key"];
     let name = format!(
         "trial-{:03}_attempt-{}",
         key["number"].as_u64().unwrap() - 1,
@@ -400,37 +407,37 @@ fn killed_in_the_last_trial(study: &Copied) -> String {
 }
 
 #[test]
-fn an_interrupted_session_passes_and_is_resumed_with_a_word_on_its_last_trial() {
-    let study = Copied::new();
-    let name = killed_in_the_last_trial(&study);
-    let (status, printed) = study.verify();
-    assert_eq!(status, 0, "{printed}");
+fn an_interrupted_session_passes_and_its_last_trial_is_reported_on_resuming() {
+    let study = StudyCopy::new();
+    let name = cut_in_last_trial(&study);
+    let (status, transcript) = study.verify();
+    assert_eq!(status, 0, "{transcript}");
     for word in [
         "unfinished: the program was killed",
         "interrupted           no sum recorded",
         "was torn",
     ] {
-        assert!(printed.contains(word), "no `{word}` in:\n{printed}");
+        assert!(transcript.contains(word), "no `{word}` in:\n{transcript}");
     }
-    let resumed = study.resume(&[]);
-    assert!(resumed.status.success(), "{}", text(&resumed));
+    let output = study.resume(&[]);
+    assert!(output.status.success(), "{}", text(&output));
     let line = format!("the last trial before this: {name}: interrupted, no sum recorded");
-    assert!(text(&resumed).contains(&line), "{}", text(&resumed));
-    let (status, printed) = study.verify();
-    assert_eq!(status, 0, "{printed}");
-    assert!(printed.contains("complete, 2 of 2"), "{printed}");
+    assert!(text(&output).contains(&line), "{}", text(&output));
+    let (status, transcript) = study.verify();
+    assert_eq!(status, 0, "{transcript}");
+    assert!(transcript.contains("complete, 2 of 2"), "{transcript}");
 }
 
 #[test]
-fn a_damaged_last_trial_is_said_when_the_session_is_resumed() {
-    let study = Copied::new();
+fn a_damaged_last_trial_is_reported_on_resuming() {
+    let study = StudyCopy::new();
     // The operator ended it after the first trial.
     let log = study.session().join("events.jsonl");
-    let text_before = fs::read_to_string(&log).unwrap();
-    let lines: Vec<&str> = text_before.lines().collect();
-    let settled = |line: &&str| line.contains("trial_settled") && line.contains("\"number\":2");
-    let last = lines.iter().position(settled).unwrap();
-    fs::write(&log, lines[..=last].join("\n") + "\n").unwrap();
+    let content = fs::read_to_string(&log).unwrap();
+    let lines: Vec<&str> = content.lines().collect();
+    let is_settled = |line: &&str| line.contains("trial_settled") && line.contains("\"number\":2");
+    let index = lines.iter().position(is_settled).unwrap();
+    fs::write(&log, lines[..=index].join("\n") + "\n").unwrap();
     for entry in fs::read_dir(study.session()).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_str().unwrap();
@@ -439,47 +446,47 @@ fn a_damaged_last_trial_is_said_when_the_session_is_resumed() {
         }
     }
     fs::remove_file(study.file(FORCE_FILE)).unwrap();
-    let resumed = study.resume(&[]);
-    assert!(resumed.status.success(), "{}", text(&resumed));
+    let output = study.resume(&[]);
+    assert!(output.status.success(), "{}", text(&output));
     let line =
         format!("the last trial before this: {TRIAL}: accepted, DAMAGED; force.csv is missing");
-    assert!(text(&resumed).contains(&line), "{}", text(&resumed));
+    assert!(text(&output).contains(&line), "{}", text(&output));
 }
 
 #[test]
 fn a_session_whose_log_has_a_hole_is_not_resumed() {
     for damage in ["trial_settled", "half a line"] {
-        let study = Copied::new();
-        killed_in_the_last_trial(&study);
+        let study = StudyCopy::new();
+        cut_in_last_trial(&study);
         if damage == "trial_settled" {
             study.remove_lines(|line| line.contains(damage));
         } else {
             let log = study.session().join("events.jsonl");
             study.edit(&log, "{\"document\":\"event\"", "{\"docu");
         }
-        let before = fs::read(study.session().join("events.jsonl")).unwrap();
-        let refused = study.resume(&[]);
-        assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
+        let content_before = fs::read(study.session().join("events.jsonl")).unwrap();
+        let output = study.resume(&[]);
+        assert_eq!(output.status.code(), Some(2), "{}", text(&output));
         for word in ["cannot be trusted", "events.jsonl", "--new-session"] {
-            assert!(text(&refused).contains(word), "{}", text(&refused));
+            assert!(text(&output).contains(word), "{}", text(&output));
         }
-        let after = fs::read(study.session().join("events.jsonl")).unwrap();
-        assert!(before == after, "the log is left as it is");
+        let content_after = fs::read(study.session().join("events.jsonl")).unwrap();
+        assert!(content_before == content_after, "the log is left as it is");
     }
 }
 
 #[test]
 fn a_misspelt_folder_suggests_the_right_one() {
-    let study = Copied::new();
+    let study = StudyCopy::new();
     let output = finish(
         bench()
             .arg("verify")
             .arg(study.folder.path().join("studdy")),
     );
-    let printed = text(&output);
-    assert_eq!(output.status.code(), Some(2), "{printed}");
-    let meant = format!("did you mean `{}`?", study.study().display());
-    assert!(printed.contains(&meant), "{printed}");
+    let transcript = text(&output);
+    assert_eq!(output.status.code(), Some(2), "{transcript}");
+    let suggestion = format!("did you mean `{}`?", study.study().display());
+    assert!(transcript.contains(&suggestion), "{transcript}");
     // A recording or another file is not a study.
     for (path, words) in [
         (study.session().join(TRIAL), "is a recording"),

@@ -15,10 +15,10 @@ use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;
 
 /// Runs a session and returns its folder.
-fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
+fn session(study: &Path, date_errors: &'static [(f64, i64)]) -> PathBuf {
     let plan = Plan::new(Effective::uncalibrated(config(&[])), &options(study)).unwrap();
     let setup = Setup {
-        set,
+        date_errors,
         ..Setup::default()
     };
     let (report, _) = run(plan, apparatus(setup), on_terminal(std::io::sink())).unwrap();
@@ -28,9 +28,9 @@ fn session(study: &Path, set: &'static [(f64, i64)]) -> PathBuf {
 }
 
 /// Every file of a session by its path, except the log; the log's documents without their dates; and the dates.
-type Left = (BTreeMap<PathBuf, Vec<u8>>, Vec<Value>, Vec<Timestamp>);
+type SessionContent = (BTreeMap<PathBuf, Vec<u8>>, Vec<Value>, Vec<Timestamp>);
 
-fn left(session: &Path) -> Left {
+fn session_content(session: &Path) -> SessionContent {
     let (mut files, mut folders) = (BTreeMap::new(), vec![session.to_owned()]);
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder).unwrap() {
@@ -60,29 +60,32 @@ fn left(session: &Path) -> Left {
 #[test]
 fn a_wall_clock_that_is_set_during_a_session_changes_nothing_but_the_dates() {
     let folder = tempfile::tempdir().unwrap();
-    let of = |name: &str, set| left(&session(&folder.path().join(name), set));
-    let (files, documents, dates) = of("steady", &[]);
-    let (set_files, set_documents, set_dates) = of("set", &[(1.5, 1), (3.0, -1)]);
+    let content =
+        |name: &str, date_errors| session_content(&session(&folder.path().join(name), date_errors));
+    let (files, documents, dates) = content("steady", &[]);
+    let (shifted_files, shifted_documents, shifted_dates) = content("set", &[(1.5, 1), (3.0, -1)]);
 
     // The dates in the log show that the clock was an hour ahead, then an hour behind.
-    let wrong = |hours: i64| {
-        let pairs = dates.iter().zip(&set_dates);
+    let matches = |hours: i64| {
+        let pairs = dates.iter().zip(&shifted_dates);
         pairs
-            .filter(|(date, set)| date.duration_until(**set) == SignedDuration::from_hours(hours))
+            .filter(|(date, shifted)| {
+                date.duration_until(**shifted) == SignedDuration::from_hours(hours)
+            })
             .count()
     };
-    let counts = [0, 1, -1].map(wrong);
+    let counts = [0, 1, -1].map(matches);
     assert!(
         counts.iter().all(|&count| count > 0),
         "{counts:?}: {dates:?}"
     );
     assert_eq!(counts.iter().sum::<usize>(), dates.len());
 
-    assert_eq!(documents, set_documents);
+    assert_eq!(documents, shifted_documents);
     let names = |files: &BTreeMap<PathBuf, Vec<u8>>| files.keys().cloned().collect::<Vec<_>>();
-    assert_eq!(names(&files), names(&set_files));
+    assert_eq!(names(&files), names(&shifted_files));
     assert!(files.len() > 5, "{:?}", names(&files));
     for (name, bytes) in &files {
-        assert!(*bytes == set_files[name], "{} differs", name.display());
+        assert!(*bytes == shifted_files[name], "{} differs", name.display());
     }
 }

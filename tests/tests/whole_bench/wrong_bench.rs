@@ -3,10 +3,10 @@
 use std::fs;
 
 use bench_tests::program::protocol;
-use bench_tests::room::{Room, refused};
+use bench_tests::room::{Room, require_refusal};
 
 /// Changes of the bench, as simulated, with the words that a user needs.
-const WRONG: [(&str, &str, &[&str]); 11] = [
+const DEFECTS: [(&str, &str, &[&str]); 11] = [
     (
         "swapped channels",
         "[sound_layer]\ninputs = [1, 0]\n",
@@ -78,7 +78,7 @@ fn no_session_begins_on_a_bench_that_is_not_what_was_calibrated() {
     room.succeed(&["pickup"]);
     room.succeed(&["plate"]);
     room.weigh();
-    for (what, scenario, words) in WRONG {
+    for (name, scenario, words) in DEFECTS {
         fs::write(&room.scenario, scenario).unwrap();
         let study = room.folder.path().join("study");
         let mut session = room.command(&["run", "--headless", "--participant", "sub-01"]);
@@ -89,9 +89,9 @@ fn no_session_begins_on_a_bench_that_is_not_what_was_calibrated() {
             .arg(&study);
         let mut words = words.to_vec();
         words.extend(["FAILED", "nothing was driven but the test's faint tone"]);
-        println!("{what}");
-        refused(session, &words);
-        assert!(!study.exists(), "{what}: a study was made");
+        println!("{name}");
+        require_refusal(session, &words);
+        assert!(!study.exists(), "{name}: a study was made");
     }
 }
 
@@ -99,9 +99,9 @@ fn no_session_begins_on_a_bench_that_is_not_what_was_calibrated() {
 #[test]
 fn nothing_is_calibrated_under_a_finger() {
     let room = Room::new("[participant.behaviour]\nrests_unasked = true\n", 1);
-    for what in ["pickup", "plate"] {
-        refused(
-            room.calibrate(&[what]),
+    for part in ["pickup", "plate"] {
+        require_refusal(
+            room.calibrate(&[part]),
             &["something rests on the plate", "remove the finger"],
         );
     }

@@ -6,11 +6,11 @@ use std::collections::BTreeSet;
 use std::process::Command;
 use std::time::Duration;
 
-use bench_tests::held::threads;
-use bench_tests::program::{friction_bench, installed};
-use bench_tests::running::{Running, until};
+use bench_tests::program::{find_program, friction_bench};
+use bench_tests::running::{Running, wait_until};
 use bench_tests::screen::Screen;
-use bench_tests::session::{demo_with, patient_config};
+use bench_tests::session::{patient_config, write_demo_protocol};
+use bench_tests::thread_hold::threads;
 use rustix::process::Signal;
 
 /// Threads by name, and the calls in which each may wait. Every thread may also wait for another thread or for time (`futex`,
@@ -61,24 +61,24 @@ pub const CALLS: &[(&str, &[&str])] = &[
 ];
 
 /// Threads of the simulated hardware and of the program's start and end; they do not decide about the drive.
-const OTHERS: &[&str] = &["apparatus", "friction-bench"];
+const UNCHECKED_THREADS: &[&str] = &["apparatus", "friction-bench"];
 
 /// Calls that `strace` shows: those on files, networks and descriptors.
-const SHOWN: &str = "trace=%file,%network,%desc";
+const TRACE_FILTER: &str = "trace=%file,%network,%desc";
 /// Call among them that requests memory.
 const MEMORY: &str = "mmap";
 
-fn may(thread: &str, call: &str) -> bool {
+fn is_allowed(thread: &str, call: &str) -> bool {
     let row = CALLS.iter().find(|(name, _)| *name == thread);
     call == MEMORY
-        || OTHERS.contains(&thread)
+        || UNCHECKED_THREADS.contains(&thread)
         || row.is_some_and(|(_, calls)| calls.contains(&call))
 }
 
 /// Returns the thread and the call in a line of `strace --decode-pids=comm`.
 fn thread_and_call(line: &str) -> Option<(&str, &str)> {
-    let (before, _) = line.split_once('(')?;
-    let (thread, call) = before.split_once('<')?.1.rsplit_once('>')?;
+    let (prefix, _) = line.split_once('(')?;
+    let (thread, call) = prefix.split_once('<')?.1.rsplit_once('>')?;
     let call = call.trim();
     let is_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
     (!call.is_empty() && call.chars().all(is_name)).then_some((thread, call))
@@ -102,21 +102,21 @@ fn a_line_of_strace_names_thread_and_call() {
 }
 
 /// Returns the names of the threads of strace's child that do not block SIGTERM.
-fn hearing_sigterm(strace: u32) -> Vec<String> {
+fn sigterm_receivers(strace: u32) -> Vec<String> {
     let children = format!("/proc/{strace}/task/{strace}/children");
     let children = std::fs::read_to_string(children).unwrap();
     let program = children.split_whitespace().next().unwrap();
-    let mut hearing = Vec::new();
+    let mut receivers = Vec::new();
     for thread in threads(program.parse().unwrap()) {
         let status = format!("/proc/{program}/task/{}/status", thread.id);
         let status = std::fs::read_to_string(status).unwrap_or_default();
-        let blocked = status.lines().find_map(|line| line.strip_prefix("SigBlk:"));
-        let blocked = blocked.map_or(0, |mask| u64::from_str_radix(mask.trim(), 16).unwrap());
-        if blocked >> (Signal::TERM.as_raw() - 1) & 1 == 0 {
-            hearing.push(thread.name);
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigBlk:"));
+        let mask = mask.map_or(0, |digits| u64::from_str_radix(digits.trim(), 16).unwrap());
+        if mask >> (Signal::TERM.as_raw() - 1) & 1 == 0 {
+            receivers.push(thread.name);
         }
     }
-    hearing
+    receivers
 }
 
 /// Faults 27, 29.
@@ -137,12 +137,12 @@ fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
         ("countdown_s = 1.0", "countdown_s = 0.3"),
         ("feedback_s = 1.0", "feedback_s = 0.3"),
     ];
-    let protocol = demo_with(folder.path(), &changes);
+    let protocol = write_demo_protocol(folder.path(), &changes);
     let mut screen = Screen::open(120, 40);
-    let mut run = Command::new(installed("strace"));
+    let mut run = Command::new(find_program("strace"));
     // A filter in the kernel lets all other calls pass at their usual speed.
     run.args(["-f", "--decode-pids=comm", "--seccomp-bpf", "-qq"])
-        .args(["-e", "signal=none", "-e", SHOWN, "-o"])
+        .args(["-e", "signal=none", "-e", TRACE_FILTER, "-o"])
         .arg(&trace)
         .arg(friction_bench())
         .args(["run", "--mock", "--participant", "sub-01"])
@@ -153,44 +153,44 @@ fn no_thread_that_decides_about_the_drive_asks_a_disk_or_a_terminal() {
         .arg("--config")
         .arg(&config)
         .current_dir(folder.path());
-    let mut session = Running::on(&screen, &mut run);
+    let mut session = Running::start_on(&screen, &mut run);
     let patience = Duration::from_secs(60);
     let log = study.join("sub-01/ses-01/events.jsonl");
-    let logged = |words: &str| {
+    let log_with = |words: &str| {
         let log = std::fs::read_to_string(&log).ok()?;
         log.contains(words).then_some(())
     };
-    if until(patience, || logged("\"trial_began\"")).is_none() {
-        panic!("no trial:\n{}", screen.shown());
+    if wait_until(patience, || log_with("\"trial_began\"")).is_none() {
+        panic!("no trial:\n{}", screen.output());
     }
-    let written = || usize::try_from(trace.metadata().unwrap().len()).unwrap();
-    let from = written();
-    let hearing = hearing_sigterm(session.pid());
+    let trace_length = || usize::try_from(trace.metadata().unwrap().len()).unwrap();
+    let start = trace_length();
+    let receivers = sigterm_receivers(session.pid());
     // A page is written while the plate is driven.
     screen.press("w");
-    let accepted = until(patience, || logged("\"trial_settled\""));
-    assert!(accepted.is_some(), "{}", screen.shown());
-    let to = written();
+    let settled = wait_until(patience, || log_with("\"trial_settled\""));
+    assert!(settled.is_some(), "{}", screen.output());
+    let end = trace_length();
     screen.press("q");
     std::thread::sleep(Duration::from_millis(200));
     screen.press("y");
-    if until(patience, || session.ended()).is_none() {
-        panic!("it goes on:\n{}", screen.shown());
+    if wait_until(patience, || session.exit_status()).is_none() {
+        panic!("it goes on:\n{}", screen.output());
     }
     // Threads make more calls at their start and end, while the plate is not driven.
     let text = std::fs::read(&trace).unwrap();
-    let text = String::from_utf8_lossy(&text[from..to]);
-    let made: BTreeSet<_> = text.lines().filter_map(thread_and_call).collect();
+    let text = String::from_utf8_lossy(&text[start..end]);
+    let calls: BTreeSet<_> = text.lines().filter_map(thread_and_call).collect();
     // The kernel delivers a signal to any thread that does not block it, and that thread might hang.
-    assert_eq!(hearing, ["signals"; 2], "who does not block SIGTERM");
-    let driven = made.iter().any(|(thread, _)| *thread == "recorder");
-    assert!(driven, "no recorder in:\n{made:?}");
-    let others: Vec<_> = made
+    assert_eq!(receivers, ["signals"; 2], "who does not block SIGTERM");
+    let has_recorder = calls.iter().any(|(thread, _)| *thread == "recorder");
+    assert!(has_recorder, "no recorder in:\n{calls:?}");
+    let extra_calls: Vec<_> = calls
         .iter()
-        .filter(|(thread, call)| !may(thread, call))
+        .filter(|(thread, call)| !is_allowed(thread, call))
         .collect();
     assert!(
-        others.is_empty(),
-        "calls that are not in the table of tests/tests/real_time/hangs/calls.rs: {others:?}"
+        extra_calls.is_empty(),
+        "calls that are not in the table of tests/tests/real_time/hangs/calls.rs: {extra_calls:?}"
     );
 }

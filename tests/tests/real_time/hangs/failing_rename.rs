@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use bench_tests::held::{Held, numbers};
 use bench_tests::hung::contradictions;
 use bench_tests::program::protocol;
-use bench_tests::running::{Running, until};
-use bench_tests::session::{SessionFolder, finish, text, unattended};
+use bench_tests::running::{Running, wait_until};
+use bench_tests::session::{SessionFolder, finish, headless_run, text};
+use bench_tests::thread_hold::{ThreadHold, numbers};
 use protocols::{SessionEventKind, TrialOutcome, records_from_events};
 
 const MINUTE: Duration = Duration::from_secs(60);
@@ -30,55 +30,56 @@ fn outcomes(session: &SessionFolder) -> Vec<(u32, TrialOutcome)> {
 fn a_trial_whose_description_cannot_be_renamed_is_not_accepted_and_is_repeated() {
     let folder = tempfile::tempdir().unwrap();
     let study = folder.path().join("study");
-    let session = || unattended(&study, "sub-01", protocol("one-exploration.toml"));
+    let session = || headless_run(&study, "sub-01", protocol("one-exploration.toml"));
     let mut running = Running::start(&mut session(), &folder.path().join("output"));
-    let new = study.join("sub-01/ses-01/trial-001_attempt-1/recording.toml.tmp");
+    let description = study.join("sub-01/ses-01/trial-001_attempt-1/recording.toml.tmp");
     let pid = running.pid();
     // In lock step one thread does everything. It first renames other files, and a description without an end.
     let thread = i32::try_from(pid).unwrap();
     loop {
         // On a busy machine a session may finish unobserved.
-        let held = Held::at(pid, thread, &numbers("rename"), MINUTE).expect("a held rename");
-        let text = std::fs::read_to_string(&new).unwrap_or_default();
+        let hold =
+            ThreadHold::begin(pid, thread, &numbers("rename"), MINUTE).expect("a held rename");
+        let text = std::fs::read_to_string(&description).unwrap_or_default();
         if text.contains("end = \"completed\"") {
             // The call fails because its file is gone; the next attempt finds a working disk.
-            std::fs::remove_file(&new).unwrap();
-            drop(held);
+            std::fs::remove_file(&description).unwrap();
+            drop(hold);
             break;
         }
     }
-    let ended = until(MINUTE, || running.ended()).expect("an end");
-    let printed = running.output();
-    assert!(!ended.success(), "{printed}");
+    let status = wait_until(MINUTE, || running.exit_status()).expect("an end");
+    let transcript = running.output();
+    assert!(!status.success(), "{transcript}");
     // The verdict had accepted the trial; the session did not.
     for words in [
         "trial-001_attempt-1 failed",
         "recording.toml",
         "trials accepted   0 of 1",
     ] {
-        assert!(printed.contains(words), "no `{words}` in:\n{printed}");
+        assert!(transcript.contains(words), "no `{words}` in:\n{transcript}");
     }
     let log = SessionFolder::read(&study, "sub-01").unwrap();
-    let settled = outcomes(&log);
+    let attempts = outcomes(&log);
     assert!(
-        matches!(settled[..], [(1, TrialOutcome::Interrupted { .. })]),
-        "{settled:?}"
+        matches!(attempts[..], [(1, TrialOutcome::Interrupted { .. })]),
+        "{attempts:?}"
     );
     assert_eq!(contradictions(&study), Vec::<String>::new());
 
-    let resumed = finish(session().arg("--resume"));
-    assert!(resumed.status.success(), "{}", text(&resumed));
+    let output = finish(session().arg("--resume"));
+    assert!(output.status.success(), "{}", text(&output));
     let log = SessionFolder::read(&study, "sub-01").unwrap();
-    let settled = outcomes(&log);
+    let attempts = outcomes(&log);
     assert!(
         matches!(
-            settled[..],
+            attempts[..],
             [
                 (1, TrialOutcome::Interrupted { .. }),
                 (2, TrialOutcome::Accepted)
             ]
         ),
-        "{settled:?}"
+        "{attempts:?}"
     );
     // `verify` and the analysis agree too: only the second attempt counts.
     assert_eq!(contradictions(&study), Vec::<String>::new());

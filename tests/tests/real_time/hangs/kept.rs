@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use bench_tests::campaign;
-use bench_tests::held::{Held, has_ended, numbers, threads};
 use bench_tests::hung::contradictions;
-use bench_tests::running::{Running, until};
-use bench_tests::session::{demo_with, unattended};
+use bench_tests::running::{Running, wait_until};
+use bench_tests::session::{headless_run, write_demo_protocol};
+use bench_tests::thread_hold::{ThreadHold, has_ended, numbers, threads};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustix::process::Signal;
@@ -28,13 +28,13 @@ const THREADS: [&str; 2] = ["recorder", "friction-bench"];
 const CALLS: [&str; 6] = ["write", "fdatasync", "fsync", "openat", "rename", "statx"];
 
 /// A study to be recorded by one short session.
-struct Place {
+struct StudyFolder {
     folder: TempDir,
     study: PathBuf,
     protocol: PathBuf,
 }
 
-impl Place {
+impl StudyFolder {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let changes = [
@@ -54,13 +54,13 @@ impl Place {
         ];
         Self {
             study: folder.path().join("study"),
-            protocol: demo_with(folder.path(), &changes),
+            protocol: write_demo_protocol(folder.path(), &changes),
             folder,
         }
     }
 
     fn start(&self) -> Running {
-        let mut run = unattended(&self.study, "sub-01", &self.protocol);
+        let mut run = headless_run(&self.study, "sub-01", &self.protocol);
         if self.study.join("sub-01/ses-01/events.jsonl").exists() {
             run.arg("--resume");
         }
@@ -71,8 +71,8 @@ impl Place {
 /// A disturbance of a run.
 #[derive(Debug)]
 struct Event {
-    after: Duration,
-    held: Option<(&'static str, &'static str, Duration)>,
+    delay: Duration,
+    hang: Option<(&'static str, &'static str, Duration)>,
     signal: Option<Signal>,
 }
 
@@ -81,10 +81,10 @@ impl Event {
         let thread = THREADS[rng.random_range(0..THREADS.len())];
         let call = CALLS[rng.random_range(0..CALLS.len())];
         // The longest hang overflows the recorder's queue at the pace of these sessions.
-        let long = Duration::from_millis(rng.random_range(20..3000));
+        let duration = Duration::from_millis(rng.random_range(20..3000));
         Self {
-            after: Duration::from_millis(rng.random_range(0..1500)),
-            held: rng.random_bool(0.7).then_some((thread, call, long)),
+            delay: Duration::from_millis(rng.random_range(0..1500)),
+            hang: rng.random_bool(0.7).then_some((thread, call, duration)),
             signal: match rng.random_range(0..5) {
                 0 => Some(Signal::TERM),
                 1 => Some(Signal::INT),
@@ -95,29 +95,32 @@ impl Event {
     }
 
     /// Disturbs a run and waits for its end.
-    fn befall(&self, mut running: Running) {
+    fn disturb(&self, mut running: Running) {
         let pid = running.pid();
-        let begun = Instant::now();
-        let _it_may_end = until(self.after, || {
-            (has_ended(pid) || begun.elapsed() >= self.after).then_some(())
+        let start = Instant::now();
+        let _end = wait_until(self.delay, || {
+            (has_ended(pid) || start.elapsed() >= self.delay).then_some(())
         });
-        let held = self.held.and_then(|(name, call, long)| {
+        let hold = self.hang.and_then(|(name, call, duration)| {
             let thread = threads(pid)
                 .into_iter()
                 .find(|thread| thread.name == name)?;
-            let within = Duration::from_secs(1);
-            Some((Held::at(pid, thread.id, &numbers(call), within)?, long))
+            let timeout = Duration::from_secs(1);
+            Some((
+                ThreadHold::begin(pid, thread.id, &numbers(call), timeout)?,
+                duration,
+            ))
         });
-        if let Some((held, long)) = held {
-            let begun = Instant::now();
+        if let Some((hold, duration)) = hold {
+            let start = Instant::now();
             if let Some(signal) = self.signal {
-                std::thread::sleep(long / 2);
+                std::thread::sleep(duration / 2);
                 running.signal(signal);
             }
-            let _until_then = until(long, || {
-                (has_ended(pid) || begun.elapsed() >= long).then_some(())
+            let _end = wait_until(duration, || {
+                (has_ended(pid) || start.elapsed() >= duration).then_some(())
             });
-            drop(held);
+            drop(hold);
         } else if let Some(signal) = self.signal {
             running.signal(signal);
         }
@@ -128,28 +131,30 @@ impl Event {
 /// Completes one sequence; returns the number of its hangs.
 fn sequence(seed: u64) -> Result<usize, String> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let place = Place::new();
-    let (mut hangs, mut told) = (0, Vec::new());
+    let folder = StudyFolder::new();
+    let (mut hangs, mut events) = (0, Vec::new());
     for _ in 0..RUNS {
         let event = Event::random(&mut rng);
-        hangs += usize::from(event.held.is_some());
-        event.befall(place.start());
-        told.push(event);
-        if !place.study.join("sub-01/ses-01/events.jsonl").exists() {
+        hangs += usize::from(event.hang.is_some());
+        event.disturb(folder.start());
+        events.push(event);
+        if !folder.study.join("sub-01/ses-01/events.jsonl").exists() {
             continue;
         }
-        let found = contradictions(&place.study);
-        if !found.is_empty() {
-            return Err(format!("seed {seed}: after {told:?}: {found:?}"));
+        let conflicts = contradictions(&folder.study);
+        if !conflicts.is_empty() {
+            return Err(format!("seed {seed}: after {events:?}: {conflicts:?}"));
         }
     }
-    let mut last = place.start();
-    last.wait(MINUTE);
-    let found = contradictions(&place.study);
-    if found.is_empty() {
+    let mut last_run = folder.start();
+    last_run.wait(MINUTE);
+    let conflicts = contradictions(&folder.study);
+    if conflicts.is_empty() {
         Ok(hangs)
     } else {
-        Err(format!("seed {seed}: resumed after {told:?}: {found:?}"))
+        Err(format!(
+            "seed {seed}: resumed after {events:?}: {conflicts:?}"
+        ))
     }
 }
 
@@ -157,34 +162,37 @@ fn sequence(seed: u64) -> Result<usize, String> {
 /// Hazard 14.
 #[test]
 fn after_hangs_stops_and_kills_in_any_order_nothing_contradicts_anything() {
-    let begin = Instant::now();
-    let wanted = campaign::repeats("FRICTION_BENCH_SEQUENCES", SEQUENCES);
-    let (next, seen) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let start = Instant::now();
+    let count = campaign::repeats("FRICTION_BENCH_SEQUENCES", SEQUENCES);
+    let (next_seed, results) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     let cores = std::thread::available_parallelism().unwrap().get();
     std::thread::scope(|scope| {
         for _ in 0..cores {
             scope.spawn(|| {
                 loop {
-                    let seed = next.fetch_add(1, Ordering::Relaxed);
-                    if seed >= wanted {
+                    let seed = next_seed.fetch_add(1, Ordering::Relaxed);
+                    if seed >= count {
                         break;
                     }
-                    seen.lock().unwrap().push(sequence(seed as u64));
+                    results.lock().unwrap().push(sequence(seed as u64));
                 }
             });
         }
     });
-    let seen = seen.into_inner().unwrap();
-    let hangs: usize = seen.iter().flatten().sum();
-    let bad: Vec<_> = seen.iter().filter_map(|seen| seen.as_ref().err()).collect();
-    campaign::found(
+    let results = results.into_inner().unwrap();
+    let hangs: usize = results.iter().flatten().sum();
+    let failures: Vec<_> = results
+        .iter()
+        .filter_map(|result| result.as_ref().err())
+        .collect();
+    campaign::report(
         "sequences of hang, stop, kill and resume",
-        seen.len(),
+        results.len(),
         &format!(
             "{} with a contradiction, {hangs} hangs, in {:.0} s",
-            bad.len(),
-            begin.elapsed().as_secs_f64()
+            failures.len(),
+            start.elapsed().as_secs_f64()
         ),
     );
-    assert!(bad.is_empty(), "{bad:#?}");
+    assert!(failures.is_empty(), "{failures:#?}");
 }

@@ -9,5 +9,5 @@
 mod calls;
 mod failing_rename;
 mod kept;
-mod one_at_a_time;
+mod single_hangs;
 mod terminals;

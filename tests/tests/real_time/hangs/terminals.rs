@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use bench_tests::hung::{Hung, Rig, Stop, Stopped};
-use bench_tests::running::until;
+use bench_tests::hung::{HungSession, Rig, Stop, StopEffect};
+use bench_tests::running::wait_until;
 use participant_window::message::{Display, FORMAT, FromWindow, ToWindow};
 use participant_window::{Lines, place};
 
@@ -15,41 +15,41 @@ const MINUTE: Duration = Duration::from_secs(60);
 const FULL: Duration = Duration::from_millis(500);
 
 /// Requires the plate to be silent in time, allowing for the machine's lateness.
-fn require_in_time(seen: Stopped) {
-    let in_time = seen.silent_s.is_some_and(|s| s <= 0.050 + seen.late_s);
-    assert!(in_time, "silent too late: {seen:?}");
+fn require_in_time(effect: StopEffect) {
+    let is_in_time = effect.silent_s.is_some_and(|s| s <= 0.050 + effect.late_s);
+    assert!(is_in_time, "silent too late: {effect:?}");
 }
 
-fn fill(session: &Hung) {
-    session.screen.look_away();
-    let mut taken = Instant::now();
-    let full = || {
-        if session.screen.takes_more() {
-            taken = Instant::now();
+fn fill(session: &HungSession) {
+    session.screen.stop_reading();
+    let mut output_time = Instant::now();
+    let is_full = || {
+        if session.screen.accepts_output() {
+            output_time = Instant::now();
         }
-        (taken.elapsed() > FULL).then_some(())
+        (output_time.elapsed() > FULL).then_some(())
     };
-    until(MINUTE, full).unwrap();
+    wait_until(MINUTE, is_full).unwrap();
 }
 
 /// Hazard 15.
 #[test]
 fn a_terminal_that_nobody_reads_takes_each_stop_key() {
-    let mut session = Hung::driving(&Rig::default());
+    let mut session = HungSession::start(&Rig::default());
     fill(&session);
     let asked_ns = session.ask(Stop::Interrupt);
-    let seen = session.watch(asked_ns, Duration::from_secs(3), false);
+    let effect = session.watch(asked_ns, Duration::from_secs(3), false);
     session.end();
     assert_eq!(session.contradictions(), Vec::<String>::new());
-    require_in_time(seen);
+    require_in_time(effect);
 }
 
 /// Plays a window that answers the session until it hangs, and then keeps its end of the socket open.
 fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
-    let Some(met) = until(MINUTE, || place::connect(&socket).ok()?) else {
+    let Some(stream) = wait_until(MINUTE, || place::connect(&socket).ok()?) else {
         return;
     };
-    let mut lines = Lines::new(met).unwrap();
+    let mut lines = Lines::new(stream).unwrap();
     let display = Display {
         format: FORMAT,
         monitor: "HDMI-1".to_owned(),
@@ -62,10 +62,10 @@ fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
     let mut message = FromWindow::Ready(display);
     while lines.send(&message).is_ok() && lines.receive::<ToWindow>(1000).is_ok() {
         message = FromWindow::Alive;
-        let hung = until(Duration::from_millis(100), || {
+        let hang = wait_until(Duration::from_millis(100), || {
             hangs.load(Ordering::Relaxed).then_some(())
         });
-        if hung.is_some() {
+        if hang.is_some() {
             std::thread::sleep(Duration::from_secs(10));
             return;
         }
@@ -76,18 +76,18 @@ fn window(socket: PathBuf, hangs: Arc<AtomicBool>) {
 fn a_window_that_hangs_delays_no_stop() {
     let hangs = Arc::new(AtomicBool::new(false));
     let rig = Rig {
-        more: vec!["--participant-window=meeting"],
+        options: vec!["--participant-window=meeting"],
         ..Rig::default()
     };
-    let mut session = Hung::driving_beside(&rig, |folder| {
+    let mut session = HungSession::start_prepared(&rig, |folder| {
         let (socket, hangs) = (folder.join("meeting"), Arc::clone(&hangs));
         std::thread::spawn(move || window(socket, hangs));
     });
     hangs.store(true, Ordering::Relaxed);
     std::thread::sleep(Duration::from_millis(200));
     let asked_ns = session.ask(Stop::Key);
-    let seen = session.watch(asked_ns, Duration::from_secs(3), false);
+    let effect = session.watch(asked_ns, Duration::from_secs(3), false);
     session.end();
     assert_eq!(session.contradictions(), Vec::<String>::new());
-    require_in_time(seen);
+    require_in_time(effect);
 }

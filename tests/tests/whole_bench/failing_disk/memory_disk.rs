@@ -92,19 +92,19 @@ impl Failure {
 
 #[derive(Debug, Clone)]
 enum Change {
-    Write { at: usize, bytes: Vec<u8> },
+    Write { offset: usize, bytes: Vec<u8> },
     Length(usize),
 }
 
 impl Change {
     fn apply(&self, content: &mut Vec<u8>) {
         match self {
-            Self::Write { at, bytes } => {
-                let end = at + bytes.len();
+            Self::Write { offset, bytes } => {
+                let end = offset + bytes.len();
                 if content.len() < end {
                     content.resize(end, 0);
                 }
-                content[*at..end].copy_from_slice(bytes);
+                content[*offset..end].copy_from_slice(bytes);
             }
             Self::Length(bytes) => content.resize(*bytes, 0),
         }
@@ -112,24 +112,28 @@ impl Change {
 
     /// Applies a random part of the change: some of its sectors.
     fn apply_partly(&self, content: &mut Vec<u8>, rng: &mut impl Rng) {
-        let Self::Write { at, bytes } = self else {
+        let Self::Write { offset, bytes } = self else {
             return;
         };
-        let (mut from, end) = (*at, at + bytes.len());
-        while from < end {
-            let to = end.min((from / SECTOR_BYTES + 1) * SECTOR_BYTES);
+        let (mut start, end) = (*offset, offset + bytes.len());
+        while start < end {
+            let stop = end.min((start / SECTOR_BYTES + 1) * SECTOR_BYTES);
             if rng.random_bool(0.5) {
-                let bytes = bytes[from - at..to - at].to_vec();
-                Self::Write { at: from, bytes }.apply(content);
+                let bytes = bytes[start - offset..stop - offset].to_vec();
+                Self::Write {
+                    offset: start,
+                    bytes,
+                }
+                .apply(content);
             }
-            from = to;
+            start = stop;
         }
     }
 }
 
 #[derive(Debug, Default)]
 struct Content {
-    now: Vec<u8>,
+    current: Vec<u8>,
     synced: Vec<u8>,
     /// Changes since the last sync.
     changes: Vec<Change>,
@@ -137,7 +141,7 @@ struct Content {
 
 impl Content {
     fn change(&mut self, change: Change) {
-        change.apply(&mut self.now);
+        change.apply(&mut self.current);
         self.changes.push(change);
     }
 }
@@ -165,13 +169,13 @@ fn rename(names: &mut Names, change: &NameChange) {
 #[derive(Debug)]
 struct State {
     contents: Vec<Content>,
-    now: Names,
+    current: Names,
     synced: Names,
     /// Changes since the last sync of their folder.
     changes: Vec<NameChange>,
     failure: Option<Failure>,
     /// Operations left before the failure, counting only those it concerns.
-    left: usize,
+    remaining: usize,
     hit: bool,
 }
 
@@ -185,11 +189,11 @@ impl MemoryDisk {
         let names: Names = [(folder.to_owned(), Node::Folder)].into();
         Self(Arc::new(Mutex::new(State {
             contents: Vec::new(),
-            now: names.clone(),
+            current: names.clone(),
             synced: names,
             changes: Vec::new(),
             failure,
-            left: n,
+            remaining: n,
             hit: false,
         })))
     }
@@ -204,59 +208,59 @@ impl MemoryDisk {
     }
 
     /// Writes the disk's content as programs see it into `to`.
-    pub fn show(&self, to: &Path) {
+    pub fn show(&self, target: &Path) {
         let state = self.state();
-        let contents: Vec<_> = state.contents.iter().map(|c| c.now.clone()).collect();
-        show(&state.now, &contents, to);
+        let contents: Vec<_> = state.contents.iter().map(|c| c.current.clone()).collect();
+        show(&state.current, &contents, target);
     }
 
     /// Writes the disk's content after a power cut into `to`.
-    pub fn show_after_power_cut(&self, kept: Kept, rng: &mut impl Rng, to: &Path) {
+    pub fn show_after_power_cut(&self, survival: Survival, rng: &mut impl Rng, target: &Path) {
         let state = self.state();
         let mut names = state.synced.clone();
         for change in &state.changes {
-            if kept.of(rng) == Kept::All {
+            if survival.draw(rng) == Survival::All {
                 rename(&mut names, change);
             }
         }
         let contents = state.contents.iter().map(|content| {
             let mut bytes = content.synced.clone();
             for change in &content.changes {
-                match kept.of(rng) {
-                    Kept::All => change.apply(&mut bytes),
-                    Kept::Random => change.apply_partly(&mut bytes, rng),
-                    Kept::Nothing => {}
+                match survival.draw(rng) {
+                    Survival::All => change.apply(&mut bytes),
+                    Survival::Random => change.apply_partly(&mut bytes, rng),
+                    Survival::Nothing => {}
                 }
             }
             bytes
         });
         let contents: Vec<_> = contents.collect();
-        show(&names, &contents, to);
+        show(&names, &contents, target);
     }
 }
 
 /// Part of the unsynced changes that a power cut keeps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kept {
+pub enum Survival {
     Nothing,
     All,
     /// Each change at random: whole, in part or not at all.
     Random,
 }
 
-impl Kept {
+impl Survival {
     /// Draws the fate of one change; `Random` means a part of it.
-    fn of(self, rng: &mut impl Rng) -> Self {
+    fn draw(self, rng: &mut impl Rng) -> Self {
         match self {
             Self::Random => [Self::Nothing, Self::All, Self::Random][rng.random_range(0..3)],
-            certain => certain,
+            fixed => fixed,
         }
     }
 }
 
-fn show(names: &Names, contents: &[Vec<u8>], to: &Path) {
+fn show(names: &Names, contents: &[Vec<u8>], target: &Path) {
     for (path, node) in names {
-        let path = to.join(path.strip_prefix("/").unwrap());
+        let path = target.join(path.strip_prefix("/").unwrap());
         // A folder sorts before its content; the content of a lost folder is lost.
         match node {
             Node::Folder => std::fs::create_dir_all(path).unwrap(),
@@ -270,13 +274,13 @@ fn show(names: &Names, contents: &[Vec<u8>], to: &Path) {
 
 impl State {
     /// Counts an operation; returns the failure if it hits this operation.
-    fn hits(&mut self, operation: Operation) -> Option<Failure> {
+    fn failure_at(&mut self, operation: Operation) -> Option<Failure> {
         let failure = self.failure.filter(|failure| failure.concerns(operation))?;
         if self.hit {
             return failure.lasts().then_some(failure);
         }
-        if self.left > 0 {
-            self.left -= 1;
+        if self.remaining > 0 {
+            self.remaining -= 1;
             return None;
         }
         self.hit = true;
@@ -284,11 +288,12 @@ impl State {
     }
 
     fn ask(&mut self, operation: Operation) -> io::Result<()> {
-        self.hits(operation).map_or(Ok(()), |f| Err(f.error()))
+        self.failure_at(operation)
+            .map_or(Ok(()), |f| Err(f.error()))
     }
 
     fn file(&self, path: &Path) -> io::Result<usize> {
-        match self.now.get(path) {
+        match self.current.get(path) {
             Some(Node::File(number)) => Ok(*number),
             Some(Node::Folder) => Err(io::ErrorKind::IsADirectory.into()),
             None => Err(io::ErrorKind::NotFound.into()),
@@ -296,13 +301,13 @@ impl State {
     }
 
     fn change_names(&mut self, change: NameChange) {
-        rename(&mut self.now, &change);
+        rename(&mut self.current, &change);
         self.changes.push(change);
     }
 
     fn make(&mut self, path: &Path) -> io::Result<usize> {
         if !matches!(
-            path.parent().and_then(|folder| self.now.get(folder)),
+            path.parent().and_then(|folder| self.current.get(folder)),
             Some(Node::Folder)
         ) {
             return Err(io::ErrorKind::NotFound.into());
@@ -318,7 +323,7 @@ impl Storage for MemoryDisk {
     fn create_new(&self, path: &Path) -> io::Result<Box<dyn StoredFile>> {
         let mut state = self.state();
         state.ask(Operation::Create)?;
-        if state.now.contains_key(path) {
+        if state.current.contains_key(path) {
             return Err(io::ErrorKind::AlreadyExists.into());
         }
         let number = state.make(path)?;
@@ -349,13 +354,15 @@ impl Storage for MemoryDisk {
         let mut state = self.state();
         state.ask(Operation::Read)?;
         let number = state.file(path)?;
-        Ok(Box::new(Cursor::new(state.contents[number].now.clone())))
+        Ok(Box::new(Cursor::new(
+            state.contents[number].current.clone(),
+        )))
     }
 
     fn create_folder(&self, path: &Path) -> io::Result<()> {
         let mut state = self.state();
         state.ask(Operation::Create)?;
-        if state.now.contains_key(path) {
+        if state.current.contains_key(path) {
             return Err(io::ErrorKind::AlreadyExists.into());
         }
         state.change_names(vec![(path.to_owned(), Some(Node::Folder))]);
@@ -384,8 +391,8 @@ impl Storage for MemoryDisk {
     fn find(&self, path: &Path) -> io::Result<()> {
         let mut state = self.state();
         state.ask(Operation::Find)?;
-        let found = state.now.contains_key(path);
-        found.then_some(()).ok_or(io::ErrorKind::NotFound.into())
+        let exists = state.current.contains_key(path);
+        exists.then_some(()).ok_or(io::ErrorKind::NotFound.into())
     }
 
     fn sync_folder(&self, path: &Path) -> io::Result<()> {
@@ -396,11 +403,11 @@ impl Storage for MemoryDisk {
             changes, synced, ..
         } = &mut *state;
         changes.retain(|change| {
-            let in_folder = change[0].0.parent() == Some(path);
-            if in_folder {
+            let is_in_folder = change[0].0.parent() == Some(path);
+            if is_in_folder {
                 rename(synced, change);
             }
-            !in_folder
+            !is_in_folder
         });
         Ok(())
     }
@@ -411,7 +418,7 @@ impl Storage for MemoryDisk {
 struct MemoryFile {
     disk: MemoryDisk,
     number: usize,
-    at: usize,
+    offset: usize,
     appends: bool,
 }
 
@@ -420,7 +427,7 @@ impl MemoryFile {
         Self {
             disk: disk.clone(),
             number,
-            at: 0,
+            offset: 0,
             appends,
         }
     }
@@ -429,26 +436,26 @@ impl MemoryFile {
 impl Write for MemoryFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let mut state = self.disk.state();
-        let length = state.contents[self.number].now.len();
+        let length = state.contents[self.number].current.len();
         if self.appends {
-            self.at = length;
+            self.offset = length;
         }
-        let operation = if self.at + bytes.len() > length {
+        let operation = if self.offset + bytes.len() > length {
             Operation::Write
         } else {
             Operation::Overwrite
         };
-        let taken = match state.hits(operation) {
+        let length_written = match state.failure_at(operation) {
             None => bytes.len(),
             Some(Failure::ShortWrite) => bytes.len().div_ceil(2),
             Some(failure) => return Err(failure.error()),
         };
         state.contents[self.number].change(Change::Write {
-            at: self.at,
-            bytes: bytes[..taken].to_vec(),
+            offset: self.offset,
+            bytes: bytes[..length_written].to_vec(),
         });
-        self.at += taken;
-        Ok(taken)
+        self.offset += length_written;
+        Ok(length_written)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -457,14 +464,14 @@ impl Write for MemoryFile {
 }
 
 impl Seek for MemoryFile {
-    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
-        let length = self.disk.state().contents[self.number].now.len();
-        self.at = match to {
-            SeekFrom::Start(at) => at as usize,
+    fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
+        let length = self.disk.state().contents[self.number].current.len();
+        self.offset = match position {
+            SeekFrom::Start(offset) => offset as usize,
             SeekFrom::End(0) => length,
             other => panic!("{other:?} is not needed"),
         };
-        Ok(self.at as u64)
+        Ok(self.offset as u64)
     }
 }
 
@@ -478,11 +485,11 @@ impl StoredFile for MemoryFile {
 
     fn sync_data(&mut self) -> io::Result<()> {
         let mut state = self.disk.state();
-        let hit = state.hits(Operation::Sync);
+        let failure = state.failure_at(Operation::Sync);
         let Content {
             synced, changes, ..
         } = &mut state.contents[self.number];
-        match hit {
+        match failure {
             None => {
                 for change in changes.drain(..) {
                     change.apply(synced);

@@ -12,15 +12,15 @@ mod trial;
 use std::time::Instant;
 
 use bench_tests::campaign;
-use memory_disk::{Failure, Kept, MemoryDisk};
+use memory_disk::{Failure, MemoryDisk, Survival};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use study::Registered;
-use trial::{Ended, Session};
+use study::Registration;
+use trial::{Session, SessionEnd};
 
 /// Records a session on disks that fail at the first, the second, … operation, until none fails; returns the number of
 /// failures.
-fn at_every_operation(failure: Failure, mut check: impl FnMut(&MemoryDisk, &Session)) -> usize {
+fn fail_every_operation(failure: Failure, mut check: impl FnMut(&MemoryDisk, &Session)) -> usize {
     for n in 0.. {
         let disk = MemoryDisk::new(trial::folder(), Some(failure), n);
         let session = Session::record(&disk);
@@ -38,9 +38,9 @@ fn a_session_on_a_sound_disk_is_saved() {
     let disk = MemoryDisk::new(trial::folder(), None, 0);
     let session = Session::record(&disk);
     assert!(session.is_saved(), "{session:?}");
-    let place = tempfile::tempdir().unwrap();
-    disk.show(place.path());
-    session.require_kept(place.path(), Ended::ByItself);
+    let root = tempfile::tempdir().unwrap();
+    disk.show(root.path());
+    session.require_content(root.path(), SessionEnd::Program);
 }
 
 /// Faults 25, 26.
@@ -53,17 +53,17 @@ fn whatever_fails_nothing_is_called_saved_that_is_not() {
         if failure == Failure::PowerCut {
             continue;
         }
-        failures += at_every_operation(failure, |disk, session| {
-            let place = tempfile::tempdir().unwrap();
-            disk.show(place.path());
-            session.require_kept(place.path(), Ended::ByItself);
+        failures += fail_every_operation(failure, |disk, session| {
+            let root = tempfile::tempdir().unwrap();
+            disk.show(root.path());
+            session.require_content(root.path(), SessionEnd::Program);
             // The next trial is recorded on a disk that works again.
             assert!(failure.lasts() || session.lost_trials() <= 1, "{session:?}");
             // Only synced data survives a power cut soon after.
-            let after = tempfile::tempdir().unwrap();
+            let later_root = tempfile::tempdir().unwrap();
             let mut rng = ChaCha8Rng::seed_from_u64(0);
-            disk.show_after_power_cut(Kept::Nothing, &mut rng, after.path());
-            session.require_kept(after.path(), Ended::ByPowerCut);
+            disk.show_after_power_cut(Survival::Nothing, &mut rng, later_root.path());
+            session.require_content(later_root.path(), SessionEnd::PowerCut);
             match failure {
                 Failure::ShortWrite | Failure::Interrupted => {
                     assert!(session.is_saved(), "{failure:?} is no fault: {session:?}");
@@ -79,7 +79,7 @@ fn whatever_fails_nothing_is_called_saved_that_is_not() {
         "nothing was called saved that was not, in {:.0} s",
         begin.elapsed().as_secs_f64()
     );
-    campaign::found("failures of every operation", failures, &text);
+    campaign::report("failures of every operation", failures, &text);
     assert!(failures > 300, "{failures} failures");
 }
 
@@ -92,21 +92,22 @@ const POWER_CUTS: usize = 2;
 fn a_power_cut_at_any_operation_leaves_what_was_synced() {
     let begin = Instant::now();
     let random = campaign::repeats("FRICTION_BENCH_POWER_CUTS", POWER_CUTS);
-    let kept = [Kept::Nothing, Kept::All].into_iter();
+    let survival = [Survival::Nothing, Survival::All].into_iter();
     let mut cuts = 0;
-    for (seed, kept) in (0..).zip(kept.chain(std::iter::repeat_n(Kept::Random, random))) {
+    for (seed, survival) in (0..).zip(survival.chain(std::iter::repeat_n(Survival::Random, random)))
+    {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        cuts += at_every_operation(Failure::PowerCut, |disk, session| {
-            let place = tempfile::tempdir().unwrap();
-            disk.show_after_power_cut(kept, &mut rng, place.path());
-            session.require_kept(place.path(), Ended::ByPowerCut);
+        cuts += fail_every_operation(Failure::PowerCut, |disk, session| {
+            let root = tempfile::tempdir().unwrap();
+            disk.show_after_power_cut(survival, &mut rng, root.path());
+            session.require_content(root.path(), SessionEnd::PowerCut);
         });
     }
     let text = format!(
         "what was synced was kept, in {:.0} s",
         begin.elapsed().as_secs_f64()
     );
-    campaign::found("power cuts at every operation", cuts, &text);
+    campaign::report("power cuts at every operation", cuts, &text);
     assert!(cuts > 100 * (random + 2), "{cuts} cuts");
 }
 
@@ -118,37 +119,43 @@ fn whatever_fails_no_participant_is_half_registered_and_no_copy_half_written() {
     for failure in Failure::ALL {
         for n in 0.. {
             let disk = MemoryDisk::new(study::folder(), Some(failure), n);
-            let said = Registered::on(&disk);
+            let registration = Registration::run(&disk);
             if !disk.has_failed() {
-                assert!(said.is_saved(), "{said:?}");
+                assert!(registration.is_saved(), "{registration:?}");
                 assert!(n > 2, "{failure:?} concerns only {n} operations");
                 break;
             }
             failures += 1;
             match failure {
                 Failure::ShortWrite | Failure::Interrupted => {
-                    assert!(said.is_saved(), "{failure:?} is no fault: {said:?}");
+                    assert!(
+                        registration.is_saved(),
+                        "{failure:?} is no fault: {registration:?}"
+                    );
                 }
                 _ => assert!(
-                    !said.is_saved(),
-                    "{failure:?} at {n} passed unseen: {said:?}"
+                    !registration.is_saved(),
+                    "{failure:?} at {n} passed unseen: {registration:?}"
                 ),
             }
             // The next participant is registered on a disk that works again.
-            assert!(failure.lasts() || said.lost() <= 1, "{said:?}");
-            let now = tempfile::tempdir().unwrap();
-            disk.show(now.path());
+            assert!(
+                failure.lasts() || registration.lost() <= 1,
+                "{registration:?}"
+            );
+            let root = tempfile::tempdir().unwrap();
+            disk.show(root.path());
             if failure != Failure::PowerCut {
-                said.require_kept(now.path());
+                registration.require_content(root.path());
             }
-            for kept in [Kept::Nothing, Kept::All, Kept::Random] {
-                let later = tempfile::tempdir().unwrap();
-                disk.show_after_power_cut(kept, &mut rng, later.path());
-                said.require_kept(later.path());
+            for survival in [Survival::Nothing, Survival::All, Survival::Random] {
+                let later_root = tempfile::tempdir().unwrap();
+                disk.show_after_power_cut(survival, &mut rng, later_root.path());
+                registration.require_content(later_root.path());
             }
         }
     }
-    campaign::found(
+    campaign::report(
         "failures of every operation of registering two participants",
         failures,
         "no file was half written, and nothing called saved that was not",

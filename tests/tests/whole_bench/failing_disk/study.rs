@@ -13,7 +13,7 @@ use super::memory_disk::MemoryDisk;
 
 const PARTICIPANTS: [&str; 2] = ["sub-01", "sub-02"];
 const HEADER: &str = "participant_id\tfirst_session_date\tprotocol\tage\tsex\thandedness";
-/// Files to copy, with texts that `copy_of` repeats beyond the length of a sector.
+/// Files to copy, with texts that `repeat_text` repeats beyond the length of a sector.
 const COPIES: [(&str, &str); 2] = [
     ("demo.toml", "# a protocol, long enough to be torn\n"),
     ("bench.toml", "rate_hz = 192000 # and much more to say\n"),
@@ -26,32 +26,32 @@ pub fn folder() -> &'static Path {
 
 /// Content reported as being on the disk.
 #[derive(Debug, Default)]
-pub struct Registered {
+pub struct Registration {
     /// Participants with a begun session.
-    begun: Vec<&'static str>,
+    sessions: Vec<&'static str>,
     /// Participants with age and sex reported as stored.
-    described: Vec<&'static str>,
+    descriptions: Vec<&'static str>,
     /// Files reported as copied whole.
     copies: Vec<(PathBuf, String)>,
     /// Number of sessions with a finished log.
-    stopped: usize,
+    finished_logs: usize,
     errors: Vec<String>,
 }
 
-fn copy_of(text: &str) -> String {
+fn repeat_text(text: &str) -> String {
     text.repeat(40)
 }
 
-impl Registered {
+impl Registration {
     /// Registers both participants; after a failure it continues with the next one.
-    pub fn on(disk: &MemoryDisk) -> Self {
-        let mut said = Self::default();
+    pub fn run(disk: &MemoryDisk) -> Self {
+        let mut registration = Self::default();
         for participant in PARTICIPANTS {
-            if let Err(error) = said.register(disk, participant) {
-                said.errors.push(error.to_string());
+            if let Err(error) = registration.register(disk, participant) {
+                registration.errors.push(error.to_string());
             }
         }
-        said
+        registration
     }
 
     fn register(&mut self, disk: &MemoryDisk, participant: &'static str) -> Result<(), StudyError> {
@@ -63,59 +63,56 @@ impl Registered {
         let study = Study::open_or_create_on(storage, folder(), generated_by)?;
         let id = participant.parse().unwrap();
         let mut session = study.begin_session(&id, 1, "2026-01-31", "demo")?;
-        self.begun.push(participant);
+        self.sessions.push(participant);
         let mut person = Person::default();
         person.set(PersonDetail::Age, "31").unwrap();
         person.set(PersonDetail::Sex, "female").unwrap();
         study.describe(&id, &person)?;
-        self.described.push(participant);
+        self.descriptions.push(participant);
         for (name, text) in COPIES {
-            let path = session.snapshot(name, &copy_of(text))?;
-            self.copies.push((path, copy_of(text)));
+            let path = session.snapshot(name, &repeat_text(text))?;
+            self.copies.push((path, repeat_text(text)));
         }
-        let stopped = session.log().stop(String::new(), ExitStatus::Success, None);
-        stopped?;
-        self.stopped += 1;
+        let result = session.log().stop(String::new(), ExitStatus::Success, None);
+        result?;
+        self.finished_logs += 1;
         Ok(())
     }
 
     /// Returns whether everything was reported as being on the disk.
     pub fn is_saved(&self) -> bool {
-        self.stopped == PARTICIPANTS.len() && self.errors.is_empty()
+        self.finished_logs == PARTICIPANTS.len() && self.errors.is_empty()
     }
 
     /// Returns the number of participants that were not fully registered.
     pub fn lost(&self) -> usize {
-        PARTICIPANTS.len() - self.stopped
+        PARTICIPANTS.len() - self.finished_logs
     }
 
     /// Requires the content of `root` to agree with the reports, and every file to be whole.
-    pub fn require_kept(&self, root: &Path) {
-        let place = |path: &Path| root.join(path.strip_prefix("/").unwrap());
-        let study = place(folder());
-        let listed = participants(&study);
-        for participant in &self.begun {
-            assert!(
-                listed.iter().any(|p| p == participant),
-                "{listed:?}: {self:?}"
-            );
+    pub fn require_content(&self, root: &Path) {
+        let path_in_root = |path: &Path| root.join(path.strip_prefix("/").unwrap());
+        let study = path_in_root(folder());
+        let rows = participants(&study);
+        for participant in &self.sessions {
+            assert!(rows.iter().any(|p| p == participant), "{rows:?}: {self:?}");
         }
-        for participant in &self.described {
+        for participant in &self.descriptions {
             let table = std::fs::read_to_string(study.join(study::PARTICIPANTS_FILE)).unwrap();
             let line = format!("{participant}\t2026-01-31\tdemo\t31\tfemale\tn/a\n");
             assert!(table.contains(&line), "{table:?}: {self:?}");
         }
-        for participant in &listed {
+        for participant in &rows {
             assert!(study.join(participant).is_dir(), "{participant}: {self:?}");
         }
         for (path, text) in &self.copies {
-            assert_eq!(std::fs::read_to_string(place(path)).unwrap(), *text);
+            assert_eq!(std::fs::read_to_string(path_in_root(path)).unwrap(), *text);
         }
         for participant in PARTICIPANTS {
             let session = study.join(participant).join(study::session_name(1));
             for (name, text) in COPIES {
-                if let Ok(found) = std::fs::read_to_string(session.join(name)) {
-                    assert_eq!(found, copy_of(text), "{name} of {participant}");
+                if let Ok(copy) = std::fs::read_to_string(session.join(name)) {
+                    assert_eq!(copy, repeat_text(text), "{name} of {participant}");
                 }
             }
             let log = session.join(EVENTS_FILE);

@@ -41,11 +41,11 @@ pub fn folder() -> &'static Path {
 
 /// End of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ended {
+pub enum SessionEnd {
     /// By the program, after any failure.
-    ByItself,
+    Program,
     /// By a power cut.
-    ByPowerCut,
+    PowerCut,
 }
 
 /// Data of a trial: those given to the recorder, or those on the disk at a sync.
@@ -78,11 +78,11 @@ impl Data {
 #[derive(Debug, Default)]
 struct Trial {
     folder: PathBuf,
-    given: Data,
+    input: Data,
     synced: Counts,
-    began: bool,
+    has_begun: bool,
     saved: Option<(OnDisk, Sums)>,
-    failed: Option<OnDisk>,
+    failure: Option<OnDisk>,
 }
 
 /// Reports of a session.
@@ -90,8 +90,8 @@ struct Trial {
 pub struct Session {
     trials: Vec<Trial>,
     /// Streams of the events that the log accepted.
-    logged: Vec<String>,
-    stopped: bool,
+    logged_streams: Vec<String>,
+    is_stopped: bool,
 }
 
 impl Session {
@@ -118,7 +118,7 @@ impl Session {
                 let now = start + SYNC_INTERVAL * (4 * number + block);
                 core.tick(now);
                 if core.status().state == RecorderState::Recording {
-                    trial.synced = trial.given.counts();
+                    trial.synced = trial.input.counts();
                     assert_eq!(core.status().on_disk.frames, trial.synced.frames);
                 }
             }
@@ -130,19 +130,19 @@ impl Session {
             }
             while let Some(notice) = core.take_notice() {
                 match notice {
-                    RecorderNotice::Began { .. } => trial.began = true,
+                    RecorderNotice::Began { .. } => trial.has_begun = true,
                     RecorderNotice::Saved { on_disk, sums, .. } => {
                         trial.saved = Some((on_disk, sums.unwrap()));
                         session.event(&mut log, "recording", Map::new());
                     }
-                    RecorderNotice::Failed { kept, .. } => trial.failed = Some(kept),
+                    RecorderNotice::Failed { kept, .. } => trial.failure = Some(kept),
                 }
             }
             session.trials.push(trial);
         }
-        session.stopped = log.as_mut().is_some_and(|log| {
-            let stopped = log.stop(String::new(), ExitStatus::Success, None);
-            stopped.is_ok()
+        session.is_stopped = log.as_mut().is_some_and(|log| {
+            let result = log.stop(String::new(), ExitStatus::Success, None);
+            result.is_ok()
         });
         session
     }
@@ -151,15 +151,15 @@ impl Session {
         if let Some(log) = log
             && log.event(stream, String::new(), 0.0, data).is_ok()
         {
-            self.logged.push(stream.to_owned());
+            self.logged_streams.push(stream.to_owned());
         }
     }
 
     /// Returns whether the recorder and the log accepted everything.
     pub fn is_saved(&self) -> bool {
         self.trials.iter().all(|trial| trial.saved.is_some())
-            && self.stopped
-            && self.logged.len() == 4
+            && self.is_stopped
+            && self.logged_streams.len() == 4
     }
 
     /// Returns the number of trials that are not saved.
@@ -169,12 +169,12 @@ impl Session {
     }
 
     /// Requires the content of `root` to agree with the reports.
-    pub fn require_kept(&self, root: &Path, ended: Ended) {
+    pub fn require_content(&self, root: &Path, end: SessionEnd) {
         for trial in &self.trials {
-            trial.require_kept(&root.join(trial.folder.strip_prefix("/").unwrap()), ended);
+            trial.require_content(&root.join(trial.folder.strip_prefix("/").unwrap()), end);
         }
         let path = root.join(LOG.strip_prefix('/').unwrap());
-        if self.logged.is_empty() && !path.exists() {
+        if self.logged_streams.is_empty() && !path.exists() {
             return;
         }
         let content = event_log::read(&path).unwrap();
@@ -188,18 +188,18 @@ impl Session {
         let numbers: Vec<u64> = events.clone().map(|event| event.seq_num).collect();
         assert_eq!(numbers, (1..=numbers.len() as u64).collect::<Vec<_>>());
         // Lines that were written but not reported as such may exist too.
-        for stream in &self.logged {
+        for stream in &self.logged_streams {
             assert!(events.any(|event| event.stream == *stream), "{content:?}");
         }
-        assert!(!self.stopped || content.stop().is_some());
+        assert!(!self.is_stopped || content.stop().is_some());
     }
 }
 
 impl Trial {
     fn give(&mut self, core: &mut RecorderCore, block: u32, frames: usize) {
-        let counts = self.given.counts();
-        let from = counts.frames as usize;
-        let samples: Vec<f32> = (from..from + frames)
+        let counts = self.input.counts();
+        let start = counts.frames as usize;
+        let samples: Vec<f32> = (start..start + frames)
             .flat_map(|n| [n as f32, -(n as f32)])
             .collect();
         let force: Vec<ForceRow> = (0..20)
@@ -214,14 +214,14 @@ impl Trial {
             time_s: f64::from(block) / 1000.0,
             position_m: 0.0625,
         }];
-        self.given.samples.extend(&samples);
-        self.given.force.extend(&force);
-        self.given.position.extend(&position);
+        self.input.samples.extend(&samples);
+        self.input.force.extend(&force);
+        self.input.position.extend(&position);
         core.handle(RecorderMessage::Audio(samples));
         core.handle(RecorderMessage::Force(force));
         core.handle(RecorderMessage::Position(position));
         if block == 1 {
-            self.given.samples.extend([f32::NAN; 2 * 7]);
+            self.input.samples.extend([f32::NAN; 2 * 7]);
             core.handle(RecorderMessage::Gap(7));
             core.handle(RecorderMessage::Event(RecordingEvent {
                 kind: EventKind::Note,
@@ -232,10 +232,10 @@ impl Trial {
         }
     }
 
-    fn require_kept(&self, folder: &Path, ended: Ended) {
-        assert!(self.saved.is_none() || self.failed.is_none(), "{self:?}");
+    fn require_content(&self, folder: &Path, session_end: SessionEnd) {
+        assert!(self.saved.is_none() || self.failure.is_none(), "{self:?}");
         if !folder.join(MANIFEST_FILE).exists() {
-            assert!(!self.began, "{folder:?} began");
+            assert!(!self.has_begun, "{folder:?} began");
             return;
         }
         let mut reader = RecordingReader::open(folder).unwrap();
@@ -243,20 +243,22 @@ impl Trial {
         while reader.read_block(10_000, &mut block).unwrap() > 0 {
             samples.extend_from_slice(&block);
         }
-        let found = Data {
+        let content = Data {
             samples,
             force: reader.force().unwrap().map(Result::unwrap).collect(),
             position: reader.position().unwrap().map(Result::unwrap).collect(),
         };
-        let mut safe = self.synced;
-        safe.frames = safe.frames.max(self.failed.map_or(0, |kept| kept.frames));
-        found.is_no_shorter_than(safe);
+        let mut secured = self.synced;
+        secured.frames = secured
+            .frames
+            .max(self.failure.map_or(0, |on_disk| on_disk.frames));
+        content.is_no_shorter_than(secured);
         // Only the part that a power cut tore may differ from the given data.
-        self.given.begins_with(
-            &found,
-            match ended {
-                Ended::ByItself => found.counts(),
-                Ended::ByPowerCut => safe,
+        self.input.begins_with(
+            &content,
+            match session_end {
+                SessionEnd::Program => content.counts(),
+                SessionEnd::PowerCut => secured,
             },
         );
         let end = reader.manifest().trial.as_ref().unwrap().end;
@@ -266,26 +268,26 @@ impl Trial {
             assert_eq!(reader.warnings(), []);
             let events = &reader.manifest().events;
             assert_eq!(events.len(), 2, "the gap and the note: {events:?}");
-            let counts = self.given.counts();
-            self.given.begins_with(&found, counts);
-            found.is_no_shorter_than(counts);
-            assert_eq!(found.counts().frames, counts.frames);
+            let counts = self.input.counts();
+            self.input.begins_with(&content, counts);
+            content.is_no_shorter_than(counts);
+            assert_eq!(content.counts().frames, counts.frames);
         }
         if let Some((on_disk, sums)) = &self.saved {
-            assert_eq!(on_disk.frames, self.given.counts().frames);
-            assert_eq!(*sums, sums_of(folder));
+            assert_eq!(on_disk.frames, self.input.counts().frames);
+            assert_eq!(*sums, checksums(folder));
         }
     }
 }
 
 impl Data {
     /// Requires the first `counts` rows of both to be equal.
-    fn begins_with(&self, found: &Self, counts: Counts) {
+    fn begins_with(&self, content: &Self, counts: Counts) {
         let bits = |data: &Self| -> Vec<u32> {
             let samples = data.samples.iter().take(2 * counts.frames as usize);
             samples.map(|sample| sample.to_bits()).collect()
         };
-        assert!(bits(self) == bits(found), "other samples");
+        assert!(bits(self) == bits(content), "other samples");
         let force = |data: &Self| {
             data.force
                 .iter()
@@ -293,7 +295,7 @@ impl Data {
                 .copied()
                 .collect::<Vec<_>>()
         };
-        assert!(force(self) == force(found), "other forces");
+        assert!(force(self) == force(content), "other forces");
         let position = |data: &Self| {
             data.position
                 .iter()
@@ -301,21 +303,21 @@ impl Data {
                 .copied()
                 .collect::<Vec<_>>()
         };
-        assert!(position(self) == position(found), "other positions");
+        assert!(position(self) == position(content), "other positions");
     }
 
     fn is_no_shorter_than(&self, counts: Counts) {
-        let here = self.counts();
+        let own_counts = self.counts();
         assert!(
-            here.frames >= counts.frames
-                && here.force >= counts.force
-                && here.position >= counts.position,
-            "{here:?} of {counts:?}"
+            own_counts.frames >= counts.frames
+                && own_counts.force >= counts.force
+                && own_counts.position >= counts.position,
+            "{own_counts:?} of {counts:?}"
         );
     }
 }
 
-fn sums_of(folder: &Path) -> BTreeMap<String, String> {
+fn checksums(folder: &Path) -> BTreeMap<String, String> {
     let mut summing = Summing::new(Arc::new(FileSystem), folder);
     while summing.advance(1 << 20).unwrap() > 0 {}
     summing.sums().unwrap().clone()

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use bench_tests::running::until;
+use bench_tests::running::wait_until;
 use participant_window::message::{Display, FORMAT, FromWindow, ToWindow};
 use participant_window::{Lines, place};
 
@@ -14,34 +14,37 @@ const PERIOD: Duration = Duration::from_millis(100);
 
 /// A window at a session's socket, until it is closed.
 pub struct Window {
-    says: Sender<FromWindow>,
-    life: JoinHandle<()>,
+    messages: Sender<FromWindow>,
+    thread: JoinHandle<()>,
 }
 
 impl Window {
     /// Connects to the session that opens a socket.
-    pub fn at(socket: PathBuf) -> Self {
-        let (says, said) = channel();
-        let life = std::thread::spawn(move || live(&socket, &said));
-        Self { says, life }
+    pub fn connect(socket: PathBuf) -> Self {
+        let (sender, receiver) = channel();
+        let thread = std::thread::spawn(move || run(&socket, &receiver));
+        Self {
+            messages: sender,
+            thread,
+        }
     }
 
     pub fn say(&self, message: FromWindow) {
-        let _what_the_session_says_shows_it = self.says.send(message);
+        let _result = self.messages.send(message);
     }
 
     /// Closes the window.
     pub fn close(self) {
-        drop(self.says);
-        let _what_the_session_says_shows_it = self.life.join();
+        drop(self.messages);
+        let _result = self.thread.join();
     }
 }
 
-fn live(socket: &Path, said: &Receiver<FromWindow>) {
-    let Some(met) = until(Duration::from_secs(60), || place::connect(socket).ok()?) else {
+fn run(socket: &Path, messages: &Receiver<FromWindow>) {
+    let Some(stream) = wait_until(Duration::from_secs(60), || place::connect(socket).ok()?) else {
         return;
     };
-    let Ok(mut lines) = Lines::new(met) else {
+    let Ok(mut lines) = Lines::new(stream) else {
         return;
     };
     let display = Display {
@@ -55,7 +58,7 @@ fn live(socket: &Path, said: &Receiver<FromWindow>) {
     };
     let mut message = FromWindow::Ready(display);
     while lines.send(&message).is_ok() && lines.receive::<ToWindow>(1000).is_ok() {
-        message = match said.recv_timeout(PERIOD) {
+        message = match messages.recv_timeout(PERIOD) {
             Ok(message) => message,
             Err(RecvTimeoutError::Timeout) => FromWindow::Alive,
             Err(RecvTimeoutError::Disconnected) => return,

@@ -49,15 +49,17 @@ pub fn threads(pid: u32) -> Vec<Thread> {
 #[must_use]
 pub fn has_ended(pid: u32) -> bool {
     let state = state(pid);
-    let alone = std::fs::read_dir(format!("/proc/{pid}/task")).map_or(0, Iterator::count) <= 1;
-    state.is_empty() || alone && state.starts_with(['Z', 'X'])
+    let is_alone = std::fs::read_dir(format!("/proc/{pid}/task")).map_or(0, Iterator::count) <= 1;
+    state.is_empty() || is_alone && state.starts_with(['Z', 'X'])
 }
 
 /// Returns the state letter of a thread and the rest of its `/proc/…/stat` line; empty for a thread that has ended.
 fn state(id: u32) -> String {
     let status = std::fs::read_to_string(format!("/proc/{id}/stat")).unwrap_or_default();
-    let after = status.rsplit_once(") ").map(|(_, after)| after.to_owned());
-    after.unwrap_or_default()
+    let fields = status
+        .rsplit_once(") ")
+        .map(|(_, fields)| fields.to_owned());
+    fields.unwrap_or_default()
 }
 
 /// Returns the numbers of the system call `call`.
@@ -132,42 +134,43 @@ const CHMOD: i64 = libc::SYS_fchmodat;
 const UNLINK: i64 = libc::SYS_unlinkat;
 
 /// A held thread; dropping this releases it.
-pub struct Held {
-    released: Arc<AtomicBool>,
+pub struct ThreadHold {
+    release: Arc<AtomicBool>,
     tracer: Option<JoinHandle<()>>,
 }
 
-impl Held {
-    /// Holds the thread `id` of the process `pid` at its next call of one of these numbers; `None` if it makes none `within`.
+impl ThreadHold {
+    /// Holds the thread `id` of the process `pid` at its next call of one of these numbers; `None` if it makes none within
+    /// `timeout`.
     ///
     /// # Panics
     /// When the system does not let this process trace its own child.
     #[must_use]
-    pub fn at(pid: u32, id: pid_t, calls: &[i64], within: Duration) -> Option<Self> {
-        let released = Arc::new(AtomicBool::new(false));
-        let (is_held, held): (Sender<bool>, Receiver<bool>) = channel();
+    pub fn begin(pid: u32, id: pid_t, calls: &[i64], timeout: Duration) -> Option<Self> {
+        let release = Arc::new(AtomicBool::new(false));
+        let (sender, receiver): (Sender<bool>, Receiver<bool>) = channel();
         let tracer = Tracer {
             id,
-            leads: u32::try_from(id) == Ok(pid),
+            is_main: u32::try_from(id) == Ok(pid),
             calls: calls.to_vec(),
-            released: Arc::clone(&released),
+            release: Arc::clone(&release),
         };
         // Linux accepts trace requests only from the thread that attached.
-        let tracer = std::thread::spawn(move || tracer.hold(Instant::now() + within, &is_held));
+        let tracer = std::thread::spawn(move || tracer.hold(Instant::now() + timeout, &sender));
         let holder = Self {
-            released,
+            release,
             tracer: Some(tracer),
         };
-        match held.recv() {
+        match receiver.recv() {
             Ok(true) => Some(holder),
             Ok(false) | Err(_) => None,
         }
     }
 }
 
-impl Drop for Held {
+impl Drop for ThreadHold {
     fn drop(&mut self) {
-        self.released.store(true, Ordering::Release);
+        self.release.store(true, Ordering::Release);
         if let Some(Err(panic)) = self.tracer.take().map(JoinHandle::join)
             && !std::thread::panicking()
         {
@@ -177,7 +180,7 @@ impl Drop for Held {
 }
 
 /// Result of a look at a traced thread.
-enum Seen {
+enum Observation {
     Nothing,
     /// The thread stopped for this signal, by this event.
     Stop(c_int, c_int),
@@ -187,9 +190,9 @@ enum Seen {
 struct Tracer {
     id: pid_t,
     /// Whether it is the process's main thread: the parent waits for its end, so this tracer must not reap it.
-    leads: bool,
+    is_main: bool,
     calls: Vec<i64>,
-    released: Arc<AtomicBool>,
+    release: Arc<AtomicBool>,
 }
 
 impl Tracer {
@@ -198,9 +201,9 @@ impl Tracer {
         unsafe { libc::ptrace(request, self.id, address, data) }
     }
 
-    fn hold(&self, until: Instant, is_held: &Sender<bool>) {
-        let good = libc::PTRACE_O_TRACESYSGOOD as usize as *mut c_void;
-        if self.ask(libc::PTRACE_SEIZE, null_mut(), good) != 0 {
+    fn hold(&self, deadline: Instant, report: &Sender<bool>) {
+        let options = libc::PTRACE_O_TRACESYSGOOD as usize as *mut c_void;
+        if self.ask(libc::PTRACE_SEIZE, null_mut(), options) != 0 {
             let error = std::io::Error::last_os_error();
             // The thread may have ended; a zombie cannot be traced.
             assert!(
@@ -208,57 +211,57 @@ impl Tracer {
                     || state(self.id.unsigned_abs()).starts_with(['Z', 'X']),
                 "a test may not trace the program that it started: {error}"
             );
-            let _ = is_held.send(false);
+            let _ = report.send(false);
             return;
         }
         self.ask(libc::PTRACE_INTERRUPT, null_mut(), null_mut());
-        let (mut held, mut leaving) = (false, false);
+        let (mut is_holding, mut is_leaving) = (false, false);
         loop {
             match self.look() {
-                Seen::Gone => break,
-                Seen::Nothing if held && self.released.load(Ordering::Acquire) => {
+                Observation::Gone => break,
+                Observation::Nothing if is_holding && self.release.load(Ordering::Acquire) => {
                     self.ask(libc::PTRACE_DETACH, null_mut(), null_mut());
                     return;
                 }
-                Seen::Nothing => {
-                    if !held && !leaving && Instant::now() > until {
-                        leaving = true;
+                Observation::Nothing => {
+                    if !is_holding && !is_leaving && Instant::now() > deadline {
+                        is_leaving = true;
                         self.ask(libc::PTRACE_INTERRUPT, null_mut(), null_mut());
                     }
                     sleep(LOOK);
                 }
-                Seen::Stop(signal, event) => {
-                    let by_itself = signal == AT_CALL || event == libc::PTRACE_EVENT_STOP;
-                    let heard = if by_itself { 0 } else { signal as usize };
-                    if leaving {
-                        self.ask(libc::PTRACE_DETACH, null_mut(), heard as *mut c_void);
+                Observation::Stop(signal, event) => {
+                    let is_trace_stop = signal == AT_CALL || event == libc::PTRACE_EVENT_STOP;
+                    let delivery = if is_trace_stop { 0 } else { signal as usize };
+                    if is_leaving {
+                        self.ask(libc::PTRACE_DETACH, null_mut(), delivery as *mut c_void);
                         break;
                     }
-                    if signal == AT_CALL && self.enters() {
-                        held = true;
-                        let _ = is_held.send(true);
+                    if signal == AT_CALL && self.is_at_call() {
+                        is_holding = true;
+                        let _ = report.send(true);
                     } else {
-                        self.ask(libc::PTRACE_SYSCALL, null_mut(), heard as *mut c_void);
+                        self.ask(libc::PTRACE_SYSCALL, null_mut(), delivery as *mut c_void);
                     }
                 }
             }
         }
-        if !held {
-            let _ = is_held.send(false);
+        if !is_holding {
+            let _ = report.send(false);
         }
     }
 
     /// Whether the thread is stopped at the entry of one of the calls.
-    fn enters(&self) -> bool {
+    fn is_at_call(&self) -> bool {
         // SAFETY: a value of numbers alone.
         let mut info: libc::ptrace_syscall_info = unsafe { std::mem::zeroed() };
         let size = size_of_val(&info);
-        let read = self.ask(
+        let length = self.ask(
             libc::PTRACE_GET_SYSCALL_INFO,
             size as *mut c_void,
             (&raw mut info).cast(),
         );
-        if read <= 0 || info.op != libc::PTRACE_SYSCALL_INFO_ENTRY {
+        if length <= 0 || info.op != libc::PTRACE_SYSCALL_INFO_ENTRY {
             return false;
         }
         // SAFETY: `op` says that this is what was written.
@@ -266,26 +269,32 @@ impl Tracer {
         self.calls.contains(&(number as i64))
     }
 
-    fn look(&self) -> Seen {
-        let exits = if self.leads { 0 } else { libc::WEXITED };
+    fn look(&self) -> Observation {
+        let exits = if self.is_main { 0 } else { libc::WEXITED };
         let options = libc::WSTOPPED | libc::WNOHANG | libc::__WALL | exits;
         // SAFETY: a value of numbers alone, which the call fills.
         let mut info: libc::siginfo_t = unsafe { std::mem::zeroed() };
         // SAFETY: the pointer is to a value that lives longer than the call.
-        let failed =
+        let status =
             unsafe { libc::waitid(libc::P_PID, self.id as c_uint, &raw mut info, options) };
-        if failed != 0 {
-            return Seen::Gone;
+        if status != 0 {
+            return Observation::Gone;
         }
         // SAFETY: `waitid` has filled what these read, or left it 0.
-        let (pid, status) = unsafe { (info.si_pid(), info.si_status()) };
+        let (pid, stop_status) = unsafe { (info.si_pid(), info.si_status()) };
         if pid == 0 {
-            let dead = self.leads && has_ended(self.id as u32);
-            return if dead { Seen::Gone } else { Seen::Nothing };
+            let is_dead = self.is_main && has_ended(self.id as u32);
+            return if is_dead {
+                Observation::Gone
+            } else {
+                Observation::Nothing
+            };
         }
         match info.si_code {
-            libc::CLD_TRAPPED | libc::CLD_STOPPED => Seen::Stop(status & 0xff, status >> 8),
-            _ => Seen::Gone,
+            libc::CLD_TRAPPED | libc::CLD_STOPPED => {
+                Observation::Stop(stop_status & 0xff, stop_status >> 8)
+            }
+            _ => Observation::Gone,
         }
     }
 }

@@ -43,14 +43,14 @@ mod tests {
 
     #[test]
     fn the_finger_comes_slides_there_and_back_and_goes() {
-        let at = |now_s| visit(now_s, 0.1);
-        assert_eq!(at(0.0).instruction, Instruction::LiftFinger);
-        assert_eq!(at(5.0).instruction, Instruction::PlaceFinger);
-        let slider_m = |now_s: f64| at(now_s).slider_m.unwrap();
+        let view_at = |now_s| visit(now_s, 0.1);
+        assert_eq!(view_at(0.0).instruction, Instruction::LiftFinger);
+        assert_eq!(view_at(5.0).instruction, Instruction::PlaceFinger);
+        let slider_m = |now_s: f64| view_at(now_s).slider_m.unwrap();
         assert!((slider_m(6.0) - 0.01).abs() < 1e-9);
         assert!((slider_m(7.6) - 0.09).abs() < 1e-9);
         assert!((slider_m(8.4) - 0.05).abs() < 1e-9);
-        assert_eq!(at(13.0).instruction, Instruction::LiftFinger);
-        assert_eq!(at(14.0 + 5.0), at(5.0));
+        assert_eq!(view_at(13.0).instruction, Instruction::LiftFinger);
+        assert_eq!(view_at(14.0 + 5.0), view_at(5.0));
     }
 }

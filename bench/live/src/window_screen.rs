@@ -7,8 +7,8 @@ use tui::{Instruction, ParticipantView};
 /// Smallest change of a time that is shown, s; smaller changes come from its recomputation.
 const SAME_S: f64 = 1e-3;
 
-/// Returns the window's content for a view; `before` is the content shown until now.
-pub fn shown(view: &ParticipantView, before: Option<&Shown>) -> Shown {
+/// Returns the window's content for a view; `previous` is the content shown until now.
+pub fn shown(view: &ParticipantView, previous: Option<&Shown>) -> Shown {
     let (title, then) = view.sentences();
     let texts = &view.texts;
     let until_s = match view.instruction {
@@ -23,7 +23,7 @@ pub fn shown(view: &ParticipantView, before: Option<&Shown>) -> Shown {
         view.instruction,
         Instruction::PlaceFinger | Instruction::GetReady | Instruction::FollowSlider
     );
-    let mut shown = Shown {
+    let mut content = Shown {
         title: title.to_owned(),
         then: then.map(str::to_owned),
         now: view.button,
@@ -43,13 +43,14 @@ pub fn shown(view: &ParticipantView, before: Option<&Shown>) -> Shown {
         }),
         silent: texts.paused.to_string(),
     };
-    if let Some(before) = before {
-        shown.until_s = steady(before.until_s, shown.until_s);
-        if let (Some(was), Some(is)) = (&before.track, &mut shown.track) {
-            is.motion.starts_s = steady(was.motion.starts_s, is.motion.starts_s);
+    if let Some(previous) = previous {
+        content.until_s = steady(previous.until_s, content.until_s);
+        if let (Some(old_track), Some(new_track)) = (&previous.track, &mut content.track) {
+            new_track.motion.starts_s =
+                steady(old_track.motion.starts_s, new_track.motion.starts_s);
         }
     }
-    shown
+    content
 }
 
 /// Returns the earlier time if both differ only by recomputation, otherwise the new one.
@@ -136,11 +137,11 @@ mod tests {
         let second = shown(&follow, Some(&first));
         assert_eq!(second.track.unwrap().motion.starts_s, Some(12.0));
         assert_eq!(second.until_s, None);
-        let later = ParticipantView {
+        let late = ParticipantView {
             moves_at_s: Some(12.2),
             ..follow
         };
-        let track = shown(&later, Some(&first)).track.unwrap();
+        let track = shown(&late, Some(&first)).track.unwrap();
         assert_eq!(track.motion.starts_s, Some(12.2));
     }
 
@@ -164,9 +165,9 @@ mod tests {
                 mean_force_n: mean_n,
                 ..view(Instruction::Feedback)
             };
-            let shown = shown(&view, None);
-            assert_eq!(shown.feedback.unwrap().words, words);
-            assert_eq!(shown.progress.as_deref(), Some("entraînement 1 sur 2"));
+            let content = shown(&view, None);
+            assert_eq!(content.feedback.unwrap().words, words);
+            assert_eq!(content.progress.as_deref(), Some("entraînement 1 sur 2"));
         }
     }
 

@@ -87,12 +87,12 @@ pub(crate) fn protocol() -> Reader {
 
 /// Returns the reader of scenarios, with files for either kind of force sensor.
 pub(crate) fn scenario() -> Reader {
-    let table = |name: &str| {
+    let document = |name: &str| {
         let scenario = mock_world::scenario::built_in(name).unwrap_or_default();
         Table::try_from(scenario).unwrap_or_default()
     };
     Reader {
-        documents: ["nominal", "gauges"].map(table).to_vec(),
+        documents: ["nominal", "gauges"].map(document).to_vec(),
         read: |text| match Scenario::parse(text, "scenario.toml") {
             Ok(_) => Answer::Taken,
             Err(ScenarioError::OutOfRange { range, .. }) => Answer::OutOfRange(range),

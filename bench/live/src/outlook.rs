@@ -150,9 +150,9 @@ fn steps(session: &Session, progress: Option<&Progress>) -> (Option<String>, Opt
         Phase::Saving => (step("the recording is saved"), None),
         Phase::Rest => (Some(trial(number)), None),
         Phase::Paused | Phase::Fault if session.is_judged() && !session.verdict_repeats() => {
-            (is("p goes on"), Some(after_it()))
+            (step("p goes on"), Some(step_after_trial()))
         }
-        Phase::Paused | Phase::Fault => (is("p goes on"), Some(trial(number))),
+        Phase::Paused | Phase::Fault => (step("p goes on"), Some(trial(number))),
         Phase::Finished | Phase::Aborted => (None, None),
     }
 }

@@ -44,7 +44,7 @@ impl TrialSkin {
         match named.find(|(_, estimate)| !is_known(estimate)) {
             Some((name, estimate)) => Err(format!(
                 "{name} is known to ± {:.0} % only",
-                100.0 * of.ln_std
+                100.0 * estimate.ln_std
             )),
             None => Ok(Self(estimates)),
         }
@@ -225,7 +225,7 @@ mod tests {
             loss_factor: log_uncertain(0.4),
             tau_s: log_uncertain(1e-3),
             area_exponent: vague,
-            film_mean_s: of(1e-4),
+            film_mean_s: log_uncertain(1e-4),
             lag_exponent: vague,
             misfit: Vec::new(),
             friction_floor: None,

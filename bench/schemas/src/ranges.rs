@@ -372,7 +372,7 @@ mod tests {
     fn ends_of_type(schema: &Json, place: &Place) -> Range {
         match schema.pointer(&place.pointer).unwrap()["type"] == "integer" {
             true => (0.0, f64::from(u16::MAX)),
-            false => (-BEYOND, BEYOND),
+            false => (-EXTREME, EXTREME),
         }
     }
 }

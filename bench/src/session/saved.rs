@@ -20,7 +20,7 @@ pub(super) struct Recordings {
     /// The recording that lost them.
     overflowed: Option<PathBuf>,
     /// Whether the operator was told that the session's log is incomplete.
-    log_lost_told: bool,
+    log_loss_reported: bool,
 }
 
 impl Recordings {
@@ -49,16 +49,16 @@ impl Recordings {
             "the recorder's queue has overflowed: the recording {} has lost data, because the study's disk is too slow",
             folder.display()
         );
-        let failed = RecordingOutcome::Failed(message.clone());
-        self.outcomes.push_back((key.clone(), failed));
+        let outcome = RecordingOutcome::Failed(message.clone());
+        self.outcomes.push_back((key.clone(), outcome));
         Some(message)
     }
 
     /// Returns, once, the losses of the session's log.
-    pub(super) fn log_lost(&mut self, journal: &EntrySender) -> Option<String> {
-        let lost = journal.lost().filter(|_| !self.log_lost_told)?;
-        self.log_lost_told = true;
-        Some(lost.to_string())
+    pub(super) fn log_loss(&mut self, journal: &EntrySender) -> Option<String> {
+        let loss = journal.loss().filter(|_| !self.log_loss_reported)?;
+        self.log_loss_reported = true;
+        Some(loss.to_string())
     }
 
     /// Takes the end of a recording. Returns whether it is news, which the end of a recording with lost data is not.
@@ -178,15 +178,15 @@ mod tests {
         assert_eq!(recordings.outcome(), None);
         assert!(recordings.is_open());
         assert!(recordings.end(&end("b", false)));
-        let (of, outcome) = recordings.outcome().unwrap();
-        assert_eq!(of, key(2));
+        let (attempt, outcome) = recordings.outcome().unwrap();
+        assert_eq!(attempt, key(2));
         assert!(matches!(outcome, RecordingOutcome::Failed(_)));
         assert!(!recordings.is_open());
     }
 
     /// Fault 27.
     #[test]
-    fn a_queue_that_overflows_fails_the_recording_before_the_recorder_says_so() {
+    fn an_overflowing_queue_fails_the_recording_before_the_recorder_reports_it() {
         use recording::recorder::RecorderMessage::Gap;
         let (mut sender, _notices, _hung) = recorder(1);
         let gauge = sender.gauge();
@@ -198,8 +198,8 @@ mod tests {
         assert!(recordings.overflow(&gauge).is_some());
         assert!(sender.send(Gap(1)).is_err());
         assert_eq!(recordings.overflow(&gauge), None, "it is told once");
-        let (of, outcome) = recordings.outcome().unwrap();
-        assert_eq!(of, key(1));
+        let (attempt, outcome) = recordings.outcome().unwrap();
+        assert_eq!(attempt, key(1));
         assert!(matches!(outcome, RecordingOutcome::Failed(_)));
         assert!(!recordings.end(&end("a", false)), "it is known");
     }

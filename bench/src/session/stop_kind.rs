@@ -31,7 +31,7 @@ pub(super) fn observed(safety: &SafetyState) -> Safety {
 }
 
 /// Returns the tone of a cue.
-pub(super) fn tone_of(cue: Cue) -> Tone {
+pub(super) fn cue_tone(cue: Cue) -> Tone {
     match cue {
         Cue::Start => Tone::Start,
         Cue::End => Tone::End,

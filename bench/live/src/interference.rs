@@ -237,7 +237,7 @@ mod tests {
 
     /// Fault 12.
     #[test]
-    fn a_lasting_disturbance_is_reported_once_and_recorded_while_it_lasts() {
+    fn what_lasts_is_told_of_once_and_recorded_as_long_as_it_lasts() {
         let mut watch = watch();
         let (clean, hum) = (samples(50.0, 0.0), samples(50.0, 0.03));
         let mut news = |samples: &[f32]| -> Vec<bool> {

@@ -186,7 +186,7 @@ mod tests {
 
     /// Fault 27.
     #[test]
-    fn an_overflowing_queue_fails_the_recording_before_the_recorder_reports_it() {
+    fn a_queue_that_overflows_fails_the_recording_before_the_recorder_says_so() {
         use recording::recorder::RecorderMessage::Gap;
         let (mut sender, _notices, _hung) = recorder(1);
         let gauge = sender.gauge();

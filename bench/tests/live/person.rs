@@ -91,14 +91,14 @@ fn a_dead_man_switch_that_is_released_silences_the_whole_bench_in_time() {
         ("silence_s = 0.25", "silence_s = 0.05"),
         ("[safety]\n", "[safety]\ndead_man = \"button\"\n"),
     ];
-    let held = Arc::new(AtomicBool::new(false));
+    let switch_closed = Arc::new(AtomicBool::new(false));
     let lines = Lines {
-        dead_man: Some(Box::new(Level(Arc::clone(&held)))),
+        dead_man: Some(Box::new(Level(Arc::clone(&switch_closed)))),
         ..Lines::default()
     };
     let mut rig = Rig::with_lines(apparatus(Scenario::default()), config(&switch), lines);
     let hold = |rig: &mut Rig, closed: bool| {
-        held.store(closed, Ordering::Relaxed);
+        switch_closed.store(closed, Ordering::Relaxed);
         rig.pass(0.1);
     };
     hold(&mut rig, false);
@@ -109,23 +109,23 @@ fn a_dead_man_switch_that_is_released_silences_the_whole_bench_in_time() {
     rig.pass(0.5);
     assert!(rig.bench.drive.sounds());
 
-    held.store(false, Ordering::Relaxed);
-    let (why, after_s) = trip(&mut rig, 0.3);
-    assert_eq!(why, Trip::DeadManReleased);
+    switch_closed.store(false, Ordering::Relaxed);
+    let (cause, after_s) = trip(&mut rig, 0.3);
+    assert_eq!(cause, Trip::DeadManReleased);
     assert!((0.2..0.205).contains(&after_s), "{after_s} s");
     let ramp_s = silent_s(&mut rig);
     assert!(ramp_s < 0.01, "{ramp_s} s");
     stays_silent(&mut rig);
 
     // Neither a press alone nor re-arming alone starts the drive.
-    held.store(true, Ordering::Relaxed);
+    switch_closed.store(true, Ordering::Relaxed);
     stays_silent(&mut rig);
-    held.store(false, Ordering::Relaxed);
+    switch_closed.store(false, Ordering::Relaxed);
     rig.bench.drive.rearm();
     rig.pass(0.1);
     rig.drive();
-    let (why, _) = trip(&mut rig, 0.1);
-    assert!(matches!(why, Trip::DeadManNotHeld { .. }), "{why}");
+    let (cause, _) = trip(&mut rig, 0.1);
+    assert!(matches!(cause, Trip::DeadManNotHeld { .. }), "{cause}");
     rig.bench.drive.rearm();
     hold(&mut rig, true);
     rig.drive();

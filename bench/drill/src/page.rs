@@ -8,14 +8,14 @@ use crate::record::ExerciseRecord;
 /// Page of the drill as last shown.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Page {
-    shown: Option<DrillView>,
+    last_view: Option<DrillView>,
     view: DrillView,
 }
 
 impl Page {
     pub fn new(exercises: usize) -> Self {
         Self {
-            shown: None,
+            last_view: None,
             view: DrillView {
                 exercises: exercises as u32,
                 ..DrillView::default()
@@ -41,7 +41,7 @@ impl Page {
     pub fn news(&mut self, exercise: &Exercise) -> Option<DrillView> {
         self.view.instruction = exercise.instruction();
         self.view.note = exercise.note().map(str::to_owned);
-        self.view.asked = exercise.asked();
+        self.view.asked = exercise.current_step();
         self.changed()
     }
 
@@ -62,8 +62,8 @@ impl Page {
     }
 
     fn changed(&mut self) -> Option<DrillView> {
-        (self.shown.as_ref() != Some(&self.view)).then(|| {
-            self.shown = Some(self.view.clone());
+        (self.last_view.as_ref() != Some(&self.view)).then(|| {
+            self.last_view = Some(self.view.clone());
             self.view.clone()
         })
     }

@@ -63,13 +63,13 @@ impl Terminal {
         &self,
         prompt: impl FnOnce() -> InquireResult<T> + Send + 'static,
     ) -> anyhow::Result<T> {
-        let (answers, answered) = mpsc::sync_channel(1);
+        let (sender, receiver) = mpsc::sync_channel(1);
         thread::Builder::new()
             .name("prompt".to_owned())
-            .spawn(move || answers.send(prompt()))
+            .spawn(move || sender.send(prompt()))
             .context("cannot ask")?;
         loop {
-            match answered.recv_timeout(GLANCE) {
+            match receiver.recv_timeout(GLANCE) {
                 Ok(answer) => return Ok(answer?),
                 Err(RecvTimeoutError::Disconnected) => bail!("the question failed"),
                 Err(RecvTimeoutError::Timeout) if (self.ended)() => {
@@ -87,8 +87,8 @@ impl Terminal {
 impl Ask for Terminal {
     fn choose(&mut self, question: &Question<'_>, choices: &[String]) -> anyhow::Result<usize> {
         let (text, choices) = (question.text.to_owned(), choices.to_vec());
-        let chosen = self.answer(move || Select::new(&text, choices).raw_prompt())?;
-        Ok(chosen.index)
+        let choice = self.answer(move || Select::new(&text, choices).raw_prompt())?;
+        Ok(choice.index)
     }
 
     fn text(&mut self, question: &Question<'_>, usual: &str) -> anyhow::Result<String> {

@@ -124,7 +124,7 @@ mod tests {
         }
     }
 
-    fn written(card: &Card) -> Config {
+    fn written_config(card: &Card) -> Config {
         let mut sheet = Sheet::new();
         put(&mut sheet, card).unwrap();
         Config::parse(&sheet.text(), card.product.as_str()).unwrap()
@@ -152,7 +152,7 @@ mod tests {
                 None,
             ),
         ] {
-            let config = written(&card);
+            let config = written_config(&card);
             assert_eq!(config.audio.rate_hz, rate_hz);
             assert_eq!(config.audio.input_device, "Dev2");
             let table = config.nidaqmx.unwrap();

@@ -42,8 +42,8 @@ pub fn next(config: &Path, mock: Option<&str>) -> String {
         ),
         ("check", "everything again"),
     ];
-    for (command, what) in steps {
-        text += &format!("  # {what}\n  friction-bench {command}{bench}\n");
+    for (command, purpose) in steps {
+        text += &format!("  # {purpose}\n  friction-bench {command}{bench}\n");
     }
     text
 }

@@ -12,9 +12,9 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(fault: FaultKind, by_hand: bool) -> Self {
+    fn new(fault: FaultKind, is_manual: bool) -> Self {
         let mut bench = Self {
-            exercise: Exercise::new(fault, by_hand, 1.0, 0.05),
+            exercise: Exercise::new(fault, is_manual, 1.0, 0.05),
             now_s: 100.0,
             safety: SafetyState::Disarmed,
             sounds: false,
@@ -55,8 +55,8 @@ impl Bench {
 
     fn missed(&self) -> &str {
         match self.exercise.outcome() {
-            Some(Outcome::Missed(why)) => why,
-            other => panic!("{other:?}"),
+            Some(Outcome::Missed(reason)) => reason,
+            outcome => panic!("{outcome:?}"),
         }
     }
 
@@ -73,7 +73,7 @@ impl Bench {
     }
 }
 
-fn near(time_s: Option<f64>, expected_s: f64) -> bool {
+fn is_near(time_s: Option<f64>, expected_s: f64) -> bool {
     // The fault comes up to 0.1 s before `Bench::new` returns.
     time_s.is_some_and(|time_s| (time_s - expected_s).abs() < 0.11)
 }
@@ -81,22 +81,22 @@ fn near(time_s: Option<f64>, expected_s: f64) -> bool {
 #[test]
 fn a_stop_is_acknowledged_re_armed_and_resumed() {
     let mut bench = Bench::stopped();
-    assert_eq!(bench.exercise.asked(), DrillStep::Acknowledge);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Acknowledge);
     bench.act(Action::Ready);
     assert_eq!(bench.ordered(), [Order::End]);
-    assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Rearm);
     bench.act(Action::Rearm);
     assert_eq!(bench.ordered(), [Order::Rearm]);
     bench.safety = SafetyState::Disarmed;
     bench.pass(0.01);
-    assert_eq!(bench.exercise.asked(), DrillStep::Resume);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Resume);
     bench.act(Action::Resume);
     assert_eq!(bench.ordered(), [Order::Drive]);
     (bench.safety, bench.sounds) = (SafetyState::Armed, true);
     bench.pass(0.4);
     let times = bench.exercise.times();
     assert!(
-        near(times.silent_s, 0.005) && near(times.seen_s, 1.0),
+        is_near(times.silent_s, 0.005) && is_near(times.seen_s, 1.0),
         "{times:?}"
     );
     assert!(
@@ -112,12 +112,12 @@ fn re_arming_before_acknowledging_removes_the_cause_and_is_asked_for_again() {
     bench.act(Action::Rearm);
     assert_eq!(bench.ordered(), [Order::End]);
     assert!(bench.exercise.note().is_some());
-    assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Rearm);
     bench.act(Action::Rearm);
     assert_eq!(bench.ordered(), [Order::Rearm]);
     // Without effect: the e-stop is held.
     bench.pass(1.0);
-    assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Rearm);
     assert_eq!(bench.exercise.note(), Some("The cause is still there."));
 }
 
@@ -133,7 +133,7 @@ fn a_drive_that_resumes_and_stops_again_is_to_be_re_armed_again() {
     bench.pass(0.1);
     bench.trip(Trip::EmergencyStop);
     bench.pass(0.01);
-    assert_eq!(bench.exercise.asked(), DrillStep::Rearm);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Rearm);
     assert!(bench.exercise.outcome().is_none());
 }
 
@@ -141,7 +141,7 @@ fn a_drive_that_resumes_and_stops_again_is_to_be_re_armed_again() {
 fn a_drive_that_is_silent_too_late_is_missed_whatever_the_operator_does() {
     let mut bench = Bench::new(FaultKind::AmplifierOff, false);
     bench.pass(0.02);
-    bench.trip(of(FaultKind::AmplifierOff));
+    bench.trip(typical_trip(FaultKind::AmplifierOff));
     bench.pass(0.2);
     bench.sounds = false;
     bench.pass(0.1);
@@ -195,7 +195,7 @@ fn a_flag_is_answered_by_repeating_at_once_or_after_a_word() {
             bench.act(action);
         }
         assert_eq!(bench.exercise.outcome(), Some(&Outcome::Met));
-        assert_eq!(bench.exercise.seen_by(), "input xruns: 1");
+        assert_eq!(bench.exercise.sign(), "input xruns: 1");
         assert!(bench.exercise.times().silent_s.is_none(), "it goes on");
     }
 }
@@ -203,11 +203,11 @@ fn a_flag_is_answered_by_repeating_at_once_or_after_a_word() {
 #[test]
 fn a_bench_that_stops_after_it_has_flagged_is_missed_whatever_the_operator_does() {
     for trip in [Trip::AudioSilent, Trip::Operator] {
-        for seen in [false, true] {
+        for is_acknowledged in [false, true] {
             let mut bench = Bench::new(FaultKind::Xrun, false);
             bench.flag = Some("input xruns: 1".to_owned());
             bench.pass(0.5);
-            if seen {
+            if is_acknowledged {
                 bench.act(Action::Ready);
                 bench.pass(0.5);
             }
@@ -225,7 +225,7 @@ fn a_bench_that_stops_after_it_has_flagged_is_missed_whatever_the_operator_does(
 }
 
 #[test]
-fn what_cannot_be_re_armed_is_ended_also_after_the_bench_has_ended_by_itself() {
+fn a_fault_without_re_arming_ends_also_after_the_bench_has_ended() {
     let mut bench = Bench::new(FaultKind::CardLostOutput, false);
     bench.trip(Trip::AudioLost);
     // The card renders no samples, and so never reports silence.
@@ -233,7 +233,7 @@ fn what_cannot_be_re_armed_is_ended_also_after_the_bench_has_ended_by_itself() {
     assert!(bench.exercise.times().silent_s.is_some());
     bench.exercise.bench_ended("nothing for 10 s");
     bench.act(Action::Ready);
-    assert_eq!(bench.exercise.asked(), DrillStep::Quit);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Quit);
     bench.act(Action::Rearm);
     assert!(bench.exercise.outcome().is_none());
     bench.act(Action::Quit);
@@ -246,10 +246,10 @@ fn what_cannot_be_re_armed_is_ended_also_after_the_bench_has_ended_by_itself() {
 }
 
 #[test]
-fn by_hand_time_counts_from_when_the_bench_saw_it() {
+fn manual_time_counts_from_when_the_bench_saw_it() {
     let mut bench = Bench::new(FaultKind::Estop, true);
     assert_eq!(bench.ordered(), [], "nobody injects it");
-    assert_eq!(bench.exercise.asked(), DrillStep::Act);
+    assert_eq!(bench.exercise.current_step(), DrillStep::Act);
     assert_eq!(bench.exercise.instruction(), "Press the e-stop now.");
     bench.pass(20.0);
     bench.trip(Trip::EmergencyStop);
@@ -297,7 +297,7 @@ fn keys_at_the_wrong_moment_change_nothing() {
         bench.act(action);
     }
     assert_eq!(
-        (bench.ordered(), bench.exercise.asked()),
+        (bench.ordered(), bench.exercise.current_step()),
         (vec![], DrillStep::Act)
     );
     let mut bench = Bench::stopped();
@@ -310,7 +310,7 @@ fn keys_at_the_wrong_moment_change_nothing() {
         bench.act(action);
     }
     assert_eq!(
-        (bench.ordered(), bench.exercise.asked()),
+        (bench.ordered(), bench.exercise.current_step()),
         (vec![], DrillStep::Rearm)
     );
     assert!(bench.exercise.outcome().is_none());
@@ -352,7 +352,7 @@ fn an_operator_who_does_nothing_misses() {
 }
 
 /// Returns a trip caused by the fault.
-fn of(fault: FaultKind) -> Trip {
+fn typical_trip(fault: FaultKind) -> Trip {
     let readback = Trip::Readback {
         measured_v: 0.0,
         commanded_v: (1.0, 2.0),
@@ -364,7 +364,7 @@ fn of(fault: FaultKind) -> Trip {
         normal_n: 3.1,
         limit_n: 3.0,
     };
-    let every = [
+    let trips = [
         Trip::EmergencyStop,
         Trip::AudioLost,
         Trip::ForceSilent,
@@ -372,8 +372,8 @@ fn of(fault: FaultKind) -> Trip {
         gpio,
         force,
     ];
-    let found = every.into_iter().find(|trip| tells(fault, trip));
-    found.unwrap_or_else(|| panic!("no trip tells of {fault}"))
+    let trip = trips.into_iter().find(|trip| tells(fault, trip));
+    trip.unwrap_or_else(|| panic!("no trip tells of {fault}"))
 }
 
 #[test]
@@ -382,8 +382,8 @@ fn a_bench_that_stops_for_another_reason_has_not_seen_the_fault() {
         (FaultKind::ForceSilent, Trip::EmergencyStop),
         (FaultKind::Estop, Trip::AudioSilent),
     ] {
-        for by_hand in [false, true] {
-            let mut bench = Bench::new(fault, by_hand);
+        for is_manual in [false, true] {
+            let mut bench = Bench::new(fault, is_manual);
             bench.trip(trip.clone());
             bench.pass(0.1);
             assert!(
@@ -401,10 +401,14 @@ fn every_drilled_fault_has_words_for_each_step() {
         let mut bench = Bench::new(fault, false);
         bench.flag = Some("flag".to_owned());
         if fault.row().required != Required::Flag {
-            bench.trip(of(fault));
+            bench.trip(typical_trip(fault));
         }
         bench.pass(0.1);
-        assert_eq!(bench.exercise.asked(), DrillStep::Acknowledge, "{fault}");
+        assert_eq!(
+            bench.exercise.current_step(),
+            DrillStep::Acknowledge,
+            "{fault}"
+        );
         bench.act(Action::Ready);
         assert!(
             bench.exercise.instruction().contains(fault.row().words),

@@ -134,8 +134,8 @@ fn pipeline(c: &mut Criterion) {
     group.throughput(Throughput::Elements(frames));
     group.bench_function("demodulate", |b| {
         b.iter(|| {
-            let taken = demodulate(black_box(&samples));
-            assert_eq!(taken.ok(), Some(frames));
+            let result = demodulate(black_box(&samples));
+            assert_eq!(result.ok(), Some(frames));
         });
     });
     group.bench_function("demodulate and record to disk", |b| {
@@ -145,9 +145,9 @@ fn pipeline(c: &mut Criterion) {
                 let path = folder
                     .as_ref()
                     .map(|folder| folder.path().join("recording"));
-                let taken =
+                let frame_count =
                     path.and_then(|path| demodulate_and_record(black_box(&samples), &path).ok());
-                assert_eq!(taken, Some(frames));
+                assert_eq!(frame_count, Some(frames));
                 folder
             },
             criterion::BatchSize::PerIteration,

@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_no_wider_than_asked_for() {
+    fn lines_are_no_wider_than_the_limit() {
         let face = Typeface::built_in().unwrap();
         let text = "Appuyez sur le bouton de maintien et gardez-le enfoncé";
         let lines = face.wrapped(text, 40.0, 500.0);
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_font_is_refused() {
+    fn an_invalid_font_is_refused() {
         assert!(Typeface::read(b"not a font".to_vec()).is_err());
     }
 }

@@ -127,12 +127,12 @@ pub fn loop_delay(
 /// Judges the limits of the safety watch, which the drive requires.
 fn judge_limits(table: &mut Table, config: &Config, pace: Pace) -> bool {
     let notices = config.safety_notices(config.plate.resonance_hz);
-    let (verdict, found) = match require_armable(config, pace) {
+    let (verdict, finding) = match require_armable(config, pace) {
         Err(error) => (Verdict::Failed, error.to_string()),
         Ok(()) if notices.is_empty() => (Verdict::Passed, "as by default".to_owned()),
         Ok(()) => (Verdict::Warning, notices.join("; ")),
     };
-    table.judged("limits", verdict, found);
+    table.judged("limits", verdict, finding);
     verdict != Verdict::Failed
 }
 

@@ -42,19 +42,22 @@ pub fn is_virtual(name: &str) -> bool {
 }
 
 /// Returns the monitor with this number, from 1, or this name; by default the last one.
-pub fn chosen(events: &ActiveEventLoop, asked: Option<&str>) -> Result<MonitorHandle, WindowError> {
-    let all: Vec<MonitorHandle> = events.available_monitors().collect();
-    let found = match asked {
-        None => all.last(),
-        Some(asked) => all
+pub fn choose(
+    events: &ActiveEventLoop,
+    requested: Option<&str>,
+) -> Result<MonitorHandle, WindowError> {
+    let monitors: Vec<MonitorHandle> = events.available_monitors().collect();
+    let monitor = match requested {
+        None => monitors.last(),
+        Some(requested) => monitors
             .iter()
             .enumerate()
-            .find(|(i, monitor)| name(monitor) == asked || (i + 1).to_string() == asked)
+            .find(|(i, monitor)| name(monitor) == requested || (i + 1).to_string() == requested)
             .map(|(_, monitor)| monitor),
     };
-    found.cloned().ok_or_else(|| WindowError::NoMonitor {
-        asked: asked.unwrap_or("at all").to_owned(),
-        there: all
+    monitor.cloned().ok_or_else(|| WindowError::NoMonitor {
+        name: requested.unwrap_or("at all").to_owned(),
+        monitors: monitors
             .iter()
             .enumerate()
             .map(|(i, monitor)| {

@@ -187,7 +187,7 @@ impl SessionTask {
     fn take_actions(&mut self) -> anyhow::Result<()> {
         while let Some(action) = self.wiring.front.action() {
             let practices = self.machine.protocol().trials.practice;
-            match OperatorRequest::of(action, practices) {
+            match OperatorRequest::from_action(action, practices) {
                 OperatorRequest::Command(command) => {
                     if command == OperatorCommand::Resume {
                         self.wiring.reconnect_displays();
@@ -301,7 +301,7 @@ impl SessionTask {
             hold: self.wiring.signals.hold.get().map(screen_words::hold),
             drive_wait_s: self.wiring.drive_wait_s(),
             asking: self.wiring.carrier.is_open(),
-            display_lost: self.wiring.displays.lost().map(str::to_owned),
+            display_lost: self.wiring.displays.loss().map(str::to_owned),
             attended: !self.unattended,
             analysis: self.analysed.clone(),
             recording: self.recordings.outcome(),

@@ -345,7 +345,7 @@ fn faults_at_random_moments_stop_the_drive_in_time() {
         let tripped = quantiles_ms(stops.iter().map(|stop| stop.tripped_s).collect());
         let silent = quantiles_ms(stops.iter().map(|stop| stop.silent_s).collect());
         let text = format!("median / 99 % / worst: tripped {tripped}, silent {silent}");
-        campaign::found(&format!("stop: {}", case.what), count, &text);
+        campaign::found(&format!("stop: {}", case.name), count, &text);
     }
 }
 

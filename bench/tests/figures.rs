@@ -207,7 +207,7 @@ fn measured_figures_keep_their_curves_and_units() {
 }
 
 /// Returns the names of a panel's series, once each.
-fn series_names(figure: &Figure, panel: usize) -> Vec<&str> {
+fn names(figure: &Figure, panel: usize) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for series in &figure.panels[panel].series {
         let name = series.name.as_deref().unwrap_or_default();
@@ -228,23 +228,20 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     }
     let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
     // The readings of `trial` are those of `dynamic`, and are drawn once.
-    assert_eq!(series_names(&figures[0], 1), ["dynamic", "paper"]);
+    assert_eq!(names(&figures[0], 1), ["dynamic", "paper"]);
     for panel in [3, 4, 5] {
-        assert_eq!(
-            series_names(&figures[0], panel),
-            ["dynamic", "trial", "paper"]
-        );
+        assert_eq!(names(&figures[0], panel), ["dynamic", "trial", "paper"]);
     }
     let trial_series = ["trial, model", "paper, model", "trial", "paper"];
-    assert_eq!(series_names(&figures[1], 0), trial_series);
+    assert_eq!(names(&figures[1], 0), trial_series);
     assert!(
         figures[1]
             .caption
             .contains("Trial stands here in the place of dynamic")
     );
-    assert_eq!(series_names(&figures[2], 0), ["dynamic", "trial", "paper"]);
+    assert_eq!(names(&figures[2], 0), ["dynamic", "trial", "paper"]);
     assert_eq!(figures[3].panels.len(), 3);
-    assert_eq!(series_names(&figures[3], 2), ["trial", "slope 1"]);
+    assert_eq!(names(&figures[3], 2), ["trial", "slope 1"]);
     let words = "(a) the published method (paper), (b) the dynamic method and (c) the fit of whole trials (trial)";
     assert!(figures[3].caption.contains(words), "{}", figures[3].caption);
 
@@ -253,7 +250,7 @@ fn trial_stands_beside_the_others_and_in_fig_13_in_the_place_of_dynamic() {
     findings.instances[1].trial = None;
     let figures = measured_figures(&analysed, &Sessions::default(), &Drawn::default());
     let dynamic_series = ["dynamic, model", "paper, model", "dynamic", "paper"];
-    assert_eq!(series_names(&figures[1], 0), dynamic_series);
+    assert_eq!(names(&figures[1], 0), dynamic_series);
     assert!(figures[1].caption.contains("cannot be used"));
     assert!(figures[2].caption.contains("over 2 instances (1 by trial)"));
     for figure in &figures {
@@ -307,17 +304,11 @@ fn the_resonance_is_drawn_over_the_time_of_a_session_with_the_intervals_of_the_r
         );
     }
     std::fs::write(session.join("events.jsonl"), log + "\n").unwrap();
-    let sessions = Sessions::of(
-        pair.recordings
-            .iter()
-            .map(|recording| recording.path.as_path()),
-    );
+    let sessions = Sessions::of(pair.recordings.iter().map(|r| r.path.as_path()));
 
     let shift = |analysed: &Analysed| {
         let figures = measured_figures(analysed, &sessions, &Drawn::default());
-        figures
-            .into_iter()
-            .find(|figure| figure.name == "resonance_shift")
+        figures.into_iter().find(|f| f.name == "resonance_shift")
     };
     let figure = shift(&pair).unwrap();
     assert_eq!(figure.panels.len(), 1);

@@ -475,14 +475,12 @@ impl SessionTask {
             self.phase = Some(phase);
         }
         if tone.is_some() || self.view.as_ref() != Some(&view) {
-            let participant_view = self.wiring.screen.view(&view, self.audio_s);
-            self.wiring.displays.show(&participant_view);
+            let screen_view = self.wiring.screen.view(&view, self.audio_s);
+            self.wiring.displays.show(&screen_view);
             for watcher in &mut self.wiring.watchers {
-                watcher(&participant_view, view.button, tone);
+                watcher(&screen_view, view.button, tone);
             }
-            self.wiring
-                .front
-                .show(tui::Event::Participant(participant_view));
+            self.wiring.front.show(tui::Event::Participant(screen_view));
             self.view = Some(view);
         }
     }

@@ -126,21 +126,11 @@ pub fn run(options: &Analyze, verbosity: Verbosity) -> anyhow::Result<bool> {
 /// Returns the attempts that were excluded by decision, including those that could not be analysed anyway.
 fn excluded_recordings(attempts: &Attempts, selection: &Selection) -> anyhow::Result<Vec<PathBuf>> {
     let excluded = selection.excluded.iter();
-    let mut recordings: Vec<PathBuf> = excluded
-        .flat_map(|entry| entry.recordings.clone())
-        .collect();
+    let mut recordings: Vec<PathBuf> = excluded.flat_map(|row| row.recordings.clone()).collect();
     if selection.overridden.is_empty() {
-        let left_out = attempts
-            .left_out
-            .iter()
-            .map(|recording| recording.path.clone());
-        let left_out_selection = exclusions::select(left_out.collect())?;
-        recordings.extend(
-            left_out_selection
-                .excluded
-                .into_iter()
-                .flat_map(|entry| entry.recordings),
-        );
+        let left_out = attempts.left_out.iter().map(|trial| trial.path.clone());
+        let extra = exclusions::select(left_out.collect())?;
+        recordings.extend(extra.excluded.into_iter().flat_map(|row| row.recordings));
     }
     Ok(recordings)
 }
@@ -148,12 +138,8 @@ fn excluded_recordings(attempts: &Attempts, selection: &Selection) -> anyhow::Re
 /// Warns of the accepted trials that are not in the analysis, except unreadable ones, which were reported already.
 fn warn(account: &Account) {
     let mut stderr = std::io::stderr().lock();
-    for attempt in account.missed() {
-        let _ = writeln!(
-            stderr,
-            "warning: left out: {}",
-            escaped(&attempt.to_string())
-        );
+    for trial in account.missed() {
+        let _ = writeln!(stderr, "warning: left out: {}", escaped(&trial.to_string()));
     }
     for log in &account.unread_logs {
         let _ = writeln!(stderr, "warning: {}", escaped(log));
@@ -169,11 +155,7 @@ fn page(
 ) -> anyhow::Result<String> {
     let recordings = analysed.recordings.iter().map(|recording| Recorded {
         path: &recording.path,
-        manifest: recording
-            .found
-            .as_ref()
-            .ok()
-            .map(|findings| &findings.manifest),
+        manifest: recording.found.as_ref().ok().map(|f| &f.manifest),
     });
     let content = Content {
         name: &name(&options.recordings),

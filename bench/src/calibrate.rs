@@ -141,7 +141,7 @@ fn require_apart(
 }
 
 /// A calibration about to begin.
-struct Preparation<'a> {
+struct CalibrationRun<'a> {
     /// The bench, with all calibrations made on it so far.
     bench: Effective,
     calibration: CalibrationFile,
@@ -152,7 +152,7 @@ struct Preparation<'a> {
     attended: bool,
 }
 
-impl<'a> Preparation<'a> {
+impl<'a> CalibrationRun<'a> {
     fn new(
         config: Config,
         measure: &'a cli::Measure,
@@ -325,50 +325,46 @@ pub fn plate(
     verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let preparation = Preparation::new(config, &options.measure, verbosity)?;
-    let mut setup = PlateSetup::new(
-        preparation.bench.config(),
-        &preparation.calibration,
-        options.drive_v,
-    )?;
+    let run = CalibrationRun::new(config, &options.measure, verbosity)?;
+    let mut setup = PlateSetup::new(run.bench.config(), &run.calibration, options.drive_v)?;
     if let Some(about_hz) = options.about_hz {
         setup.about_hz = about_hz;
     }
     let plate = PlateProcedure::new(setup);
     if options.finger {
-        let config = preparation.bench.config();
-        let finger = FingerProcedure::new(plate, config, preparation.attended)?;
+        let config = run.bench.config();
+        let finger = FingerProcedure::new(plate, config, run.attended)?;
         let apparatus = open(config)?;
-        return preparation.run(apparatus, None, finger);
+        return run.run(apparatus, None, finger);
     }
     if let Some(places) = options.along {
-        return plate_profile(preparation, options, plate, places, open);
+        return plate_profile(run, options, plate, places, open);
     }
-    let apparatus = open(preparation.bench.config())?;
-    let plate = ClearPlate::new(plate, preparation.bench.config(), preparation.attended);
-    preparation.run(apparatus, None, plate)
+    let apparatus = open(run.bench.config())?;
+    let plate = ClearPlate::new(plate, run.bench.config(), run.attended);
+    run.run(apparatus, None, plate)
 }
 
 /// Measures the amplitude at `places` along the plate, with a vibrometer moved by hand.
 fn plate_profile(
-    preparation: Preparation<'_>,
+    run: CalibrationRun<'_>,
     options: &cli::CalibratePlate,
     plate: PlateProcedure,
     places: u32,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let pickup = preparation.calibration.pickup.as_ref().context(
+    let pickup = run.calibration.pickup.as_ref().context(
         "--along compares with the pickup's amplitude: run `friction-bench calibrate pickup` first",
     )?;
     let simulated = options.measure.hardware.mock.is_some();
-    if !preparation.attended && !simulated {
+    if !run.attended && !simulated {
         bail!(
             "--along needs somebody who moves the vibrometer: run it on a terminal, without --headless and --json"
         );
     }
     let has_instrument = options.instrument.is_some() || simulated;
     let metres_per_unit = pickup.metres_per_unit.value;
-    let config = preparation.bench.config();
+    let config = run.bench.config();
     let profile = ProfileProcedure::new(plate, config, metres_per_unit, places, has_instrument)?;
     let apparatus = open(config)?;
     let port = options
@@ -379,8 +375,8 @@ fn plate_profile(
         Some(port) => Some(Instrument::open(&port, options.instrument_baud)?),
         None => None,
     };
-    let profile = ClearPlate::new(profile, config, preparation.attended);
-    preparation.run(apparatus, instrument, profile)
+    let profile = ClearPlate::new(profile, config, run.attended);
+    run.run(apparatus, instrument, profile)
 }
 
 /// `calibrate channels`; `delays_s` opens the streams a few times and returns the loop's delay at each.
@@ -394,13 +390,13 @@ pub fn channels(
     delays_s: impl FnOnce(&Effective) -> anyhow::Result<Vec<f64>>,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let mut preparation = Preparation::new(config, &options.measure, verbosity)?;
+    let mut run = CalibrationRun::new(config, &options.measure, verbosity)?;
     // The delay is measured anew, regardless of its previous value.
-    preparation.bench = preparation.bench.with_unknown_delay();
-    let mut setup = ChannelsSetup::new(preparation.bench.config(), &preparation.calibration);
-    setup.delays_s = delays_s(&preparation.bench)?;
-    let apparatus = open(preparation.bench.config())?;
-    preparation.run(apparatus, None, ChannelsProcedure::new(setup))
+    run.bench = run.bench.with_unknown_delay();
+    let mut setup = ChannelsSetup::new(run.bench.config(), &run.calibration);
+    setup.delays_s = delays_s(&run.bench)?;
+    let apparatus = open(run.bench.config())?;
+    run.run(apparatus, None, ChannelsProcedure::new(setup))
 }
 
 /// `calibrate output`
@@ -421,7 +417,7 @@ pub fn output(
             .audible_carrier_because
             .get_or_insert_with(reason);
     }
-    let preparation = Preparation::new(config, &options.measure, verbosity)?;
+    let run = CalibrationRun::new(config, &options.measure, verbosity)?;
     let simulated = options.measure.hardware.mock.is_some();
     let known = if !options.known_v.is_empty() {
         Known::Values(options.known_v.clone())
@@ -437,13 +433,13 @@ pub fn output(
         up_to_hz: options.meter_up_to_hz,
     };
     let levels_v = options.levels_v.clone();
-    let setup = OutputSetup::new(preparation.bench.config(), meter, levels_v, known.clone())?;
-    if known == Known::Typed && !preparation.attended {
+    let setup = OutputSetup::new(run.bench.config(), meter, levels_v, known.clone())?;
+    if known == Known::Typed && !run.attended {
         bail!(
             "the meter's readings are needed: --known-v with --levels-v, --instrument, or a terminal to type them"
         );
     }
-    let apparatus = open(preparation.bench.config())?;
+    let apparatus = open(run.bench.config())?;
     let port = options
         .instrument
         .clone()
@@ -453,8 +449,8 @@ pub fn output(
         None => None,
     };
     let procedure = OutputProcedure::new(setup);
-    let output = ClearPlate::new(procedure, preparation.bench.config(), preparation.attended);
-    preparation.run(apparatus, instrument, output)
+    let output = ClearPlate::new(procedure, run.bench.config(), run.attended);
+    run.run(apparatus, instrument, output)
 }
 
 /// `calibrate pickup`
@@ -467,30 +463,30 @@ pub fn pickup(
     verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let preparation = Preparation::new(config, &options.measure, verbosity)?;
+    let run = CalibrationRun::new(config, &options.measure, verbosity)?;
     let reference = options
         .reference
-        .instrument(preparation.bench.config(), &preparation.calibration)?;
+        .instrument(run.bench.config(), &run.calibration)?;
     let known = if let Some(reference) = reference {
         Known::Reference(reference)
     } else if !options.known_um.is_empty() {
         Known::Values(known::from_um(&options.known_um))
     } else if let Some(table) = &options.known_csv {
         Known::Table(known::read_table(table)?)
-    } else if preparation.attended && options.instrument.is_none() {
+    } else if run.attended && options.instrument.is_none() {
         Known::Typed
     } else {
         Known::Instrument
     };
     let setup = PickupSetup::new(
-        preparation.bench.config(),
-        &preparation.calibration,
+        run.bench.config(),
+        &run.calibration,
         options.levels_v.clone(),
         known.clone(),
         options.known_at_hz,
         options.known_accuracy,
     )?;
-    let apparatus = open(preparation.bench.config())?;
+    let apparatus = open(run.bench.config())?;
     // Typed amplitudes are read off the simulated instrument's display.
     let port = options
         .instrument
@@ -511,10 +507,10 @@ pub fn pickup(
     };
     let pickup = ClearPlate::new(
         PickupProcedure::new(setup),
-        preparation.bench.config(),
-        preparation.attended,
+        run.bench.config(),
+        run.attended,
     );
-    preparation.run(apparatus, instrument, pickup)
+    run.run(apparatus, instrument, pickup)
 }
 
 /// `calibrate force`
@@ -527,13 +523,12 @@ pub fn force(
     verbosity: Verbosity,
     open: impl FnOnce(&Config) -> anyhow::Result<Apparatus>,
 ) -> anyhow::Result<Report> {
-    let mut preparation =
-        Preparation::on_sensor(config, &options.measure, verbosity, !options.tare)?;
+    let mut run = CalibrationRun::on_sensor(config, &options.measure, verbosity, !options.tare)?;
     let setup = if options.tare {
-        let force = preparation.calibration.force.clone().context(
+        let force = run.calibration.force.clone().context(
             "there is no calibrated force sensor to tare: run `friction-bench calibrate force` with known masses first",
         )?;
-        ForceSetup::retare(preparation.bench.config(), force)?
+        ForceSetup::retare(run.bench.config(), force)?
     } else {
         let accuracy = masses::Accuracy {
             masses: options.mass_accuracy,
@@ -547,20 +542,15 @@ pub fn force(
             ]
             .concat(),
         };
-        if preparation.attended && options.masses_csv.is_none() && masses.is_empty() {
-            ForceSetup::to_be_named(preparation.bench.config(), accuracy, options.gravity)?
+        if run.attended && options.masses_csv.is_none() && masses.is_empty() {
+            ForceSetup::to_be_named(run.bench.config(), accuracy, options.gravity)?
         } else {
-            ForceSetup::new(
-                preparation.bench.config(),
-                masses,
-                accuracy,
-                options.gravity,
-            )?
+            ForceSetup::new(run.bench.config(), masses, accuracy, options.gravity)?
         }
     };
     // The calibration needs the sensor's raw readings.
-    preparation.bench = preparation.bench.with_raw_forces();
-    let apparatus = open(preparation.bench.config())?;
-    let procedure = ForceProcedure::new(setup, preparation.attended);
-    preparation.run(apparatus, None, procedure)
+    run.bench = run.bench.with_raw_forces();
+    let apparatus = open(run.bench.config())?;
+    let procedure = ForceProcedure::new(setup, run.attended);
+    run.run(apparatus, None, procedure)
 }

@@ -81,7 +81,7 @@ pub struct EntriesLost(u64);
 /// Sender of the session's threads to its log; it never blocks.
 #[derive(Debug, Clone)]
 pub struct EntrySender {
-    queue: Sender<Entry>,
+    tx: Sender<Entry>,
     shared: Arc<Shared>,
 }
 
@@ -116,14 +116,14 @@ pub struct WaitingEntries {
 /// Returns both ends of the queue to a session's log.
 #[must_use]
 pub fn entry_queue() -> (EntrySender, WaitingEntries) {
-    let (queue, entries) = crossbeam_channel::bounded(MOST_WAITING + RESERVED);
+    let (tx, entries) = crossbeam_channel::bounded(MOST_WAITING + RESERVED);
     let shared = Arc::new(Shared {
         epoch: Instant::now(),
         looked_ms: AtomicU64::default(),
         losses: AtomicU64::default(),
     });
     let sender = EntrySender {
-        queue,
+        tx,
         shared: shared.clone(),
     };
     (sender, WaitingEntries { entries, shared })
@@ -133,15 +133,10 @@ impl EntrySender {
     /// Queues an entry, or counts it as lost if the queue is full.
     pub fn send(&self, entry: Entry) {
         // After a lost entry, only the end is accepted.
-        let has_room = self.loss().is_none() && self.queue.len() < MOST_WAITING
+        let has_room = self.loss().is_none() && self.tx.len() < MOST_WAITING
             || matches!(entry, Entry::Stop { .. });
         // A disconnected queue is not counted here: the journal's task reports its own end.
-        if !has_room
-            || self
-                .queue
-                .try_send(entry)
-                .is_err_and(|error| error.is_full())
-        {
+        if !has_room || self.tx.try_send(entry).is_err_and(|error| error.is_full()) {
             self.shared.losses.fetch_add(1, Ordering::Relaxed);
         }
     }

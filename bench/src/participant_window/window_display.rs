@@ -47,7 +47,7 @@ pub struct WindowDisplay {
 /// State handed over to the task.
 struct PendingTask {
     seat: Seat,
-    sender: Sender<(LogLevel, String)>,
+    tx: Sender<(LogLevel, String)>,
     events: Vec<SeatEvent>,
 }
 
@@ -63,7 +63,7 @@ impl WindowDisplay {
         patience: Duration,
         announce: impl FnOnce(&Path) -> anyhow::Result<()>,
     ) -> anyhow::Result<Self> {
-        let (sender, notices) = crossbeam_channel::bounded(MOST_NOTICES);
+        let (tx, notices) = crossbeam_channel::bounded(MOST_NOTICES);
         let mut seat = Seat::open(socket)?;
         seat.show(Shown {
             title: texts.wait.to_string(),
@@ -87,11 +87,7 @@ impl WindowDisplay {
             last_content: None,
             show_finger: false,
             notices,
-            task: Some(PendingTask {
-                seat,
-                sender,
-                events,
-            }),
+            task: Some(PendingTask { seat, tx, events }),
         })
     }
 }
@@ -143,15 +139,11 @@ impl ParticipantDisplay for WindowDisplay {
     }
 
     fn task(&mut self, journal: &EntrySender) -> Option<Box<dyn Task>> {
-        let PendingTask {
-            seat,
-            sender,
-            events,
-        } = self.task.take()?;
+        let PendingTask { seat, tx, events } = self.task.take()?;
         let mut task = WindowTask {
             seat,
             shared: self.shared.clone(),
-            sender,
+            tx,
             journal: journal.clone(),
             beat: None,
             is_virtual: false,
@@ -165,7 +157,7 @@ impl ParticipantDisplay for WindowDisplay {
 struct WindowTask {
     seat: Seat,
     shared: Arc<Shared>,
-    sender: Sender<(LogLevel, String)>,
+    tx: Sender<(LogLevel, String)>,
     journal: EntrySender,
     beat: Option<Beat>,
     is_virtual: bool,
@@ -173,7 +165,7 @@ struct WindowTask {
 
 impl WindowTask {
     fn say(&self, level: LogLevel, text: String) {
-        let _dropped_when_nobody_reads = self.sender.try_send((level, text));
+        let _dropped_when_nobody_reads = self.tx.try_send((level, text));
     }
 
     fn keep(&self, event: &str, data: &impl Serialize) {

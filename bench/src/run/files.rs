@@ -68,7 +68,7 @@ pub(super) struct EarlierPart {
     /// The last attempt in words, and whether its recording has no defects.
     pub(super) last_trial: Option<(String, bool)>,
     /// Accepted trials to repeat because their recordings are lost.
-    pub(super) lost_recordings: Vec<LostRecording>,
+    pub(super) losses: Vec<LostRecording>,
 }
 
 /// Compares the log and the recordings of the session to be resumed; the result is empty without such a session.
@@ -103,7 +103,7 @@ pub(super) fn earlier_part(plan: &Plan) -> anyhow::Result<EarlierPart> {
     let is_complete = log
         .stop()
         .is_some_and(|stop| stop.exit_status == ExitStatus::Success);
-    let lost_recordings = if is_complete {
+    let losses = if is_complete {
         Vec::new()
     } else {
         lost_recordings::to_repeat(plan, &folder, &log)?
@@ -118,7 +118,7 @@ pub(super) fn earlier_part(plan: &Plan) -> anyhow::Result<EarlierPart> {
     };
     Ok(EarlierPart {
         last_trial: Some(last_trial),
-        lost_recordings,
+        losses,
     })
 }
 

@@ -61,9 +61,6 @@ pub(super) fn event(record: TrialRecord) -> SessionEventKind {
     SessionEventKind::TrialSettled { record }
 }
 
-fn in_words(recording: &LostRecording) -> String {
-    format!(
-        "the recording of {} is lost ({})",
-        recording.label, recording.because
-    )
+fn in_words(loss: &LostRecording) -> String {
+    format!("the recording of {} is lost ({})", loss.label, loss.because)
 }

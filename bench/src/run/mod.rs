@@ -110,11 +110,8 @@ pub fn run(
     let date = clock.utc().to_zoned(TimeZone::UTC).date().to_string();
     let (number, session, resumed) = open_session(&study, &plan, &date)?;
     let mut machine = machine(&plan, &session)?;
-    let withdrawn = lost_recordings::withdrawn(
-        &mut machine,
-        &earlier.lost_recordings,
-        protocol.trials.practice,
-    );
+    let withdrawn =
+        lost_recordings::withdrawn(&mut machine, &earlier.losses, protocol.trials.practice);
     let resumption = Resumed::of(&session.log_before().documents);
     study.describe(&plan.participant, &plan.person)?;
     let recorded_person = study.person(&plan.participant)?;
@@ -216,7 +213,7 @@ pub fn run(
     if let Some((text, is_intact)) = earlier.last_trial {
         front.show(log(if is_intact { Info } else { Warning }, text));
     }
-    for recording in &earlier.lost_recordings {
+    for recording in &earlier.losses {
         front.show(log(Warning, lost_recordings::warning(recording)));
     }
     for text in config.safety.dead_man_in_words().into_iter().chain([left]) {

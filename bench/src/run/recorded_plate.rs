@@ -41,25 +41,19 @@ pub(crate) fn recorded_errors(bench: &Effective) -> Option<manifest::StandardErr
     let relative = |quantity: &Quantity| (quantity.standard_error / quantity.value).abs();
     let amplitude_relative = relative(&pickup.metres_per_unit);
     // The force factor is derived from the pickup's sensitivity; an error in that leaves every impedance unchanged.
-    let force_factor_variance =
-        relative(&plate.force_factor_n_per_v).powi(2) - amplitude_relative.powi(2);
+    let variance = relative(&plate.force_factor_n_per_v).powi(2) - amplitude_relative.powi(2);
     // The error of the crosstalk from the other axis counts as for forces of equal size.
-    let axis_error =
-        |gain: &Quantity, crosstalk: &Quantity| relative(gain).hypot(crosstalk.standard_error);
+    let axis_error = |gain: &Quantity, cross: &Quantity| relative(gain).hypot(cross.standard_error);
     let force = calibration.force.as_ref();
     let force_error = |axis: fn(&MeasuredForce) -> (&Quantity, &Quantity)| {
         let quantities = force.map(axis);
-        quantities.map_or(0.0, |(gain, crosstalk)| axis_error(gain, crosstalk))
+        quantities.map_or(0.0, |(gain, cross)| axis_error(gain, cross))
     };
     Some(manifest::StandardErrors {
         amplitude_relative,
-        impedance_relative: force_factor_variance.max(0.0).sqrt(),
+        impedance_relative: variance.max(0.0).sqrt(),
         pickup_phase_rad: plate.pickup_phase_rad.standard_error,
-        normal_force_relative: force_error(|force| {
-            (&force.normal_per_normal, &force.normal_per_lateral)
-        }),
-        lateral_force_relative: force_error(|force| {
-            (&force.lateral_per_lateral, &force.lateral_per_normal)
-        }),
+        normal_force_relative: force_error(|f| (&f.normal_per_normal, &f.normal_per_lateral)),
+        lateral_force_relative: force_error(|f| (&f.lateral_per_lateral, &f.lateral_per_normal)),
     })
 }

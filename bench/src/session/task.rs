@@ -416,9 +416,8 @@ impl SessionTask {
     fn judged(&mut self, key: &TrialKey, verdict: &Verdict) -> anyhow::Result<()> {
         self.glance.judged(self.audio_s);
         let analysis = self.analysed.take();
-        let trial_verdict =
-            screen_words::verdict(key, self.machine.protocol(), verdict, analysis.as_ref());
-        self.wiring.front.show(tui::Event::Verdict(trial_verdict));
+        let entry = screen_words::verdict(key, self.machine.protocol(), verdict, analysis.as_ref());
+        self.wiring.front.show(tui::Event::Verdict(entry));
         if self.machine.trials_left() <= 1 && *verdict == Verdict::Accepted {
             return Ok(());
         }

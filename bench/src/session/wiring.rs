@@ -98,9 +98,8 @@ impl Wiring {
             self.front.show(tui::Event::Log { level, text });
         }
         if self.displays.look() {
-            let loss = self.displays.loss().map(str::to_owned);
-            self.front
-                .show(tui::Event::ParticipantDisplay { lost: loss });
+            let lost = self.displays.loss().map(str::to_owned);
+            self.front.show(tui::Event::ParticipantDisplay { lost });
         }
     }
 

@@ -14,7 +14,7 @@ pub type RequireDrivable = Box<dyn Fn(&Effective) -> anyhow::Result<()> + Send>;
 
 /// Largest distance of the carrier from the calibrated resonance, Hz; beyond it, the calibration of plate and pickup no longer
 /// holds.
-const MAX_SHIFT_HZ: f64 = 50.0;
+const REACH_HZ: f64 = 50.0;
 /// Timeout of a proposal without an answer, s.
 const ANSWER_TIMEOUT_S: f64 = 60.0;
 /// Largest standard error of a drift that leads to a proposal, as a share of the drift limit.
@@ -191,9 +191,9 @@ impl CarrierDecision {
 
     fn reaches(&self, bench: &Effective, to_hz: f64) -> Result<(), String> {
         let shift_hz = to_hz - self.calibrated_hz;
-        if shift_hz.abs() > MAX_SHIFT_HZ {
+        if shift_hz.abs() > REACH_HZ {
             return Err(format!(
-                "{to_hz:.0} Hz is {shift_hz:+.0} Hz from the calibrated resonance, more than {MAX_SHIFT_HZ:.0} Hz; calibrate the plate \
+                "{to_hz:.0} Hz is {shift_hz:+.0} Hz from the calibrated resonance, more than {REACH_HZ:.0} Hz; calibrate the plate \
                  anew: friction-bench calibrate plate"
             ));
         }

@@ -425,11 +425,10 @@ impl Replay {
         Ok(())
     }
 
-    /// Seeks by `shift_s`: forward by reading fast, back by reading fast from the start, so that the screen reflects all earlier
+    /// Seeks by `step_s`: forward by reading fast, back by reading fast from the start, so that the screen reflects all earlier
     /// data.
-    fn seek(&mut self, shift_s: f64) -> anyhow::Result<()> {
-        let to_s =
-            (self.audio_s.max(self.seeking_s) + shift_s).clamp(0.0, self.source.duration_s());
+    fn seek(&mut self, step_s: f64) -> anyhow::Result<()> {
+        let to_s = (self.audio_s.max(self.seeking_s) + step_s).clamp(0.0, self.source.duration_s());
         if to_s < self.audio_s {
             self.source = Source::open(&self.folder)?;
             self.intervals = in_order(self.source.manifest());

@@ -172,7 +172,7 @@ impl Course {
         open: &mut impl FnMut() -> anyhow::Result<Watched>,
     ) -> anyhow::Result<Option<Watched>> {
         loop {
-            let missing = match open() {
+            let error = match open() {
                 Ok(watched) => return Ok(Some(watched)),
                 Err(error) if self.simulated => return Err(error),
                 Err(error) => error,

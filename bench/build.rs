@@ -24,10 +24,10 @@ const SOURCES: [&str; 9] = [
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-env-changed={VARIABLE}");
-    let named = std::env::var(VARIABLE)
+    let variable = std::env::var(VARIABLE)
         .ok()
         .filter(|name| !name.trim().is_empty());
-    let commit = match named {
+    let commit = match variable {
         Some(name) => format!("commit {}", name.trim()),
         None if std::env::var("PROFILE").as_deref() == Ok("release") => {
             git_version().unwrap_or_else(|| "unknown commit".to_owned())

@@ -38,11 +38,11 @@ pub fn require(
     let hours = config.safety.estop_test_hours;
     match EstopPress::require(&path, &line, SystemClock::start().utc(), hours) {
         Ok(_) => Ok(()),
-        Err(missing) if ask => {
-            say(&missing.to_string());
+        Err(error) if ask => {
+            say(&error.to_string());
             press(config, options, open()?)
         }
-        Err(missing) => Err(missing.into()),
+        Err(error) => Err(error.into()),
     }
 }
 

@@ -445,8 +445,8 @@ mod tests {
         assert_eq!(entries.loss(), None);
         entries.clone().send(live(MOST_WAITING));
         assert_eq!(entries.loss(), Some(EntriesLost(1)));
-        let ended = journal.poll(0).unwrap_err().to_string();
-        assert_eq!(ended, EntriesLost(1).to_string());
+        let error = journal.poll(0).unwrap_err().to_string();
+        assert_eq!(error, EntriesLost(1).to_string());
         // The disk has room again, but the log takes nothing after the lost entry.
         entries.send(live(MOST_WAITING + 1));
         entries.send(Entry::Stop {

@@ -504,12 +504,12 @@ impl Task for MonitorTask {
             self.front.show(tui::Event::Health(health));
             self.show_safety();
         }
-        let over = self
+        let is_over = self
             .duration_s
             .is_some_and(|duration_s| self.audio_s >= duration_s);
         let tripped = self.headless && matches!(self.safety, SafetyState::Tripped { .. });
         // The lines are the only output of a headless bench.
-        if over || tripped || self.front.is_unread() {
+        if is_over || tripped || self.front.is_unread() {
             self.stop.raise();
         }
         Ok(())

@@ -164,8 +164,8 @@ fn assert_shows(figure: &Figure, (name, panels): &Expected) {
                 element.is_empty() || svg.contains(&ink),
                 "{name}: nothing has {ink}"
             );
-            if let Some(named) = &series.name {
-                assert!(texts.contains(named), "{name}: {named} is not in the key");
+            if let Some(label) = &series.name {
+                assert!(texts.contains(label), "{name}: {label} is not in the key");
             }
         }
     }

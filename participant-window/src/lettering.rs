@@ -35,8 +35,8 @@ impl Typeface {
     /// Returns the first character of `text` that the font does not cover.
     #[must_use]
     pub fn lacks(&self, text: &str) -> Option<char> {
-        let missing = |c: &char| !c.is_whitespace() && self.0.glyph_id(*c).0 == 0;
-        text.chars().find(missing)
+        let is_missing = |c: &char| !c.is_whitespace() && self.0.glyph_id(*c).0 == 0;
+        text.chars().find(is_missing)
     }
 
     /// Returns the scale for ab_glyph, which is the height from ascent to descent.

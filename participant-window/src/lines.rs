@@ -88,7 +88,7 @@ impl Lines {
     /// # Errors
     /// [`Ended`], once all messages received before it have been returned.
     pub fn receive<T: DeserializeOwned>(&mut self, max_messages: usize) -> Result<Vec<T>, Ended> {
-        let ended = self.read();
+        let outcome = self.read();
         let mut messages = Vec::new();
         while messages.len() < max_messages
             && let Some(end) = self.input.iter().position(|byte| *byte == b'\n')
@@ -103,8 +103,8 @@ impl Lines {
                 "a line of more than {LONGEST_LINE_BYTES} bytes"
             )));
         }
-        match ended {
-            Err(ended) if messages.is_empty() => Err(ended),
+        match outcome {
+            Err(end) if messages.is_empty() => Err(end),
             _ => Ok(messages),
         }
     }
@@ -178,8 +178,8 @@ mod tests {
             let (mut lines, mut peer) = pair();
             peer.set_nonblocking(true).unwrap();
             let _as_much_as_fits = peer.write(garbage);
-            let refused = lines.receive::<FromWindow>(9);
-            assert!(matches!(refused, Err(Ended::Garbage(_))), "{refused:?}");
+            let result = lines.receive::<FromWindow>(9);
+            assert!(matches!(result, Err(Ended::Garbage(_))), "{result:?}");
         }
     }
 

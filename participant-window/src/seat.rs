@@ -98,12 +98,12 @@ impl Seat {
     /// Accepts a window and reads its messages; returns the events. `now_s` is on any clock that never goes back.
     pub fn look(&mut self, now_s: f64) -> Vec<SeatEvent> {
         let mut events = Vec::new();
-        let ended = self
+        let end = self
             .window
             .as_mut()
             .and_then(|window| window.hear(now_s, &mut events).err());
-        if let Some(ended) = ended {
-            self.dismiss(&ended.to_string(), &mut events);
+        if let Some(end) = end {
+            self.dismiss(&end.to_string(), &mut events);
         }
         if let Some(window) = self
             .window
@@ -121,12 +121,14 @@ impl Seat {
     }
 
     /// Dismisses the window and tells it why.
-    fn dismiss(&mut self, why: &str, events: &mut Vec<SeatEvent>) {
+    fn dismiss(&mut self, reason: &str, events: &mut Vec<SeatEvent>) {
         if let Some(mut window) = self.window.take() {
-            let why = why.to_owned();
-            let _ = window.lines.send(&ToWindow::Refused { why: why.clone() });
+            let reason = reason.to_owned();
+            let _ = window.lines.send(&ToWindow::Refused {
+                why: reason.clone(),
+            });
             if window.ready {
-                events.push(SeatEvent::Left { why });
+                events.push(SeatEvent::Left { why: reason });
             }
         }
     }
@@ -142,8 +144,8 @@ impl Seat {
             return;
         };
         if self.window.is_some() {
-            let why = "another window is at this session: close that one first".to_owned();
-            let _ = lines.send(&ToWindow::Refused { why });
+            let reason = "another window is at this session: close that one first".to_owned();
+            let _ = lines.send(&ToWindow::Refused { why: reason });
             return;
         }
         self.window = Some(Window {
@@ -309,8 +311,8 @@ mod tests {
             let show = ToWindow::Show(Box::new(page_content("Please wait")));
             assert_eq!(messages, [ToWindow::Welcome { format: FORMAT }, show]);
             drop(window);
-            let why = "it was closed".to_owned();
-            assert_eq!(rig.look(), [SeatEvent::Left { why }]);
+            let reason = "it was closed".to_owned();
+            assert_eq!(rig.look(), [SeatEvent::Left { why: reason }]);
         }
     }
 

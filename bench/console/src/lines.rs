@@ -132,13 +132,13 @@ mod tests {
             writeln!(lines, "not read").unwrap();
         }
         drop(goes_on);
-        let closed = std::iter::repeat_with(|| {
+        let failure = std::iter::repeat_with(|| {
             thread::yield_now();
             writeln!(lines, "to nobody")
         })
         .find_map(Result::err);
         assert_eq!(
-            closed.map(|error| error.kind()),
+            failure.map(|error| error.kind()),
             Some(io::ErrorKind::BrokenPipe)
         );
     }

@@ -150,12 +150,12 @@ mod tests {
         let draw = |seed| draw(&[], &config, true, seed).unwrap();
         assert_eq!(draw(1), draw(1));
         assert_ne!(faults(&draw(1)), faults(&draw(2)));
-        let sorted = |seed| {
+        let sorted_faults = |seed| {
             let mut faults = faults(&draw(seed));
             faults.sort();
             faults
         };
-        assert_eq!(sorted(1), sorted(2));
+        assert_eq!(sorted_faults(1), sorted_faults(2));
         let drilled = FaultKind::ALL.iter().filter(|fault| fault.is_drilled());
         // A card with integer samples sends no NaN.
         assert_eq!(draw(1).len(), drilled.count() - 1);
@@ -180,26 +180,26 @@ mod tests {
     #[test]
     fn an_undrillable_fault_is_refused_if_it_is_selected() {
         let mock = config("[force]", "[force]");
-        let refused = |fault, config: &Config, simulated| {
-            let refused = draw(&[FaultKind::Press, fault], config, simulated, 1);
-            refused.is_err_and(|error| error.fault == fault)
+        let is_refused = |fault, config: &Config, simulated| {
+            let plan = draw(&[FaultKind::Press, fault], config, simulated, 1);
+            plan.is_err_and(|error| error.fault == fault)
         };
         for fault in [
             FaultKind::RelayWelded,
             FaultKind::ButtonHeld,
             FaultKind::Nan,
         ] {
-            assert!(refused(fault, &mock, true), "{fault}");
+            assert!(is_refused(fault, &mock, true), "{fault}");
         }
         let floats = config("sample_format = \"i32\"", "sample_format = \"f32\"");
-        assert!(!refused(FaultKind::Nan, &floats, true));
+        assert!(!is_refused(FaultKind::Nan, &floats, true));
         for fault in [FaultKind::Xrun, FaultKind::Estop] {
-            assert!(refused(fault, &mock, false), "{fault}");
+            assert!(is_refused(fault, &mock, false), "{fault}");
         }
-        assert!(!refused(FaultKind::AmplifierOff, &mock, false));
+        assert!(!is_refused(FaultKind::AmplifierOff, &mock, false));
         let floor = config("readback_floor_v = 1.0", "readback_floor_v = 1.6");
-        assert!(refused(FaultKind::AmplifierOff, &floor, false));
-        assert!(!refused(FaultKind::AmplifierOff, &floor, true));
+        assert!(is_refused(FaultKind::AmplifierOff, &floor, false));
+        assert!(!is_refused(FaultKind::AmplifierOff, &floor, true));
     }
 
     #[test]

@@ -102,8 +102,8 @@ impl ExerciseRecord {
         let times = self.times.words();
         match &self.missed {
             None => times,
-            Some(why) if times.is_empty() => why.clone(),
-            Some(why) => format!("{why}; {times}"),
+            Some(reason) if times.is_empty() => reason.clone(),
+            Some(reason) => format!("{reason}; {times}"),
         }
     }
 }

@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn samples_that_are_no_number_are_flagged_by_a_warning_of_them_and_by_no_other() {
         let mut signs = Signs::default();
-        let mut flagged = |warning: &str| {
+        let mut flag = |warning: &str| {
             let batch = Batch {
                 warnings: vec![warning.to_owned()],
                 ..Batch::default()
@@ -126,13 +126,10 @@ mod tests {
             signs.take(&batch, &Gauges::default());
             signs.flag()
         };
-        assert_eq!(
-            flagged("input xrun at 3.000 s: the card was too slow"),
-            None
-        );
-        assert_eq!(flagged("pickup samples clipped: 3; from 1.000 s on"), None);
+        assert_eq!(flag("input xrun at 3.000 s: the card was too slow"), None);
+        assert_eq!(flag("pickup samples clipped: 3; from 1.000 s on"), None);
         let text = "pickup samples not finite: 192; from 1.000 s on for 0.001 s";
-        assert_eq!(flagged(text).as_deref(), Some(text));
+        assert_eq!(flag(text).as_deref(), Some(text));
     }
 
     #[test]
@@ -149,8 +146,8 @@ mod tests {
             )
         };
         for fault in FaultKind::ALL {
-            let flagged = fault.row().required == rehearsal::Required::Flag;
-            assert_eq!(has_sign(fault), flagged, "{fault}");
+            let is_flagged = fault.row().required == rehearsal::Required::Flag;
+            assert_eq!(has_sign(fault), is_flagged, "{fault}");
         }
     }
 }

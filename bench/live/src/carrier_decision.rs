@@ -356,11 +356,11 @@ mod tests {
         assert!(decision.is_open() && decision.poll(&bench, true, 3.0).is_empty());
         assert_eq!(words(&decision.answer(true)), ["settled"]);
         assert!(decision.is_open() && decision.poll(&bench, false, 4.0).is_empty());
-        let changed = decision.poll(&bench, true, 5.0);
+        let effects = decision.poll(&bench, true, 5.0);
         let to_hz = (from_hz - 4.2).round();
         let change = format!("by {} to {to_hz}", to_hz - from_hz);
         assert_eq!(
-            words(&changed),
+            words(&effects),
             [change.as_str(), "carrier_changed", "info"]
         );
         assert!(!decision.is_open() && decision.poll(&bench, true, 6.0).is_empty());
@@ -410,8 +410,8 @@ mod tests {
     fn auto_takes_it_and_nobody_is_asked_without_an_operator() {
         let bench = bench();
         let mut auto = decision("limit_hz = 3.0\nnew_carrier = \"auto\"", false, 1e5);
-        let proposed = auto.judge(drift(4.0), &bench, 1.0);
-        assert_eq!(words(&proposed), ["carrier_proposed"]);
+        let effects = auto.judge(drift(4.0), &bench, 1.0);
+        assert_eq!(words(&effects), ["carrier_proposed"]);
         assert_eq!(words(&auto.poll(&bench, true, 1.0)).len(), 3);
         let mut headless = decision("limit_hz = 3.0", false, 1e5);
         let effects = headless.judge(drift(4.0), &bench, 1.0);
@@ -472,13 +472,13 @@ mod tests {
         // No trial begins before the change, and the change waits for rest.
         assert!(reachable.is_open() && reachable.poll(&bench, false, 0.0).is_empty());
         let change = format!("by -7 to {to_hz}");
-        let changed = reachable.poll(&bench, true, 0.0);
+        let effects = reachable.poll(&bench, true, 0.0);
         assert_eq!(
-            words(&changed),
+            words(&effects),
             [change.as_str(), "carrier_changed", "info"]
         );
-        let CarrierEffect::Record(data) = &changed[1] else {
-            panic!("{changed:?}");
+        let CarrierEffect::Record(data) = &effects[1] else {
+            panic!("{effects:?}");
         };
         assert_eq!(data["by"], "resumed session");
         assert!(!reachable.is_open() && reachable.judge(drift(0.1), &bench, 1.0).is_empty());

@@ -162,12 +162,12 @@ mod tests {
         assert_eq!(ready.moves_at_s, Some(12.5));
         assert_eq!((ready.start_m, ready.end_m), (0.095, 0.010));
         let slider = protocol.exploration.slider(Direction::RightToLeft);
-        let under_way = ParticipantView {
+        let following = ParticipantView {
             slider_m: Some(slider.position_m(0.7)),
             countdown_s: None,
             ..view(Instruction::FollowSlider, 3)
         };
-        let moves_at_s = screen.view(&under_way, 13.2).moves_at_s.unwrap();
+        let moves_at_s = screen.view(&following, 13.2).moves_at_s.unwrap();
         assert!((moves_at_s - 12.5).abs() < 1e-9, "{moves_at_s}");
         assert_eq!(
             screen

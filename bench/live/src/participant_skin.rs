@@ -40,8 +40,8 @@ impl TrialSkin {
         let is_known = |estimate: &LogUncertain| {
             estimate.value > 0.0 && estimate.value.is_finite() && estimate.ln_std <= GREATEST_LN_STD
         };
-        let mut named = ["S", "q0", "η"].into_iter().zip(&estimates);
-        match named.find(|(_, estimate)| !is_known(estimate)) {
+        let mut parameters = ["S", "q0", "η"].into_iter().zip(&estimates);
+        match parameters.find(|(_, estimate)| !is_known(estimate)) {
             Some((name, estimate)) => Err(format!(
                 "{name} is known to ± {:.0} % only",
                 100.0 * estimate.ln_std

@@ -149,7 +149,7 @@ fn masked(mask: Mask) -> Option<Masked> {
         (Mask::ENVELOPE_NULL, Masked::BelowNoise),
     ]
     .into_iter()
-    .find_map(|(flag, why)| mask.contains(flag).then_some(why))
+    .find_map(|(flag, cause)| mask.contains(flag).then_some(cause))
 }
 
 /// Returns live values with the fields of an impedance frame; the caller fills in the others.

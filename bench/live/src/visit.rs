@@ -17,13 +17,13 @@ pub fn visit(now_s: f64, plate_m: f64) -> ParticipantView {
     let since_s = now_s.rem_euclid(EVERY_S);
     let (from_m, to_m) = (0.1 * plate_m, 0.9 * plate_m);
     let length_m = to_m - from_m;
-    let gone_m = (since_s - SLIDES_S) * SPEED_M_PER_S;
-    let (instruction, slider_m) = if since_s < PLACED_S || gone_m > 2.0 * length_m {
+    let travel_m = (since_s - SLIDES_S) * SPEED_M_PER_S;
+    let (instruction, slider_m) = if since_s < PLACED_S || travel_m > 2.0 * length_m {
         (Instruction::LiftFinger, None)
-    } else if gone_m < 0.0 {
+    } else if travel_m < 0.0 {
         (Instruction::PlaceFinger, Some(from_m))
     } else {
-        let back_m = (gone_m - length_m).abs();
+        let back_m = (travel_m - length_m).abs();
         (Instruction::FollowSlider, Some(to_m - back_m))
     };
     ParticipantView {

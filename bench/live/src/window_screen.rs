@@ -65,7 +65,7 @@ fn feedback(view: &ParticipantView) -> Feedback {
     let texts = &view.texts;
     let mean_n = view.mean_force_n.filter(|n| n.is_finite());
     let band_n = view.force_band_n;
-    let judged = mean_n.zip(band_n).map(|(mean_n, (min_n, max_n))| {
+    let verdict = mean_n.zip(band_n).map(|(mean_n, (min_n, max_n))| {
         if mean_n < min_n {
             &texts.too_light
         } else if mean_n > max_n {
@@ -74,8 +74,8 @@ fn feedback(view: &ParticipantView) -> Feedback {
             &texts.just_right
         }
     });
-    let words = match (mean_n, judged) {
-        (Some(mean_n), Some(judged)) => format!("{} N  ·  {judged}", texts.number(mean_n, 2)),
+    let words = match (mean_n, verdict) {
+        (Some(mean_n), Some(verdict)) => format!("{} N  ·  {verdict}", texts.number(mean_n, 2)),
         (Some(mean_n), None) => format!("{} N", texts.number(mean_n, 2)),
         (None, _) => texts.not_measured.to_string(),
     };
@@ -180,13 +180,13 @@ mod tests {
         };
         let first = shown(&rest, None);
         assert_eq!((first.until_s, first.then.as_deref()), (Some(160.0), None));
-        let over = ParticipantView {
+        let finished_rest = ParticipantView {
             audio_s: 160.0,
             rest_s: Some(0.0),
             button: true,
             ..rest
         };
-        let second = shown(&over, Some(&first));
+        let second = shown(&finished_rest, Some(&first));
         assert_eq!(second.until_s, None);
         assert_eq!(
             second.then.as_deref(),

@@ -126,9 +126,9 @@ fn judge_delay(table: &mut Table, measured_s: Option<f64>, measured: &Measured) 
             (Verdict::Warning, finding)
         }
         (_, Some(present)) => {
-            let off_s = measured_s.map_or(0.0, |measured_s| present.seconds - measured_s);
+            let change_s = measured_s.map_or(0.0, |measured_s| present.seconds - measured_s);
             let finding = format!("{} on this opening, {earlier}", ms(present.seconds));
-            if off_s.abs() > DELAY_WITHIN_S {
+            if change_s.abs() > DELAY_WITHIN_S {
                 let limit = ms(DELAY_WITHIN_S);
                 let remedy = "calibrate channels again, link the streams, or use another device";
                 (
@@ -260,7 +260,7 @@ fn judge_calibration(
         (sum + ratio, n + 1)
     });
     let [re, im] = plate.unloaded_ratio;
-    let compared = channel_match::compare(
+    let comparison = channel_match::compare(
         sum / f64::from(n) * config.channels.drive.volts_per_unit / per_unit,
         channel_match::Expected {
             ratio: Complex64::new(re, im),
@@ -269,7 +269,7 @@ fn judge_calibration(
             rate_hz: f64::from(config.audio.rate_hz),
         },
     );
-    match compared {
+    match comparison {
         Ok(()) => table.row("channels", true, "gain and phase as calibrated"),
         Err(fault) => table.row("channels", false, fault.to_string()),
     }
@@ -291,11 +291,11 @@ fn judge_inputs(
         f64::from(config.audio.rate_hz),
     );
     let commanded_units = measured.tone_v / drive.volts_per_unit;
-    let compared = present.map_err(anyhow::Error::from).and_then(|present| {
+    let comparison = present.map_err(anyhow::Error::from).and_then(|present| {
         channels::compare(calibrated, drive.index, commanded_units, &present)
             .map_err(anyhow::Error::from)
     });
-    match compared {
+    match comparison {
         Ok(()) => table.row("inputs", true, "order and noise as calibrated"),
         Err(fault) => table.row("inputs", false, format!("{fault:#}")),
     }

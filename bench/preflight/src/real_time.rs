@@ -68,8 +68,9 @@ fn judged(
              LimitRTPRIO={HINTED}; a container: --cap-add=SYS_NICE)"
         );
     }
-    let served = [priorities.output, priorities.input].contains(&Some(Scheduling::Normal));
-    if config.audio.host == AudioHost::Jack && served {
+    let has_normal_stream =
+        [priorities.output, priorities.input].contains(&Some(Scheduling::Normal));
+    if config.audio.host == AudioHost::Jack && has_normal_stream {
         text += "; the JACK server gives its clients no real-time priority: start it with -R";
     }
     (Verdict::Warning, text)
@@ -79,8 +80,9 @@ fn judged(
 fn user() -> String {
     let name = std::env::var("USER").unwrap_or_default();
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
-    let named = !name.is_empty() && name != "root" && name.len() <= 32 && name.chars().all(plain);
-    if named { name } else { "@audio".to_owned() }
+    let is_usable =
+        !name.is_empty() && name != "root" && name.len() <= 32 && name.chars().all(plain);
+    if is_usable { name } else { "@audio".to_owned() }
 }
 
 #[cfg(test)]

@@ -303,16 +303,16 @@ mod tests {
                             && answer(document, &outside)
                                 .is_some_and(|answer| answer != Answer::Taken)
                     });
-                    let reached = reader
+                    let is_reached = reader
                         .documents
                         .iter()
                         .any(|document| answer(document, &limit).is_some());
                     assert!(
-                        is_enforced || !reached,
+                        is_enforced || !is_reached,
                         "{end} of {}: {property}",
                         path.join(".")
                     );
-                    ends_checked += usize::from(reached);
+                    ends_checked += usize::from(is_reached);
                 }
             }
         }

@@ -45,14 +45,14 @@ pub trait Ask {
 
 /// A person at a terminal.
 pub struct Terminal {
-    ended: Box<dyn Fn() -> bool>,
+    is_ended: Box<dyn Fn() -> bool>,
 }
 
 impl Terminal {
-    /// Creates a terminal that asks until `ended` returns true, such as after a signal.
-    pub fn new(ended: impl Fn() -> bool + 'static) -> Self {
-        let ended = Box::new(ended);
-        Self { ended }
+    /// Creates a terminal that asks until `is_ended` returns true, such as after a signal.
+    pub fn new(is_ended: impl Fn() -> bool + 'static) -> Self {
+        let is_ended = Box::new(is_ended);
+        Self { is_ended }
     }
 
     /// Waits for the answer. The prompt runs on a separate thread because it waits for keys only.
@@ -72,7 +72,7 @@ impl Terminal {
             match receiver.recv_timeout(GLANCE) {
                 Ok(answer) => return Ok(answer?),
                 Err(RecvTimeoutError::Disconnected) => bail!("the question failed"),
-                Err(RecvTimeoutError::Timeout) if (self.ended)() => {
+                Err(RecvTimeoutError::Timeout) if (self.is_ended)() => {
                     // The terminal may have closed.
                     let _ = crossterm::terminal::disable_raw_mode();
                     let _ = execute!(io::stderr(), cursor::Show, Print("\n"));

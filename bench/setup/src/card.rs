@@ -256,8 +256,8 @@ mod tests {
             device("alsa:hw:UMC404HD_1", "UMC404HD 192k"),
         ]);
         let choose = |name| choose(&namesakes, Some(name), 2, &mut Unattended);
-        let refused = choose("UMC404HD 192k").err().unwrap().to_string();
-        assert!(refused.ends_with("--card alsa:hw:UMC404HD_1"), "{refused}");
+        let error = choose("UMC404HD 192k").err().unwrap().to_string();
+        assert!(error.ends_with("--card alsa:hw:UMC404HD_1"), "{error}");
         let card = choose("alsa:hw:UMC404HD_1").unwrap();
         assert_eq!(card.id, "alsa:hw:UMC404HD_1");
     }

@@ -168,7 +168,7 @@ mod tests {
     fn a_card_that_is_too_slow_is_refused_with_the_arithmetic() {
         let mut sheet = Sheet::new();
         let slow = card("USB-6009", 48e3, 48e3, false);
-        let refused = put(&mut sheet, &slow).unwrap_err().to_string();
-        assert!(refused.contains("48000 Hz in all"), "{refused}");
+        let error = put(&mut sheet, &slow).unwrap_err().to_string();
+        assert!(error.contains("48000 Hz in all"), "{error}");
     }
 }

@@ -61,14 +61,14 @@ pub fn write(options: &Options, listing: &Listing, ask: &mut dyn Ask) -> anyhow:
     let gauges = matches!(sensor, ForceSensor::Gauges { .. });
     let inputs = SIGNALS + if gauges { GAUGES } else { 0 };
     let mut sheet = Sheet::new();
-    let named = options.card.as_deref();
+    let card_name = options.card.as_deref();
     let converter = if rig == Rig::Published {
-        let card = ni_card::choose(&listing.cards, named, ask)?;
+        let card = ni_card::choose(&listing.cards, card_name, ask)?;
         ni_card::put(&mut sheet, card)?;
         sheet.remove("field_box")?;
         format!("the {} {}", card.product, card.name)
     } else {
-        let card = card::choose(&listing.hosts, named, inputs, ask)?;
+        let card = card::choose(&listing.hosts, card_name, inputs, ask)?;
         sheet.remove("nidaqmx")?;
         put_card(&mut sheet, &card)?;
         put_lines(&mut sheet, rig, options, listing, ask)?;
@@ -489,12 +489,12 @@ mod tests {
         std::fs::write(&options.config, "mine").unwrap();
         let mut missing_folder = self::options(folder.path(), Rig::FieldBox);
         missing_folder.config = folder.path().join("nowhere/bench.toml");
-        let refused = write(&missing_folder, &computer(), &mut Unattended)
+        let error = write(&missing_folder, &computer(), &mut Unattended)
             .err()
             .unwrap();
-        assert!(refused.to_string().contains("make it first"), "{refused}");
-        let refused = write(&options, &computer(), &mut Unattended).err().unwrap();
-        assert!(refused.to_string().contains("--config FILE"));
+        assert!(error.to_string().contains("make it first"), "{error}");
+        let error = write(&options, &computer(), &mut Unattended).err().unwrap();
+        assert!(error.to_string().contains("--config FILE"));
         assert_eq!(std::fs::read_to_string(&options.config).unwrap(), "mine");
     }
 
@@ -509,17 +509,17 @@ mod tests {
                 .unwrap()
                 .to_string()
         };
-        for (refused, option) in [
+        for (message, option) in [
             (refusal(|options| options.rig = None), "--rig"),
             (refusal(|options| options.force_port = None), "--force-port"),
             (refusal(|options| options.force_line = None), "--force-line"),
         ] {
-            assert!(refused.contains(option), "{refused}");
+            assert!(message.contains(option), "{message}");
         }
         let six_axis = options(folder.path(), Rig::SixAxis);
-        let refused = write(&six_axis, &computer(), &mut Unattended).err();
-        let refused = refused.unwrap().to_string();
-        assert!(refused.contains("--net-ft"), "{refused}");
+        let error = write(&six_axis, &computer(), &mut Unattended).err();
+        let error = error.unwrap().to_string();
+        assert!(error.contains("--net-ft"), "{error}");
         assert!(!folder.path().join("bench.toml").exists());
     }
 
@@ -558,9 +558,9 @@ mod tests {
             for &rig in rigs {
                 let mut options = options(folder.path(), rig);
                 give(&mut options);
-                let refused = write(&options, &computer(), &mut Unattended).err();
-                let refused = refused.unwrap().to_string();
-                assert!(refused.starts_with(option), "{rig:?}: {refused}");
+                let error = write(&options, &computer(), &mut Unattended).err();
+                let error = error.unwrap().to_string();
+                assert!(error.starts_with(option), "{rig:?}: {error}");
             }
         }
         assert!(!folder.path().join("bench.toml").exists());

@@ -67,8 +67,8 @@ impl Questions {
                 },
             },
         };
-        if let Err(refused) = self.person.set(detail, &text) {
-            self.note = Some(refused.to_string());
+        if let Err(error) = self.person.set(detail, &text) {
+            self.note = Some(error.to_string());
             return None;
         }
         self.index += 1;

@@ -160,11 +160,11 @@ impl SessionTask {
     fn take_notices(&mut self) {
         let rate_hz = self.bench.config().audio.rate_hz;
         while let Ok(notice) = self.wiring.notices.try_recv() {
-            let Some(ended) = saved::ended(notice, self.audio_s, rate_hz) else {
+            let Some(end) = saved::ended(notice, self.audio_s, rate_hz) else {
                 continue;
             };
-            let news = self.recordings.end(&ended);
-            match ended.outcome {
+            let news = self.recordings.end(&end);
+            match end.outcome {
                 Ok(entry) => self.wiring.journal.send(entry),
                 Err(message) if news => self.fail(message),
                 Err(message) => self.log(LogLevel::Warning, message),
@@ -373,9 +373,9 @@ impl SessionTask {
         self.send(RecordingCommand::Event(kind, Some(text.into())));
     }
 
-    fn mask(&self, on: bool) {
+    fn mask(&self, is_masked: bool) {
         if let Some(sound) = &self.wiring.sound {
-            sound.mask(on);
+            sound.mask(is_masked);
         }
     }
 
@@ -430,9 +430,9 @@ impl SessionTask {
     }
 
     fn tell(&mut self, event: SessionEvent) {
-        if let Some(why) = pause(&event.kind) {
-            self.log(LogLevel::Warning, &why);
-            self.paused = Some(why);
+        if let Some(reason) = pause(&event.kind) {
+            self.log(LogLevel::Warning, &reason);
+            self.paused = Some(reason);
         }
         match &event.kind {
             SessionEventKind::SessionStarted {

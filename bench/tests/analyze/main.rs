@@ -87,9 +87,9 @@ fn damaged(damage: impl FnOnce(&Path)) -> RecordingAnalysis {
 
 fn edit(path: PathBuf, change: impl FnOnce(String) -> String) {
     let text = fs::read_to_string(&path).unwrap();
-    let changed = change(text.clone());
-    assert_ne!(changed, text, "nothing was changed in {}", path.display());
-    fs::write(path, changed).unwrap();
+    let edited = change(text.clone());
+    assert_ne!(edited, text, "nothing was changed in {}", path.display());
+    fs::write(path, edited).unwrap();
 }
 
 /// Changes samples of one channel of `signals.wav`; `change` gets the time in s and the value.

@@ -333,27 +333,30 @@ fn any_sample_rate_serves() {
 
 #[test]
 fn a_carrier_beside_the_resonance_serves() {
-    for beside_hz in [-40.0, 30.0] {
-        let drive_hz = 35e3 + beside_hz;
+    for offset_hz in [-40.0, 30.0] {
+        let drive_hz = 35e3 + offset_hz;
         let laboratory = Laboratory {
             drive_hz,
             stated_carrier_hz: drive_hz,
             ..PUBLISHED
         };
-        assert_found(&format!("{beside_hz} Hz beside resonance"), &laboratory);
+        assert_found(&format!("{offset_hz} Hz beside resonance"), &laboratory);
     }
 }
 
 #[test]
 fn a_generator_on_a_clock_of_its_own_serves() {
-    let off = |off_hz| Laboratory {
-        drive_hz: 35e3 + off_hz,
+    let shifted = |shift_hz| Laboratory {
+        drive_hz: 35e3 + shift_hz,
         ..PUBLISHED
     };
-    for off_hz in [0.3, -3.5] {
-        assert_found(&format!("{off_hz} Hz off what is stated"), &off(off_hz));
+    for shift_hz in [0.3, -3.5] {
+        assert_found(
+            &format!("{shift_hz} Hz off what is stated"),
+            &shifted(shift_hz),
+        );
     }
-    let warnings = assert_estimated("40 Hz off what is stated", &off(40.0));
+    let warnings = assert_estimated("40 Hz off what is stated", &shifted(40.0));
     let [Flaw::CarrierElsewhere { measured_hz, .. }] = warnings[..] else {
         panic!("{warnings:?}");
     };
@@ -386,8 +389,8 @@ fn a_phase_that_nobody_stated_is_found_in_the_modulation() {
         };
         let late_rad = TAU * 35e3 * late_samples / 100e3;
         assert_eq!(stated_rad, 0.0);
-        let off_rad = Complex64::cis(found_rad - late_rad).arg();
-        assert!(off_rad.abs() < 0.01, "{name}: {found_rad}");
+        let error_rad = Complex64::cis(found_rad - late_rad).arg();
+        assert!(error_rad.abs() < 0.01, "{name}: {found_rad}");
         let detuned = plate_hz != nominal.stated_plate_hz;
         assert_eq!(!warnings.is_empty(), detuned, "{name}: {warnings:?}");
     }

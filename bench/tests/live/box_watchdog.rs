@@ -30,14 +30,11 @@ fn what_is_no_box_is_refused_as_it_is_opened_with_the_line_to_change() {
     let (mut line, far_end) = TTYPort::pair().unwrap();
     let port = far_end.name().unwrap();
     drop(far_end);
-    let opened = FieldBox::open(&config, Some(Path::new(&port)), clock.clone());
-    let field_box = opened.unwrap().unwrap();
+    let result = FieldBox::open(&config, Some(Path::new(&port)), clock.clone());
+    let field_box = result.unwrap().unwrap();
     line.write_all(b"another device\0").unwrap();
-    let refused = field_box.require_known().unwrap_err().to_string();
-    assert!(
-        refused.contains("field_box.port in bench.toml"),
-        "{refused}"
-    );
+    let error = field_box.require_known().unwrap_err().to_string();
+    assert!(error.contains("field_box.port in bench.toml"), "{error}");
     drop((field_box, line));
     let absent = FieldBox::open(&config, Some(Path::new("/dev/ttyACM-absent")), clock);
     let absent = format!("{:#}", absent.err().unwrap());
@@ -215,9 +212,9 @@ fn a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_ena
     let mut rng = ChaCha8Rng::seed_from_u64(41);
     let mut simulated_box = SimulatedBox::new();
     let mut child = bench(&simulated_box.port);
-    let mut fell_s = Vec::new();
+    let mut delays_s = Vec::new();
     let mut starved = 0;
-    while fell_s.len() < count {
+    while delays_s.len() < count {
         simulated_box.run_until(true, "not enabled");
         simulated_box.run_for(Duration::from_micros(rng.random_range(0..40_000)));
         if !simulated_box.guard.outputs().enable {
@@ -225,7 +222,7 @@ fn a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_ena
             continue;
         }
         // One in ten is killed, because that takes the longest.
-        let kind = fell_s.len() % 10;
+        let kind = delays_s.len() % 10;
         match kind {
             0 => child.kill().unwrap(),
             1..=6 => signal(&child, Signal::STOP),
@@ -241,7 +238,7 @@ fn a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_ena
                 (SILENCE_US..ALLOWED_US).contains(&after_us),
                 "{after_us} µs"
             );
-            fell_s.push(after_us as f64 * 1e-6);
+            delays_s.push(after_us as f64 * 1e-6);
         }
         match kind {
             0 => {
@@ -257,7 +254,10 @@ fn a_bench_that_is_killed_or_frozen_or_unplugged_at_random_moments_loses_the_ena
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    let text = format!("median / 99 % / worst: enable off {}", quantiles_ms(fell_s));
+    let text = format!(
+        "median / 99 % / worst: enable off {}",
+        quantiles_ms(delays_s)
+    );
     campaign::found(
         "stop: field box, bench killed, frozen or unplugged",
         count,

@@ -53,11 +53,11 @@ fn a_sensor_that_restarts_stops_the_drive_by_name_and_is_read_on_after_it() {
         let late_s = audio_s - rows[rows.len() - 1].time_s;
         assert!((0.0..0.03).contains(&late_s), "{late_s} s");
         rig.end();
-        let flagged = events(&folder);
-        let restarts = flagged.iter().filter(|event| {
+        let flags = events(&folder);
+        let restarts = flags.iter().filter(|event| {
             event.0 == EventKind::SensorClock && event.3.contains("force sensor restarts: 1")
         });
-        assert_eq!(restarts.count(), 1, "{flagged:?}");
+        assert_eq!(restarts.count(), 1, "{flags:?}");
     }
 }
 

@@ -272,21 +272,21 @@ struct Unknown {
 impl Unknown {
     fn draw(seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut about =
+        let mut uniform =
             |middle: f64, half_width: f64| middle + half_width * (2.0 * rng.random::<f64>() - 1.0);
         let response = [
-            [about(1.0, 0.2), about(0.0, 0.05)],
-            [about(0.0, 0.05), about(1.0, 0.2)],
+            [uniform(1.0, 0.2), uniform(0.0, 0.05)],
+            [uniform(0.0, 0.05), uniform(1.0, 0.2)],
         ];
-        let gauges = std::array::from_fn(|_| [about(0.0, 0.6), about(0.0, 0.6)]);
-        let offset_v = std::array::from_fn(|_| about(0.0, 0.1));
-        let drift_v_per_s = std::array::from_fn(|_| about(0.0, 2e-5));
+        let gauges = std::array::from_fn(|_| [uniform(0.0, 0.6), uniform(0.0, 0.6)]);
+        let offset_v = std::array::from_fn(|_| uniform(0.0, 0.1));
+        let drift_v_per_s = std::array::from_fn(|_| uniform(0.0, 2e-5));
         Self {
             response,
             gauges,
             offset_v,
             drift_v_per_s,
-            noise_v: about(2e-3, 1e-3),
+            noise_v: uniform(2e-3, 1e-3),
             rng,
         }
     }
@@ -386,11 +386,11 @@ fn calibrated(sensor: &mut Unknown) -> (MeasuredForce, Vec<String>) {
             step => panic!("{step:?}"),
         };
     }
-    let judged = procedure
+    let judgement = procedure
         .judge(jiff::Timestamp::UNIX_EPOCH, "A. Tester")
         .unwrap();
-    match judged.part {
-        Part::Force { force, .. } => (*force, judged.faults),
+    match judgement.part {
+        Part::Force { force, .. } => (*force, judgement.faults),
         part => panic!("{part:?}"),
     }
 }

@@ -60,12 +60,12 @@ fn an_hours_driving_time_that_is_used_up_stops_the_whole_bench_and_keeps_what_wa
     let mut rig = Rig::new(Scenario::default(), config(&dose), None);
     rig.drive();
     let folder = rig.begin("dose");
-    let (why, after_s) = trip(&mut rig, 2.5);
+    let (cause, after_s) = trip(&mut rig, 2.5);
     let Trip::Dose {
         driven_s, wait_s, ..
-    } = why
+    } = cause
     else {
-        panic!("{why}")
+        panic!("{cause}")
     };
     assert!(
         (driven_s - 2.0).abs() < 0.01 && (2.0..2.1).contains(&after_s),
@@ -77,8 +77,8 @@ fn an_hours_driving_time_that_is_used_up_stops_the_whole_bench_and_keeps_what_wa
     // The operator re-arms too early.
     rig.bench.drive.rearm();
     rig.drive();
-    let (why, _) = trip(&mut rig, 0.1);
-    assert!(matches!(why, Trip::Dose { .. }), "{why}");
+    let (cause, _) = trip(&mut rig, 0.1);
+    assert!(matches!(cause, Trip::Dose { .. }), "{cause}");
     rig.end();
     assert!(kept_s(&folder) > 1.9);
 }

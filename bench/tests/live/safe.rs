@@ -218,15 +218,15 @@ fn what_the_generator_must_not_play_is_refused_clamped_to_zero_and_stops_the_ben
     let mut rig = Rig::driven();
     rig.pass(0.3);
     rig.bench.drive.start(program);
-    let asked_ns = rig.apparatus.now_ns();
+    let request_ns = rig.apparatus.now_ns();
     let trip = loop {
         if let SafetyState::Tripped { trip } = rig.tick() {
             break trip;
         }
     };
     assert_eq!(trip, Trip::Generator);
-    let took_s = (rig.apparatus.now_ns() - asked_ns) as f64 * 1e-9;
-    assert!(took_s < 0.02, "{took_s} s");
+    let delay_s = (rig.apparatus.now_ns() - request_ns) as f64 * 1e-9;
+    assert!(delay_s < 0.02, "{delay_s} s");
     for _ in 0..500 {
         assert!(matches!(rig.tick(), SafetyState::Tripped { .. }));
     }
@@ -479,14 +479,14 @@ fn a_card_that_stays_silent_ends_the_program_and_the_recording_reads() {
         faults(&rig).halt_audio(direction, true);
     }
     let halted_ns = rig.apparatus.now_ns();
-    let ended = loop {
-        if let Err(ended) = rig.try_tick() {
-            break ended.to_string();
+    let error = loop {
+        if let Err(error) = rig.try_tick() {
+            break error.to_string();
         }
     };
     assert!(
-        ended.contains("nothing for 10 s") && ended.contains("plugged in"),
-        "{ended}"
+        error.contains("nothing for 10 s") && error.contains("plugged in"),
+        "{error}"
     );
     let silent_s = (rig.apparatus.now_ns() - halted_ns) as f64 * 1e-9;
     assert!((9.9..10.1).contains(&silent_s), "{silent_s} s");

@@ -91,7 +91,7 @@ fn a_stall_longer_than_the_queue_stops_the_drive_while_the_disk_still_hangs() {
     rig.pass(0.2);
     let mut tasks = rig.tasks.iter();
     let index = tasks.position(|task| task.name() == "recorder").unwrap();
-    let hung = rig.tasks.remove(index);
+    let recorder_task = rig.tasks.remove(index);
     // The queue is sized for an encoder too, which this bench lacks, so it lasts longer.
     let mut waits = 0..90;
     while rig.phase != Some(PhaseKind::Paused) && waits.next().is_some() {
@@ -118,7 +118,7 @@ fn a_stall_longer_than_the_queue_stops_the_drive_while_the_disk_still_hangs() {
     assert_eq!(rig.journal.try_iter().filter(not_saved).count(), 1);
     // The recorder's late report does not count as another fault.
     let errors = rig.errors.len();
-    rig.tasks.insert(index, hung);
+    rig.tasks.insert(index, recorder_task);
     rig.pass(0.1);
     assert_eq!(rig.errors.len(), errors, "{:?}", rig.errors);
 }
@@ -158,9 +158,9 @@ fn a_session_that_goes_on_after_the_programs_end_says_so() {
 }
 
 /// Puts 4 N on an axis of the force sensor, or removes them.
-fn weigh(rig: &Rig, axis: Axis, on: bool) {
+fn weigh(rig: &Rig, axis: Axis, is_on: bool) {
     let masses = rig.apparatus.masses();
-    if on {
+    if is_on {
         masses.place(axis, 0.4);
     } else {
         masses.remove();
@@ -174,13 +174,19 @@ fn a_stop_is_marked_by_its_reason() {
     let mut kinds = Vec::new();
     type Fault = fn(&Rig, bool);
     let faults: [(Fault, &str); 4] = [
-        (|rig, on| rig.apparatus.faults().press_estop(on), "e-stop"),
         (
-            |rig, on| rig.heartbeat_cut.store(on, Ordering::Relaxed),
+            |rig, is_on| rig.apparatus.faults().press_estop(is_on),
+            "e-stop",
+        ),
+        (
+            |rig, is_on| rig.heartbeat_cut.store(is_on, Ordering::Relaxed),
             "reads back",
         ),
-        (|rig, on| weigh(rig, Axis::Normal, on), "normal force"),
-        (|rig, on| weigh(rig, Axis::Lateral, on), "lateral force"),
+        (|rig, is_on| weigh(rig, Axis::Normal, is_on), "normal force"),
+        (
+            |rig, is_on| weigh(rig, Axis::Lateral, is_on),
+            "lateral force",
+        ),
     ];
     for (fault, words) in faults {
         rig.pass(0.4);

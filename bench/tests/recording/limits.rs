@@ -180,12 +180,12 @@ fn a_file_that_is_none_is_refused_by_its_kind() {
         fs::create_dir(&path).unwrap();
         let ReadError::Io {
             reason,
-            path: named,
+            path: error_path,
         } = RecordingReader::open(&folder).unwrap_err()
         else {
             panic!("another error for {name}");
         };
-        assert_eq!(named, path);
+        assert_eq!(error_path, path);
         let kind = Refusal::NotRegular(FileKind::Folder);
         assert_eq!(refusal(&reason), Some(&kind));
     }
@@ -223,9 +223,9 @@ fn a_manifest_beyond_its_limits_is_refused() {
         read(&text(note, MAX_ENTRIES)).unwrap().events.len(),
         MAX_ENTRIES
     );
-    let refused = read(&text(note, MAX_ENTRIES + 1)).unwrap_err();
-    let ManifestReadError::Rule { rule, .. } = refused else {
-        panic!("{refused}");
+    let error = read(&text(note, MAX_ENTRIES + 1)).unwrap_err();
+    let ManifestReadError::Rule { rule, .. } = error else {
+        panic!("{error}");
     };
     let count = MAX_ENTRIES + 1;
     let key = "events";
@@ -239,17 +239,17 @@ fn a_manifest_beyond_its_limits_is_refused() {
     fs::write(&path, text(interval, 6)).unwrap();
     RecordingReader::open(&folder).unwrap();
     fs::write(&path, text(interval, 7)).unwrap();
-    let refused = RecordingReader::open(&folder).unwrap_err();
-    let ReadError::Manifest(ManifestReadError::Rule { rule, line, .. }) = refused else {
-        panic!("{refused}");
+    let error = RecordingReader::open(&folder).unwrap_err();
+    let ReadError::Manifest(ManifestReadError::Rule { rule, line, .. }) = error else {
+        panic!("{error}");
     };
     assert!(matches!(rule, ManifestError::IntervalTime { .. }), "{rule}");
     assert!(line.is_some());
 
     fs::write(&path, "#".repeat(3 << 20)).unwrap();
-    let refused = RecordingReader::open(&folder).unwrap_err();
-    let ReadError::Io { reason, .. } = refused else {
-        panic!("{refused}");
+    let error = RecordingReader::open(&folder).unwrap_err();
+    let ReadError::Io { reason, .. } = error else {
+        panic!("{error}");
     };
     let limit_bytes = 2 << 20;
     assert_eq!(refusal(&reason), Some(&Refusal::TooLong { limit_bytes }));

@@ -123,19 +123,19 @@ fn an_overflow_fails_the_trial_at_the_very_sample_and_keeps_what_came_before() {
     let folder = temp.path().join("r");
     let (mut sender, notices, mut task) = recorder(4);
     sender.send(begin(&folder)).unwrap();
-    let mut refused = 0;
+    let mut refusals = 0;
     for n in 0..6 {
         match sender.send(audio(n * 100)) {
             Ok(()) => {}
             Err(SendError::Full(RecorderMessage::Audio(block))) => {
                 assert_eq!(block, ramp(n * 100, 100), "the block comes back");
-                refused += 1;
+                refusals += 1;
             }
             Err(error) => panic!("{error}"),
         }
     }
     // `Begin` takes one of the four places.
-    assert_eq!(refused, 3);
+    assert_eq!(refusals, 3);
     assert_eq!(sender.gauge().messages_lost(), 3);
     // The end is accepted although data are not.
     sender
@@ -143,8 +143,8 @@ fn an_overflow_fails_the_trial_at_the_very_sample_and_keeps_what_came_before() {
         .unwrap();
     task.poll(Instant::now());
 
-    let (failed, error, frames) = failure(&notices);
-    assert_eq!((failed, frames), (folder.clone(), 300));
+    let (failed_folder, error, frames) = failure(&notices);
+    assert_eq!((failed_folder, frames), (folder.clone(), 300));
     assert!(
         matches!(
             error,
@@ -280,7 +280,7 @@ fn a_recording_that_the_end_of_the_program_breaks_off_is_saved_with_its_sums_and
         sender.send(RecorderMessage::End(ending)).unwrap();
     }
     task.finish(Instant::now());
-    let saved: Vec<bool> = notices
+    let interruptions: Vec<bool> = notices
         .try_iter()
         .filter_map(|notice| match notice {
             RecorderNotice::Saved {
@@ -292,7 +292,7 @@ fn a_recording_that_the_end_of_the_program_breaks_off_is_saved_with_its_sums_and
             _ => None,
         })
         .collect();
-    assert_eq!(saved, [false, true]);
+    assert_eq!(interruptions, [false, true]);
 }
 
 /// Fault 27.
@@ -373,16 +373,16 @@ fn a_recording_that_cannot_be_read_back_is_not_called_saved() {
         core.take_notice(),
         Some(RecorderNotice::Began { .. })
     ));
-    let failed = core.take_notice();
+    let notice = core.take_notice();
     assert!(
         matches!(
-            failed,
+            notice,
             Some(RecorderNotice::Failed {
                 error: RecorderError::ReadBack(_),
                 ..
             })
         ),
-        "{failed:?}"
+        "{notice:?}"
     );
     assert_eq!(core.status().state, RecorderState::Failed);
 }

@@ -197,7 +197,7 @@ impl App {
                 self.stage.show_loss("");
                 self.ruler = Some(Ruler::new(screen.display.width_px, screen.display.pixel_m));
             }
-            (Key::Named(named), Some(ruler)) => match named {
+            (Key::Named(named_key), Some(ruler)) => match named_key {
                 NamedKey::ArrowRight => ruler.adjust(1),
                 NamedKey::ArrowLeft => ruler.adjust(-1),
                 NamedKey::ArrowUp => ruler.adjust(10),

@@ -54,9 +54,9 @@ impl Link {
         let outcome = lines.flush().and_then(|()| lines.receive(256));
         match outcome {
             Ok(messages) => news.messages = messages,
-            Err(ended) => {
+            Err(end) => {
                 self.lines = None;
-                news.lost = Some(format!("the session is gone: {ended}"));
+                news.lost = Some(format!("the session is gone: {end}"));
             }
         }
         if now_s - self.last_message_s >= ALIVE_S {

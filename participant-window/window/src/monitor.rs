@@ -24,10 +24,10 @@ pub fn identity(monitor: &MonitorHandle) -> OnMonitor {
 
 /// Returns the refresh period of a monitor, s.
 pub fn refresh_s(monitor: &MonitorHandle) -> f64 {
-    let told_hz = monitor
+    let reported_hz = monitor
         .refresh_rate_millihertz()
         .map(|mhz| 1e-3 * f64::from(mhz));
-    let plausible = told_hz.filter(|hz| (20.0..=1000.0).contains(hz));
+    let plausible = reported_hz.filter(|hz| (20.0..=1000.0).contains(hz));
     1.0 / plausible.unwrap_or(ASSUMED_REFRESH_HZ)
 }
 

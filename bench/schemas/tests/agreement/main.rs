@@ -86,7 +86,7 @@ fn variants(value: &toml::Value, change: &dyn Fn(&Table) -> Vec<Table>) -> Vec<t
 
 /// Requires schema and reader to agree on every change of every file; returns the number of changes that both refused.
 fn both_agree(change: &dyn Fn(&Table) -> Vec<Table>) -> usize {
-    let mut refused = 0;
+    let mut refusals = 0;
     for name in schemas::names() {
         let mut validator = Validator::of(name);
         let mut samples = shipped(name);
@@ -101,11 +101,11 @@ fn both_agree(change: &dyn Fn(&Table) -> Vec<Table>) -> usize {
                 let schema_accepts = validator.errors(&as_json(&variant)).is_empty();
                 let reader_accepts = accepts_structure(name, &variant);
                 assert_eq!(schema_accepts, reader_accepts, "{name}, {file}:\n{variant}");
-                refused += usize::from(!schema_accepts);
+                refusals += usize::from(!schema_accepts);
             }
         }
     }
-    refused
+    refusals
 }
 
 fn with_entry(table: &Table, key: &str, value: impl Into<toml::Value>) -> Table {

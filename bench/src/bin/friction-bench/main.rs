@@ -46,10 +46,10 @@ fn main() -> ExitCode {
         let began = Instant::now();
         let cli = Cli::read();
         let verbosity = Verbosity::from(cli.printing);
-        let ended = dispatch(cli.command, verbosity);
+        let result = dispatch(cli.command, verbosity);
         let took_s = began.elapsed().as_secs_f64();
         verbosity.note(format_args!("took {took_s:.1} s"));
-        ended
+        result
     })
 }
 

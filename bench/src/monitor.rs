@@ -343,7 +343,7 @@ impl MonitorTask {
         }
     }
 
-    fn drive_on(&mut self) {
+    fn request_drive(&mut self) {
         self.starts_on_hold = self.program.is_some();
         self.prompt.last_request = None;
     }
@@ -375,7 +375,7 @@ impl MonitorTask {
         while let Some(action) = self.front.action() {
             match action {
                 tui::Action::Start | tui::Action::Ready | tui::Action::Resume => {
-                    self.drive_on();
+                    self.request_drive();
                     self.show_phase(PhaseKind::Monitoring);
                 }
                 tui::Action::Pause | tui::Action::PauseNow(_) | tui::Action::Abort => {
@@ -473,7 +473,7 @@ impl Task for MonitorTask {
         }
         if !self.driven && self.audio_s > 0.0 {
             self.driven = true;
-            self.drive_on();
+            self.request_drive();
         }
         self.take_actions();
         self.drive_once_held();

@@ -42,7 +42,7 @@ impl Page {
         self.view.instruction = exercise.instruction();
         self.view.note = exercise.note().map(str::to_owned);
         self.view.asked = exercise.current_step();
-        self.changed()
+        self.new_view()
     }
 
     /// Returns the page with another instruction, for the time without a bench.
@@ -50,7 +50,7 @@ impl Page {
         self.view.instruction = instruction;
         self.view.note = None;
         self.view.asked = tui::drill_view::DrillStep::Act;
-        self.changed()
+        self.new_view()
     }
 
     /// Returns the page at the end of the drill.
@@ -61,7 +61,7 @@ impl Page {
         self.view
     }
 
-    fn changed(&mut self) -> Option<DrillView> {
+    fn new_view(&mut self) -> Option<DrillView> {
         (self.last_view.as_ref() != Some(&self.view)).then(|| {
             self.last_view = Some(self.view.clone());
             self.view.clone()

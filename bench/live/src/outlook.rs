@@ -163,19 +163,19 @@ mod tests {
 
     use super::*;
 
-    fn resumed(records: &[TrialRecord]) -> Session {
+    fn resume(records: &[TrialRecord]) -> Session {
         let protocol = Protocol::parse(built_in("demo").unwrap(), "demo.toml").unwrap();
         Session::resume(protocol, "sub-01".parse().unwrap(), 2021, records).unwrap()
     }
 
     /// Returns an attempt at a trial of a session with only one condition so far.
-    fn settled(number: u32, attempt: u32, outcome: TrialOutcome) -> TrialRecord {
+    fn trial_record(number: u32, attempt: u32, outcome: TrialOutcome) -> TrialRecord {
         TrialRecord {
             key: TrialKey {
                 number,
                 attempt,
                 practice: number == 1,
-                condition: resumed(&[]).protocol().conditions[0].name.clone(),
+                condition: resume(&[]).protocol().conditions[0].name.clone(),
             },
             outcome,
             analysis: None,
@@ -188,12 +188,12 @@ mod tests {
             reasons: vec![RedoReason::NotAnalysed],
         };
         let mut tracker = OutlookTracker::default();
-        let start = tracker.of(&resumed(&[]), None, 0.0).unwrap();
-        let session = resumed(&[
-            settled(1, 1, TrialOutcome::Accepted),
-            settled(2, 1, redo()),
-            settled(2, 2, TrialOutcome::Accepted),
-            settled(3, 1, redo()),
+        let start = tracker.of(&resume(&[]), None, 0.0).unwrap();
+        let session = resume(&[
+            trial_record(1, 1, TrialOutcome::Accepted),
+            trial_record(2, 1, redo()),
+            trial_record(2, 2, TrialOutcome::Accepted),
+            trial_record(3, 1, redo()),
         ]);
         let advanced = tracker.of(&session, None, 0.0).unwrap();
         let limits = session.protocol().redo;
@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn the_time_left_goes_by_how_long_trials_take() {
-        let session = resumed(&[]);
+        let session = resume(&[]);
         let left_s = |trial_s: f64| {
             let mut tracker = OutlookTracker::default();
             tracker.begin(0.0);

@@ -212,7 +212,7 @@ mod tests {
     use estimation::trial::Misfit;
     use estimation::{FitParameter, FitVerdict};
 
-    fn shared(area_m2: f64, ln_std: f64) -> SharedFit {
+    fn shared_fit(area_m2: f64, ln_std: f64) -> SharedFit {
         let log_uncertain = |value| LogUncertain { value, ln_std };
         let vague = Uncertain {
             value: 0.3,
@@ -236,7 +236,7 @@ mod tests {
     fn pooled_area(trials: &[(f64, f64)]) -> (f64, f64) {
         let mut skin = ParticipantSkin::default();
         for &(area_m2, ln_std) in trials {
-            skin.take(&shared(area_m2, ln_std)).unwrap();
+            skin.take(&shared_fit(area_m2, ln_std)).unwrap();
         }
         let used = skin.used(&AssumedConstants::ESTIMATION, None);
         (used.contact_area_m2, used.contact_area_ln_std.unwrap())
@@ -275,11 +275,11 @@ mod tests {
                 parameter: FitParameter::ContactArea,
                 std: 2.0,
             },
-            ..shared(200e-6, 0.1)
+            ..shared_fit(200e-6, 0.1)
         };
         let bent = SharedFit {
             misfit: vec![Misfit::Friction { rms_mu: 0.1 }],
-            ..shared(200e-6, 0.1)
+            ..shared_fit(200e-6, 0.1)
         };
         assert!(skin.take(&bent).is_err());
         let reason = skin.take(&unusable).unwrap_err();
@@ -289,11 +289,11 @@ mod tests {
         assert!(lines[0].starts_with("assumed S 300 mm²"), "{lines:?}");
         assert!(lines[1].starts_with("not from this trial: "), "{lines:?}");
         for open in [f64::INFINITY, f64::NAN] {
-            assert!(skin.take(&shared(200e-6, open)).is_err());
-            assert!(skin.take(&shared(open, 0.1)).is_err());
+            assert!(skin.take(&shared_fit(200e-6, open)).is_err());
+            assert!(skin.take(&shared_fit(open, 0.1)).is_err());
         }
-        assert!(skin.take(&shared(200e-6, 0.31)).is_err());
-        skin.take(&shared(220e-6, 0.1)).unwrap();
+        assert!(skin.take(&shared_fit(200e-6, 0.31)).is_err());
+        skin.take(&shared_fit(220e-6, 0.1)).unwrap();
         let used = skin.used(&AssumedConstants::ESTIMATION, Some("no".to_owned()));
         assert_eq!(used.trials, 1);
         let lines = used.lines();

@@ -137,11 +137,11 @@ mod tests {
         Protocol::parse(text, "demo.toml").unwrap()
     }
 
-    fn began(number: u32, attempt: u32) -> Document {
-        let began = SessionEventKind::TrialBegan {
+    fn attempt_start(number: u32, attempt: u32) -> Document {
+        let kind = SessionEventKind::TrialBegan {
             key: key(number, attempt),
         };
-        event(&serde_json::to_value(began).unwrap())
+        event(&serde_json::to_value(kind).unwrap())
     }
 
     /// A fit follows its attempt, before or after the next attempt at the same trial begins; it belongs to the last one that
@@ -154,10 +154,10 @@ mod tests {
             )
         };
         let documents = [
-            began(1, 1),
+            attempt_start(1, 1),
             fit("practice 1", 1.5e-6),
-            began(2, 1),
-            began(2, 2),
+            attempt_start(2, 1),
+            attempt_start(2, 2),
             fit("trial 1", 1.7e-6),
             fit("trial 9", 1.9e-6),
             event(&json!({ "event": "fit", "of": 3 })),

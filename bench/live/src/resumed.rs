@@ -41,7 +41,7 @@ impl Resumed {
                             .or(pooled);
                     }
                     "carrier_changed" => {
-                        carrier = calibrated_hz.and_then(|hz| decided(event, hz));
+                        carrier = calibrated_hz.and_then(|hz| decided_carrier(event, hz));
                         changed = true;
                     }
                     // A part recorded by an earlier version, which returned to the calibrated resonance.
@@ -67,7 +67,7 @@ fn name(event: &LogEvent) -> &str {
     name.unwrap_or_default()
 }
 
-fn decided(event: &LogEvent, calibrated_hz: f64) -> Option<DecidedCarrier> {
+fn decided_carrier(event: &LogEvent, calibrated_hz: f64) -> Option<DecidedCarrier> {
     let number = |key: &str| {
         event
             .data
@@ -118,14 +118,14 @@ mod tests {
         })
     }
 
-    fn changed(to_hz: f64) -> Document {
+    fn change_event(to_hz: f64) -> Document {
         event(&json!({
             "event": "carrier_changed", "from_hz": 35000.0, "to_hz": to_hz, "drift_hz": to_hz - 35000.2,
             "drift_std_hz": 0.3, "by": "operator",
         }))
     }
 
-    fn began() -> Document {
+    fn trial_start() -> Document {
         event(&json!({ "event": "trial_began" }))
     }
 
@@ -179,15 +179,15 @@ mod tests {
             let carrier = Resumed::of(documents).carrier;
             carrier.map(|carrier| (carrier.calibrated_hz, carrier.to_hz))
         };
-        let (first, second) = (changed(34_996.0), changed(34_991.0));
-        let one_change = [start(35e3), began(), first.clone()];
+        let (first, second) = (change_event(34_996.0), change_event(34_991.0));
+        let one_change = [start(35e3), trial_start(), first.clone()];
         assert_eq!(to_hz(&one_change), Some((35e3, 34_996.0)));
-        let two_changes = [&one_change[..], &[began(), second.clone()]].concat();
+        let two_changes = [&one_change[..], &[trial_start(), second.clone()]].concat();
         assert_eq!(to_hz(&two_changes), Some((35e3, 34_991.0)));
         // The session was killed before any drive, and resumed twice.
         let resumed_twice = [&one_change[..], &[start(35e3)], &[start(35e3)]].concat();
         assert_eq!(to_hz(&resumed_twice), Some((35e3, 34_996.0)));
-        let reverted = [&resumed_twice[..], &[began()]].concat();
+        let reverted = [&resumed_twice[..], &[trial_start()]].concat();
         assert_eq!(to_hz(&reverted), None);
         // Without a valid start document, the previous carrier is unknown.
         assert_eq!(to_hz(&[first]), None);

@@ -142,7 +142,7 @@ pub(crate) fn impedance(z: Complex64) -> Option<ComplexImpedance> {
 }
 
 /// Returns the most serious reason why a frame is masked.
-fn masked(mask: Mask) -> Option<Masked> {
+fn mask_cause(mask: Mask) -> Option<Masked> {
     [
         (Mask::LOST_SAMPLES, Masked::Lost),
         (Mask::CLIPPED, Masked::Clipped),
@@ -164,7 +164,7 @@ pub fn live(frame: &ZmFrame) -> Live {
             .mask
             .is_clear()
             .then_some(frame.corrected_std_n_s_per_m),
-        masked: masked(frame.mask),
+        masked: mask_cause(frame.mask),
         ..Live::default()
     }
 }

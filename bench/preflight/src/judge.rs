@@ -56,7 +56,7 @@ pub(super) fn judge(
         judge_force(table, force, config.calibration.zero_n, measured);
     }
     if let Some(text) = config.forceless_in_words() {
-        table.judged("force sensor", Verdict::Warning, text);
+        table.verdict_row("force sensor", Verdict::Warning, text);
     }
     match &measured.safety {
         SafetyState::Tripped { trip } => table.row("safety", false, trip.to_string()),
@@ -140,9 +140,9 @@ fn judge_delay(table: &mut Table, measured_s: Option<f64>, measured: &Measured) 
             }
         }
     };
-    table.judged("loop delay", verdict, finding);
+    table.verdict_row("loop delay", verdict, finding);
     for text in &measured.unverified {
-        table.judged("unverified", Verdict::Warning, text.clone());
+        table.verdict_row("unverified", Verdict::Warning, text.clone());
     }
 }
 

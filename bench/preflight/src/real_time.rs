@@ -17,11 +17,11 @@ pub(super) fn judge(
     simulated: bool,
     priorities: ThreadPriorities,
 ) {
-    let (verdict, text) = judged(config, simulated, priorities, &user());
-    table.judged("real time", verdict, text);
+    let (verdict, text) = judgement(config, simulated, priorities, &user());
+    table.verdict_row("real time", verdict, text);
 }
 
-fn judged(
+fn judgement(
     config: &Config,
     simulated: bool,
     priorities: ThreadPriorities,
@@ -106,7 +106,7 @@ mod tests {
             output: stream,
             input: stream,
         };
-        judged(&config, false, priorities, "alice")
+        judgement(&config, false, priorities, "alice")
     }
 
     #[test]
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn simulated_hardware_demands_nothing() {
         let config = Config::parse(config::TEMPLATE, "bench.toml").unwrap();
-        let (verdict, _) = judged(&config, true, ThreadPriorities::default(), "alice");
+        let (verdict, _) = judgement(&config, true, ThreadPriorities::default(), "alice");
         assert_eq!(verdict, Verdict::Passed);
     }
 }

@@ -20,15 +20,15 @@ pub(super) fn judge(table: &mut Table, config: &Config, devices: &Path) {
     let warnings: Vec<String> = [force, field_box]
         .into_iter()
         .flatten()
-        .filter_map(|(key, port)| numbered(key, port, devices))
+        .filter_map(|(key, port)| port_warning(key, port, devices))
         .collect();
     if !warnings.is_empty() {
-        table.judged("serial ports", Verdict::Warning, warnings.join("; "));
+        table.verdict_row("serial ports", Verdict::Warning, warnings.join("; "));
     }
 }
 
 /// Returns the advice for a numbered port if there are several of its kind.
-fn numbered(key: &str, port: &Path, devices: &Path) -> Option<String> {
+fn port_warning(key: &str, port: &Path, devices: &Path) -> Option<String> {
     let name = port.strip_prefix(devices).ok()?.to_str()?;
     let is_numbered = |name: &str, kind: &str| {
         name.strip_prefix(kind)
@@ -62,7 +62,7 @@ mod tests {
             let text = text.replace("/dev/ttyUSB0", &port.display().to_string());
             Config::parse(&text, "bench.toml").unwrap()
         };
-        let judged = |config: &Config| {
+        let warning_texts = |config: &Config| {
             let mut table = Table::default();
             judge(&mut table, config, folder);
             table
@@ -74,15 +74,15 @@ mod tests {
         for present in ["ttyUSB0", "ttyACM0", "ttyUSBx", "tty1"] {
             std::fs::write(folder.join(present), "").unwrap();
         }
-        assert!(judged(&port_config(&port)).is_empty());
+        assert!(warning_texts(&port_config(&port)).is_empty());
         std::fs::write(folder.join("ttyUSB1"), "").unwrap();
-        let findings = judged(&port_config(&port));
+        let findings = warning_texts(&port_config(&port));
         assert!(
             findings.len() == 1 && findings[0].contains("one of 2"),
             "{findings:?}"
         );
         for name in ["fieldbox", "serial/by-id/usb-FTDI", "ttyACM0"] {
-            let findings = judged(&port_config(&folder.join(name)));
+            let findings = warning_texts(&port_config(&folder.join(name)));
             assert!(findings.is_empty(), "{findings:?}");
         }
     }

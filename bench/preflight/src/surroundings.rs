@@ -59,7 +59,7 @@ pub(super) fn judge_terminal(table: &mut Table, size: Option<(u16, u16)>) {
             ),
         ),
     };
-    table.judged("terminal", verdict, finding);
+    table.verdict_row("terminal", verdict, finding);
 }
 
 #[cfg(test)]

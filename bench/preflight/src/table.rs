@@ -45,10 +45,10 @@ impl Table {
         } else {
             Verdict::Failed
         };
-        self.judged(name, verdict, finding);
+        self.verdict_row(name, verdict, finding);
     }
 
-    pub(super) fn judged(
+    pub(super) fn verdict_row(
         &mut self,
         name: &'static str,
         verdict: Verdict,

@@ -41,7 +41,7 @@ pub(super) fn judge_wired(table: &mut Table, config: &Config, measured: &Measure
         ),
     ] {
         let (verdict, finding) = line_in_words(&config.safety, line, wired);
-        table.judged(name, verdict, finding);
+        table.verdict_row(name, verdict, finding);
     }
 }
 
@@ -147,7 +147,7 @@ fn judge_stop(table: &mut Table, safety: &Safety, times: &StopTimes, shown_s: f6
         (false, Some(_)) => Verdict::Waived,
         (false, None) => Verdict::Failed,
     };
-    table.judged(row_name(times.line), verdict, finding);
+    table.verdict_row(row_name(times.line), verdict, finding);
 }
 
 fn line_in_words(safety: &Safety, line: HardwareStop, wired: bool) -> (Verdict, String) {
@@ -279,22 +279,22 @@ mod tests {
     fn a_waiver_covers_the_line_that_it_names_and_no_other() {
         use Verdict::{Failed, Passed, Waived};
         let estop = "waived = [\"estop\"]\nwaived_by = \"A. Tester\"";
-        let judged = table(estop, false, false);
-        assert_eq!(verdicts(&judged), [Passed, Waived, Failed]);
-        assert!(judged.rows[1].found.contains("waived by A. Tester"));
-        assert!(!judged.passed());
+        let verdict_table = table(estop, false, false);
+        assert_eq!(verdicts(&verdict_table), [Passed, Waived, Failed]);
+        assert!(verdict_table.rows[1].found.contains("waived by A. Tester"));
+        assert!(!verdict_table.passed());
         let two_waivers = "waived = [\"estop\", \"heartbeat\"]\nwaived_by = \"A. Tester\"";
-        let judged = table(two_waivers, false, false);
-        assert_eq!(verdicts(&judged), [Passed, Waived, Waived]);
-        assert!(judged.passed());
+        let verdict_table = table(two_waivers, false, false);
+        assert_eq!(verdicts(&verdict_table), [Passed, Waived, Waived]);
+        assert!(verdict_table.passed());
     }
 
     #[test]
     fn waiving_a_wired_line_is_allowed_and_reported() {
         let estop = "waived = [\"estop\"]\nwaived_by = \"A. Tester\"";
-        let judged = table(estop, true, true);
-        assert!(judged.passed());
-        assert_eq!(judged.rows[1].verdict, Verdict::Waived);
-        assert!(judged.rows[1].found.contains("although it is wired"));
+        let verdict_table = table(estop, true, true);
+        assert!(verdict_table.passed());
+        assert_eq!(verdict_table.rows[1].verdict, Verdict::Waived);
+        assert!(verdict_table.rows[1].found.contains("although it is wired"));
     }
 }

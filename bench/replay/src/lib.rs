@@ -293,7 +293,9 @@ impl Replay {
             self.intervals.pop_front();
             match interval.kind {
                 RecordedIntervalKind::Unloaded => self.read_plate(&interval),
-                RecordedIntervalKind::Exploration(direction) => self.explored(&interval, direction),
+                RecordedIntervalKind::Exploration(direction) => {
+                    self.evaluate_exploration(&interval, direction)
+                }
             }
         }
         let intervals = &self.source.manifest().intervals;
@@ -329,7 +331,7 @@ impl Replay {
         }
     }
 
-    fn explored(&mut self, interval: &RecordedInterval, direction: Direction) {
+    fn evaluate_exploration(&mut self, interval: &RecordedInterval, direction: Direction) {
         let series = self.record.series(interval.start_s, interval.end_s);
         // The frames come from one demodulator, so the series is one; without frames there is no measurement.
         let (stretches, mean_n) =

@@ -15,7 +15,7 @@ pub(crate) fn adapt(schema: &mut Schema) {
         *text = in_plain_text(text);
     }
     without_null(object);
-    bounded(object);
+    add_bounds(object);
 }
 
 /// Removes code examples, and line breaks within a paragraph.
@@ -62,7 +62,7 @@ fn keep_values(table: &mut Map<String, Value>) {
 }
 
 /// Replaces formats that JSON Schema does not know with their bounds.
-fn bounded(object: &mut Map<String, Value>) {
+fn add_bounds(object: &mut Map<String, Value>) {
     let maximum = match object.get("format").and_then(Value::as_str) {
         Some("uint8") => i64::from(u8::MAX),
         Some("uint16") => i64::from(u16::MAX),

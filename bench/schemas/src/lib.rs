@@ -73,7 +73,7 @@ pub fn list() -> String {
 pub fn schema_of(name: &str) -> Option<Value> {
     let mut schema = match name {
         "bench" => ranges::with_ranges(schema_for::<config::Config>(), &readers::bench()),
-        "calibration" => hashed(schema_for::<config::CalibrationFile>()),
+        "calibration" => with_hash(schema_for::<config::CalibrationFile>()),
         "protocol" => {
             ranges::with_ranges(schema_for::<protocols::Protocol>(), &readers::protocol())
         }
@@ -103,7 +103,7 @@ fn schema_for<T: JsonSchema>() -> Value {
 }
 
 /// Adds the first line of a calibration, which is read before the rest.
-fn hashed(mut schema: Value) -> Value {
+fn with_hash(mut schema: Value) -> Value {
     schema["properties"]["sha256"] = json!({
         "description": "Hash over the rest of the file, by which an edited one is noticed; the first line.",
         "type": "string",

@@ -15,7 +15,7 @@ use super::plan::{Plan, read_text};
 ///
 /// # Errors
 /// The protocol was edited and the operator does not accept that, or the previous protocol cannot be read.
-pub(super) fn accepted(plan: &Plan, session: &SessionFolder) -> anyhow::Result<Vec<String>> {
+pub(super) fn accepted_edits(plan: &Plan, session: &SessionFolder) -> anyhow::Result<Vec<String>> {
     let Some(file) = last_followed(session, &plan.protocol.protocol.name) else {
         return Ok(Vec::new());
     };

@@ -136,7 +136,7 @@ pub fn run(
         after,
     } = bench;
     let mut session = session;
-    let protocol_edits = edited_protocol::accepted(&plan, &session)?;
+    let protocol_edits = edited_protocol::accepted_edits(&plan, &session)?;
     let followed = session.snapshot(&format!("{}.toml", protocol.name), &plan.protocol.text)?;
     let protocol_file = edited_protocol::file_name(&followed);
     session.snapshot("bench.toml", &config.to_toml()?)?;

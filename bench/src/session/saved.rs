@@ -62,15 +62,15 @@ impl Recordings {
     }
 
     /// Takes the end of a recording. Returns whether it is news, which the end of a recording with lost data is not.
-    pub(super) fn end(&mut self, ended: &Ended) -> bool {
-        if let Some((key, _)) = self.open.take_if(|(_, open)| *open == ended.folder) {
-            let outcome = match &ended.outcome {
+    pub(super) fn end(&mut self, end: &RecordingEnd) -> bool {
+        if let Some((key, _)) = self.open.take_if(|(_, open)| *open == end.folder) {
+            let outcome = match &end.outcome {
                 Ok(_) => RecordingOutcome::Saved,
                 Err(message) => RecordingOutcome::Failed(message.clone()),
             };
             self.outcomes.push_back((key, outcome));
         }
-        self.overflowed.as_ref() != Some(&ended.folder)
+        self.overflowed.as_ref() != Some(&end.folder)
     }
 
     /// Returns the oldest outcome that the protocol's state machine has not observed.
@@ -90,7 +90,7 @@ pub(super) fn not_saved(record: &TrialRecord) -> Option<String> {
 }
 
 /// End of a recording.
-pub(super) struct Ended {
+pub(super) struct RecordingEnd {
     /// Its folder.
     pub(super) folder: PathBuf,
     /// The log's entry, or the failure.
@@ -98,7 +98,7 @@ pub(super) struct Ended {
 }
 
 /// Returns the end of a recording that `notice` reports at `t_s`, if it reports one.
-pub(super) fn ended(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<Ended> {
+pub(super) fn ending(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<RecordingEnd> {
     match notice {
         RecorderNotice::Began { .. } => None,
         RecorderNotice::Saved {
@@ -106,7 +106,7 @@ pub(super) fn ended(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<En
             sums,
             interrupted,
             ..
-        } => Some(Ended {
+        } => Some(RecordingEnd {
             folder: folder.clone(),
             outcome: Ok(Entry::Saved(SavedRecording {
                 t_s,
@@ -125,7 +125,7 @@ pub(super) fn ended(notice: RecorderNotice, t_s: f64, rate_hz: u32) -> Option<En
                 "the recording {} failed: {error}; {kept_s:.1} s of it are readable",
                 folder.display(),
             );
-            Some(Ended {
+            Some(RecordingEnd {
                 folder,
                 outcome: Err(message),
             })
@@ -149,7 +149,7 @@ mod tests {
         }
     }
 
-    fn end(folder: &str, saved: bool) -> Ended {
+    fn end(folder: &str, saved: bool) -> RecordingEnd {
         let folder = PathBuf::from(folder);
         let notice = if saved {
             RecorderNotice::Saved {
@@ -165,7 +165,7 @@ mod tests {
                 kept: OnDisk::default(),
             }
         };
-        ended(notice, 1.0, 48_000).unwrap()
+        ending(notice, 1.0, 48_000).unwrap()
     }
 
     /// Fault 27.

@@ -30,7 +30,7 @@ use super::operator_request::OperatorRequest;
 use super::questions::Questions;
 use super::report::{Report, summary_lines};
 use super::saved::{self, Recordings};
-use super::stop_kind::{cue_tone, interruption_kind, observed, stop_kind};
+use super::stop_kind::{cue_tone, interruption_kind, protocol_safety, stop_kind};
 use super::wiring::{Admit, BeginRecording, Wiring};
 use crate::journal::Entry;
 use live::carrier_decision::CarrierEffect;
@@ -66,7 +66,7 @@ pub struct SessionTask {
     recordings: Recordings,
     /// Whether a trip requested by this task is still to come.
     tripping: bool,
-    ended: Option<SessionOutcome>,
+    outcome: Option<SessionOutcome>,
     /// Reason for the last automatic pause.
     paused: Option<String>,
     report: Sender<Report>,
@@ -115,7 +115,7 @@ impl SessionTask {
             resumed: None,
             recordings: Recordings::default(),
             tripping: false,
-            ended: None,
+            outcome: None,
             paused: None,
             report,
             glance: AtAGlance::default(),
@@ -160,7 +160,7 @@ impl SessionTask {
     fn take_notices(&mut self) {
         let rate_hz = self.bench.config().audio.rate_hz;
         while let Ok(notice) = self.wiring.notices.try_recv() {
-            let Some(end) = saved::ended(notice, self.audio_s, rate_hz) else {
+            let Some(end) = saved::ending(notice, self.audio_s, rate_hz) else {
                 continue;
             };
             let news = self.recordings.end(&end);
@@ -256,7 +256,7 @@ impl SessionTask {
     /// Analyses a completed trial as soon as all of its data have arrived.
     fn analyse(&mut self) {
         let context = (self.machine.protocol(), &*self.bench);
-        for crop in self.glance.decided(self.audio_s, &self.record, context) {
+        for crop in self.glance.crops(self.audio_s, &self.record, context) {
             self.wiring.front.show(tui::Event::Crop(crop));
         }
         let Some(due_trial) = self
@@ -297,7 +297,7 @@ impl SessionTask {
                 self.normal_n,
             ),
             command: self.commands.pop_front(),
-            safety: observed(&self.safety),
+            safety: protocol_safety(&self.safety),
             hold: self.wiring.signals.hold.get().map(screen_words::hold),
             drive_wait_s: self.wiring.drive_wait_s(),
             asking: self.wiring.carrier.is_open(),
@@ -339,7 +339,7 @@ impl SessionTask {
                         at_s: self.audio_s,
                     });
                 }
-                Action::Verdict { key, verdict } => self.judged(&key, &verdict)?,
+                Action::Verdict { key, verdict } => self.take_verdict(&key, &verdict)?,
                 Action::Cue(cue) => {
                     let cue = cue_tone(cue);
                     if let Some(sound) = &self.wiring.sound {
@@ -356,7 +356,7 @@ impl SessionTask {
                     self.wiring.front.show(tui::Event::Finished {
                         summary: summary_lines(&self.machine.summary(), &self.account),
                     });
-                    self.ended = Some(outcome);
+                    self.outcome = Some(outcome);
                 }
             }
         }
@@ -413,7 +413,7 @@ impl SessionTask {
         }
     }
 
-    fn judged(&mut self, key: &TrialKey, verdict: &Verdict) -> anyhow::Result<()> {
+    fn take_verdict(&mut self, key: &TrialKey, verdict: &Verdict) -> anyhow::Result<()> {
         self.glance.judged(self.audio_s);
         let analysis = self.analysed.take();
         let entry = screen_words::verdict(key, self.machine.protocol(), verdict, analysis.as_ref());
@@ -499,7 +499,7 @@ impl SessionTask {
         let SafetyState::Tripped { trip } = &self.safety else {
             return;
         };
-        if matches!(before, SafetyState::Tripped { .. }) || self.ended.is_some() {
+        if matches!(before, SafetyState::Tripped { .. }) || self.outcome.is_some() {
             let reason = trip.to_string();
             self.tell(SessionEvent {
                 t_s: self.audio_s,
@@ -516,7 +516,7 @@ impl SessionTask {
 
     /// Ends a session without an operator where one would be needed.
     fn nobody_to_ask(&mut self) {
-        if !self.unattended || self.ended.is_some() || self.tripping {
+        if !self.unattended || self.outcome.is_some() || self.tripping {
             return;
         }
         match self.machine.phase() {
@@ -531,7 +531,7 @@ impl SessionTask {
             paused: self.paused.as_deref(),
             failure: self.wiring.stop.failure(),
             safety: &self.safety,
-            outcome: self.ended.as_ref(),
+            outcome: self.outcome.as_ref(),
             phase: self.machine.phase(),
         }
     }
@@ -565,7 +565,7 @@ impl Task for SessionTask {
         self.step()?;
         self.feed_screen(now_ns);
         self.nobody_to_ask();
-        if self.ended.is_some() && self.unattended && !self.recordings.is_open() {
+        if self.outcome.is_some() && self.unattended && !self.recordings.is_open() {
             self.wiring.stop.raise();
         }
         Ok(())
@@ -580,7 +580,7 @@ impl Task for SessionTask {
             let reason = reason.clone().unwrap_or_default();
             self.send(RecordingCommand::End(Ending::Interrupted { reason }));
         }
-        let completed = matches!(self.ended, Some(SessionOutcome::Completed { .. }));
+        let completed = matches!(self.outcome, Some(SessionOutcome::Completed { .. }));
         let status = self.end_state().status();
         self.wiring.journal.send(Entry::Stop {
             t_s: self.audio_s,

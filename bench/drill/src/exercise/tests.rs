@@ -22,7 +22,7 @@ impl Bench {
             orders: Vec::new(),
         };
         bench.pass(0.01);
-        assert_eq!(bench.ordered(), [Order::Drive]);
+        assert_eq!(bench.take_orders(), [Order::Drive]);
         (bench.safety, bench.sounds) = (SafetyState::Armed, true);
         bench.pass(1.1);
         bench
@@ -45,7 +45,7 @@ impl Bench {
         self.orders.extend(self.exercise.act(action, self.now_s));
     }
 
-    fn ordered(&mut self) -> Vec<Order> {
+    fn take_orders(&mut self) -> Vec<Order> {
         std::mem::take(&mut self.orders)
     }
 
@@ -53,7 +53,7 @@ impl Bench {
         self.safety = SafetyState::Tripped { trip };
     }
 
-    fn missed(&self) -> &str {
+    fn miss_reason(&self) -> &str {
         match self.exercise.outcome() {
             Some(Outcome::Missed(reason)) => reason,
             outcome => panic!("{outcome:?}"),
@@ -63,7 +63,7 @@ impl Bench {
     /// A pressed e-stop, detected after 2 ms, silent after another 3 ms, acknowledged 1 s later.
     fn stopped() -> Self {
         let mut bench = Self::new(FaultKind::Estop, false);
-        assert_eq!(bench.ordered(), [Order::Begin]);
+        assert_eq!(bench.take_orders(), [Order::Begin]);
         bench.pass(0.002 - 0.1 + 0.1);
         bench.trip(Trip::EmergencyStop);
         bench.pass(0.003);
@@ -83,15 +83,15 @@ fn a_stop_is_acknowledged_re_armed_and_resumed() {
     let mut bench = Bench::stopped();
     assert_eq!(bench.exercise.current_step(), DrillStep::Acknowledge);
     bench.act(Action::Ready);
-    assert_eq!(bench.ordered(), [Order::End]);
+    assert_eq!(bench.take_orders(), [Order::End]);
     assert_eq!(bench.exercise.current_step(), DrillStep::Rearm);
     bench.act(Action::Rearm);
-    assert_eq!(bench.ordered(), [Order::Rearm]);
+    assert_eq!(bench.take_orders(), [Order::Rearm]);
     bench.safety = SafetyState::Disarmed;
     bench.pass(0.01);
     assert_eq!(bench.exercise.current_step(), DrillStep::Resume);
     bench.act(Action::Resume);
-    assert_eq!(bench.ordered(), [Order::Drive]);
+    assert_eq!(bench.take_orders(), [Order::Drive]);
     (bench.safety, bench.sounds) = (SafetyState::Armed, true);
     bench.pass(0.4);
     let times = bench.exercise.times();
@@ -110,11 +110,11 @@ fn a_stop_is_acknowledged_re_armed_and_resumed() {
 fn re_arming_before_acknowledging_removes_the_cause_and_is_asked_for_again() {
     let mut bench = Bench::stopped();
     bench.act(Action::Rearm);
-    assert_eq!(bench.ordered(), [Order::End]);
+    assert_eq!(bench.take_orders(), [Order::End]);
     assert!(bench.exercise.note().is_some());
     assert_eq!(bench.exercise.current_step(), DrillStep::Rearm);
     bench.act(Action::Rearm);
-    assert_eq!(bench.ordered(), [Order::Rearm]);
+    assert_eq!(bench.take_orders(), [Order::Rearm]);
     // Without effect: the e-stop is held.
     bench.pass(1.0);
     assert_eq!(bench.exercise.current_step(), DrillStep::Rearm);
@@ -154,9 +154,9 @@ fn a_drive_that_is_silent_too_late_is_missed_whatever_the_operator_does() {
     (bench.safety, bench.sounds) = (SafetyState::Armed, true);
     bench.pass(0.5);
     assert!(
-        bench.missed().contains("silent only after"),
+        bench.miss_reason().contains("silent only after"),
         "{}",
-        bench.missed()
+        bench.miss_reason()
     );
 }
 
@@ -164,14 +164,14 @@ fn a_drive_that_is_silent_too_late_is_missed_whatever_the_operator_does() {
 fn a_bench_that_does_not_stop_and_one_that_flags_nothing_are_missed() {
     let mut bench = Bench::new(FaultKind::Estop, false);
     bench.pass(2.5);
-    assert_eq!(bench.missed(), "the bench did not stop");
+    assert_eq!(bench.miss_reason(), "the bench did not stop");
     let mut bench = Bench::new(FaultKind::Xrun, false);
     bench.pass(2.5);
-    assert_eq!(bench.missed(), "the bench flagged nothing");
+    assert_eq!(bench.miss_reason(), "the bench flagged nothing");
     let mut bench = Bench::new(FaultKind::Xrun, false);
     bench.trip(Trip::AudioSilent);
     bench.pass(0.01);
-    assert!(bench.missed().contains("should have gone on"));
+    assert!(bench.miss_reason().contains("should have gone on"));
     let mut bench = Bench::new(FaultKind::Estop, false);
     bench.exercise.stage = Stage::Settling {
         sounding_s: None,
@@ -179,7 +179,7 @@ fn a_bench_that_does_not_stop_and_one_that_flags_nothing_are_missed() {
     };
     bench.trip(Trip::AudioSilent);
     bench.pass(0.01);
-    assert!(bench.missed().contains("before the fault"));
+    assert!(bench.miss_reason().contains("before the fault"));
 }
 
 #[test]
@@ -216,9 +216,9 @@ fn a_bench_that_stops_after_it_has_flagged_is_missed_whatever_the_operator_does(
             bench.pass(0.01);
             bench.act(Action::Redo(AttemptName::default()));
             assert!(
-                bench.missed().contains("should have gone on"),
+                bench.miss_reason().contains("should have gone on"),
                 "{}",
-                bench.missed()
+                bench.miss_reason()
             );
         }
     }
@@ -242,13 +242,13 @@ fn a_fault_without_re_arming_ends_also_after_the_bench_has_ended() {
 
     let mut bench = Bench::stopped();
     bench.exercise.bench_ended("the disk is gone");
-    assert!(bench.missed().contains("the disk is gone"));
+    assert!(bench.miss_reason().contains("the disk is gone"));
 }
 
 #[test]
 fn manual_time_counts_from_when_the_bench_saw_it() {
     let mut bench = Bench::new(FaultKind::Estop, true);
-    assert_eq!(bench.ordered(), [], "nobody injects it");
+    assert_eq!(bench.take_orders(), [], "nobody injects it");
     assert_eq!(bench.exercise.current_step(), DrillStep::Act);
     assert_eq!(bench.exercise.instruction(), "Press the e-stop now.");
     bench.pass(20.0);
@@ -258,7 +258,7 @@ fn manual_time_counts_from_when_the_bench_saw_it() {
     bench.pass(1.0);
     bench.act(Action::Rearm);
     assert_eq!(
-        bench.ordered(),
+        bench.take_orders(),
         [Order::Rearm],
         "the operator has released it"
     );
@@ -276,7 +276,7 @@ fn manual_time_counts_from_when_the_bench_saw_it() {
 
     let mut bench = Bench::new(FaultKind::Estop, true);
     bench.pass(PATIENCE_S + 1.0);
-    assert!(bench.missed().contains("nothing was done"));
+    assert!(bench.miss_reason().contains("nothing was done"));
 }
 
 #[test]
@@ -297,12 +297,12 @@ fn keys_at_the_wrong_moment_change_nothing() {
         bench.act(action);
     }
     assert_eq!(
-        (bench.ordered(), bench.exercise.current_step()),
+        (bench.take_orders(), bench.exercise.current_step()),
         (vec![], DrillStep::Act)
     );
     let mut bench = Bench::stopped();
     bench.act(Action::Ready);
-    bench.ordered();
+    bench.take_orders();
     for action in all
         .into_iter()
         .chain([Action::Resume, Action::Pause, Action::Quit])
@@ -310,7 +310,7 @@ fn keys_at_the_wrong_moment_change_nothing() {
         bench.act(action);
     }
     assert_eq!(
-        (bench.ordered(), bench.exercise.current_step()),
+        (bench.take_orders(), bench.exercise.current_step()),
         (vec![], DrillStep::Rearm)
     );
     assert!(bench.exercise.outcome().is_none());
@@ -323,32 +323,32 @@ fn an_operator_may_pause_or_stop_before_the_fault_and_it_waits() {
         sounding_s: None,
         paused: false,
     };
-    bench.ordered();
+    bench.take_orders();
     bench.act(Action::EmergencyStop);
-    assert_eq!(bench.ordered(), [Order::Stop]);
+    assert_eq!(bench.take_orders(), [Order::Stop]);
     assert!(bench.exercise.is_paused(), "p resumes");
     bench.trip(Trip::Operator);
     bench.sounds = false;
     bench.pass(3.0);
-    assert_eq!(bench.ordered(), []);
+    assert_eq!(bench.take_orders(), []);
     bench.act(Action::Rearm);
     bench.act(Action::Resume);
-    assert_eq!(bench.ordered(), [Order::Rearm, Order::Drive]);
+    assert_eq!(bench.take_orders(), [Order::Rearm, Order::Drive]);
     assert!(!bench.exercise.is_paused());
     (bench.safety, bench.sounds) = (SafetyState::Armed, true);
     bench.pass(1.1);
-    assert_eq!(bench.ordered(), [Order::Begin]);
+    assert_eq!(bench.take_orders(), [Order::Begin]);
 }
 
 #[test]
 fn an_operator_who_does_nothing_misses() {
     let mut bench = Bench::stopped();
     bench.pass(PATIENCE_S + 1.0);
-    assert_eq!(bench.missed(), "nobody acknowledged it");
+    assert_eq!(bench.miss_reason(), "nobody acknowledged it");
     let mut bench = Bench::stopped();
     bench.act(Action::Ready);
     bench.pass(PATIENCE_S + 1.0);
-    assert_eq!(bench.missed(), "nobody did what was right");
+    assert_eq!(bench.miss_reason(), "nobody did what was right");
 }
 
 /// Returns a trip caused by the fault.
@@ -387,9 +387,9 @@ fn a_bench_that_stops_for_another_reason_has_not_seen_the_fault() {
             bench.trip(trip.clone());
             bench.pass(0.1);
             assert!(
-                bench.missed().contains("another reason"),
+                bench.miss_reason().contains("another reason"),
                 "{}",
-                bench.missed()
+                bench.miss_reason()
             );
         }
     }
@@ -424,8 +424,8 @@ fn a_drive_that_is_ramping_down_for_a_pause_gets_no_fault() {
         sounding_s: Some(bench.now_s - 0.98),
         paused: false,
     };
-    bench.ordered();
+    bench.take_orders();
     bench.act(Action::Pause);
     bench.pass(0.05);
-    assert_eq!(bench.ordered(), [Order::Pause]);
+    assert_eq!(bench.take_orders(), [Order::Pause]);
 }

@@ -39,7 +39,7 @@ fn files_below(folder: &str, is_wanted: impl Fn(&str) -> bool) -> Vec<(String, T
 }
 
 /// Returns the shipped files of a kind, with their names.
-pub fn shipped(name: &str) -> Vec<(String, Table)> {
+pub fn shipped_files(name: &str) -> Vec<(String, Table)> {
     let seed = |name: &str| name.starts_with("sound");
     match name {
         "bench" => {

@@ -8,7 +8,7 @@ mod files;
 mod sample;
 mod validator;
 
-use files::{accepts_structure, shipped, unknown_key};
+use files::{accepts_structure, shipped_files, unknown_key};
 use serde_json::Value;
 use toml::Table;
 use validator::Validator;
@@ -35,7 +35,7 @@ fn every_schema_is_one_of_2020_12() {
 fn every_file_that_comes_with_the_program_is_valid() {
     for name in schemas::names() {
         let mut validator = Validator::of(name);
-        let files = shipped(name);
+        let files = shipped_files(name);
         assert!(!files.is_empty(), "{name}");
         for (file, table) in files {
             let errors = validator.errors(&as_json(&table));
@@ -89,7 +89,7 @@ fn both_agree(change: &dyn Fn(&Table) -> Vec<Table>) -> usize {
     let mut refusals = 0;
     for name in schemas::names() {
         let mut validator = Validator::of(name);
-        let mut samples = shipped(name);
+        let mut samples = shipped_files(name);
         // A few files suffice: the one made from the schema has every key.
         samples.truncate(2);
         samples.push(("sample".to_owned(), sample::complete(name)));

@@ -10,15 +10,15 @@ pub fn complete(name: &str) -> Table {
     Table::try_from(value).unwrap()
 }
 
-fn resolved<'a>(root: &'a Value, node: &'a Value) -> &'a Value {
+fn resolve<'a>(root: &'a Value, node: &'a Value) -> &'a Value {
     match node["$ref"].as_str() {
-        Some(target) => resolved(root, root.pointer(&target[1..]).unwrap()),
+        Some(target) => resolve(root, root.pointer(&target[1..]).unwrap()),
         None => node,
     }
 }
 
 fn sample(root: &Value, node: &Value) -> Value {
-    let node = resolved(root, node);
+    let node = resolve(root, node);
     if let Some(value) = node.get("const") {
         return value.clone();
     }
@@ -61,7 +61,7 @@ pub fn keys_beside_unknown(schema: &Value, table: &Table) -> Vec<String> {
 }
 
 fn find(root: &Value, node: &Value, instance: &Value) -> Option<Vec<String>> {
-    let node = resolved(root, node);
+    let node = resolve(root, node);
     match instance {
         Value::Object(table) => {
             let properties = node["properties"].as_object()?;
